@@ -1,0 +1,134 @@
+#pragma once
+
+#include <fathom/projection.hpp>
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace fathom {
+
+/// Which row of the stored image is the top one on the screen.
+enum class Rows { top_down, bottom_up };
+
+/// What a stored depth value means.
+enum class Encoding {
+    window,        ///< what the depth test compares: (z/w) mapped to the depth range
+    view_z,        ///< distance along the view axis
+    ray_distance,  ///< distance from the eye along the pixel's ray
+    linear,        ///< 0 at `near`, 1 at `far`, linear in the distance along the view axis
+    logarithmic,   ///< log(C z + 1) / log(C far + 1)
+    exponential,   ///< log(z / near) / log(far / near)
+    median,        ///< (z − m)/(z + m) mapped to the depth range: −1 at the eye, 0 at the median m, 1 at infinity
+    pseudo_linear, ///< z·w written by a vertex program: linear at vertices only (see `pseudo_linear_bound`)
+    inverse,       ///< scale / z: disparity
+};
+
+/// How a stored value lies in memory.
+/// Integers are normalised by their full range for `window`, `linear`, `logarithmic`, `exponential`, `median` and
+/// `pseudo_linear`, and taken as they are, times `scale`, for the metric encodings.
+enum class Storage {
+    float32,
+    float16,
+    uint16,
+    uint24,         ///< the low 24 bits of a uint32
+    uint24_high,    ///< the high 24 bits of a uint32 (D24S8 and its kin)
+    rgb8_low_first, ///< three bytes R, G, B with R the lowest
+    rgb8_high_first ///< three bytes R, G, B with R the highest
+};
+
+/// What becomes of a pixel whose stored value is the background.
+enum class Background { inf, decode, nan };
+
+/// Everything that turns a stored value at a pixel into a place in view space.
+/// A plain value: fill in what differs from the defaults and hand it on; whoever uses it checks it.
+struct Camera {
+    Projection projection;
+    int width = 0;  ///< pixels; the projection maps the whole image
+    int height = 0; ///< pixels
+    Rows rows = Rows::top_down;
+    Encoding encoding = Encoding::window;
+    std::array<double, 2> depth_range{0.0, 1.0}; ///< stored values of clip_z's low and high end (glDepthRange)
+    std::optional<double> near;                  ///< for `linear`, `exponential`, `pseudo_linear`; scene units
+    std::optional<double> far;                   ///< for those and `logarithmic`; scene units
+    std::optional<double> median;                ///< for `median`; scene units
+    double log_c = 1.0;                          ///< C of `logarithmic`; per scene unit
+    double scale = 1.0;                          ///< scene units per stored unit (metric encodings); z = scale/v for `inverse`
+    std::optional<double> background;            ///< stored value that means "nothing here"; default by encoding
+    std::optional<int> depth_bits;               ///< 16, 24 or 32: the buffer that a float image came from, for bounds only
+    std::optional<Eigen::Matrix4d> view;         ///< world to view, in the projection's axes
+};
+
+/// Which of the finite choices decodes a camera. See docs/camera.md.
+enum class Form {
+    reciprocal,        ///< z = A / (t + C), t the distance from the end of the range
+    reciprocal_affine, ///< z = 1 / (a v + b·(x, y) + c)
+    affine,            ///< z = a v + b·(x, y) + c
+    rational,          ///< z = (n·q) / (m·q), q = (v, x, y, 1)
+    exponential,       ///< z = A (2^(L v) − 1) + B
+    ray_distance,      ///< z = scale·v / |D(x, y)|
+};
+
+/// Four coefficients of (v, x, y, 1): v the stored value as it lies in memory (an integer code, or a float),
+/// x and y the pixel's centre counted from the corner of the first stored pixel.
+using Affine = std::array<long double, 4>;
+
+/// The simplest exact form of a camera, with its constants. Host side, `long double`, no OpenCL.
+struct DepthForm {
+    Form form;
+    std::string reason; ///< why this form is enough, for people
+
+    Affine numerator{0, 0, 0, 1};   ///< affine, rational: n;
+    Affine denominator{0, 0, 0, 1}; ///< reciprocal (without x and y), reciprocal_affine, rational: m
+    long double rate = 0;           ///< exponential: L
+    long double amplitude = 0;      ///< exponential: A
+    long double offset = 0;         ///< exponential: B
+    long double scale = 1;          ///< ray distance
+
+    float lowest;     ///< smallest stored value that can be a surface, as it lies in memory
+    float highest;    ///< largest
+    bool perspective; ///< z ≤ 0 is no surface
+    std::optional<std::uint32_t> background; ///< bits of the stored value that means "nothing here"
+};
+
+/// position = origin + z · direction, each affine in the pixel, when `affine`;
+/// otherwise direction is divided by its own z: position = eye + (z − eye_z) · d / d_z.
+/// Canonical axes: x right, y up in the scene, −z ahead for the OpenGL axes, flipped for the others.
+struct Rays {
+    using Matrix = Eigen::Matrix<long double, 3, 3>;
+    Matrix origin = Matrix::Zero();    ///< columns multiply x, y, 1
+    Matrix direction = Matrix::Zero(); ///< columns multiply x, y, 1
+    bool affine = true;
+};
+
+/// Derives the simplest form that is exact for this camera and storage.
+/// Throws: std::invalid_argument naming the field, its value and what it must be.
+DepthForm depth_form(const Camera& camera, Storage storage = Storage::float32);
+
+/// Derives the rays of the camera's pixels, in the projection's own axes, z measured as positive ahead.
+/// Throws: std::invalid_argument as above.
+Rays rays(const Camera& camera);
+
+/// The inverse of viewport · projection: M (x, y, d, 1)ᵀ is the view-space point (canonical OpenGL axes) up to its
+/// fourth component, with d a window depth inside the depth range.
+Eigen::Matrix<long double, 4, 4> unprojection(const Camera& camera);
+
+/// View depth of a stored value at a pixel position, evaluated in `long double` on the host.
+/// Meant for single points (inspection, precision); images go through `linearize`.
+long double view_depth(const Camera& camera, Storage storage, double x, double y, double stored);
+
+/// The stored value that a view depth has at a pixel position: the inverse of `view_depth`.
+long double stored_depth(const Camera& camera, Storage storage, double x, double y, double z);
+
+/// The largest code of an integer storage; 1 for floats.
+double storage_max(Storage storage);
+
+/// Names as the camera file and the program write them.
+const char* name(Encoding encoding);
+const char* name(Storage storage);
+const char* name(Form form);
+
+} // namespace fathom

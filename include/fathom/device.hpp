@@ -1,0 +1,71 @@
+#pragma once
+
+#include <fathom/error.hpp>
+#include <fathom/opencl.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fathom {
+
+/// What a device says about itself.
+struct DeviceInfo {
+    int index; ///< position in `list_devices`, what `Device::open("2")` takes
+    std::string name;
+    std::string platform;
+    std::string version;
+    bool cpu;
+    bool fp64;
+    int compute_units;
+    std::uint64_t memory_bytes;
+};
+
+/// Every OpenCL device of every platform, in the order that the platforms give.
+std::vector<DeviceInfo> list_devices();
+
+/// How sums that need more than a float are done on the device.
+enum class Arithmetic {
+    automatic, ///< fp64 where the device has it
+    fp64,      ///< double; refused by a device that has none
+    two_float, ///< unevaluated sums of two floats, for devices without double
+};
+
+/// What can be forced on a device; tests use it to show that nothing depends on it.
+struct DeviceOptions {
+    Arithmetic arithmetic = Arithmetic::automatic;
+    int lanes = 0;      ///< pixels per work-item: 1, 4, 8 or 16; 0: 16 on a CPU, 1 on a GPU
+    int group_size = 0; ///< work-items per group; 0: 64
+};
+
+/// An OpenCL device with its context, its in-order queue and the programs built for it.
+/// A handle: copies share the same device. One device may be used from one thread at a time.
+class Device {
+public:
+    /// Opens a device: "cpu", "gpu", its index in `list_devices`, or a part of its name.
+    /// Empty: a GPU where there is one, the CPU otherwise.
+    /// Throws: NoDevice, naming what is there; std::invalid_argument for lanes or a group size that do not exist.
+    static Device open(const std::string& wanted = {}, const DeviceOptions& options = {});
+
+    /// Takes part in a program that already has a context and an in-order queue.
+    Device(const cl::Context& context, const cl::Device& device, const cl::CommandQueue& queue,
+           const DeviceOptions& options = {});
+
+    const DeviceInfo& info() const;
+    const DeviceOptions& options() const; ///< with the automatic choices made
+
+    const cl::Context& context() const;
+    const cl::CommandQueue& queue() const;
+
+    /// Waits until everything that was started has ended.
+    void finish() const;
+
+    struct State;                         ///< src/runtime only
+    State& state() const { return *state_; }
+
+private:
+    std::shared_ptr<State> state_;
+};
+
+} // namespace fathom

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace fathom {
+
+/// What the device, its driver or a file said when it would not do what was asked.
+/// Options out of range are `std::invalid_argument` instead, naming the option, the value and the range.
+class Error : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+/// No OpenCL device answers to what was asked for. The message lists the devices that are there.
+class NoDevice : public Error {
+public:
+    using Error::Error;
+};
+
+} // namespace fathom

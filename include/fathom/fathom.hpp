@@ -1,0 +1,11 @@
+#pragma once
+
+/// Everything that needs OpenCL and Eigen only. `fathom/opencv.hpp` and `fathom/io.hpp` come on top.
+#include <fathom/camera.hpp>
+#include <fathom/device.hpp>
+#include <fathom/error.hpp>
+#include <fathom/image.hpp>
+#include <fathom/linearize.hpp>
+#include <fathom/precision.hpp>
+#include <fathom/projection.hpp>
+#include <fathom/unproject.hpp>

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <fathom/camera.hpp>
+#include <fathom/device.hpp>
+
+#include <cstddef>
+
+namespace fathom {
+
+/// Type of one element of an image in memory.
+enum class Element { u8, u16, u32, f16, f32 };
+
+std::size_t bytes(Element element);
+
+/// Size and layout of an image in host memory.
+struct Layout {
+    int width = 0;              ///< pixels
+    int height = 0;             ///< pixels
+    int channels = 1;           ///< interleaved
+    std::size_t row_stride = 0; ///< elements from one row to the next; 0: rows follow each other without a gap
+};
+
+/// An image on the device: a row-major region of a buffer. A handle: copies and `region` share the memory.
+///
+/// On a CPU device an image made from host memory *is* that memory: nothing is copied, and the caller keeps it alive
+/// and leaves it alone until `download` or `Device::finish`.
+class Image {
+public:
+    Image() = default;
+
+    /// Allocates an image whose rows start at multiples of 64 bytes. Its content is undefined.
+    Image(const Device& device, Element element, Layout layout);
+
+    /// An image that reads `data`: shared on a CPU device, copied to any other.
+    static Image from_host(const Device& device, Element element, const void* data, Layout layout);
+
+    /// An image that operations write into and whose `download(data)` costs nothing on a CPU device.
+    static Image onto_host(const Device& device, Element element, void* data, Layout layout);
+
+    /// A region of the same memory; x, y, width and height in pixels.
+    Image region(int x, int y, int width, int height) const;
+
+    /// Waits for what was started and copies to host memory (nothing is copied when the image already lies there).
+    void download(void* data, std::size_t row_stride = 0) const;
+
+    const Device& device() const { return device_; }
+    const cl::Buffer& buffer() const { return buffer_; }
+    Element element() const { return element_; }
+    int width() const { return layout_.width; }
+    int height() const { return layout_.height; }
+    int channels() const { return layout_.channels; }
+    std::size_t row_stride() const { return layout_.row_stride; } ///< elements
+    std::size_t offset() const { return offset_; }                ///< elements from the buffer's start
+    explicit operator bool() const { return buffer_() != nullptr; }
+
+    /// Do all rows start at multiples of `alignment` bytes?
+    bool aligned_to(std::size_t alignment) const;
+
+    /// Do two images share memory?
+    bool overlaps(const Image& other) const;
+
+private:
+    Device device_or_throw() const;
+    Device device_{Device::none()};
+    cl::Buffer buffer_;
+    Element element_ = Element::f32;
+    Layout layout_;
+    std::size_t offset_ = 0;
+    const void* host_ = nullptr; // where the buffer's first element lies on the host, when it is shared
+};
+
+/// Depth as it was stored, with the camera that gives it a meaning.
+struct StoredDepth {
+    Image image;
+    Camera camera;
+    Storage storage = Storage::float32;
+};
+
+/// Distance along the view axis, positive in front of the eye: +inf where there is nothing, NaN where the stored value
+/// was none. The camera is that of the stored image.
+struct ViewDepth {
+    Image image; ///< one float a pixel
+    Camera camera;
+
+    /// The same image seen as stored depth of the `view_z` encoding, for operations that take either.
+    StoredDepth stored() const;
+};
+
+} // namespace fathom

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <fathom/image.hpp>
+
+namespace fathom {
+
+struct LinearizeOptions {
+    Background background = Background::inf; ///< what the background's stored value becomes
+};
+
+/// Decoded depth is within this many units in the last place of the exact value of the stored number, plus
+/// `sum_condition_fp64` (or `_two_float`) times the condition κ = Σ|terms|/|sum| of the form's own sum.
+inline constexpr double linearize_ulp_fp64 = 1.0;
+inline constexpr double linearize_ulp_two_float = 2.0;
+inline constexpr double linearize_ulp_exponential = 2.0;
+inline constexpr double sum_condition_fp64 = 0x1p-52;
+inline constexpr double sum_condition_two_float = 0x1p-46;
+
+/// View-space depth from stored depth, in one pass, whatever the projection, encoding and storage.
+///
+/// In: one stored value a pixel. Out: one float a pixel, scene units along the view axis, positive in front of the eye.
+/// Background becomes +inf (or what `options.background` says); NaN, values outside the stored range and, for a
+/// perspective, z ≤ 0 become NaN. Rows stay in the order of the input. Same bits for any lane count, group size or region.
+/// Accuracy: `linearize_ulp_fp64`, `linearize_ulp_two_float`, `linearize_ulp_exponential`, and the condition terms above.
+/// Throws: std::invalid_argument for a camera that does not fit the image or cannot be decoded; Error from the device.
+/// Source: Popov 2016, eq. 1 and 5–9, as derived in docs/camera.md.
+ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options = {});
+
+/// The same into an image of the caller's: one float a pixel, same size, not sharing memory with the input.
+void linearize(const StoredDepth& stored, const Image& view_depth, const LinearizeOptions& options = {});
+
+/// The same on top of the input (float32 only), which halves the memory traffic.
+ViewDepth linearize_in_place(const StoredDepth& stored, const LinearizeOptions& options = {});
+
+} // namespace fathom

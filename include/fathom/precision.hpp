@@ -1,0 +1,30 @@
+#pragma once
+
+#include <fathom/camera.hpp>
+
+#include <Eigen/Core>
+
+namespace fathom {
+
+/// Buffers that a stored depth may come from.
+enum class DepthBits { d16, d24, d32f };
+
+/// Distance along the view axis between the two stored values that enclose depth `z` at pixel position (x, y):
+/// no two surfaces nearer to each other than this can be told apart. Scene units.
+/// Source: Lengyel 2005, section 4; for any form it is |dz/dv| times the step of the stored value.
+double depth_spacing(const Camera& camera, DepthBits bits, double x, double y, double z);
+
+/// Bound of z's error that storing it caused: half the spacing, the larger of the two sides.
+double depth_error_bound(const Camera& camera, DepthBits bits, double x, double y, double z);
+
+/// Greatest distance along the view axis at which a surface can still be stored in the direction of pixel (x, y):
+/// where the ray leaves through the far plane, tilted or not; infinity when it never does.
+/// Source: Lengyel 2005, eq. 17–19.
+double attainable_depth(const Camera& camera, double x, double y);
+
+/// How far `pseudo_linear` depth can be off inside a triangle whose w spans [w_near, w_far]: the largest difference
+/// between the decoded and the true view depth, scene units.
+/// z·w interpolates linearly in the window while the true value does not (Goldberg).
+double pseudo_linear_bound(double near, double far, double w_near, double w_far);
+
+} // namespace fathom
