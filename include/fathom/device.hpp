@@ -43,6 +43,8 @@ struct DeviceOptions {
 /// A handle: copies share the same device. One device may be used from one thread at a time.
 class Device {
 public:
+    Device() = default; ///< no device yet
+
     /// Opens a device: "cpu", "gpu", its index in `list_devices`, or a part of its name.
     /// Empty: a GPU where there is one, the CPU otherwise.
     /// Throws: NoDevice, naming what is there; std::invalid_argument for lanes or a group size that do not exist.

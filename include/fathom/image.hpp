@@ -60,8 +60,7 @@ public:
     bool overlaps(const Image& other) const;
 
 private:
-    Device device_or_throw() const;
-    Device device_{Device::none()};
+    Device device_;
     cl::Buffer buffer_;
     Element element_ = Element::f32;
     Layout layout_;
