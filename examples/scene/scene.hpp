@@ -1,0 +1,104 @@
+#pragma once
+
+#include <fathom/camera.hpp>
+#include <fathom/precision.hpp>
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+/// Analytic scenes, ray-cast in double through any camera: depth images whose truth is known.
+/// Shares no code with the library: rays come from the inverse projection, stored values from their definitions.
+namespace fathom::scene {
+
+/// Endless plane through `point`.
+struct Plane {
+    Eigen::Vector3d point, normal;
+};
+
+struct Sphere {
+    Eigen::Vector3d centre;
+    double radius;
+};
+
+/// Flat disk.
+struct Disk {
+    Eigen::Vector3d centre, normal;
+    double radius;
+};
+
+/// Box turned about the y axis by `yaw` radians.
+struct Box {
+    Eigen::Vector3d centre, half_size;
+    double yaw = 0;
+};
+
+/// Hills where |x|, |z| ≤ half_size: y = base + Σ amplitude · sin(kx x + kz z + phase).
+struct HeightField {
+    struct Wave {
+        double amplitude, kx, kz, phase;
+    };
+    double base, half_size;
+    std::vector<Wave> waves;
+};
+
+using Primitive = std::variant<Plane, Sphere, Disk, Box, HeightField>;
+
+/// Primitives in world space: right-handed, y up. Without a view matrix the world is the view space of the OpenGL axes,
+/// so the named scenes lie around the −z axis.
+using Scene = std::vector<Primitive>;
+
+Scene room();     ///< closed room, 8 × 3 × 10, with table, shelves, a ball: z from 1 to 10
+Scene spheres();  ///< spheres resting on a plane, open sky
+Scene corridor(); ///< 60 long, with door frames: grazing walls and a far end
+Scene railings(); ///< thin bars before a wall: edges everywhere
+Scene terrain();  ///< hills up to 400 away
+Scene slant();    ///< one slanted plane that fills the image
+
+/// Names of the above, and the scene of a name. Throws: std::invalid_argument naming the scenes that exist.
+const std::vector<std::string>& names();
+Scene named(const std::string& name);
+
+/// What one pixel's ray sees.
+struct Surface {
+    Eigen::Vector3d position; ///< view space, in the projection's own axes
+    Eigen::Vector3d normal;   ///< unit length, towards the eye, same axes
+    double z;                 ///< distance along the view axis, positive in front of the eye
+    double stored;            ///< value that the camera's encoding gives it, before rounding
+};
+
+/// The surface at a pixel position (centres are at +½, rows counted as stored); nothing where the ray meets none
+/// between the near and the far plane, oblique ones included.
+std::optional<Surface> cast(const Scene& scene, const Camera& camera, double x, double y);
+
+/// A rendered image, row-major in the camera's row order. Pixels that see nothing hold the camera's clear value,
+/// z = +inf, position NaN and normal 0.
+struct Rendered {
+    int width = 0;
+    int height = 0;
+    std::vector<float> stored; ///< rounded to float32
+    std::vector<double> exact; ///< the same before rounding
+    std::vector<double> z;
+    std::vector<Eigen::Vector3d> position;
+    std::vector<Eigen::Vector3d> normal;
+};
+
+/// Casts one ray through the centre of each of `camera.width` × `camera.height` pixels.
+/// A view matrix must be orthogonal (mirror views may reflect).
+Rendered render(const Scene& scene, const Camera& camera);
+
+/// The stored value that means "nothing here": the camera's, or its encoding's default.
+double clear_value(const Camera& camera);
+
+/// Stored values as codes: a normalised encoding times 2^bits − 1, a metric one as it is; rounded to nearest.
+std::vector<std::uint16_t> codes16(const Rendered& image, const Camera& camera);
+std::vector<std::uint32_t> codes24(const Rendered& image, const Camera& camera);
+
+/// Stored values as a program reads them back from a buffer of these bits: floats on the buffer's grid.
+std::vector<float> read_back(const Rendered& image, DepthBits bits);
+
+} // namespace fathom::scene
