@@ -1,0 +1,122 @@
+// A picture that a person can look at: stored depth in grey, view depth in false colour, positions as RGB.
+// Each channel is stretched from its least to its greatest finite value; pixels that are no surface stay dark.
+
+#include <fathom/io.hpp>
+
+#include <opencv2/core/mat.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <iostream>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using Colour = std::array<double, 3>; // R, G, B in 0..1
+
+/// One channel with the range that is shown.
+struct Channel {
+    cv::Mat values;
+    float least = std::numeric_limits<float>::infinity();
+    float greatest = -std::numeric_limits<float>::infinity();
+
+    double share(int y, int x) const { return (values.at<float>(y, x) - least) / (greatest - least); }
+};
+
+Channel read(const std::string& file, const std::string& name) {
+    Channel channel;
+    fathom::read_depth(file, {.channel = name, .packing = {}}).values.convertTo(channel.values, CV_32F);
+    for (float& value : cv::Mat_<float>(channel.values)) {
+        if (!std::isfinite(value)) {
+            value = std::numeric_limits<float>::quiet_NaN();
+            continue;
+        }
+        channel.least = std::min(channel.least, value);
+        channel.greatest = std::max(channel.greatest, value);
+    }
+    return channel;
+}
+
+/// Near is warm and bright, far is cold and dark; equal steps of t look equally large.
+Colour false_colour(double t) {
+    static constexpr std::array<Colour, 7> knots{{{0.99, 0.96, 0.75},
+                                                  {0.99, 0.75, 0.35},
+                                                  {0.94, 0.45, 0.27},
+                                                  {0.75, 0.23, 0.42},
+                                                  {0.47, 0.16, 0.54},
+                                                  {0.21, 0.17, 0.50},
+                                                  {0.07, 0.12, 0.30}}};
+    const double place = std::clamp(t, 0.0, 1.0) * (knots.size() - 1);
+    const auto i = std::min(static_cast<std::size_t>(place), knots.size() - 2);
+    const double part = place - static_cast<double>(i);
+    Colour colour;
+    for (std::size_t c = 0; c < 3; ++c) {
+        colour[c] = knots[i][c] + part * (knots[i + 1][c] - knots[i][c]);
+    }
+    return colour;
+}
+
+Colour colour_at(const std::string& kind, const std::vector<Channel>& channels, int y, int x) {
+    const double t = channels[0].share(y, x);
+    if (kind == "stored") {
+        return {t, t, t};
+    }
+    if (kind == "depth") {
+        return false_colour(t);
+    }
+    return {t, channels[1].share(y, x), channels[2].share(y, x)};
+}
+
+void run(const std::string& kind, const std::string& input, const std::string& output) {
+    std::vector<Channel> channels;
+    if (kind == "positions") {
+        for (const char* name : {"P.X", "P.Y", "P.Z"}) {
+            channels.push_back(read(input, name));
+        }
+    } else if (kind == "stored" || kind == "depth") {
+        channels.push_back(read(input, ""));
+    } else {
+        throw std::invalid_argument("kind: '" + kind + "' is none of stored, depth, positions");
+    }
+    cv::Mat picture(channels[0].values.size(), CV_8UC3, cv::Scalar(32, 24, 24));
+    for (int y = 0; y < picture.rows; ++y) {
+        for (int x = 0; x < picture.cols; ++x) {
+            const auto colour = colour_at(kind, channels, y, x);
+            if (std::ranges::all_of(colour, [](double c) { return std::isfinite(c); })) {
+                for (int c = 0; c < 3; ++c) {
+                    picture.at<cv::Vec3b>(y, x)[2 - c] =
+                        cv::saturate_cast<uchar>(255 * colour[static_cast<std::size_t>(c)]);
+                }
+            }
+        }
+    }
+    if (!cv::imwrite(output, picture)) {
+        throw fathom::Error(output + ": cannot be written");
+    }
+    std::cout << output << ':';
+    for (const auto& channel : channels) {
+        std::cout << "  " << channel.least << " to " << channel.greatest;
+    }
+    std::cout << '\n';
+}
+
+} // namespace
+
+int main(int argc, char* argv[]) {
+    if (argc != 4) {
+        std::cerr << "usage: picture stored|depth|positions INPUT OUTPUT.png\n";
+        return 2;
+    }
+    try {
+        run(argv[1], argv[2], argv[3]);
+    } catch (const std::exception& error) {
+        std::cerr << "picture: " << error.what() << '\n';
+        return 1;
+    }
+}

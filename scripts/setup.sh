@@ -1,0 +1,67 @@
+# Read by scripts/demo and scripts/test: installs what is missing, builds, and reports in one line a step.
+
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build=$root/build/release
+logs=$root/build/logs
+mkdir -p "$logs"
+
+# Compiled kernels are kept here, so that nothing depends on a home folder that can be written.
+export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$root/build/pocl-cache}
+mkdir -p "$POCL_CACHE_DIR"
+
+packages=(g++ cmake ninja-build clang clang-format pocl-opencl-icd ocl-icd-opencl-dev opencl-clhpp-headers
+    opencl-c-headers libopencv-core-dev libopencv-imgcodecs-dev libopenexr-dev libeigen3-dev libcli11-dev
+    nlohmann-json3-dev libfmt-dev catch2 oclgrind)
+
+fail() {
+    echo "${0##*/}: $*" >&2
+    exit 1
+}
+
+# step TEXT LOG COMMAND...: runs quietly; a failure shows the end of the log.
+step() {
+    local text=$1 log=$logs/$2 start=$SECONDS
+    shift 2
+    printf '%s ... ' "$text"
+    if ! "$@" >"$log" 2>&1 </dev/null; then
+        echo "failed"
+        tail -n 40 "$log" >&2
+        fail "$text failed; all of its output is in $log"
+    fi
+    echo "$((SECONDS - start)) s"
+}
+
+missing_packages() {
+    comm -13 <(dpkg-query -W -f '${db:Status-Abbrev}${Package}\n' 2>/dev/null | sed -n 's/^ii *//p' | sort -u) \
+        <(printf '%s\n' "${packages[@]}" | sort -u)
+}
+
+install_packages() {
+    if ! command -v dpkg-query >/dev/null; then
+        echo "no Debian packages here: taking for granted that ${packages[*]} are installed in some form"
+        return
+    fi
+    local missing as_root=()
+    mapfile -t missing < <(missing_packages)
+    if ((${#missing[@]} == 0)); then
+        return
+    fi
+    if ((EUID != 0)); then
+        command -v sudo >/dev/null || fail "as root, run: apt-get install --no-install-recommends ${missing[*]}"
+        as_root=(sudo)
+    fi
+    as_root+=(env DEBIAN_FRONTEND=noninteractive apt-get -q)
+    step "reading the package lists" apt-update.log "${as_root[@]}" update
+    step "installing ${#missing[@]} packages" apt-install.log \
+        "${as_root[@]}" install -y --no-install-recommends "${missing[@]}"
+}
+
+# build [TARGET...]: everything when none is named.
+build() {
+    step "configuring" configure.log cmake --preset release -S "$root" -B "$build"
+    step "building" build.log cmake --build "$build" "${@/#/--target=}"
+}
+
+cd "$root"
+install_packages
