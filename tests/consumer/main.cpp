@@ -1,0 +1,24 @@
+#include <fathom/fathom.hpp>
+#ifdef WITH_IO
+#include <fathom/io.hpp>
+#include <fathom/opencv.hpp>
+#endif
+
+#include <iostream>
+
+int main() {
+    fathom::Camera camera;
+    camera.projection = fathom::orthographic({-1, 1, -1, 1}, {.near = 2, .far = 6});
+    camera.width = camera.height = 1;
+    const auto device = fathom::Device::open();
+#ifdef WITH_IO
+    const float z = fathom::linearize(device, cv::Mat(1, 1, CV_32F, cv::Scalar(0.5)), camera).at<float>(0, 0);
+#else
+    const float stored = 0.5f;
+    float z = 0;
+    const auto image = fathom::Image::from_host(device, fathom::Element::f32, &stored, {1, 1});
+    fathom::linearize({image, camera}).image.download(&z);
+#endif
+    std::cout << "half way between 2 and 6 is " << z << '\n';
+    return z == 4 ? 0 : 1;
+}
