@@ -56,10 +56,10 @@ struct Camera {
     std::optional<double> far;                   ///< for those and `logarithmic`; scene units
     std::optional<double> median;                ///< for `median`; scene units
     double log_c = 1.0;                          ///< C of `logarithmic`; per scene unit
-    double scale = 1.0;                          ///< scene units per stored unit (metric encodings); z = scale/v for `inverse`
-    std::optional<double> background;            ///< stored value that means "nothing here"; default by encoding
-    std::optional<int> depth_bits;               ///< 16, 24 or 32: the buffer that a float image came from, for bounds only
-    std::optional<Eigen::Matrix4d> view;         ///< world to view, in the projection's axes
+    double scale = 1.0;                  ///< scene units per stored unit (metric encodings); z = scale/v for `inverse`
+    std::optional<double> background;    ///< stored value that means "nothing here"; default by encoding
+    std::optional<int> depth_bits;       ///< 16, 24 or 32: the buffer that a float image came from, for bounds only
+    std::optional<Eigen::Matrix4d> view; ///< world to view, in the projection's axes
 };
 
 /// Which of the finite choices decodes a camera. See docs/camera.md.
@@ -86,30 +86,34 @@ struct DepthForm {
     long double rate = 0;           ///< exponential: L
     long double amplitude = 0;      ///< exponential: A
     long double offset = 0;         ///< exponential: B
-    long double scale = 1;          ///< ray distance
+    long double scale = 1;          ///< ray_distance
 
-    float lowest;     ///< smallest stored value that can be a surface, as it lies in memory
-    float highest;    ///< largest
-    bool perspective; ///< z ≤ 0 is no surface
+    float lowest;                            ///< smallest stored value that can be a surface, as it lies in memory
+    float highest;                           ///< largest
+    bool perspective;                        ///< rays meet in an eye: what is not in front of it is no surface
+    float least_depth;                       ///< surfaces are deeper than this: the eye's own depth, or −infinity
     std::optional<std::uint32_t> background; ///< bits of the stored value that means "nothing here"
 };
 
-/// position = origin + z · direction, each affine in the pixel, when `affine`;
-/// otherwise direction is divided by its own z: position = eye + (z − eye_z) · d / d_z.
-/// Canonical axes: x right, y up in the scene, −z ahead for the OpenGL axes, flipped for the others.
+/// Where the pixels look: position = origin(x, y) + w · direction(x, y), both affine in the pixel's centre (x, y).
+///
+/// `parallel_depth`: w is the view depth itself, as under every camera whose fourth row has no x and y.
+/// Otherwise w = (z − eye_depth) / depth(x, y), and origin is the eye.
 struct Rays {
     using Matrix = Eigen::Matrix<long double, 3, 3>;
-    Matrix origin = Matrix::Zero();    ///< columns multiply x, y, 1
-    Matrix direction = Matrix::Zero(); ///< columns multiply x, y, 1
-    bool affine = true;
+    Matrix origin = Matrix::Zero();    ///< rows x, y, z in the projection's own axes; columns multiply (x, y, 1)
+    Matrix direction = Matrix::Zero(); ///< likewise
+    bool parallel_depth = true;
+    Eigen::Matrix<long double, 1, 3> depth{0, 0, 1}; ///< view depth that one step of `direction` covers
+    long double eye_depth = 0;
 };
 
 /// Derives the simplest form that is exact for this camera and storage.
 /// Throws: std::invalid_argument naming the field, its value and what it must be.
 DepthForm depth_form(const Camera& camera, Storage storage = Storage::float32);
 
-/// Derives the rays of the camera's pixels, in the projection's own axes, z measured as positive ahead.
-/// Throws: std::invalid_argument as above.
+/// Derives the rays of the camera's pixels.
+/// Throws: std::invalid_argument as above, and for rays that run across the view axis.
 Rays rays(const Camera& camera);
 
 /// The inverse of viewport · projection: M (x, y, d, 1)ᵀ is the view-space point (canonical OpenGL axes) up to its

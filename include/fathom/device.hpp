@@ -63,7 +63,7 @@ public:
     /// Waits until everything that was started has ended.
     void finish() const;
 
-    struct State;                         ///< src/runtime only
+    struct State; ///< src/runtime only
     State& state() const { return *state_; }
 
 private:

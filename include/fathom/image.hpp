@@ -20,6 +20,10 @@ struct Layout {
     std::size_t row_stride = 0; ///< elements from one row to the next; 0: rows follow each other without a gap
 };
 
+/// The element of an image that holds depth in this storage, and how many of them a pixel takes.
+Element element_of(Storage storage);
+int channels_of(Storage storage);
+
 /// An image on the device: a row-major region of a buffer. A handle: copies and `region` share the memory.
 ///
 /// On a CPU device an image made from host memory *is* that memory: nothing is copied, and the caller keeps it alive
@@ -73,6 +77,11 @@ struct StoredDepth {
     Image image;
     Camera camera;
     Storage storage = Storage::float32;
+    int x = 0; ///< where the image's first pixel lies in the camera's whole image
+    int y = 0;
+
+    /// A part of it, decoded to the same bits as within the whole.
+    StoredDepth region(int x, int y, int width, int height) const;
 };
 
 /// Distance along the view axis, positive in front of the eye: +inf where there is nothing, NaN where the stored value
@@ -80,6 +89,8 @@ struct StoredDepth {
 struct ViewDepth {
     Image image; ///< one float a pixel
     Camera camera;
+    int x = 0; ///< where the image's first pixel lies in the camera's whole image
+    int y = 0;
 
     /// The same image seen as stored depth of the `view_z` encoding, for operations that take either.
     StoredDepth stored() const;

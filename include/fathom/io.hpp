@@ -15,8 +15,8 @@ namespace fathom {
 
 /// A depth image as its file holds it: values untouched, one channel (or three bytes for packed depth).
 struct DepthFile {
-    cv::Mat values;      ///< CV_32FC1, CV_16FC1 (half), CV_16UC1, CV_32SC1 (uint24 in a uint32) or CV_8UC3 (R, G, B order)
-    Storage storage;     ///< how `values` is to be read
+    cv::Mat values;  ///< CV_32FC1, CV_16FC1 (half), CV_16UC1, CV_32SC1 (uint24 in a uint32) or CV_8UC3 (R, G, B order)
+    Storage storage; ///< how `values` is to be read
     std::string channel; ///< name of the EXR channel that was taken; empty for other files
 };
 
@@ -29,6 +29,17 @@ struct ReadOptions {
 /// window does not reach), everything else with OpenCV, unchanged.
 /// Throws: Error for a file that is missing, empty, a directory, damaged, deep, 8-bit or colour without a packing.
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options = {});
+
+/// A channel of an OpenEXR file.
+struct Channel {
+    std::string
+        name; ///< as `ReadOptions::channel` takes it: with its part's name in front when there are several parts
+    std::string type; ///< "half", "float" or "uint"; "deep …" in a deep part
+};
+
+/// All channels of an OpenEXR file; none for any other file.
+/// Throws: Error for a file that cannot be read or whose header is damaged.
+std::vector<Channel> list_channels(const std::filesystem::path& file);
 
 /// Writes a float image, temporary file first and then renamed, so that no half-written file is ever seen.
 /// `.exr` with the given channel names (32-bit float), `.tif`, `.pfm` (1 or 3 channels), `.png` (16-bit, values × 65535 × `png_scale`,

@@ -19,9 +19,11 @@ Image to_device(const Device& device, const cv::Mat& mat);
 cv::Mat to_mat(const Image& image);
 
 /// View-space depth (CV_32FC1) of a stored depth image; see linearize.hpp. On a CPU device nothing is copied.
-cv::Mat linearize(const Device& device, const cv::Mat& stored, const Camera& camera, const LinearizeOptions& options = {});
+cv::Mat linearize(const Device& device, const cv::Mat& stored, const Camera& camera,
+                  const LinearizeOptions& options = {});
 
 /// Positions (CV_32FC3 or CV_32FC4) of a stored depth image; see unproject.hpp. On a CPU device nothing is copied.
-cv::Mat unproject(const Device& device, const cv::Mat& stored, const Camera& camera, const UnprojectOptions& options = {});
+cv::Mat unproject(const Device& device, const cv::Mat& stored, const Camera& camera,
+                  const UnprojectOptions& options = {});
 
 } // namespace fathom

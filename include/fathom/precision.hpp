@@ -22,9 +22,12 @@ double depth_error_bound(const Camera& camera, DepthBits bits, double x, double 
 /// Source: Lengyel 2005, eq. 17–19.
 double attainable_depth(const Camera& camera, double x, double y);
 
-/// How far `pseudo_linear` depth can be off inside a triangle whose w spans [w_near, w_far]: the largest difference
-/// between the decoded and the true view depth, scene units.
-/// z·w interpolates linearly in the window while the true value does not (Goldberg).
-double pseudo_linear_bound(double near, double far, double w_near, double w_far);
+/// How far `pseudo_linear` depth can be off inside a triangle whose vertices lie at depths from `nearest` to `farthest`:
+/// the largest difference between the decoded and the true view depth, scene units.
+///   (sqrt(farthest) − sqrt(nearest))²
+/// The stored value interpolates linearly in the window while 1/z does; the difference is largest where the true depth
+/// is the geometric mean. Throws: std::invalid_argument unless 0 < nearest ≤ farthest.
+/// Source: the finding is Goldberg's (z·w is not linear depth), the bound follows from the two interpolations.
+double pseudo_linear_bound(double nearest, double farthest);
 
 } // namespace fathom

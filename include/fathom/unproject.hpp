@@ -10,9 +10,10 @@ enum class Space { view, world };
 
 struct UnprojectOptions {
     Space space = Space::view;
-    Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< world: positions are relative to this point, which keeps floats exact
-    int channels = 3;                                 ///< 3, or 4 with w = 1 (0 where there is no surface)
-    Background background = Background::inf;          ///< inf and nan: no position (NaN); decode: the far plane's
+    Eigen::Vector3d origin =
+        Eigen::Vector3d::Zero();             ///< world: positions are relative to this point, which keeps floats exact
+    int channels = 3;                        ///< 3, or 4 with w = 1 (0 where there is no surface)
+    Background background = Background::inf; ///< inf and nan: no position (NaN); decode: the far plane's
 };
 
 /// Positions are within this of the exact ones, relative to the distance from the eye (plus, in world space, the

@@ -1,0 +1,35 @@
+#!/bin/sh
+# Lets clang check every kernel with every finite choice that it is built for: check-kernels.sh CLANG KERNEL_DIR
+set -eu
+clang=$1
+cd "$2"
+
+check() { # FILE DEFINES...
+    file=$1
+    shift
+    for lanes in 1 16; do
+        for fp64 in 0 1; do
+            "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -fsyntax-only -Wall -Werror \
+                -DV=$lanes -DFP64=$fp64 -DSTREAM=$fp64 "$@" "$file"
+        done
+    done
+}
+
+for form in 0 1 2 3 4 5; do
+    check linearize.cl -DFORM=$form -DSTORAGE=0
+done
+for storage in 1 2 3 4; do
+    check linearize.cl -DFORM=0 -DSTORAGE=$storage
+done
+for channels in 3 4; do
+    check unproject.cl -DFORM=1 -DSTORAGE=0 -DCHANNELS=$channels -DPARALLEL_DEPTH=$((channels - 3))
+done
+for file in *.cl; do
+    case $file in
+    linearize.cl | unproject.cl) ;;
+    *)
+        echo "check-kernels.sh does not know the choices of $file" >&2
+        exit 1
+        ;;
+    esac
+done

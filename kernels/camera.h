@@ -1,0 +1,135 @@
+// From a stored value to a view depth: the device side of the camera. docs/camera.md derives it.
+//   z = -(m3.q) / (m4.q),  q = (x, y, d, 1),  M = (viewport projection)^-1
+// Popov 2016, eq. 1 and 5-9. The host finds the simplest form that is exact (src/camera/form.cpp); the kernel is built
+// for that form and for the way the value lies in memory.
+
+#ifndef FATHOM_CAMERA_H
+#define FATHOM_CAMERA_H
+
+#include "lanes.h"
+#include "params.h"
+
+#define FORM_RECIPROCAL 0
+#define FORM_RECIPROCAL_AFFINE 1
+#define FORM_AFFINE 2
+#define FORM_RATIONAL 3
+#define FORM_EXPONENTIAL 4
+#define FORM_RAY_DISTANCE 5
+
+#define STORAGE_FLOAT32 0
+#define STORAGE_FLOAT16 1
+#define STORAGE_UINT16 2
+#define STORAGE_UINT24 3
+#define STORAGE_RGB8 4
+
+#if !defined(FORM) || FORM < FORM_RECIPROCAL || FORM > FORM_RAY_DISTANCE
+#error "FORM is not defined: one of the FORM_ constants above"
+#endif
+#if !defined(STORAGE) || STORAGE < STORAGE_FLOAT32 || STORAGE > STORAGE_RGB8
+#error "STORAGE is not defined: one of the STORAGE_ constants above"
+#endif
+
+#if STORAGE == STORAGE_FLOAT32
+#define STORED float
+#elif STORAGE == STORAGE_FLOAT16 || STORAGE == STORAGE_UINT16
+#define STORED ushort
+#elif STORAGE == STORAGE_UINT24
+#define STORED uint
+#else
+#define STORED uchar
+#define STORED_PER_PIXEL 3
+#endif
+#ifndef STORED_PER_PIXEL
+#define STORED_PER_PIXEL 1
+#endif
+
+// A stored value as a number, exactly, and whether its bits are the background's.
+typedef struct {
+    floatV value;
+    intV background;
+} sampleV;
+
+inline sampleV load_stored(__global const STORED* source, const grid_params* grid, uint x, uint y,
+                           const depth_params* p) {
+    const size_t at = grid->source_offset + (size_t)y * grid->source_stride + x * STORED_PER_PIXEL;
+    sampleV sample;
+#if STORAGE == STORAGE_FLOAT32
+    READ_AHEAD(source + at);
+    sample.value = LOAD(float, source + at);
+    const uintV bits = as_uintV(sample.value);
+#elif STORAGE == STORAGE_FLOAT16
+    READ_AHEAD(source + at);
+    const uintV bits = convert_uintV(LOAD(ushort, source + at));
+#if V == 1
+    sample.value = vload_half(at, (__global const half*)source);
+#else
+    sample.value = JOIN(vload_half, V)(0, (__global const half*)(source + at));
+#endif
+#elif STORAGE == STORAGE_UINT16
+    READ_AHEAD(source + at);
+    const uintV bits = convert_uintV(LOAD(ushort, source + at));
+    sample.value = convert_floatV(bits);
+#elif STORAGE == STORAGE_UINT24
+    READ_AHEAD(source + at);
+    const uintV bits = (LOAD(uint, source + at) >> p->code_shift) & 0xffffffu;
+    sample.value = convert_floatV(bits);
+#else
+    uint codes[V];
+    for (int i = 0; i < V; ++i) {
+        __global const uchar* bytes = source + at + 3 * i;
+        codes[i] = bytes[0] * p->byte_weights[0] + bytes[1] * p->byte_weights[1] + bytes[2] * p->byte_weights[2];
+    }
+    const uintV bits = *(const uint_lanes*)codes;
+    sample.value = convert_floatV(bits);
+#endif
+    sample.background = (bits == p->background) & (intV)(int)p->background_mask;
+    return sample;
+}
+
+#if FORM == FORM_RECIPROCAL
+// z = gain / (t + pole), t counted from the end of the range that is nearest to the pole: every term is positive, so
+// nothing cancels and two floats are enough on every device. |end| >= |v| makes both differences exact.
+inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    const floatV t = fma((floatV)p->sign, v, (floatV)p->end);
+    const floatV t_low = fma((floatV)p->sign, v, p->end - t);
+    const floatV sum = t + p->pole_high;
+    const floatV larger = fmax(t, (floatV)p->pole_high), smaller = fmin(t, (floatV)p->pole_high);
+    const pairV denominator = {sum, (smaller - (sum - larger)) + (t_low + p->pole_low)};
+    return quotient_pair((pairV){(floatV)p->gain_high, (floatV)p->gain_low}, denominator);
+}
+#elif FORM == FORM_RECIPROCAL_AFFINE
+inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    return wide_reciprocal(wide_affine(p->denominator, v, x, y));
+}
+#elif FORM == FORM_AFFINE
+inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    return wide_to_float(wide_affine(p->numerator, v, x, y));
+}
+#elif FORM == FORM_RATIONAL
+inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    return wide_quotient(wide_affine(p->numerator, v, x, y), wide_affine(p->denominator, v, x, y));
+}
+#elif FORM == FORM_EXPONENTIAL
+inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    return wide_exponential(p->rate, p->amplitude, p->offset, v);
+}
+#else
+// z = scale v depth / |direction| + eye_depth
+inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    wideV square = wide_square(wide_row(rays->direction[0], x, y));
+    square = wide_add(square, wide_square(wide_row(rays->direction[1], x, y)));
+    square = wide_add(square, wide_square(wide_row(rays->direction[2], x, y)));
+    const wideV depth = wide_row(rays->depth, x, y);
+    const floatV length = wide_to_float(wide_multiply(wide_constant(rays->scale), v));
+    return wide_over_root(wide_multiply(depth, length), square) + wide_to_float(wide_constant(rays->eye_depth));
+}
+#endif
+
+// View depth of V pixels: background becomes what the caller asked for, no surface becomes NaN.
+inline floatV view_depth(sampleV sample, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    const floatV z = decode_form(sample.value, x, y, p, rays);
+    const intV surface = (sample.value >= p->lowest) & (sample.value <= p->highest) & (z > p->least_depth);
+    return select(select((floatV)NAN, z, surface), (floatV)p->background_depth, sample.background);
+}
+
+#endif

@@ -1,0 +1,295 @@
+// V neighbouring pixels per work-item: vector types, loads, stores, and sums that keep more than a float.
+//
+// PoCL vectorises straight-line kernels only, so lanes are explicit: V = 16 or 8 on a CPU, 1 on a GPU, one source.
+// No transcendental builtin is used, and products are fused only where `fma` says so: the same bits come out for
+// every V and host.
+
+#ifndef FATHOM_LANES_H
+#define FATHOM_LANES_H
+
+#include "params.h"
+
+#ifndef V
+#error "V, the pixels per work-item, is not defined: 1, 4, 8 or 16"
+#endif
+#ifndef FP64
+#error "FP64 is not defined: 1 where the device has double, 0 for sums of two floats"
+#endif
+#ifndef STREAM
+#error "STREAM is not defined: 1 to write past the cache (aligned images larger than it), 0 otherwise"
+#endif
+
+#pragma OPENCL FP_CONTRACT OFF
+#if FP64
+#pragma OPENCL EXTENSION cl_khr_fp64 : enable
+#endif
+
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+#if V == 1
+#define LANES(type) type
+#define LANE_INDEX(type) ((type)0)
+#define LANE_LOAD(at, pointer) ((pointer)[at])
+#elif V == 4
+#define LANES(type) JOIN(type, V)
+#define LANE_INDEX(type) ((LANES(type))(0, 1, 2, 3))
+#elif V == 8
+#define LANES(type) JOIN(type, V)
+#define LANE_INDEX(type) ((LANES(type))(0, 1, 2, 3, 4, 5, 6, 7))
+#elif V == 16
+#define LANES(type) JOIN(type, V)
+#define LANE_INDEX(type) ((LANES(type))(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#else
+#error "V must be 1, 4, 8 or 16"
+#endif
+
+typedef LANES(float) floatV;
+typedef LANES(int) intV;
+typedef LANES(uint) uintV;
+typedef LANES(ushort) ushortV;
+#define as_floatV JOIN(as_, LANES(float))
+#define as_intV JOIN(as_, LANES(int))
+#define as_uintV JOIN(as_, LANES(uint))
+#define convert_floatV JOIN(convert_, LANES(float))
+#define convert_uintV JOIN(convert_, LANES(uint))
+
+// One vector at any element's address. vloadN and vstoreN would do; PoCL splits a vstore16 into three.
+typedef floatV __attribute__((aligned(4))) float_lanes;
+typedef uintV __attribute__((aligned(4))) uint_lanes;
+typedef ushortV __attribute__((aligned(2))) ushort_lanes;
+#define LOAD(type, pointer) (*(__global const JOIN(type, _lanes)*)(pointer))
+
+// Asks for what a later work-item of this row will read: the rows of an image are too short for the processor's own
+// guess. In elements; twice the distance changes nothing, a quarter loses a third of the gain.
+#if V > 1 && defined(__has_builtin)
+#if __has_builtin(__builtin_prefetch)
+#define READ_AHEAD(pointer) __builtin_prefetch((const void*)(size_t)((pointer) + 2048), 0, 3)
+#endif
+#endif
+#ifndef READ_AHEAD
+#define READ_AHEAD(pointer)
+#endif
+
+inline void store_float(floatV value, __global float* target) {
+#if STREAM && V > 1
+    __builtin_nontemporal_store(value, (__global floatV*)target);
+#else
+    *(__global float_lanes*)target = value;
+#endif
+}
+
+// First column of this work-item, or x_end where there is none. The last group of a row starts at x_end - V and
+// repeats some of its neighbour's work, so that no lane needs a mask.
+inline uint first_column(uint x_begin, uint x_end) {
+    const uint x = x_begin + (uint)get_global_id(0) * V;
+    return x < x_end ? min(x, x_end - V) : x_end;
+}
+
+inline floatV lanes_from(uint x) {
+    return (floatV)((float)x) + LANE_INDEX(float) + 0.5f;
+}
+
+// Sum of two floats and its rounding error, exactly (Knuth 1969).
+typedef struct {
+    floatV high, low;
+} pairV;
+
+inline pairV two_sum(floatV a, floatV b) {
+    const floatV sum = a + b;
+    const floatV b_part = sum - a;
+    return (pairV){sum, (a - (sum - b_part)) + (b - b_part)};
+}
+
+inline pairV two_product(floatV a, floatV b) {
+    const floatV product = a * b;
+    return (pairV){product, fma(a, b, -product)};
+}
+
+inline pairV renormalised(floatV high, floatV low) {
+    const floatV sum = high + low;
+    return (pairV){sum, low - (sum - high)};
+}
+
+// numerator / (high + low), half an ulp and a bit: the float quotient and what is left of the numerator.
+// A zero denominator gives infinity, as the pole of a projection should.
+inline floatV quotient_pair(pairV numerator, pairV denominator) {
+    const floatV inverse = 1.0f / denominator.high;
+    const floatV guess = numerator.high * inverse;
+    floatV rest = fma(-guess, denominator.high, numerator.high);
+    rest = fma(-guess, denominator.low, rest) + numerator.low;
+    const floatV refined = fma(rest, inverse, guess);
+    return select(refined, numerator.high * inverse, inverse == INFINITY);
+}
+
+#if FP64
+
+typedef LANES(double) wideV;
+typedef LANES(long) longV;
+#define convert_wideV JOIN(convert_, LANES(double))
+#define as_wideV JOIN(as_, LANES(double))
+#define as_longV JOIN(as_, LANES(long))
+
+inline wideV wide_constant(wide bits) {
+    return (wideV)as_double(bits);
+}
+inline wideV wide_from(floatV value) {
+    return convert_wideV(value);
+}
+inline floatV wide_to_float(wideV value) {
+    return convert_floatV(value);
+}
+inline wideV wide_negative(wideV a) {
+    return -a;
+}
+inline wideV wide_add(wideV a, wideV b) {
+    return a + b;
+}
+inline wideV wide_multiply(wideV a, floatV b) {
+    return a * convert_wideV(b);
+}
+inline wideV wide_multiply_add(wideV a, floatV b, wideV c) {
+    return fma(a, convert_wideV(b), c);
+}
+inline wideV wide_square(wideV a) {
+    return a * a;
+}
+
+// c[0] x + c[1] y + c[2]
+inline wideV wide_row(const wide* c, uint x, uint y) {
+    const double row = fma(as_double(c[1]), (double)y + 0.5, as_double(c[2]));
+    const wideV column = (wideV)((double)x + 0.5) + LANE_INDEX(double);
+    return fma((wideV)as_double(c[0]), column, (wideV)row);
+}
+
+// c[0] v + c[1] x + c[2] y + c[3]
+inline wideV wide_affine(const wide* c, floatV value, uint x, uint y) {
+    return fma((wideV)as_double(c[0]), convert_wideV(value), wide_row(c + 1, x, y));
+}
+
+inline floatV wide_reciprocal(wideV s) {
+    const floatV single = convert_floatV(s);
+    const floatV guess = 1.0f / single;
+    const floatV rest = convert_floatV(fma(-s, convert_wideV(guess), (wideV)1.0));
+    return select(fma(guess, rest, guess), guess, guess == INFINITY);
+}
+
+inline floatV wide_quotient(wideV numerator, wideV denominator) {
+    return convert_floatV(numerator / denominator);
+}
+
+// value / sqrt(square): the root in floats, one step of Newton in double.
+inline floatV wide_over_root(wideV value, wideV square) {
+    const wideV guess = convert_wideV(1.0f / sqrt(convert_floatV(square)));
+    const wideV rest = fma(-square * guess, guess, (wideV)1.0);
+    const wideV scaled = value * guess;
+    return convert_floatV(fma(scaled * 0.5, rest, scaled));
+}
+
+// amplitude (2^(rate v) - 1) + offset. 2^r - 1 = r q(r) on |r| <= 1/2 with an error of 2.4e-10 relative (Chebyshev
+// fit), so that small exponents keep their accuracy.
+inline floatV wide_exponential(wide rate, wide amplitude, wide offset, floatV v) {
+    const wideV y = as_double(rate) * convert_wideV(v);
+    const wideV shifted = y + 0x1.8p52; // the nearest integer ends up in the low bits
+    const wideV r = y - (shifted - 0x1.8p52);
+    wideV q = (wideV)0x1.00a581594758ep-16;
+    q = fma(q, r, (wideV)0x1.443fffc90db59p-13);
+    q = fma(q, r, (wideV)0x1.5d879ead06a82p-10);
+    q = fma(q, r, (wideV)0x1.3b2a1b7152befp-7);
+    q = fma(q, r, (wideV)0x1.c6b08d883dca1p-5);
+    q = fma(q, r, (wideV)0x1.ebfbe045f4d3cp-3);
+    q = fma(q, r, (wideV)0x1.62e42fefa39efp-1);
+    const wideV power = as_wideV((as_longV(shifted) << 52) + 0x3ff0000000000000L);
+    const wideV less_one = fma(power * r, q, power - 1.0);
+    return convert_floatV(fma((wideV)as_double(amplitude), less_one, (wideV)as_double(offset)));
+}
+
+#else // sums of two floats
+
+typedef pairV wideV;
+
+inline wideV wide_constant(wide bits) {
+    return (wideV){(floatV)as_float((uint)bits), (floatV)as_float((uint)(bits >> 32))};
+}
+inline wideV wide_from(floatV value) {
+    return (wideV){value, (floatV)0.0f};
+}
+inline floatV wide_to_float(wideV value) {
+    return value.high + value.low;
+}
+
+inline wideV wide_negative(wideV a) {
+    return (wideV){-a.high, -a.low};
+}
+
+inline wideV wide_add(wideV a, wideV b) {
+    const pairV sum = two_sum(a.high, b.high);
+    return renormalised(sum.high, sum.low + (a.low + b.low));
+}
+
+inline wideV wide_multiply(wideV a, floatV b) {
+    const pairV product = two_product(a.high, b);
+    return renormalised(product.high, fma(a.low, b, product.low));
+}
+
+inline wideV wide_multiply_add(wideV a, floatV b, wideV c) {
+    const pairV product = two_product(a.high, b);
+    const pairV sum = two_sum(c.high, product.high);
+    return renormalised(sum.high, sum.low + (fma(a.low, b, product.low) + c.low));
+}
+
+inline wideV wide_square(wideV a) {
+    const pairV product = two_product(a.high, a.high);
+    return renormalised(product.high, fma(2.0f * a.high, a.low, product.low));
+}
+
+inline wideV wide_row(const wide* c, uint x, uint y) {
+    const wideV row = wide_multiply_add(wide_constant(c[1]), (floatV)((float)y + 0.5f), wide_constant(c[2]));
+    return wide_multiply_add(wide_constant(c[0]), lanes_from(x), row);
+}
+
+inline wideV wide_affine(const wide* c, floatV value, uint x, uint y) {
+    return wide_multiply_add(wide_constant(c[0]), value, wide_row(c + 1, x, y));
+}
+
+inline floatV wide_quotient(wideV numerator, wideV denominator) {
+    return quotient_pair(numerator, denominator);
+}
+inline floatV wide_reciprocal(wideV s) {
+    return quotient_pair(wide_from((floatV)1.0f), s);
+}
+
+inline floatV wide_over_root(wideV value, wideV square) {
+    const floatV guess = 1.0f / sqrt(square.high);
+    const pairV guess_square = two_product(guess, guess);
+    floatV rest = fma(-square.high, guess_square.high, (floatV)1.0f);
+    rest = fma(-square.high, guess_square.low, fma(-square.low, guess_square.high, rest));
+    const pairV scaled = two_product(value.high, guess);
+    return scaled.high + fma(scaled.high * 0.5f, rest, fma(value.low, guess, scaled.low));
+}
+
+// The same as in double: 2^r - 1 = r ln 2 + r^2 g(r), the first term kept to twice the precision.
+inline floatV wide_exponential(wide rate, wide amplitude, wide offset, floatV v) {
+    const wideV y = wide_multiply(wide_constant(rate), v);
+    const floatV shifted = y.high + 0x1.8p23f;
+    const pairV r = two_sum(y.high - (shifted - 0x1.8p23f), y.low);
+    floatV g = (floatV)0x1.008a2p-16f;
+    g = fma(g, r.high, (floatV)0x1.44138ap-13f);
+    g = fma(g, r.high, (floatV)0x1.5d87cp-10f);
+    g = fma(g, r.high, (floatV)0x1.3b2a54p-7f);
+    g = fma(g, r.high, (floatV)0x1.c6b08ep-5f);
+    g = fma(g, r.high, (floatV)0x1.ebfbep-3f);
+    const pairV linear = two_product(r.high, (floatV)0x1.62e43p-1f);
+    floatV rest = fma(r.high, (floatV)-0x1.05c61p-29f, fma(r.low, (floatV)0x1.62e43p-1f, linear.low));
+    rest = fma(r.high * r.high, g, rest);
+    const floatV power = as_floatV((as_intV(shifted) << 23) + 0x3f800000);
+    const pairV sum = two_sum(power - 1.0f, power * linear.high);
+    const wideV less_one = renormalised(sum.high, fma(power, rest, sum.low));
+    const wideV a = wide_constant(amplitude);
+    pairV product = two_product(a.high, less_one.high);
+    product.low += fma(a.high, less_one.low, a.low * less_one.high);
+    return wide_to_float(wide_add(wide_constant(offset), product));
+}
+
+#endif
+
+#endif

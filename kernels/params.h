@@ -1,0 +1,70 @@
+// Parameters of the kernels: plain structs of fixed-width scalars, read by both compilers.
+//
+// A `wide` is a double as its bits, or two floats (high part in the low word) for a device without double:
+// `pack_wide` in src/operations/parameters.cpp writes it, `wide_*` in lanes.h reads it.
+// An affine function of (v, x, y, 1) is four of them: v the stored value, (x, y) the pixel's centre.
+
+#ifndef FATHOM_PARAMS_H
+#define FATHOM_PARAMS_H
+
+#ifdef __OPENCL_C_VERSION__
+typedef uint u32;
+typedef ulong u64;
+typedef ulong wide;
+#else
+#include <cstdint>
+namespace fathom::params {
+using u32 = std::uint32_t;
+using u64 = std::uint64_t;
+using wide = std::uint64_t;
+#endif
+
+// Columns [x_begin, x_end) of `height` rows, from one image to another. Offsets and strides in elements; the first
+// pixel of the images is pixel (pixel_x, pixel_y) of the camera.
+typedef struct {
+    u64 source_offset;
+    u64 target_offset;
+    u32 source_stride;
+    u32 target_stride;
+    u32 x_begin;
+    u32 x_end;
+    u32 height;
+    u32 pixel_x;
+    u32 pixel_y;
+    u32 reserved; // a size that is a multiple of eight on both sides
+} grid_params;
+
+// How a stored value becomes a view depth. See DepthForm in include/fathom/camera.hpp.
+typedef struct {
+    wide numerator[4];   // affine, rational
+    wide denominator[4]; // reciprocal_affine, rational
+    wide rate;           // exponential: z = amplitude (2^(rate v) - 1) + offset
+    wide amplitude;
+    wide offset;
+    float sign; // reciprocal: t = sign v + end >= 0, z = gain / (t + pole)
+    float end;
+    float gain_high, gain_low;
+    float pole_high, pole_low;
+    float lowest, highest;  // stored values that can be a surface
+    float least_depth;      // z must be greater: 0 under a perspective
+    float background_depth; // what a background pixel becomes
+    u32 background;         // its stored bits
+    u32 background_mask;    // all ones, or 0 where no value means background
+    u32 code_shift;         // uint24: bits below the code
+    u32 byte_weights[3];    // rgb8
+} depth_params;
+
+// position = origin + w direction; w is the depth, or (z - eye_depth) / depth(x, y). Columns multiply (x, y, 1).
+typedef struct {
+    wide origin[3][3];
+    wide direction[3][3];
+    wide depth[3];
+    wide eye_depth;
+    wide scale; // ray distance: scene units per stored unit
+} ray_params;
+
+#ifndef __OPENCL_C_VERSION__
+} // namespace fathom::params
+#endif
+
+#endif

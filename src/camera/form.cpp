@@ -1,0 +1,413 @@
+// The simplest exact form of a camera.
+//   q = (x, y, d, 1),  M = (viewport · projection)⁻¹,  Z = −(m₃·q)/(m₄·q)              distance along the view axis
+// Every encoding is either that line, with most of its coefficients zero, or an exponential, or a length along a ray.
+// Popov 2016, eq. 1, 5–9; Kooima (median); Ulrich and Goldberg (logarithmic); Lenaerts (rays).
+
+#include <fathom/camera.hpp>
+
+#include "camera/matrix.hpp"
+#include "text.hpp"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace fathom {
+namespace {
+
+using Real = long double;
+using Matrix4 = Eigen::Matrix<Real, 4, 4>;
+
+constexpr Real infinity = std::numeric_limits<Real>::infinity();
+
+void require(bool condition, const std::string& message) {
+    if (!condition)
+        throw std::invalid_argument(message);
+}
+
+bool is_metric(Encoding encoding) {
+    return encoding == Encoding::view_z || encoding == Encoding::ray_distance || encoding == Encoding::inverse;
+}
+
+void check(const Camera& camera) {
+    require(camera.width > 0 && camera.height > 0,
+            text("a camera for ", camera.width, " x ", camera.height, " pixels: both must be at least 1"));
+    const auto [low, high] = camera.depth_range;
+    require(std::isfinite(low) && std::isfinite(high) && low != high,
+            text("depth_range = [", low, ", ", high, "] must be finite and its ends must differ"));
+    require(std::isfinite(camera.scale) && camera.scale > 0, text("scale = ", camera.scale, " must be greater than 0"));
+}
+
+double needed(const std::optional<double>& value, const char* key, Encoding encoding) {
+    require(value.has_value(), text("the ", name(encoding), " encoding needs ", key));
+    require(std::isfinite(*value), text(key, " = ", *value, " must be finite for the ", name(encoding), " encoding"));
+    return *value;
+}
+
+// Coefficients that are zero but for the rounding of the inverse: below what long double can tell from the largest
+// term over the whole image.
+Affine without_noise(Affine row, const Camera& camera, Real largest_stored) {
+    const Affine reach{largest_stored, static_cast<Real>(camera.width), static_cast<Real>(camera.height), 1};
+    Real largest = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+        largest = std::max(largest, std::abs(row[i] * reach[i]));
+    for (std::size_t i = 0; i < 4; ++i) {
+        if (std::abs(row[i] * reach[i]) < largest * 0x1p-60L)
+            row[i] = 0;
+    }
+    return row;
+}
+
+bool is_constant(const Affine& row) {
+    return row[0] == 0 && row[1] == 0 && row[2] == 0;
+}
+bool has_pixel(const Affine& row) {
+    return row[1] != 0 || row[2] != 0;
+}
+
+Affine divided(Affine row, Real by) {
+    for (Real& value : row)
+        value /= by;
+    return row;
+}
+
+// z = numerator·(v, x, y, 1) / denominator·(v, x, y, 1), in the simplest form it has.
+void set_rational(DepthForm& form, const Affine& numerator, const Affine& denominator) {
+    if (is_constant(denominator)) {
+        form.form = Form::affine;
+        form.numerator = divided(numerator, denominator[3]);
+        form.reason = has_pixel(numerator)
+                          ? "parallel rays and a tilted near plane: z is affine in the stored value and the pixel"
+                          : "z is affine in the stored value";
+    } else if (is_constant(numerator)) {
+        form.denominator = divided(denominator, numerator[3]);
+        form.form = has_pixel(denominator) ? Form::reciprocal_affine : Form::reciprocal;
+        form.reason = has_pixel(denominator) ? "a tilted near plane: 1/z is affine in the stored value and the pixel"
+                                             : "1/z is affine in the stored value";
+    } else {
+        form.form = Form::rational;
+        form.numerator = numerator;
+        form.denominator = denominator;
+        form.reason = has_pixel(denominator) || has_pixel(numerator)
+                          ? "the projection's fourth row depends on x and y: z is a quotient of two affine functions"
+                          : "z is a quotient of two affine functions of the stored value";
+    }
+}
+
+// The reciprocal form counts from the end of the range that is nearest to the pole, where its sum cannot cancel. That
+// needs the end to be exact: 0, or the larger end.
+bool can_recentre(const DepthForm& form) {
+    const Real at_low = form.denominator[0] * form.lowest + form.denominator[3];
+    const Real at_high = form.denominator[0] * form.highest + form.denominator[3];
+    if (at_low < 0 || (at_high < 0 && std::isfinite(form.highest)))
+        return false;
+    const bool low_is_far = form.denominator[0] > 0;
+    return low_is_far ? form.lowest == 0 : std::abs(form.highest) >= std::abs(form.lowest);
+}
+
+// The largest float not above, the smallest not below: a limit never refuses the value that it was rounded from.
+float rounded_down(double value) {
+    const float nearest = static_cast<float>(value);
+    return nearest > value ? std::nextafter(nearest, -std::numeric_limits<float>::infinity()) : nearest;
+}
+float rounded_up(double value) {
+    return -rounded_down(-value);
+}
+
+std::uint32_t half_bits(float value) {
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
+    const std::uint32_t sign = (bits >> 16) & 0x8000u;
+    if (std::isinf(value))
+        return sign | 0x7c00u;
+    const float magnitude = std::abs(value);
+    const int exponent = magnitude == 0 ? -14 : std::max(std::ilogb(magnitude), -14);
+    const float fraction = std::ldexp(magnitude, 10 - exponent); // an integer below 2048 for every half
+    require(fraction == std::floor(fraction) && fraction < 2048 && exponent <= 15,
+            text("background = ", value, " is not a float16 value"));
+    const auto mantissa = static_cast<std::uint32_t>(fraction);
+    return sign | (mantissa < 1024 ? mantissa : (static_cast<std::uint32_t>(exponent + 15) << 10) + mantissa - 1024);
+}
+
+// Bits of the stored value that means "nothing here", or none where the storage cannot hold it.
+std::optional<std::uint32_t> background_bits(const Camera& camera, Storage storage) {
+    double value = 0;
+    if (camera.background) {
+        value = *camera.background;
+        require(!std::isnan(value), "background must be a number");
+    } else if (camera.encoding == Encoding::inverse) {
+        value = 0;
+    } else if (is_metric(camera.encoding)) {
+        value = std::numeric_limits<double>::infinity();
+    } else {
+        const bool far_is_low = camera.encoding == Encoding::window && camera.projection.order == DepthOrder::reversed;
+        value = camera.depth_range[far_is_low ? 0 : 1] * storage_max(storage);
+    }
+    switch (storage) {
+    case Storage::float32:
+        return std::bit_cast<std::uint32_t>(static_cast<float>(value));
+    case Storage::float16:
+        return half_bits(static_cast<float>(value));
+    default:
+        if (!camera.background && std::isinf(value))
+            return std::nullopt;
+        value = camera.background ? value : std::round(value);
+        require(value >= 0 && value <= storage_max(storage) && value == std::floor(value),
+                text("background = ", value, " is not a ", name(storage), " code (0 to ", storage_max(storage), ")"));
+        return static_cast<std::uint32_t>(value);
+    }
+}
+
+void set_stored_range(DepthForm& form, const Camera& camera, Storage storage) {
+    const double largest = storage_max(storage);
+    const bool is_float = storage == Storage::float32 || storage == Storage::float16;
+    if (is_metric(camera.encoding)) {
+        const bool signed_depth = camera.encoding == Encoding::view_z;
+        form.highest = is_float ? std::numeric_limits<float>::infinity() : static_cast<float>(largest);
+        form.lowest = is_float && signed_depth ? -std::numeric_limits<float>::infinity() : 0;
+        if (camera.encoding == Encoding::inverse && is_float)
+            form.highest = std::numeric_limits<float>::max();
+    } else {
+        const auto [a, b] = camera.depth_range;
+        form.lowest = rounded_down(std::min(a, b) * largest);
+        form.highest = rounded_up(std::max(a, b) * largest);
+    }
+}
+
+// u = slope · v + start runs from 0 to 1 over the depth range.
+struct Normalised {
+    Real slope, start;
+};
+
+Normalised normalised(const Camera& camera, Storage storage) {
+    const Real low = camera.depth_range[0], high = camera.depth_range[1];
+    return {1 / (static_cast<Real>(storage_max(storage)) * (high - low)), -low / (high - low)};
+}
+
+void set_exponential(DepthForm& form, Normalised u, Real rate, Real amplitude, Real offset) {
+    // 2^(rate·(slope v + start)): the start goes into the amplitude, so that the device multiplies once.
+    const Real factor = std::exp2(rate * u.start);
+    form.form = Form::exponential;
+    form.rate = rate * u.slope;
+    form.offset = offset + amplitude * std::expm1(std::log(2.0L) * rate * u.start);
+    form.amplitude = amplitude * factor;
+}
+
+// The eye is where clip space is (0, 0, 1, 0); it need not be the origin of view space.
+float eye_depth(const Camera& camera) {
+    const Matrix4 m = unprojection(camera);
+    const Real depth = -m(2, 2) / m(3, 2);
+    return std::isfinite(depth) ? static_cast<float>(depth) : 0.0f;
+}
+
+void set_window(DepthForm& form, const Camera& camera, Storage storage) {
+    const Matrix4 m = unprojection(camera);
+    const Real largest = storage_max(storage);
+    const auto row = [&](int i, Real sign) {
+        return without_noise({sign * m(i, 2) / largest, sign * m(i, 0), sign * m(i, 1), sign * m(i, 3)}, camera,
+                             form.highest);
+    };
+    set_rational(form, row(2, -1), row(3, 1));
+}
+
+} // namespace
+
+double storage_max(Storage storage) {
+    switch (storage) {
+    case Storage::float32:
+    case Storage::float16:
+        return 1;
+    case Storage::uint16:
+        return 65535;
+    default:
+        return 16777215;
+    }
+}
+
+Matrix4 unprojection(const Camera& camera) {
+    check(camera);
+    const Projection& projection = camera.projection;
+    const Matrix4 inverse = checked_inverse(projection.matrix_in_opengl_axes(), "the projection");
+
+    // Pixel and stored depth to clip space. Row 0 is the top of the screen unless the rows or y run the other way.
+    const bool first_row_is_clip_top = (camera.rows == Rows::top_down) == (projection.convention.clip_y == ClipY::up);
+    const Real y_sign = first_row_is_clip_top ? -1 : 1;
+    const Real clip_low = projection.convention.clip_z == ClipZ::negative_one_to_one ? -1 : 0;
+    const Real low = camera.depth_range[0], high = camera.depth_range[1];
+    Matrix4 clip = Matrix4::Zero();
+    clip(0, 0) = Real{2} / camera.width;
+    clip(0, 3) = -1;
+    clip(1, 1) = y_sign * 2 / camera.height;
+    clip(1, 3) = -y_sign;
+    clip(2, 2) = (1 - clip_low) / (high - low);
+    clip(2, 3) = clip_low - low * clip(2, 2);
+    clip(3, 3) = 1;
+    return inverse * clip;
+}
+
+DepthForm depth_form(const Camera& camera, Storage storage) {
+    check(camera);
+    DepthForm form{};
+    form.numerator = form.denominator = {0, 0, 0, 1};
+    form.scale = 1;
+    form.perspective = camera.projection.is_perspective();
+    form.least_depth = form.perspective ? eye_depth(camera) : -std::numeric_limits<float>::infinity();
+    form.background = background_bits(camera, storage);
+    set_stored_range(form, camera, storage);
+    const Normalised u = normalised(camera, storage);
+    const Real scale = camera.scale;
+
+    switch (camera.encoding) {
+    case Encoding::window:
+        set_window(form, camera, storage);
+        break;
+    case Encoding::view_z:
+        set_rational(form, {scale, 0, 0, 0}, {0, 0, 0, 1});
+        break;
+    case Encoding::inverse:
+        set_rational(form, {0, 0, 0, scale}, {1, 0, 0, 0});
+        break;
+    case Encoding::ray_distance:
+        rays(camera); // refuses what has none
+        form.form = Form::ray_distance;
+        form.scale = scale;
+        form.reason = "z is the stored length times the cosine of the pixel's ray";
+        break;
+    case Encoding::linear:
+    case Encoding::pseudo_linear: {
+        const Real near = needed(camera.near, "near", camera.encoding),
+                   far = needed(camera.far, "far", camera.encoding);
+        require(near != far, text("near = ", near, " and far = ", far, " must differ"));
+        set_rational(form, {(far - near) * u.slope, 0, 0, near + (far - near) * u.start}, {0, 0, 0, 1});
+        if (camera.encoding == Encoding::pseudo_linear)
+            form.reason += ", exactly so at vertices only";
+        break;
+    }
+    case Encoding::median: {
+        const Real median = needed(camera.median, "median", camera.encoding);
+        require(median > 0, text("median = ", median, " must be greater than 0"));
+        set_rational(form, {median * u.slope, 0, 0, median * u.start}, {-u.slope, 0, 0, 1 - u.start});
+        break;
+    }
+    case Encoding::logarithmic: {
+        const Real far = needed(camera.far, "far", camera.encoding), c = camera.log_c;
+        require(far > 0, text("far = ", far, " must be greater than 0 for the logarithmic encoding"));
+        require(std::isfinite(c) && c > 0, text("log_c = ", c, " must be greater than 0"));
+        set_exponential(form, u, std::log2(c * far + 1), 1 / c, 0);
+        form.reason = "z grows exponentially with the stored logarithm";
+        break;
+    }
+    case Encoding::exponential: {
+        const Real near = needed(camera.near, "near", camera.encoding),
+                   far = needed(camera.far, "far", camera.encoding);
+        require(near > 0 && far > near, text("near = ", near, " and far = ", far, " must satisfy 0 < near < far"));
+        set_exponential(form, u, std::log2(far / near), near, near);
+        form.reason = "z grows exponentially with the stored value";
+        break;
+    }
+    }
+    if (form.form == Form::reciprocal && !can_recentre(form)) {
+        form.form = Form::reciprocal_affine;
+        form.reason = "1/z is affine in the stored value, with its pole inside or beside an uneven depth range";
+    }
+    return form;
+}
+
+Rays rays(const Camera& camera) {
+    using Vector3 = Eigen::Matrix<Real, 3, 1>;
+    using Row = Eigen::Matrix<Real, 1, 3>;
+    const Matrix4 m = unprojection(camera);
+    const Affine eye_row = without_noise({m(3, 2), m(0, 2), m(1, 2), m(2, 2)}, camera, 1);
+    const Real eye_w = eye_row[0];
+
+    // A pixel's ray runs through its point of stored depth 0 and the eye, where clip space is (0, 0, 1, 0).
+    Eigen::Matrix<Real, 4, 3> point;
+    point << m.col(0), m.col(1), m.col(3);
+    const Affine w_row = without_noise({0, point(3, 0), point(3, 1), point(3, 2)}, camera, 0);
+    point.row(3) << w_row[1], w_row[2], w_row[3];
+
+    Rays result;
+    Vector3 eye = Vector3::Zero();
+    if (eye_w != 0) {
+        eye = m.col(2).head<3>() / eye_w;
+        const Real size = point.topRows<3>().cwiseAbs().maxCoeff();
+        if (eye.cwiseAbs().maxCoeff() < size * 0x1p-56L)
+            eye.setZero();
+        result.direction = point.topRows<3>() - eye * point.row(3);
+    } else {
+        require(w_row[1] == 0 && w_row[2] == 0,
+                "the projection has its eye at infinity and a fourth row with x and y: its rays are not supported");
+        result.direction.col(2) = m.col(2).head<3>();
+    }
+
+    // Make one step of direction cover a view depth of one, unless that varies from pixel to pixel.
+    const Row ahead = -result.direction.row(2);
+    const Affine ahead_row = without_noise({0, ahead(0), ahead(1), ahead(2)}, camera, 0);
+    result.depth << ahead_row[1], ahead_row[2], ahead_row[3];
+    require(result.depth.cwiseAbs().maxCoeff() > 0,
+            "the projection's rays run across the view axis: they have no depth");
+    result.parallel_depth = !has_pixel(ahead_row);
+    result.eye_depth = -eye.z();
+    if (result.parallel_depth) {
+        result.direction /= result.depth(2);
+        result.direction.row(2) = Row(0, 0, -1);
+        result.depth = Row(0, 0, 1);
+        if (eye_w != 0) {
+            result.origin = -result.eye_depth * result.direction;
+            result.origin.col(2) += eye;
+        } else {
+            const Eigen::Matrix<Real, 3, 3> start = point.topRows<3>() / w_row[3];
+            result.origin = start + result.direction.col(2) * start.row(2);
+        }
+        result.origin.row(2).setZero();
+        result.eye_depth = 0;
+    } else {
+        result.origin.col(2) = eye;
+    }
+
+    // From the OpenGL axes to the projection's own.
+    const ViewAxes axes = camera.projection.convention.view_axes;
+    const Vector3 flip(1, axes == ViewAxes::opencv ? -1 : 1, axes == ViewAxes::opengl ? 1 : -1);
+    result.origin = flip.asDiagonal() * result.origin;
+    result.direction = flip.asDiagonal() * result.direction;
+    return result;
+}
+
+long double view_depth(const Camera& camera, Storage storage, double x, double y, double stored) {
+    const DepthForm form = depth_form(camera, storage);
+    const auto sum = [&](const Affine& row) { return row[0] * stored + row[1] * x + row[2] * y + row[3]; };
+    switch (form.form) {
+    case Form::exponential:
+        return form.amplitude * std::expm1(std::log(2.0L) * form.rate * stored) + form.offset;
+    case Form::ray_distance: {
+        const Rays ray = rays(camera);
+        const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
+        return form.scale * stored * ray.depth.dot(pixel) / direction.norm() + ray.eye_depth;
+    }
+    default:
+        return sum(form.numerator) / sum(form.denominator);
+    }
+}
+
+long double stored_depth(const Camera& camera, Storage storage, double x, double y, double z) {
+    const DepthForm form = depth_form(camera, storage);
+    switch (form.form) {
+    case Form::exponential:
+        return std::log1p((static_cast<Real>(z) - form.offset) / form.amplitude) / (std::log(2.0L) * form.rate);
+    case Form::ray_distance: {
+        const Rays ray = rays(camera);
+        const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
+        return (z - ray.eye_depth) * direction.norm() / (ray.depth.dot(pixel) * form.scale);
+    }
+    default: {
+        // n₀ v + n = z (m₀ v + m), n and m being what does not depend on v; at infinity only m counts.
+        const auto rest = [&](const Affine& row) { return row[1] * x + row[2] * y + row[3]; };
+        const Affine &n = form.numerator, &m = form.denominator;
+        if (std::isinf(z))
+            return m[0] == 0 ? infinity : -rest(m) / m[0];
+        return (rest(n) - z * rest(m)) / (z * m[0] - n[0]);
+    }
+    }
+}
+
+} // namespace fathom

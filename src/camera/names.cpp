@@ -1,0 +1,69 @@
+// The names of finite choices, as the camera file and the program write them.
+
+#include <fathom/camera.hpp>
+
+namespace fathom {
+
+const char* name(Encoding encoding) {
+    switch (encoding) {
+    case Encoding::window:
+        return "window";
+    case Encoding::view_z:
+        return "view-z";
+    case Encoding::ray_distance:
+        return "ray-distance";
+    case Encoding::linear:
+        return "linear";
+    case Encoding::logarithmic:
+        return "logarithmic";
+    case Encoding::exponential:
+        return "exponential";
+    case Encoding::median:
+        return "median";
+    case Encoding::pseudo_linear:
+        return "pseudo-linear";
+    case Encoding::inverse:
+        return "inverse";
+    }
+    return "unknown";
+}
+
+const char* name(Storage storage) {
+    switch (storage) {
+    case Storage::float32:
+        return "float32";
+    case Storage::float16:
+        return "float16";
+    case Storage::uint16:
+        return "uint16";
+    case Storage::uint24:
+        return "uint24";
+    case Storage::uint24_high:
+        return "uint24-high";
+    case Storage::rgb8_low_first:
+        return "rgb-low-first";
+    case Storage::rgb8_high_first:
+        return "rgb-high-first";
+    }
+    return "unknown";
+}
+
+const char* name(Form form) {
+    switch (form) {
+    case Form::reciprocal:
+        return "reciprocal";
+    case Form::reciprocal_affine:
+        return "reciprocal-affine";
+    case Form::affine:
+        return "affine";
+    case Form::rational:
+        return "rational";
+    case Form::exponential:
+        return "exponential";
+    case Form::ray_distance:
+        return "ray-distance";
+    }
+    return "unknown";
+}
+
+} // namespace fathom

@@ -1,0 +1,94 @@
+// Precision of a stored depth: what storing it in a step of finite size costs in scene units.
+// Every form is monotonic in the stored value, so the neighbours of a depth are found by storing it, stepping, decoding.
+// Lengyel 2005, section 4 and eq. 17–19.
+
+#include <fathom/precision.hpp>
+
+#include "text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace fathom {
+namespace {
+
+Storage storage_of(DepthBits bits) {
+    switch (bits) {
+    case DepthBits::d16:
+        return Storage::uint16;
+    case DepthBits::d24:
+        return Storage::uint24;
+    case DepthBits::d32f:
+        return Storage::float32;
+    }
+    return Storage::float32;
+}
+
+// The stored values on both sides of a depth, inside the stored range.
+struct Neighbours {
+    double below, above;
+};
+
+Neighbours neighbours(const Camera& camera, Storage storage, double x, double y, double z) {
+    const DepthForm form = depth_form(camera, storage);
+    const auto exact =
+        static_cast<double>(std::clamp(stored_depth(camera, storage, x, y, z), static_cast<long double>(form.lowest),
+                                       static_cast<long double>(form.highest)));
+    if (storage != Storage::float32) {
+        const double below = std::min(std::floor(exact), static_cast<double>(form.highest) - 1);
+        return {below, below + 1};
+    }
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    float below = static_cast<float>(exact);
+    if (below > exact || below == form.highest)
+        below = std::nextafter(below, -infinity);
+    return {below, std::nextafter(below, infinity)};
+}
+
+} // namespace
+
+double depth_spacing(const Camera& camera, DepthBits bits, double x, double y, double z) {
+    const Storage storage = storage_of(bits);
+    const Neighbours stored = neighbours(camera, storage, x, y, z);
+    return static_cast<double>(
+        std::abs(view_depth(camera, storage, x, y, stored.above) - view_depth(camera, storage, x, y, stored.below)));
+}
+
+double depth_error_bound(const Camera& camera, DepthBits bits, double x, double y, double z) {
+    const Storage storage = storage_of(bits);
+    const Neighbours stored = neighbours(camera, storage, x, y, z);
+    const double half = (stored.above - stored.below) / 2;
+    const auto exact = static_cast<double>(stored_depth(camera, storage, x, y, z));
+    const auto moved = [&](double by) {
+        const long double there = view_depth(camera, storage, x, y, exact + by);
+        const bool beyond_infinity = there <= 0 && depth_form(camera, storage).perspective;
+        return beyond_infinity ? std::numeric_limits<double>::infinity() : std::abs(static_cast<double>(there - z));
+    };
+    return std::max(moved(half), moved(-half));
+}
+
+double attainable_depth(const Camera& camera, double x, double y) {
+    const DepthForm form = depth_form(camera);
+    const auto at = [&](double stored) {
+        const long double z = view_depth(camera, Storage::float32, x, y, stored);
+        const bool never = form.perspective && !(z > form.least_depth);
+        return never ? std::numeric_limits<double>::infinity() : static_cast<double>(z);
+    };
+    if (camera.encoding != Encoding::window)
+        return std::max(at(form.lowest), at(form.highest));
+    const bool far_is_low = camera.projection.order == DepthOrder::reversed;
+    return at(camera.depth_range[far_is_low ? 0 : 1]);
+}
+
+double pseudo_linear_bound(double nearest, double farthest) {
+    if (!(nearest > 0 && farthest >= nearest && std::isfinite(farthest))) {
+        throw std::invalid_argument(
+            text("depths from ", nearest, " to ", farthest, " must satisfy 0 < nearest <= farthest"));
+    }
+    const double difference = std::sqrt(farthest) - std::sqrt(nearest);
+    return difference * difference;
+}
+
+} // namespace fathom

@@ -1,0 +1,192 @@
+// Projections: builders, the oblique near plane, and any 4 × 4.
+//   z_clip / w = p + q / Z,  p + q/near = v_n,  p + q/far = v_f            (Z = distance along the view axis)
+// Everything is derived in long double; an infinite far plane is 1/far = 0, with no case of its own.
+// Lengyel 2005 (oblique near plane); Kooima (infinite far plane).
+
+#include <fathom/projection.hpp>
+
+#include "camera/matrix.hpp"
+#include "text.hpp"
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace fathom {
+namespace {
+
+using Real = long double;
+
+void require(bool condition, const std::string& message) {
+    if (!condition)
+        throw std::invalid_argument(message);
+}
+
+// Turns view-space points of the given axes into the OpenGL ones, and back: it is its own inverse.
+Projection::Matrix to_opengl(ViewAxes axes) {
+    Projection::Matrix flip = Projection::Matrix::Identity();
+    flip(1, 1) = axes == ViewAxes::opencv ? -1 : 1;
+    flip(2, 2) = axes == ViewAxes::opengl ? 1 : -1;
+    return flip;
+}
+
+// A matrix built for the OpenGL axes with y up on the screen, as the convention wants it.
+Projection in_convention(Projection::Matrix matrix, DepthOrder order, Convention convention) {
+    if (convention.clip_y == ClipY::down)
+        matrix.row(1) = -matrix.row(1);
+    return {matrix * to_opengl(convention.view_axes), convention, order};
+}
+
+void require_edges(const FrustumEdges& edges) {
+    require(std::isfinite(edges.left) && std::isfinite(edges.right) && edges.left != edges.right,
+            text("left = ", edges.left, " and right = ", edges.right, " must be finite and differ"));
+    require(std::isfinite(edges.bottom) && std::isfinite(edges.top) && edges.bottom != edges.top,
+            text("bottom = ", edges.bottom, " and top = ", edges.top, " must be finite and differ"));
+}
+
+void require_perspective_span(const DepthSpan& span) {
+    require(std::isfinite(span.near) && span.near > 0,
+            text("near = ", span.near, " must be greater than 0 for a perspective"));
+    require(span.far > span.near, text("far = ", span.far, " must be greater than near = ", span.near));
+}
+
+// Perspective from the slopes of its edges: x/Z = left..right, y/Z = bottom..top.
+Projection perspective_from_slopes(Real left, Real right, Real bottom, Real top, DepthSpan span,
+                                   Convention convention) {
+    require_perspective_span(span);
+    const Projection ends{{}, convention, span.order};
+    const Real inverse_far = 1 / static_cast<Real>(span.far);
+    const Real q = (ends.clip_near() - ends.clip_far()) / (1 / static_cast<Real>(span.near) - inverse_far);
+    const Real p = ends.clip_far() - q * inverse_far;
+
+    Projection::Matrix m = Projection::Matrix::Zero();
+    m(0, 0) = 2 / (right - left);
+    m(0, 2) = (right + left) / (right - left);
+    m(1, 1) = 2 / (top - bottom);
+    m(1, 2) = (top + bottom) / (top - bottom);
+    m(2, 2) = -p;
+    m(2, 3) = q;
+    m(3, 2) = -1;
+    return in_convention(m, span.order, convention);
+}
+
+} // namespace
+
+long double Projection::clip_near() const {
+    if (order == DepthOrder::reversed)
+        return 1;
+    return convention.clip_z == ClipZ::negative_one_to_one ? -1 : 0;
+}
+
+long double Projection::clip_far() const {
+    if (order == DepthOrder::standard)
+        return 1;
+    return convention.clip_z == ClipZ::negative_one_to_one ? -1 : 0;
+}
+
+bool Projection::is_perspective() const {
+    return matrix(3, 0) != 0 || matrix(3, 1) != 0 || matrix(3, 2) != 0;
+}
+
+Projection::Matrix Projection::matrix_in_opengl_axes() const {
+    return matrix * to_opengl(convention.view_axes);
+}
+
+Projection perspective(double fov_y, double aspect, DepthSpan span, Convention convention) {
+    require(fov_y > 0 && fov_y < std::numbers::pi, text("fov_y = ", fov_y, " must lie between 0 and pi radians"));
+    require(std::isfinite(aspect) && aspect > 0, text("aspect = ", aspect, " must be greater than 0"));
+    const Real slope = std::tan(static_cast<Real>(fov_y) / 2);
+    return perspective_from_slopes(-slope * aspect, slope * aspect, -slope, slope, span, convention);
+}
+
+Projection perspective(FrustumEdges edges, DepthSpan span, Convention convention) {
+    require_edges(edges);
+    require_perspective_span(span);
+    const Real near = span.near;
+    return perspective_from_slopes(edges.left / near, edges.right / near, edges.bottom / near, edges.top / near, span,
+                                   convention);
+}
+
+Projection perspective(Intrinsics k, DepthSpan span, Convention convention) {
+    require(std::isfinite(k.fx) && k.fx > 0 && std::isfinite(k.fy) && k.fy > 0,
+            text("fx = ", k.fx, " and fy = ", k.fy, " must be greater than 0"));
+    require(std::isfinite(k.cx) && std::isfinite(k.cy), text("cx = ", k.cx, " and cy = ", k.cy, " must be finite"));
+    require(k.width > 0 && k.height > 0, text("an image of ", k.width, " x ", k.height, " pixels has no intrinsics"));
+    const Real fx = k.fx, fy = k.fy, cx = k.cx, cy = k.cy;
+    return perspective_from_slopes(-cx / fx, (k.width - cx) / fx, (cy - k.height) / fy, cy / fy, span, convention);
+}
+
+Projection orthographic(FrustumEdges edges, DepthSpan span, Convention convention) {
+    require_edges(edges);
+    require(std::isfinite(span.near) && std::isfinite(span.far) && span.near != span.far,
+            text("near = ", span.near, " and far = ", span.far, " must be finite and differ"));
+    const Projection ends{{}, convention, span.order};
+    const Real left = edges.left, right = edges.right, bottom = edges.bottom, top = edges.top;
+    const Real near = span.near, far = span.far;
+    const Real slope = (ends.clip_far() - ends.clip_near()) / (far - near);
+
+    Projection::Matrix m = Projection::Matrix::Zero();
+    m(0, 0) = 2 / (right - left);
+    m(0, 3) = -(right + left) / (right - left);
+    m(1, 1) = 2 / (top - bottom);
+    m(1, 3) = -(top + bottom) / (top - bottom);
+    m(2, 2) = -slope;
+    m(2, 3) = ends.clip_near() - slope * near;
+    m(3, 3) = 1;
+    return in_convention(m, span.order, convention);
+}
+
+Projection from_matrix(const Eigen::Matrix4d& matrix, Convention convention) {
+    require(matrix.allFinite(), "the projection matrix has an element that is not a finite number");
+    Projection projection{matrix.cast<Real>(), convention, DepthOrder::standard};
+    const Projection::Matrix inverse = checked_inverse(projection.matrix_in_opengl_axes(), "the projection matrix");
+
+    // The nearer end has the larger 1/Z under a perspective and the smaller Z under an orthographic projection.
+    const auto nearness = [&](Real clip_z) {
+        const Eigen::Matrix<Real, 4, 1> point = inverse * Eigen::Matrix<Real, 4, 1>(0, 0, clip_z, 1);
+        return projection.is_perspective() ? -point.w() / point.z() : point.z() / point.w();
+    };
+    const Real low = projection.clip_near();
+    if (nearness(low) < nearness(1))
+        projection.order = DepthOrder::reversed;
+    return projection;
+}
+
+Projection from_column_major(std::span<const float, 16> elements, Convention convention) {
+    return from_matrix(Eigen::Map<const Eigen::Matrix4f>(elements.data()).cast<double>(), convention);
+}
+
+Projection with_oblique_near_plane(const Projection& projection, const Eigen::Vector4d& plane) {
+    using Vector = Eigen::Matrix<Real, 4, 1>;
+    require(plane.allFinite() && plane.head<3>().norm() > 0,
+            text("the near plane (", plane.transpose(), ") must be finite and have a normal"));
+    const Vector c = plane.cast<Real>();
+    const Projection::Matrix inverse = checked_inverse(projection.matrix, "the projection matrix");
+
+    // The eye is where all rays meet: the point that clip space calls (0, 0, 1, 0).
+    const Vector eye = inverse.col(2);
+    if (projection.is_perspective()) {
+        const Real side = c.dot(eye) / eye.w();
+        require(side < 0, text("the eye is on the kept side of the near plane (plane at the eye = ", side,
+                               ", must be negative): turn the plane round or move it in front of the eye"));
+    }
+
+    // The corner of the far end that lies furthest inside the plane: its image under the new projection is the far
+    // plane's only point, so that the view volume keeps as much depth as it can.
+    const Real v_near = projection.clip_near(), v_far = projection.clip_far();
+    const Vector clip_plane = inverse.transpose() * c;
+    const auto sign = [](Real value) { return value < 0 ? Real{-1} : Real{1}; };
+    const Vector corner = inverse * Vector(sign(clip_plane.x()), sign(clip_plane.y()), v_far, 1);
+    const Real inside = c.dot(corner);
+    require(inside > 0, text("the near plane leaves nothing of the view volume (plane at the farthest corner = ",
+                             inside, ", must be positive)"));
+
+    Projection result = projection;
+    result.matrix.row(2) = v_near * result.matrix.row(3) + ((v_far - v_near) / inside) * c.transpose();
+    checked_inverse(result.matrix, "the projection with this oblique near plane");
+    return result;
+}
+
+} // namespace fathom

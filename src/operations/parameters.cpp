@@ -1,0 +1,186 @@
+// From options and a camera to the kernels' plain structs: what every operation on stored depth shares.
+
+#include "operations/parameters.hpp"
+
+#include "camera/matrix.hpp"
+#include "text.hpp"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace fathom {
+namespace {
+
+// Results below this size stay in the cache for whoever reads them next.
+constexpr std::size_t streaming_bytes = std::size_t{16} << 20;
+
+// Matches the STORAGE_ constants of kernels/camera.h.
+int kernel_storage(Storage storage) {
+    switch (storage) {
+    case Storage::float32:
+        return 0;
+    case Storage::float16:
+        return 1;
+    case Storage::uint16:
+        return 2;
+    case Storage::uint24:
+    case Storage::uint24_high:
+        return 3;
+    default:
+        return 4;
+    }
+}
+
+void pack(params::wide (&target)[4], const Affine& row, Arithmetic arithmetic) {
+    for (std::size_t i = 0; i < 4; ++i)
+        target[i] = pack_wide(row[i], arithmetic);
+}
+
+float high(long double value) {
+    return static_cast<float>(value);
+}
+float low(long double value) {
+    return static_cast<float>(value - high(value));
+}
+
+// 1/z = s(v): count t from the end of the stored range where s is smallest, so that z = (1/|s'|) / (t + s(end)/|s'|)
+// is a sum of positive terms.
+void set_reciprocal(params::depth_params& p, const DepthForm& form) {
+    const long double slope = form.denominator[0];
+    const float end = slope > 0 ? form.lowest : form.highest;
+    const long double pole = (slope * end + form.denominator[3]) / std::abs(slope);
+    const long double gain = 1 / std::abs(slope);
+    p.sign = slope > 0 ? 1.0f : -1.0f;
+    p.end = slope > 0 ? -end : end;
+    p.gain_high = high(gain);
+    p.gain_low = low(gain);
+    p.pole_high = high(pole);
+    p.pole_low = low(pole);
+}
+
+std::string size_of(const Image& image) {
+    return text(image.width(), " x ", image.height());
+}
+
+} // namespace
+
+params::wide pack_wide(long double value, Arithmetic arithmetic) {
+    if (arithmetic == Arithmetic::fp64)
+        return std::bit_cast<params::wide>(static_cast<double>(value));
+    return params::wide{std::bit_cast<std::uint32_t>(low(value))} << 32 | std::bit_cast<std::uint32_t>(high(value));
+}
+
+params::depth_params depth_parameters(const DepthForm& form, Storage storage, Background background,
+                                      Arithmetic arithmetic) {
+    params::depth_params p{};
+    pack(p.numerator, form.numerator, arithmetic);
+    pack(p.denominator, form.denominator, arithmetic);
+    p.rate = pack_wide(form.rate, arithmetic);
+    p.amplitude = pack_wide(form.amplitude, arithmetic);
+    p.offset = pack_wide(form.offset, arithmetic);
+    if (form.form == Form::reciprocal)
+        set_reciprocal(p, form);
+    p.lowest = form.lowest;
+    p.highest = form.highest;
+    p.least_depth = form.least_depth;
+    p.background_depth = background == Background::nan ? std::numeric_limits<float>::quiet_NaN()
+                                                       : std::numeric_limits<float>::infinity();
+    p.background = form.background.value_or(0);
+    p.background_mask = form.background && background != Background::decode ? ~params::u32{0} : 0;
+    p.code_shift = storage == Storage::uint24_high ? 8 : 0;
+    const bool red_low = storage != Storage::rgb8_high_first;
+    p.byte_weights[0] = red_low ? 1u : 1u << 16;
+    p.byte_weights[1] = 1u << 8;
+    p.byte_weights[2] = red_low ? 1u << 16 : 1u;
+    return p;
+}
+
+params::ray_params ray_parameters(const Rays& rays, long double scale, Arithmetic arithmetic) {
+    params::ray_params p{};
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            p.origin[i][j] = pack_wide(rays.origin(i, j), arithmetic);
+            p.direction[i][j] = pack_wide(rays.direction(i, j), arithmetic);
+        }
+        p.depth[i] = pack_wide(rays.depth(i), arithmetic);
+    }
+    p.eye_depth = pack_wide(rays.eye_depth, arithmetic);
+    p.scale = pack_wide(scale, arithmetic);
+    return p;
+}
+
+Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::Vector3d& origin) {
+    if (!view.allFinite() || view.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
+        throw std::invalid_argument("the view matrix must be finite with a fourth row of 0 0 0 1");
+    }
+    if (!origin.allFinite())
+        throw std::invalid_argument(text("origin = (", origin.transpose(), ") must be finite"));
+    const auto inverse = checked_inverse(view.cast<long double>(), "the view matrix");
+    Rays world = rays;
+    world.direction = inverse.topLeftCorner<3, 3>() * rays.direction;
+    world.origin = inverse.topLeftCorner<3, 3>() * rays.origin;
+    world.origin.col(2) += inverse.topRightCorner<3, 1>() - origin.cast<long double>();
+    return world;
+}
+
+void check_stored(const StoredDepth& stored) {
+    const Image& image = stored.image;
+    if (!image)
+        throw std::invalid_argument("the stored depth has no image");
+    if (image.element() != element_of(stored.storage) || image.channels() != channels_of(stored.storage)) {
+        throw std::invalid_argument(text("the image's elements are not those of ", name(stored.storage)));
+    }
+    const Camera& camera = stored.camera;
+    if (stored.x < 0 || stored.y < 0 || stored.x > camera.width - image.width() ||
+        stored.y > camera.height - image.height()) {
+        throw std::invalid_argument(text("the image (", size_of(image), " at ", stored.x, ", ", stored.y,
+                                         ") does not fit the camera's ", camera.width, " x ", camera.height,
+                                         " pixels"));
+    }
+}
+
+void check_result(const StoredDepth& stored, const Image& result, int channels) {
+    if (!result || result.element() != Element::f32 || result.channels() != channels) {
+        throw std::invalid_argument(text("the result must be an image of ", channels, " floats a pixel"));
+    }
+    if (result.width() != stored.image.width() || result.height() != stored.image.height()) {
+        throw std::invalid_argument(
+            text("the result is ", size_of(result), " pixels, the stored depth ", size_of(stored.image)));
+    }
+}
+
+params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end) {
+    const auto u32 = [](auto value) { return static_cast<params::u32>(value); };
+    return {stored.image.offset(),
+            result.offset(),
+            u32(stored.image.row_stride()),
+            u32(result.row_stride()),
+            u32(begin),
+            u32(end),
+            u32(stored.image.height()),
+            u32(stored.x),
+            u32(stored.y),
+            0};
+}
+
+int lanes_for(const Device& device, int columns) {
+    int lanes = device.options().lanes;
+    while (lanes > columns)
+        lanes = lanes == 4 ? 1 : lanes / 2;
+    return lanes;
+}
+
+bool worth_streaming(const Image& result, int lanes) {
+    const std::size_t size = static_cast<std::size_t>(result.height()) * result.row_stride() * bytes(result.element());
+    return lanes > 1 && result.width() % lanes == 0 && size >= streaming_bytes &&
+           result.aligned_to(static_cast<std::size_t>(lanes) * bytes(result.element()));
+}
+
+runtime::Choices decoder_choices(const DepthForm& form, Storage storage, int lanes, bool stream) {
+    return {
+        {"V", lanes}, {"STREAM", stream}, {"FORM", static_cast<int>(form.form)}, {"STORAGE", kernel_storage(storage)}};
+}
+
+} // namespace fathom

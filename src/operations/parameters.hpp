@@ -1,0 +1,41 @@
+#pragma once
+
+#include "params.h"
+#include "runtime/launch.hpp"
+
+#include <fathom/camera.hpp>
+#include <fathom/device.hpp>
+#include <fathom/image.hpp>
+
+namespace fathom {
+
+/// A constant as the device reads it: the bits of a double, or two floats with the high part in the low word.
+params::wide pack_wide(long double value, Arithmetic arithmetic);
+
+/// Constants of the depth decoder. Pure: no device.
+params::depth_params depth_parameters(const DepthForm& form, Storage storage, Background background,
+                                      Arithmetic arithmetic);
+
+/// Constants of the rays. `scale` is the ray distance's scene units per stored unit.
+params::ray_params ray_parameters(const Rays& rays, long double scale, Arithmetic arithmetic);
+
+/// The same rays seen from the world, positions relative to `origin`.
+/// Throws: std::invalid_argument when the view matrix is not an invertible affine map.
+Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::Vector3d& origin);
+
+/// Does the image fit the storage, the camera and, for a result, the other image?
+/// Throws: std::invalid_argument naming both.
+void check_stored(const StoredDepth& stored);
+void check_result(const StoredDepth& stored, const Image& result, int channels);
+
+/// Columns [begin, end) of the images, and the lanes to work on them with: never more than there are columns.
+params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end);
+int lanes_for(const Device& device, int columns);
+
+/// Should a result be written past the cache? Only aligned rows can be, and only large images gain.
+bool worth_streaming(const Image& result, int lanes);
+
+/// Finite choices that every kernel which decodes depth is built for.
+runtime::Choices decoder_choices(const DepthForm& form, Storage storage, int lanes, bool stream);
+
+} // namespace fathom

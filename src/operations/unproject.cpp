@@ -1,0 +1,57 @@
+// Positions from stored depth: one pass of kernels/unproject.cl.
+
+#include <fathom/unproject.hpp>
+
+#include "operations/parameters.hpp"
+
+#include <stdexcept>
+
+namespace fathom {
+namespace {
+
+void check(const StoredDepth& stored, const UnprojectOptions& options) {
+    check_stored(stored);
+    if (options.channels != 3 && options.channels != 4) {
+        throw std::invalid_argument(text("channels = ", options.channels, " must be 3 or 4"));
+    }
+    if (options.space == Space::world && !stored.camera.view) {
+        throw std::invalid_argument("positions in the world need the camera's view matrix, and it has none");
+    }
+}
+
+} // namespace
+
+void unproject(const StoredDepth& stored, const Image& positions, const UnprojectOptions& options) {
+    check(stored, options);
+    check_result(stored, positions, options.channels);
+    if (stored.image.overlaps(positions)) {
+        throw std::invalid_argument("the positions share memory with the stored depth");
+    }
+    const Device& device = stored.image.device();
+    const Arithmetic arithmetic = device.options().arithmetic;
+    const DepthForm form = depth_form(stored.camera, stored.storage);
+    const Rays view = rays(stored.camera);
+    const Rays target = options.space == Space::world ? rays_in_world(view, *stored.camera.view, options.origin) : view;
+
+    const int width = positions.width();
+    const int lanes = lanes_for(device, width);
+    auto choices = decoder_choices(form, stored.storage, lanes, worth_streaming(positions, lanes));
+    choices.emplace_back("CHANNELS", options.channels);
+    choices.emplace_back("PARALLEL_DEPTH", view.parallel_depth);
+    const auto columns = static_cast<std::size_t>((width + lanes - 1) / lanes);
+    runtime::launch(device, runtime::kernel(device, "unproject", choices),
+                    {columns, static_cast<std::size_t>(positions.height())}, stored.image, positions,
+                    grid_parameters(stored, positions, 0, width),
+                    depth_parameters(form, stored.storage, options.background, arithmetic),
+                    ray_parameters(view, form.scale, arithmetic), ray_parameters(target, form.scale, arithmetic));
+}
+
+Image unproject(const StoredDepth& stored, const UnprojectOptions& options) {
+    check(stored, options);
+    const Image positions(stored.image.device(), Element::f32,
+                          {stored.image.width(), stored.image.height(), options.channels});
+    unproject(stored, positions, options);
+    return positions;
+}
+
+} // namespace fathom

@@ -1,0 +1,164 @@
+// Devices: explicit enumeration (no driver's idea of a default), selection by kind, index or name.
+
+#include <fathom/device.hpp>
+
+#include "runtime/state.hpp"
+#include "text.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+namespace fathom {
+namespace {
+
+struct Found {
+    cl::Device device;
+    DeviceInfo info;
+};
+
+std::string trimmed(std::string value) {
+    value.erase(std::find(value.begin(), value.end(), '\0'), value.end());
+    const auto blank = [](unsigned char c) { return std::isspace(c) != 0; };
+    value.erase(value.begin(), std::find_if_not(value.begin(), value.end(), blank));
+    value.erase(std::find_if_not(value.rbegin(), value.rend(), blank).base(), value.end());
+    return value;
+}
+
+DeviceInfo describe(const cl::Device& device, const cl::Platform& platform, int index) {
+    return {index,
+            trimmed(device.getInfo<CL_DEVICE_NAME>()),
+            trimmed(platform.getInfo<CL_PLATFORM_NAME>()),
+            trimmed(device.getInfo<CL_DEVICE_VERSION>()),
+            (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0,
+            device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0,
+            static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>()),
+            device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()};
+}
+
+std::vector<Found> find_devices() {
+    std::vector<cl::Platform> platforms;
+    try {
+        cl::Platform::get(&platforms);
+    } catch (const cl::Error&) {
+        return {}; // the loader's way to say that no driver is installed
+    }
+    std::vector<Found> found;
+    for (const cl::Platform& platform : platforms) {
+        std::vector<cl::Device> devices;
+        try {
+            platform.getDevices(CL_DEVICE_TYPE_ALL, &devices);
+        } catch (const cl::Error&) {
+            continue; // a driver without a device
+        }
+        for (const cl::Device& device : devices) {
+            found.push_back({device, describe(device, platform, static_cast<int>(found.size()))});
+        }
+    }
+    return found;
+}
+
+std::string lower(std::string value) {
+    std::ranges::transform(value, value.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return value;
+}
+
+bool answers_to(const DeviceInfo& info, const std::string& wanted) {
+    if (wanted == "cpu")
+        return info.cpu;
+    if (wanted == "gpu")
+        return !info.cpu;
+    int index = -1;
+    const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
+    if (error == std::errc{} && end == wanted.data() + wanted.size())
+        return info.index == index;
+    return lower(info.name).find(wanted) != std::string::npos;
+}
+
+const Found& choose(const std::vector<Found>& found, const std::string& wanted) {
+    if (found.empty()) {
+        throw NoDevice("no OpenCL device is installed; a CPU becomes one with the package pocl-opencl-icd");
+    }
+    if (wanted.empty()) {
+        const auto gpu = std::ranges::find_if(found, [](const Found& f) { return !f.info.cpu; });
+        return gpu != found.end() ? *gpu : found.front();
+    }
+    const auto match = std::ranges::find_if(found, [&](const Found& f) { return answers_to(f.info, lower(wanted)); });
+    if (match != found.end())
+        return *match;
+    std::string names;
+    for (const Found& f : found)
+        names += text(names.empty() ? "" : ", ", f.info.index, " ", f.info.name);
+    throw NoDevice(text("no OpenCL device answers to \"", wanted, "\"; there is: ", names));
+}
+
+DeviceOptions completed(DeviceOptions options, const DeviceInfo& info) {
+    if (options.lanes == 0)
+        options.lanes = info.cpu ? 16 : 1;
+    if (options.group_size == 0)
+        options.group_size = 64;
+    if (options.arithmetic == Arithmetic::automatic) {
+        options.arithmetic = info.fp64 ? Arithmetic::fp64 : Arithmetic::two_float;
+    }
+    if (options.lanes != 1 && options.lanes != 4 && options.lanes != 8 && options.lanes != 16) {
+        throw std::invalid_argument(text("lanes = ", options.lanes, " must be 1, 4, 8 or 16"));
+    }
+    if (options.group_size < 1 || options.group_size > 1024) {
+        throw std::invalid_argument(text("group_size = ", options.group_size, " must be 1 to 1024"));
+    }
+    if (options.arithmetic == Arithmetic::fp64 && !info.fp64) {
+        throw std::invalid_argument(text("arithmetic = fp64: ", info.name, " has no double; use two_float"));
+    }
+    return options;
+}
+
+} // namespace
+
+std::vector<DeviceInfo> list_devices() {
+    std::vector<DeviceInfo> infos;
+    for (const Found& found : find_devices())
+        infos.push_back(found.info);
+    return infos;
+}
+
+Device Device::open(const std::string& wanted, const DeviceOptions& options) {
+    const std::vector<Found> all = find_devices();
+    const Found& found = choose(all, wanted);
+    try {
+        const cl::Context context(found.device);
+        Device device(context, found.device, cl::CommandQueue(context, found.device), options);
+        device.state_->info = found.info;
+        return device;
+    } catch (const cl::Error& error) {
+        throw NoDevice(text(found.info.name, " cannot be opened: ", error.what(), " returned ", error.err()));
+    }
+}
+
+Device::Device(const cl::Context& context, const cl::Device& device, const cl::CommandQueue& queue,
+               const DeviceOptions& options) {
+    const DeviceInfo info = describe(device, cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()), 0);
+    state_ = std::make_shared<State>(State{info, completed(options, info), device, context, queue, {}});
+}
+
+const DeviceInfo& Device::info() const {
+    return state_->info;
+}
+const DeviceOptions& Device::options() const {
+    return state_->options;
+}
+const cl::Context& Device::context() const {
+    return state_->context;
+}
+const cl::CommandQueue& Device::queue() const {
+    return state_->queue;
+}
+
+void Device::finish() const {
+    try {
+        state_->queue.finish();
+    } catch (const cl::Error& error) {
+        throw Error(text(state_->info.name, " failed: ", error.what(), " returned ", error.err()));
+    }
+}
+
+} // namespace fathom

@@ -1,0 +1,173 @@
+// Images on the device. On a CPU device they are the caller's memory: kernels read and write at any element's address,
+// so that even an unaligned sub-matrix needs no copy.
+
+#include <fathom/image.hpp>
+
+#include "text.hpp"
+
+#include <array>
+#include <stdexcept>
+
+namespace fathom {
+namespace {
+
+constexpr std::size_t row_alignment = 64;
+
+void check(const Layout& layout) {
+    if (layout.width < 1 || layout.height < 1 || layout.channels < 1) {
+        throw std::invalid_argument(text("an image of ", layout.width, " x ", layout.height, " pixels and ",
+                                         layout.channels, " channels: all must be at least 1"));
+    }
+    const auto row = static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
+    if (layout.row_stride != 0 && layout.row_stride < row) {
+        throw std::invalid_argument(text("row_stride = ", layout.row_stride, " must be at least ", row));
+    }
+}
+
+std::size_t row_elements(const Layout& layout) {
+    return static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
+}
+
+Layout with_stride(Layout layout) {
+    check(layout);
+    if (layout.row_stride == 0)
+        layout.row_stride = row_elements(layout);
+    return layout;
+}
+
+std::size_t elements(const Layout& layout) {
+    return static_cast<std::size_t>(layout.height - 1) * layout.row_stride + row_elements(layout);
+}
+
+cl::Buffer make_buffer(const Device& device, cl_mem_flags flags, std::size_t size, void* host) {
+    try {
+        return {device.context(), flags, size, host};
+    } catch (const cl::Error& error) {
+        throw Error(
+            text(device.info().name, " has no room for ", size, " bytes: ", error.what(), " returned ", error.err()));
+    }
+}
+
+bool can_share(const Device& device, Element element, const void* data) {
+    return device.info().cpu && reinterpret_cast<std::uintptr_t>(data) % bytes(element) == 0;
+}
+
+} // namespace
+
+std::size_t bytes(Element element) {
+    switch (element) {
+    case Element::u8:
+        return 1;
+    case Element::u16:
+    case Element::f16:
+        return 2;
+    default:
+        return 4;
+    }
+}
+
+Element element_of(Storage storage) {
+    switch (storage) {
+    case Storage::float32:
+        return Element::f32;
+    case Storage::float16:
+        return Element::f16;
+    case Storage::uint16:
+        return Element::u16;
+    case Storage::uint24:
+    case Storage::uint24_high:
+        return Element::u32;
+    default:
+        return Element::u8;
+    }
+}
+
+int channels_of(Storage storage) {
+    return element_of(storage) == Element::u8 ? 3 : 1;
+}
+
+Image::Image(const Device& device, Element element, Layout layout) : device_(device), element_(element) {
+    layout_ = with_stride(layout);
+    const std::size_t step = row_alignment / bytes(element);
+    layout_.row_stride = (layout_.row_stride + step - 1) / step * step;
+    buffer_ = make_buffer(device, CL_MEM_READ_WRITE, elements(layout_) * bytes(element), nullptr);
+}
+
+Image Image::from_host(const Device& device, Element element, const void* data, Layout layout) {
+    Image image;
+    image.device_ = device;
+    image.element_ = element;
+    image.layout_ = with_stride(layout);
+    const bool shared = can_share(device, element, data);
+    image.buffer_ = make_buffer(device, CL_MEM_READ_WRITE | (shared ? CL_MEM_USE_HOST_PTR : CL_MEM_COPY_HOST_PTR),
+                                elements(image.layout_) * bytes(element), const_cast<void*>(data));
+    image.host_ = shared ? data : nullptr;
+    return image;
+}
+
+Image Image::onto_host(const Device& device, Element element, void* data, Layout layout) {
+    if (can_share(device, element, data))
+        return from_host(device, element, data, layout);
+    return Image(device, element, layout);
+}
+
+Image Image::region(int x, int y, int width, int height) const {
+    if (x < 0 || y < 0 || width < 1 || height < 1 || x > layout_.width - width || y > layout_.height - height) {
+        throw std::invalid_argument(text("region ", width, " x ", height, " at (", x, ", ", y, ") does not lie in ",
+                                         layout_.width, " x ", layout_.height, " pixels"));
+    }
+    Image part = *this;
+    part.offset_ += static_cast<std::size_t>(y) * layout_.row_stride +
+                    static_cast<std::size_t>(x) * static_cast<std::size_t>(layout_.channels);
+    part.layout_.width = width;
+    part.layout_.height = height;
+    return part;
+}
+
+void Image::download(void* data, std::size_t row_stride) const {
+    const std::size_t size = bytes(element_);
+    if (row_stride == 0)
+        row_stride = row_elements(layout_);
+    try {
+        const void* here = host_ ? static_cast<const char*>(host_) + offset_ * size : nullptr;
+        if (data == here && row_stride == layout_.row_stride) {
+            // Mapping is what makes the results of the device visible to the host.
+            const std::size_t length = elements(layout_) * size;
+            void* mapped = device_.queue().enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ, offset_ * size, length);
+            device_.queue().enqueueUnmapMemObject(buffer_, mapped);
+            device_.finish();
+            return;
+        }
+        const std::array<cl::size_type, 3> from{offset_ % layout_.row_stride * size, offset_ / layout_.row_stride, 0};
+        const std::array<cl::size_type, 3> to{0, 0, 0};
+        const std::array<cl::size_type, 3> box{row_elements(layout_) * size, static_cast<cl::size_type>(layout_.height),
+                                               1};
+        device_.queue().enqueueReadBufferRect(buffer_, CL_TRUE, from, to, box, layout_.row_stride * size, 0,
+                                              row_stride * size, 0, data);
+    } catch (const cl::Error& error) {
+        throw Error(text(device_.info().name, " cannot hand over an image: ", error.what(), " returned ", error.err()));
+    }
+}
+
+bool Image::aligned_to(std::size_t alignment) const {
+    const std::size_t start = reinterpret_cast<std::uintptr_t>(host_) + offset_ * bytes(element_);
+    return start % alignment == 0 && layout_.row_stride * bytes(element_) % alignment == 0;
+}
+
+bool Image::overlaps(const Image& other) const {
+    return buffer_() == other.buffer_() && buffer_() != nullptr;
+}
+
+StoredDepth StoredDepth::region(int left, int top, int width, int height) const {
+    return {image.region(left, top, width, height), camera, storage, x + left, y + top};
+}
+
+StoredDepth ViewDepth::stored() const {
+    Camera view = camera;
+    view.encoding = Encoding::view_z;
+    view.scale = 1;
+    view.background.reset();
+    return {image, view, Storage::float32, x, y};
+}
+
+} // namespace fathom

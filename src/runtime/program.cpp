@@ -1,0 +1,70 @@
+// Programs: the embedded kernel files put together and built for a device, once per set of finite choices.
+// PoCL keeps its own cache of what it compiled, so none is written here.
+
+#include "runtime/program.hpp"
+
+#include "runtime/state.hpp"
+#include "text.hpp"
+
+#include <set>
+
+namespace fathom::runtime {
+namespace {
+
+void append(std::string& source, const std::string& file, std::set<std::string>& included) {
+    if (!included.insert(file).second)
+        return;
+    const auto found = kernel_files().find(file);
+    if (found == kernel_files().end())
+        throw Error(text("no kernel file named ", file, " is built in"));
+
+    const std::string path = text("\"kernels/", file, "\"\n");
+    source += "#line 1 " + path;
+    std::istringstream lines(found->second);
+    std::string line;
+    for (int number = 1; std::getline(lines, line); ++number) {
+        constexpr std::string_view include = "#include \"";
+        if (line.starts_with(include)) {
+            append(source, line.substr(include.size(), line.rfind('"') - include.size()), included);
+            source += text("#line ", number + 1, " ", path);
+        } else {
+            source += line + '\n';
+        }
+    }
+}
+
+std::string build_options(const Choices& choices) {
+    std::string options = "-cl-std=CL1.2 -cl-kernel-arg-info";
+    for (const auto& [name, value] : choices)
+        options += text(" -D", name, "=", value);
+    return options;
+}
+
+} // namespace
+
+std::string assembled_source(const std::string& file) {
+    std::string source;
+    std::set<std::string> included;
+    append(source, file, included);
+    return source;
+}
+
+Kernel& kernel(const Device& device, const std::string& name, Choices choices) {
+    Device::State& state = device.state();
+    choices.emplace_back("FP64", state.options.arithmetic == Arithmetic::fp64);
+    const std::string options = build_options(choices);
+    const std::string key = name + ' ' + options;
+    if (const auto found = state.kernels.find(key); found != state.kernels.end())
+        return found->second;
+
+    const cl::Program program(state.context, assembled_source(name + ".cl"));
+    try {
+        program.build({state.device}, options.c_str());
+        return state.kernels.emplace(key, Kernel{cl::Kernel(program, name.c_str()), "kernels/" + key}).first->second;
+    } catch (const cl::Error&) {
+        throw Error(text("kernels/", name, ".cl does not build on ", state.info.name, " with ", options, ":\n",
+                         program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(state.device)));
+    }
+}
+
+} // namespace fathom::runtime

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <fathom/device.hpp>
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fathom::runtime {
+
+/// Text of every file in kernels/, by name. Generated while building.
+const std::map<std::string, std::string>& kernel_files();
+
+/// A kernel file with the headers it includes in place, each once, and #line directives, so that a build log names the
+/// file and the line that a person would open.
+std::string assembled_source(const std::string& file);
+
+/// Finite choices that a kernel is built for: -D name=value.
+using Choices = std::vector<std::pair<const char*, int>>;
+
+/// A kernel of one file, built for one set of choices.
+struct Kernel {
+    cl::Kernel kernel;
+    std::string description; ///< for messages: the file and its choices
+    bool checked = false;    ///< have its arguments been compared with what was launched?
+};
+
+/// The kernel `name` of kernels/<name>.cl, built when it is first asked for and kept with the device.
+/// Throws: Error with the build log.
+Kernel& kernel(const Device& device, const std::string& name, Choices choices);
+
+} // namespace fathom::runtime

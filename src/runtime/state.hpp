@@ -1,0 +1,22 @@
+#pragma once
+
+#include "runtime/program.hpp"
+
+#include <fathom/device.hpp>
+
+#include <map>
+#include <string>
+
+namespace fathom {
+
+/// What the copies of a `Device` share.
+struct Device::State {
+    DeviceInfo info;
+    DeviceOptions options; // with the automatic choices made
+    cl::Device device;
+    cl::Context context;
+    cl::CommandQueue queue;
+    std::map<std::string, runtime::Kernel> kernels;
+};
+
+} // namespace fathom
