@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <stdexcept>
+
+namespace CLI {
+class App;
+}
+
+namespace fathom::cli {
+
+/// What the program says to the shell. An interrupt is 128 plus the signal's number: 130 for Ctrl-C.
+enum ExitCode : int { done = 0, input_failed = 1, wrong_usage = 2, no_device = 3, interrupted = 130 };
+
+/// One command of the program. A new one is a file that defines it and its name in the list of main.cpp.
+struct Command {
+    const char* name;
+    const char* summary; ///< one line, shown in the list of commands
+    const char* notes;   ///< shown below the options: an example, what is worth knowing
+
+    /// Adds the command's options; what it returns runs the command once they are parsed, and gives the exit code.
+    std::function<int()> (*configure)(CLI::App& app);
+};
+
+extern const Command linearize_command;
+extern const Command unproject_command;
+extern const Command inspect_command;
+extern const Command devices_command;
+
+/// The arguments contradict each other or the files that are there. Nothing was done yet.
+class UsageError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+} // namespace fathom::cli

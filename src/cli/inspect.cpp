@@ -1,0 +1,177 @@
+// fathom inspect
+#include "command.hpp"
+#include "findings.hpp"
+#include "messages.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+namespace fathom::cli {
+namespace {
+
+struct Options {
+    std::string file;
+    std::string camera;
+    std::string channel;
+    DeviceChoice device;
+    bool json = false;
+};
+
+const char* name_of(std::optional<DepthBits> bits) {
+    if (!bits)
+        return "16-bit float";
+    switch (*bits) {
+    case DepthBits::d16:
+        return "16-bit integer";
+    case DepthBits::d24:
+        return "24-bit integer";
+    case DepthBits::d32f:
+        return "32-bit float";
+    }
+    return "unknown";
+}
+
+nlohmann::ordered_json as_json(const CameraFindings& found) {
+    nlohmann::ordered_json surfaces, attainable;
+    for (const Surface& surface : found.surfaces) {
+        surfaces[surface.name] = {{"z", json_number(surface.z)}, {"x", surface.x}, {"y", surface.y}};
+        if (surface.spacing) {
+            surfaces[surface.name]["spacing"] = json_number(*surface.spacing);
+            surfaces[surface.name]["error_bound"] = json_number(*surface.error_bound);
+        }
+    }
+    for (const auto& [place, z] : found.attainable)
+        attainable[place] = json_number(z);
+    return {{"encoding", name(found.camera.encoding)},
+            {"form", name(found.form.form)},
+            {"reason", found.form.reason},
+            {"perspective", found.form.perspective},
+            {"precision_of", name_of(found.bits)},
+            {"background", found.background},
+            {"invalid", found.invalid ? nlohmann::ordered_json(*found.invalid) : nlohmann::ordered_json()},
+            {"surfaces", surfaces},
+            {"attainable", attainable}};
+}
+
+nlohmann::ordered_json as_json(const Options& options, const Findings& found) {
+    nlohmann::ordered_json channels = nlohmann::ordered_json::array(), percentiles;
+    for (const Channel& channel : found.channels)
+        channels.push_back({{"name", channel.name}, {"type", channel.type}});
+    const Statistics& s = found.statistics;
+    for (std::size_t i = 0; i < percents.size(); ++i)
+        percentiles[std::to_string(percents[i])] = json_number(s.percentiles[i]);
+    return {{"file", options.file},
+            {"width", found.depth.values.cols},
+            {"height", found.depth.values.rows},
+            {"storage", name(found.depth.storage)},
+            {"channel", found.depth.channel},
+            {"channels", channels},
+            {"stored", {{"min", json_number(s.min)}, {"max", json_number(s.max)}, {"percentiles", percentiles}}},
+            {"pixels", s.pixels},
+            {"nan", s.nan},
+            {"inf", s.inf},
+            {"minus_inf", s.minus_inf},
+            {"at_zero", s.at_zero},
+            {"at_largest", s.at_largest},
+            {"camera", found.camera ? as_json(*found.camera) : nlohmann::ordered_json()}};
+}
+
+void print_row(const std::string& term, const std::string& meaning) {
+    fmt::print("  {:<14}{}\n", term, meaning);
+}
+
+void print_camera(const Options& options, const CameraFindings& found) {
+    fmt::print("\ncamera: {}\n", options.camera);
+    print_row("encoding", name(found.camera.encoding));
+    print_row("form", fmt::format("{}: {}", name(found.form.form), found.form.reason));
+    print_row("background", fmt::format("{} pixels", found.background));
+
+    fmt::print("\nsurfaces: distance along the view axis, scene units\n");
+    if (!found.no_surfaces.empty())
+        print_row("none", found.no_surfaces);
+    for (const Surface& surface : found.surfaces)
+        print_row(surface.name,
+                  fmt::format("{:<14}at pixel {:.0f}, {:.0f}", number(surface.z), surface.x - 0.5, surface.y - 0.5));
+    if (found.invalid)
+        print_row("invalid", fmt::format("{} pixels", *found.invalid));
+
+    if (found.bits && !found.surfaces.empty()) {
+        fmt::print("\nprecision: of a {} buffer there, scene units\n", name_of(found.bits));
+        for (const Surface& surface : found.surfaces)
+            print_row(surface.name,
+                      fmt::format("steps of {:.3g}, error at most {:.3g}", *surface.spacing, *surface.error_bound));
+    }
+    fmt::print("\nattainable depth: where the far plane ends the view\n");
+    for (const auto& [place, z] : found.attainable)
+        print_row(place, number(z));
+}
+
+void print_findings(const Options& options, const Findings& found) {
+    const Statistics& s = found.statistics;
+    const std::string& channel = found.depth.channel;
+    std::vector<std::string> channels;
+    for (const Channel& each : found.channels)
+        channels.push_back(each.name + " (" + each.type + ")");
+    fmt::print("file: {}\n", options.file);
+    print_row("size", fmt::format("{} × {}", found.depth.values.cols, found.depth.values.rows));
+    print_row("type", name(found.depth.storage) + (channel.empty() ? "" : ", channel " + channel));
+    if (!channels.empty())
+        print_row("channels", CLI::detail::join(channels, ", "));
+
+    fmt::print("\nstored values: as they lie in the file, finite ones only\n");
+    print_row("min", number(s.min));
+    for (std::size_t i = 0; i < percents.size(); ++i)
+        print_row(fmt::format("{:>2} %", percents[i]), number(s.percentiles[i]));
+    print_row("max", number(s.max));
+
+    fmt::print("\npixels: {}\n", s.pixels);
+    print_row("NaN", std::to_string(s.nan));
+    print_row("+Inf", std::to_string(s.inf));
+    print_row("-Inf", std::to_string(s.minus_inf));
+    print_row("at 0", std::to_string(s.at_zero));
+    print_row("at " + number(storage_max(found.depth.storage)), std::to_string(s.at_largest));
+    if (found.camera)
+        print_camera(options, *found.camera);
+    else
+        print_row("background", "unknown without --camera");
+}
+
+int inspect(const Options& options) {
+    const Findings found = look_at(options.file, options.camera, options.channel, options.device);
+    if (options.json)
+        print_json(as_json(options, found));
+    else
+        print_findings(options, found);
+    return done;
+}
+
+std::function<int()> configure(CLI::App& app) {
+    const auto options = std::make_shared<Options>();
+    app.add_option("DEPTH", options->file, "depth image: EXR, 16-bit PNG, TIFF or PFM")
+        ->type_name("DEPTH")
+        ->required()
+        ->group("Input");
+    app.add_option("--camera", options->camera, "camera file: shows what it makes of the values, too")
+        ->type_name("CAMERA.json")
+        ->group("Input");
+    add_channel_option(app, options->channel);
+    app.add_flag("--json", options->json, "print one JSON object")->group("Report");
+    add_device_options(app, options->device);
+    return [options] { return inspect(*options); };
+}
+
+} // namespace
+
+const Command inspect_command{
+    .name = "inspect",
+    .summary = "Shows what a depth image holds and, with a camera, what its values mean.",
+    .notes = R"(Percentiles are values of the image (nearest rank). In JSON, NaN and infinities are the strings
+"nan", "inf" and "-inf"; what was not asked for or cannot be told is null.
+
+Example:
+  fathom inspect frame.exr --camera camera.json)",
+    .configure = configure,
+};
+
+} // namespace fathom::cli

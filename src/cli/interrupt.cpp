@@ -1,0 +1,37 @@
+// Signals: a flag that the work looks at between two steps.
+#include "interrupt.hpp"
+
+#include <csignal>
+#include <initializer_list>
+
+namespace fathom::cli {
+namespace {
+
+volatile std::sig_atomic_t received = 0;
+
+void remember(int signal) {
+    received = signal;
+}
+
+} // namespace
+
+void catch_interrupts() {
+    std::signal(SIGXFSZ, SIG_IGN);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+        struct sigaction action {};
+        sigaction(signal, nullptr, &action);
+        if (action.sa_handler == SIG_IGN) // started with nohup or in the background: stays so
+            continue;
+        action = {};
+        action.sa_handler = remember;
+        action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+        sigaction(signal, &action, nullptr);
+    }
+}
+
+void stop_if_interrupted() {
+    if (received)
+        throw Interrupted{received};
+}
+
+} // namespace fathom::cli

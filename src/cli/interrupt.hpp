@@ -1,0 +1,17 @@
+#pragma once
+
+namespace fathom::cli {
+
+/// From now on the first Ctrl-C (or SIGTERM, SIGHUP) only asks the work to stop where nothing is left half done;
+/// the second ends the program at once. A file that grows past `ulimit -f` is an error, not the end.
+void catch_interrupts();
+
+/// What `stop_if_interrupted` throws. No std::exception, so that no file is blamed for it.
+struct Interrupted {
+    int signal;
+};
+
+/// Throws: Interrupted, when a signal came.
+void stop_if_interrupted();
+
+} // namespace fathom::cli

@@ -1,0 +1,97 @@
+// What the program prints: one line for an error, one for a result, for people or as JSON.
+#include "messages.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <vector>
+
+namespace fathom::cli {
+namespace {
+
+std::string on_one_line(std::string_view text) {
+    std::string line;
+    for (const char c : text) {
+        const bool blank = static_cast<unsigned char>(c) <= ' ' || c == '\x7f';
+        if (!blank)
+            line += c;
+        else if (!line.empty() && line.back() != ' ')
+            line += ' ';
+    }
+    while (line.ends_with(' '))
+        line.pop_back();
+    return line;
+}
+
+// Optimal string alignment: insert, remove, replace, or swap two neighbours.
+std::size_t edits(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> before, above(b.size() + 1), row(b.size() + 1);
+    std::iota(above.begin(), above.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            row[j] = std::min({above[j] + 1, row[j - 1] + 1, above[j - 1] + (a[i - 1] != b[j - 1])});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                row[j] = std::min(row[j], before[j - 2] + 1);
+        }
+        before = std::exchange(above, row);
+    }
+    return above.back();
+}
+
+} // namespace
+
+void complain(std::string_view message) {
+    const std::string line = "fathom: " + on_one_line(message) + '\n';
+    std::fwrite(line.data(), 1, line.size(), stderr);
+    std::fflush(stderr);
+}
+
+std::string about(const std::filesystem::path& subject, std::string_view message,
+                  std::initializer_list<std::filesystem::path> already_named) {
+    const auto names = [&](const std::filesystem::path& file) {
+        return !file.empty() && message.find(file.native()) != std::string_view::npos;
+    };
+    if (names(subject) || std::any_of(already_named.begin(), already_named.end(), names))
+        return std::string(message);
+    return subject.native() + ": " + std::string(message);
+}
+
+void print_json(const nlohmann::ordered_json& value) {
+    fmt::print("{}\n", value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+nlohmann::ordered_json json_number(double value) {
+    if (std::isnan(value))
+        return "nan";
+    if (std::isinf(value))
+        return value > 0 ? "inf" : "-inf";
+    return value;
+}
+
+std::string number(double value) {
+    return fmt::format("{:.7g}", value);
+}
+
+std::string nearest(std::string_view name, const std::vector<std::string>& known) {
+    std::string best;
+    std::size_t fewest = std::max<std::size_t>(2, name.size() / 3) + 1;
+    for (const std::string& candidate : known)
+        if (const std::size_t n = edits(name, candidate); n < fewest) {
+            fewest = n;
+            best = candidate;
+        }
+    return best;
+}
+
+std::string one_of(const std::vector<std::string>& names) {
+    std::string text;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        text += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
+    return text;
+}
+
+} // namespace fathom::cli

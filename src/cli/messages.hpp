@@ -1,0 +1,34 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+namespace fathom::cli {
+
+/// Prints `fathom: message` on one line of stderr, whatever line breaks and control characters the message holds.
+void complain(std::string_view message);
+
+/// The message, with `subject: ` in front unless it already names one of the files it may be about.
+std::string about(const std::filesystem::path& subject, std::string_view message,
+                  std::initializer_list<std::filesystem::path> already_named = {});
+
+/// Prints a line of JSON on stdout. Bytes that are no UTF-8 (in file names) are replaced.
+void print_json(const nlohmann::ordered_json& value);
+
+/// A number for JSON, which has neither NaN nor infinity: those are the strings "nan", "inf" and "-inf".
+nlohmann::ordered_json json_number(double value);
+
+/// A number for people: seven digits, which tell any two floats of the same image apart in practice.
+std::string number(double value);
+
+/// The known name that is the fewest edits away from `name`; empty when none is near enough to be meant.
+std::string nearest(std::string_view name, const std::vector<std::string>& known);
+
+/// `a, b or c`
+std::string one_of(const std::vector<std::string>& names);
+
+} // namespace fathom::cli

@@ -1,0 +1,104 @@
+// Options that several commands share.
+#include "options.hpp"
+
+#include "messages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace fathom::cli {
+
+Device DeviceChoice::open() const {
+    if (threads > 0) {
+        const std::string count = std::to_string(threads);
+        setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1); // PoCL to 4
+        setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
+    }
+    return Device::open(wanted);
+}
+
+CLI::Validator is_one_of(const std::vector<std::string>& names) {
+    return CLI::Validator(
+        [names](std::string& text) {
+            if (std::find(names.begin(), names.end(), text) != names.end())
+                return std::string();
+            return "'" + text + "' is unknown; it is " + one_of(names);
+        },
+        "");
+}
+
+CLI::Validator is_a_number(const std::string& kind, const std::function<bool(double)>& accepted) {
+    return CLI::Validator(
+        [kind, accepted](std::string& text) {
+            double value;
+            const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && accepted(value);
+            return good ? std::string() : "'" + text + "' will not do; it is a " + kind;
+        },
+        "");
+}
+
+void add_channel_option(CLI::App& app, std::string& channel) {
+    app.add_option("--channel", channel,
+                   "EXR channel that holds the depth\n(default: Z, *.Depth.Z, V, depth.V, Y, or the only one)")
+        ->type_name("NAME")
+        ->group("Input");
+}
+
+void add_device_options(CLI::App& app, DeviceChoice& choice) {
+    app.add_option("--device", choice.wanted,
+                   "where to compute: cpu, gpu, or an index or part of a name\n"
+                   "as `fathom devices` lists them (default: a GPU if there is one)")
+        ->type_name("DEVICE")
+        ->group("Device");
+    app.add_option("--threads", choice.threads, "threads of a CPU device (PoCL; default: all cores)")
+        ->type_name("N")
+        ->check(is_a_number("whole number from 1 to 4096",
+                            [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }))
+        ->group("Device");
+}
+
+void add_depth_options(CLI::App& app, DepthOptions& options, const std::vector<std::string>& endings) {
+    app.add_option("DEPTH", options.inputs, "depth images: EXR, 16-bit PNG, TIFF or PFM")
+        ->type_name("DEPTH")
+        ->required()
+        ->group("Input");
+    app.add_option("--camera", options.camera, "camera file: the projection and what the values mean (docs/camera.md)")
+        ->type_name("CAMERA.json")
+        ->required()
+        ->group("Input");
+    add_channel_option(app, options.channel);
+
+    std::vector<std::string> formats;
+    for (const std::string& ending : endings)
+        formats.push_back(ending.substr(1));
+    app.add_option("-o,--output", options.output,
+                   "file to write (" + CLI::detail::join(endings, " ") +
+                       "), or a folder:\nresults keep the names of their inputs there")
+        ->type_name("OUT")
+        ->required()
+        ->group("Output");
+    app.add_option_function<std::string>(
+           "--format", [&options](const std::string& format) { options.format = "." + format; },
+           "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() + ")")
+        ->type_name("TYPE")
+        ->check(is_one_of(formats))
+        ->group("Output");
+    app.add_option_function<double>(
+           "--png-scale", [&options](double scale) { options.png_scale = scale; },
+           "write .png as round(value × S × 65535), 16 bits")
+        ->type_name("S")
+        ->check(is_a_number("number above 0", [](double scale) { return scale > 0; }))
+        ->group("Output");
+
+    CLI::Option* quiet = app.add_flag_callback(
+        "--quiet", [&options] { options.report = Report::nothing; }, "print nothing on success");
+    CLI::Option* json = app.add_flag_callback(
+        "--json", [&options] { options.report = Report::json; }, "print one line of JSON for each file");
+    quiet->group("Report");
+    json->group("Report")->excludes(quiet);
+
+    add_device_options(app, options.device);
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <fathom/device.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fathom::cli {
+
+/// Where the work is done.
+struct DeviceChoice {
+    std::string wanted; ///< cpu, gpu, an index or a part of a name; empty: the default
+    int threads = 0;    ///< of a CPU device; 0: as many as it likes
+
+    /// Opens the device. The number of threads counts from the first time only, as it does for the driver.
+    Device open() const;
+};
+
+/// How the program speaks on stdout about what went well.
+enum class Report { line, json, nothing };
+
+/// What every operation on depth images takes.
+struct DepthOptions {
+    std::vector<std::string> inputs;
+    std::string camera;
+    std::string output;
+    std::string format; ///< ending of the results in a folder, with its dot; empty: .exr
+    std::string channel;
+    std::optional<double> png_scale;
+    DeviceChoice device;
+    Report report = Report::line;
+};
+
+/// Adds the options of `DepthOptions`; `endings` are the types that the results may have.
+void add_depth_options(CLI::App& app, DepthOptions& options, const std::vector<std::string>& endings);
+
+void add_channel_option(CLI::App& app, std::string& channel);
+void add_device_options(CLI::App& app, DeviceChoice& choice);
+
+/// Adds an option whose value is one of a few names.
+template <typename Value>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,
+                        const std::vector<std::pair<std::string, Value>>& choices, const std::string& description);
+
+/// Refuses a value that is none of `names`, listing them.
+CLI::Validator is_one_of(const std::vector<std::string>& names);
+
+/// Refuses what is no finite number or is not accepted; `kind` says in words what is: "number above 0".
+CLI::Validator is_a_number(const std::string& kind, const std::function<bool(double)>& accepted);
+
+template <typename Value>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,
+                        const std::vector<std::pair<std::string, Value>>& choices, const std::string& description) {
+    std::vector<std::string> names;
+    for (const auto& choice : choices)
+        names.push_back(choice.first);
+    const auto choose = [&value, choices](const std::string& text) {
+        for (const auto& choice : choices)
+            if (choice.first == text)
+                value = choice.second;
+    };
+    return app.add_option_function<std::string>(name, choose, description)
+        ->type_name(CLI::detail::join(names, "|"))
+        ->check(is_one_of(names));
+}
+
+} // namespace fathom::cli

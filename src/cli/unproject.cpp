@@ -1,0 +1,73 @@
+// fathom unproject
+#include "command.hpp"
+#include "each_depth.hpp"
+
+#include <fathom/opencv.hpp>
+#include <fathom/unproject.hpp>
+
+#include <cmath>
+#include <sstream>
+
+namespace fathom::cli {
+namespace {
+
+struct Options : DepthOptions {
+    UnprojectOptions unproject;
+};
+
+// Three finite numbers "X,Y,Z"; what is wrong with them otherwise.
+std::string parse_point(const std::string& text, Eigen::Vector3d& point) {
+    const std::vector<std::string> parts = CLI::detail::split(text, ',');
+    bool good = parts.size() == 3;
+    for (std::size_t i = 0; good && i < 3; ++i) {
+        double& value = point[static_cast<Eigen::Index>(i)];
+        good = CLI::detail::lexical_cast(parts[i], value) && std::isfinite(value);
+    }
+    return good ? "" : "'" + text + "' is no point; it is three numbers X,Y,Z";
+}
+
+std::function<int()> configure(CLI::App& app) {
+    const Product product{.endings = {".exr", ".ply", ".tif", ".pfm", ".png"}, .channels = {"P.X", "P.Y", "P.Z"}};
+    const auto options = std::make_shared<Options>();
+    UnprojectOptions& unprojection = options->unproject;
+    add_depth_options(app, *options, product.endings);
+    CLI::Option* space =
+        add_choice(app, "--space", unprojection.space, {{"view", Space::view}, {"world", Space::world}},
+                   "axes of the positions: the camera's (default) or the world's,\n"
+                   "which needs \"view\" in the camera file");
+    CLI::Option* origin = app.add_option_function<std::string>(
+        "--origin", [&](const std::string& text) { parse_point(text, unprojection.origin); },
+        "with --space world: positions are relative to this point of the\n"
+        "world (default: 0,0,0); near the scene it keeps floats exact");
+    origin->type_name("X,Y,Z")->needs(space)->check(CLI::Validator(
+        [](std::string& text) {
+            Eigen::Vector3d ignored;
+            return parse_point(text, ignored);
+        },
+        ""));
+    CLI::Option* background = add_choice(
+        app, "--background", unprojection.background,
+        {{"nan", Background::nan}, {"inf", Background::inf}, {"decode", Background::decode}},
+        "pixels with nothing in them have no position (nan or inf;\ndefault), or lie on the far plane (decode)");
+    for (CLI::Option* option : {space, origin, background})
+        option->group("Output");
+    return [options, product] {
+        return each_depth(*options, product,
+                          [&](const StoredDepth& stored) { return to_mat(unproject(stored, options->unproject)); });
+    };
+}
+
+} // namespace
+
+const Command unproject_command{
+    .name = "unproject",
+    .summary = "Turns stored depth into exact positions, in the camera's axes or the world's.",
+    .notes = R"(The result is three float32 a pixel, in scene units; an EXR holds them as P.X P.Y P.Z. Pixels without a
+position are NaN there and are left out of a PLY.
+
+Example:
+  fathom unproject frame.exr --camera camera.json -o points.ply --space world)",
+    .configure = configure,
+};
+
+} // namespace fathom::cli
