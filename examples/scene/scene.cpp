@@ -106,7 +106,10 @@ Passage passage(const Vector3d& half_size, const Vector3d& origin, const Vector3
 }
 
 std::optional<Hit> intersect(const Box& box, const Ray& ray) {
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(box.yaw, Vector3d::UnitY()).toRotationMatrix();
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    if (box.yaw != 0) {
+        turn = Eigen::AngleAxisd(box.yaw, Vector3d::UnitY());
+    }
     const auto [enter, leave, enter_axis, leave_axis] =
         passage(box.half_size, turn.transpose() * (ray.origin - box.centre), turn.transpose() * ray.direction);
     const auto t = enter <= leave ? first_inside(ray, enter, leave) : std::nullopt;
