@@ -1,0 +1,201 @@
+// Depth from OpenEXR, with OpenEXR's own library: any part, half, float or uint, scan lines or tiles.
+// What comes back is the display window, which is what a camera's projection maps: pixels that the data window does not
+// reach are NaN, and overscan is cut off.
+#include "formats.hpp"
+
+#include <fathom/error.hpp>
+
+#include <opencv2/core.hpp>
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfTestFile.h>
+
+#include <algorithm>
+#include <cctype>
+#include <limits>
+#include <new>
+
+namespace fathom::io {
+namespace {
+
+using Imath::Box2i;
+
+struct Channel {
+    int part;
+    std::string name;      ///< within its part
+    std::string full_name; ///< with its part's name in front, when there are several parts
+    Imf::PixelType type;
+    bool deep;
+    bool subsampled;
+    bool of_a_vector; ///< one of X, Y, Z side by side: a position or a normal, no depth
+};
+
+std::vector<Channel> channels_of(const Imf::MultiPartInputFile& exr) {
+    std::vector<Channel> channels;
+    for (int part = 0; part < exr.parts(); ++part) {
+        const auto& header = exr.header(part);
+        const auto& list = header.channels();
+        const auto prefix = exr.parts() > 1 && header.hasName() ? header.name() + "." : "";
+        for (auto c = list.begin(); c != list.end(); ++c)
+            channels.push_back({
+                .part = part,
+                .name = c.name(),
+                .full_name = prefix + c.name(),
+                .type = c.channel().type,
+                .deep = header.hasType() && Imf::isDeepData(header.type()),
+                .subsampled = c.channel().xSampling != 1 || c.channel().ySampling != 1,
+                .of_a_vector = list.findChannel("X") && list.findChannel("Y") && list.findChannel("Z"),
+            });
+    }
+    return channels;
+}
+
+std::string listed(const std::vector<Channel>& channels) {
+    constexpr std::size_t most = 24;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(channels.size(), most); ++i)
+        list += (i ? ", " : "") + channels[i].full_name;
+    return channels.size() > most ? list + ", and " + std::to_string(channels.size() - most) + " more" : list;
+}
+
+std::string lower(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+    return text;
+}
+
+/// How well a channel's name says that it is depth, 0 the best; nothing when it does not say so.
+/// Z is OpenEXR's own name, Layer.Depth.Z and Layer.Depth.V are Blender's, V is its viewer's, Y is a grey image.
+std::optional<int> rank(const Channel& channel) {
+    const auto name = lower(channel.name);
+    const auto is_layer = [&](const std::string& end) { return name == end || name.ends_with("." + end); };
+    if (name == "z" && !channel.of_a_vector)
+        return 0;
+    if (is_layer("depth.z"))
+        return 1;
+    if (name == "v")
+        return 2;
+    if (is_layer("depth.v"))
+        return 3;
+    if (name == "y" && !channel.of_a_vector)
+        return 4;
+    return std::nullopt;
+}
+
+const Channel& choose(const std::filesystem::path& file, const std::vector<Channel>& channels,
+                      const std::string& wanted) {
+    if (channels.empty())
+        refuse(file, "has no channels; write it again");
+    const Channel* best = nullptr;
+    if (!wanted.empty()) {
+        for (const auto& channel : channels)
+            if (!best && (channel.name == wanted || channel.full_name == wanted))
+                best = &channel;
+        if (!best)
+            refuse(file, "has no channel \"" + wanted + "\"; it has " + listed(channels));
+    } else if (channels.size() == 1) {
+        best = &channels.front();
+    } else {
+        for (const auto& channel : channels)
+            if (const auto r = rank(channel); r && (!best || *r < *rank(*best)))
+                best = &channel;
+        if (!best)
+            refuse(file, "has no channel that is named like depth; say which it is (--channel): " + listed(channels));
+    }
+    if (best->deep)
+        refuse(file, "channel \"" + best->full_name + "\" is deep (many samples a pixel); flatten the file first");
+    if (best->subsampled)
+        refuse(file,
+               "channel \"" + best->full_name + "\" does not have one sample a pixel; write depth at full resolution");
+    return *best;
+}
+
+cv::Rect rectangle(const std::filesystem::path& file, const Box2i& box, const Box2i& origin) {
+    const auto extent = [](int low, int high) { return static_cast<long long>(high) - low + 1; };
+    const auto width = extent(box.min.x, box.max.x), height = extent(box.min.y, box.max.y);
+    check_size(file, width, height);
+    const auto x = static_cast<long long>(box.min.x) - origin.min.x,
+               y = static_cast<long long>(box.min.y) - origin.min.y;
+    if (std::max(std::abs(x), std::abs(y)) > most_pixels)
+        refuse(file, "has a data window far away from its display window; it is damaged, write it again");
+    return {static_cast<int>(x), static_cast<int>(y), static_cast<int>(width), static_cast<int>(height)};
+}
+
+int mat_type(Imf::PixelType type) {
+    return type == Imf::HALF ? CV_16FC1 : type == Imf::FLOAT ? CV_32FC1 : CV_32SC1;
+}
+
+/// The display window's pixels from the data window's.
+cv::Mat placed(const std::filesystem::path& file, const cv::Mat& pixels, const cv::Rect& data,
+               const cv::Rect& display) {
+    if (data == display)
+        return pixels;
+    const auto seen = data & display;
+    if (pixels.type() == CV_32SC1 && seen != display)
+        refuse(file, "has integer depth and a data window smaller than its display window, and no integer says "
+                     "\"nothing here\"; write depth as float");
+    cv::Mat image(display.size(), pixels.type());
+    if (pixels.type() == CV_32FC1)
+        image.setTo(std::numeric_limits<float>::quiet_NaN());
+    else if (pixels.type() == CV_16FC1)
+        cv::Mat(image.size(), CV_16UC1, image.data, image.step).setTo(0x7e00); // a half's NaN
+    if (!seen.empty())
+        pixels(seen - data.tl()).copyTo(image(seen));
+    return image;
+}
+
+DepthFile read(const std::filesystem::path& file, const ReadOptions& options) {
+    Imf::MultiPartInputFile exr(file.c_str());
+    const auto channels = channels_of(exr);
+    const auto& channel = choose(file, channels, options.channel);
+    if (!exr.partComplete(channel.part))
+        refuse(file, "is incomplete: some of its rows were never written; render or copy it again");
+
+    const auto& header = exr.header(channel.part);
+    const auto display = rectangle(file, header.displayWindow(), header.displayWindow());
+    const auto data = rectangle(file, header.dataWindow(), header.displayWindow());
+    cv::Mat pixels(data.size(), mat_type(channel.type));
+    Imf::FrameBuffer frame;
+    frame.insert(channel.name,
+                 Imf::Slice::Make(channel.type, pixels.data, header.dataWindow(), pixels.elemSize(), pixels.step));
+    Imf::InputPart part(exr, channel.part);
+    part.setFrameBuffer(frame);
+    part.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
+
+    const auto storage = channel.type == Imf::HALF    ? Storage::float16
+                         : channel.type == Imf::FLOAT ? Storage::float32
+                                                      : Storage::uint24;
+    return {placed(file, pixels, data, display), storage, channel.full_name};
+}
+
+/// OpenEXR's reason without the file's name, which stands in front of our line already.
+std::string reason(const std::string& what) {
+    const auto quoted = what.rfind("\". ");
+    return quoted == std::string::npos ? what : what.substr(quoted + 3);
+}
+
+} // namespace
+
+bool begins_like_exr(const std::filesystem::path& file) {
+    return Imf::isOpenExrFile(file.c_str());
+}
+
+DepthFile read_exr(const std::filesystem::path& file, const ReadOptions& options) {
+    try {
+        return read(file, options);
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        refuse(file, "asks for more memory than there is; it is damaged or too large");
+    } catch (const cv::Exception&) {
+        refuse(file, "asks for more memory than there is; it is damaged or too large");
+    } catch (const std::exception& error) {
+        refuse(file, "is damaged or cut short (" + reason(error.what()) + "); render or copy it again");
+    }
+}
+
+} // namespace fathom::io

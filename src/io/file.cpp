@@ -1,0 +1,141 @@
+// Files are read whole and replaced whole.
+#include "file.hpp"
+
+#include <fathom/error.hpp>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+namespace fs = std::filesystem;
+
+namespace fathom::io {
+namespace {
+
+std::string reason(int error) {
+    return std::generic_category().message(error);
+}
+
+/// A new file beside the target that is gone again unless it took the target's place.
+class Successor {
+public:
+    explicit Successor(const fs::path& target) : target_(target) {
+        static std::atomic<unsigned> count = 0;
+        do {
+            // A short name of its own: the target's may already be as long as names can be.
+            const auto name = ".fathom-" + std::to_string(::getpid()) + "-" + std::to_string(count++) + ".tmp";
+            path_ = target.parent_path() / name;
+            descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        } while (descriptor_ < 0 && errno == EEXIST);
+        if (descriptor_ < 0)
+            fail(errno);
+    }
+    Successor(const Successor&) = delete;
+    Successor& operator=(const Successor&) = delete;
+    ~Successor() {
+        if (descriptor_ >= 0)
+            ::close(descriptor_);
+        if (!done_)
+            ::unlink(path_.c_str());
+    }
+
+    void write(std::span<const unsigned char> bytes) {
+        while (!bytes.empty()) {
+            const auto written = ::write(descriptor_, bytes.data(), std::min<std::size_t>(bytes.size(), 1u << 30));
+            if (written < 0 && errno == EINTR)
+                continue;
+            if (written <= 0)
+                fail(written < 0 ? errno : ENOSPC);
+            bytes = bytes.subspan(static_cast<std::size_t>(written));
+        }
+    }
+
+    void take_over() {
+        if (struct stat old; ::stat(target_.c_str(), &old) == 0)
+            static_cast<void>(::fchmod(descriptor_, old.st_mode & 07777)); // keeps what the owner had granted
+        if (::close(std::exchange(descriptor_, -1)) != 0)                  // where network disks say that they are full
+            fail(errno);
+        if (::rename(path_.c_str(), target_.c_str()) != 0)
+            fail(errno);
+        done_ = true;
+    }
+
+private:
+    [[noreturn]] void fail(int error) {
+        const auto folder = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
+        if (error == ENOENT || error == ENOTDIR)
+            refuse(target_, "cannot be written: there is no folder " + folder.string() + "; make it first");
+        if (error == ENOSPC || error == EDQUOT || error == EFBIG)
+            refuse(target_, "cannot be written: " + reason(error) + "; free some space or write elsewhere");
+        refuse(target_, "cannot be written: " + reason(error) + "; choose a folder that you may write into");
+    }
+
+    fs::path target_;
+    fs::path path_;
+    int descriptor_ = -1;
+    bool done_ = false;
+};
+
+} // namespace
+
+void refuse(const fs::path& file, const std::string& what) {
+    auto line = file.string() + ": " + what;
+    std::replace_if(
+        line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, ' ');
+    throw Error(line);
+}
+
+void check_size(const fs::path& file, long long width, long long height) {
+    if (width < 1 || height < 1 || width > most_pixels / height)
+        refuse(file, "says it has " + std::to_string(width) + " x " + std::to_string(height) +
+                         " pixels; it is damaged, or larger than the 32768 x 32768 that can be read");
+}
+
+void check_readable(const fs::path& file) {
+    std::error_code error;
+    const auto status = fs::status(file, error);
+    if (status.type() == fs::file_type::not_found)
+        refuse(file, "there is no such file; check the path");
+    if (error)
+        refuse(file, "cannot be read: " + error.message());
+    if (fs::is_directory(status))
+        refuse(file, "is a folder; name a file in it");
+    if (!fs::is_regular_file(status))
+        refuse(file, "is no regular file; copy what it delivers into one");
+    if (fs::file_size(file, error) == 0 && !error)
+        refuse(file, "is empty; write it again");
+    if (!std::ifstream(file, std::ios::binary))
+        refuse(file, "cannot be read: " + reason(errno) + "; check its permissions");
+}
+
+Bytes read_file(const fs::path& file) {
+    check_readable(file);
+    std::ifstream stream(file, std::ios::binary);
+    Bytes bytes(fs::file_size(file));
+    if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())))
+        refuse(file, "cannot be read to its end; check the disk that it lies on");
+    return bytes;
+}
+
+void replace_file(const fs::path& file, std::span<const unsigned char> content) {
+    std::error_code error;
+    const auto status = fs::status(file, error);
+    if (fs::is_directory(status))
+        refuse(file, "is a folder; name a file in it");
+    if (fs::exists(status) && !fs::is_regular_file(status))
+        refuse(file, "is no regular file; write to one and copy it");
+    // A link stays a link: what it points to is replaced.
+    Successor successor(fs::is_symlink(fs::symlink_status(file, error)) && fs::exists(status) ? fs::canonical(file)
+                                                                                              : file);
+    successor.write(content);
+    successor.take_over();
+}
+
+} // namespace fathom::io

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "file.hpp"
+
+#include <fathom/io.hpp>
+
+/// What each format can do; `read_depth` and `write_image` choose among them.
+namespace fathom::io {
+
+bool begins_like_exr(const std::filesystem::path& file);
+
+/// See `fathom::read_depth`.
+DepthFile read_exr(const std::filesystem::path& file, const ReadOptions& options);
+
+/// An image as its file holds it (R, G, B order), or nothing when the bytes do not begin like this format's.
+/// Refused: whatever is cut short or contradicts itself, which codecs tend to fill with zeros or garbage.
+std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& bytes);
+std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes);
+std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes);
+
+/// The bytes of a file that holds `image`, a CV_32F matrix in x, y, z (or R, G, B) order.
+Bytes exr_bytes(const cv::Mat& image, const std::vector<std::string>& channels);
+Bytes tiff_bytes(const cv::Mat& image);
+Bytes pfm_bytes(const cv::Mat& image);     ///< 1 or 3 channels
+Bytes ply_bytes(const cv::Mat& positions); ///< 3 or 4 channels; the fourth is no part of the position
+Bytes png_bytes(const cv::Mat& image, double scale);
+
+/// Decodes unchanged with OpenCV. Throws: Error when it cannot; nothing else reaches stderr.
+cv::Mat decode_with_opencv(const std::filesystem::path& file, const Bytes& bytes);
+
+/// R, G, B for B, G, R and back; a fourth channel stays.
+cv::Mat swap_red_and_blue(const cv::Mat& image);
+
+} // namespace fathom::io

@@ -1,0 +1,169 @@
+// A JSON object whose keys are known.
+#include "json_object.hpp"
+
+#include "file.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <set>
+
+namespace fathom::io {
+namespace {
+
+using nlohmann::json;
+
+/// Insertions, deletions and replacements from one word to the other (Levenshtein).
+std::size_t distance(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        auto diagonal = std::exchange(row[0], i + 1);
+        for (std::size_t j = 0; j < b.size(); ++j)
+            diagonal = std::exchange(row[j + 1], std::min({row[j + 1] + 1, row[j] + 1, diagonal + (a[i] != b[j])}));
+    }
+    return row.back();
+}
+
+/// A value as it stands in the file, cut where a line gets too long.
+std::string shown(const json& value) {
+    constexpr std::size_t most = 60;
+    const auto text = value.dump();
+    return text.size() > most ? text.substr(0, most) + "..." : text;
+}
+
+json parsed(const std::filesystem::path& file) {
+    const auto bytes = read_file(file);
+    std::vector<std::set<std::string>> open; // keys of the objects that the parser is in
+    const auto no_key_twice = [&](int, json::parse_event_t event, json& key) {
+        if (event == json::parse_event_t::object_start)
+            open.emplace_back();
+        else if (event == json::parse_event_t::object_end)
+            open.pop_back();
+        else if (event == json::parse_event_t::key && !open.back().insert(key.get<std::string>()).second)
+            refuse(file, "key " + shown(key) + " is given twice; keep one");
+        return true;
+    };
+    try {
+        return json::parse(bytes.begin(), bytes.end(), no_key_twice);
+    } catch (const json::exception& error) {
+        // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."
+        std::string what = error.what();
+        what.erase(0, what.find("] ") == std::string::npos ? 0 : what.find("] ") + 2);
+        refuse(file, "is no JSON: " + what);
+    }
+}
+
+} // namespace
+
+JsonObject::JsonObject(const std::filesystem::path& file, std::vector<std::string> known)
+    : JsonObject(file, "", parsed(file), known) {}
+
+JsonObject::JsonObject(std::filesystem::path file, std::string name, json value, const std::vector<std::string>& known)
+    : file_(std::move(file)), name_(std::move(name)), value_(std::move(value)) {
+    if (!value_.is_object())
+        refuse(file_,
+               (name_.empty() ? "holds " : "\"" + name_ + "\": ") + shown(value_) + "; it must be an object, {...}");
+    check_keys(known);
+}
+
+void JsonObject::check_keys(const std::vector<std::string>& known) const {
+    for (const auto& [key, value] : value_.items()) {
+        if (std::find(known.begin(), known.end(), key) != known.end())
+            continue;
+        const auto nearest = std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {
+            return distance(key, a) < distance(key, b);
+        });
+        refuse(file_,
+               "unknown key " + json(path_to(key)).dump() + "; the nearest known one is \"" + path_to(*nearest) + "\"");
+    }
+}
+
+JsonObject JsonObject::object(const std::string& key, std::vector<std::string> known) const {
+    return {file_, path_to(key), value_.at(key), known};
+}
+
+std::optional<double> JsonObject::number(const std::string& key) const {
+    if (!has(key))
+        return std::nullopt;
+    if (!value_[key].is_number())
+        refuse_value(key, "must be a number");
+    return value_[key].get<double>();
+}
+
+std::optional<double> JsonObject::number_or_infinity(const std::string& key) const {
+    if (has(key) && value_[key] == "infinity")
+        return std::numeric_limits<double>::infinity();
+    if (has(key) && !value_[key].is_number())
+        refuse_value(key, "must be a number or \"infinity\"");
+    return number(key);
+}
+
+std::optional<int> JsonObject::count(const std::string& key) const {
+    if (!has(key))
+        return std::nullopt;
+    const auto& value = value_[key];
+    if (!value.is_number_integer() || value < 1 || value > std::numeric_limits<int>::max())
+        refuse_value(key, "must be a whole number from 1 on");
+    return value.get<int>();
+}
+
+std::optional<bool> JsonObject::boolean(const std::string& key) const {
+    if (!has(key))
+        return std::nullopt;
+    if (!value_[key].is_boolean())
+        refuse_value(key, "must be true or false");
+    return value_[key].get<bool>();
+}
+
+std::optional<std::vector<double>> JsonObject::numbers(const std::string& key, std::size_t how_many) const {
+    if (!has(key))
+        return std::nullopt;
+    const auto& list = value_[key];
+    if (!list.is_array() || list.size() != how_many ||
+        !std::all_of(list.begin(), list.end(), [](const json& v) { return v.is_number(); }))
+        refuse_value(key, "must be " + std::to_string(how_many) + " numbers, [...]");
+    return list.get<std::vector<double>>();
+}
+
+std::optional<Eigen::Matrix4d> JsonObject::matrix(const std::string& key) const {
+    if (!has(key))
+        return std::nullopt;
+    const auto& rows = value_[key];
+    if (!rows.is_array() || rows.size() != 4)
+        refuse_value(key, "must be four rows of four numbers");
+    Eigen::Matrix4d matrix;
+    for (Eigen::Index r = 0; r < 4; ++r) {
+        const auto& row = rows[static_cast<std::size_t>(r)];
+        if (!row.is_array() || row.size() != 4)
+            refuse_value(key, "must be four rows of four numbers, but row " + std::to_string(r) + " is " + shown(row));
+        for (Eigen::Index c = 0; c < 4; ++c) {
+            const auto& element = row[static_cast<std::size_t>(c)];
+            if (!element.is_number())
+                refuse(file_, "\"" + path_to(key) + "\": row " + std::to_string(r) + ", column " + std::to_string(c) +
+                                  " is " + shown(element) + "; it must be a finite number");
+            matrix(r, c) = element.get<double>();
+        }
+    }
+    return matrix;
+}
+
+double JsonObject::needed(const std::string& key) const {
+    if (!has(key))
+        refuse_missing(key, "it must be a number");
+    return *number(key);
+}
+
+void JsonObject::refuse_value(const std::string& key, const std::string& must) const {
+    refuse(file_, "\"" + path_to(key) + "\": " + shown(value_.at(key)) + " " + must);
+}
+
+void JsonObject::refuse_missing(const std::string& key, const std::string& why) const {
+    refuse(file_, "\"" + path_to(key) + "\" is missing; " + why);
+}
+
+void JsonObject::refuse_whole(const std::string& what) const {
+    refuse(file_, name_.empty() ? what : "\"" + name_ + "\": " + what);
+}
+
+} // namespace fathom::io

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fathom::io {
+
+/// A JSON object whose keys are known. Whatever is not as it should be is refused with the file, the key, its value
+/// and what would be right.
+class JsonObject {
+public:
+    /// Parses a file that holds one object. Refused: syntax errors (with line and column), keys given twice.
+    JsonObject(const std::filesystem::path& file, std::vector<std::string> known);
+
+    /// The object under a key.
+    JsonObject object(const std::string& key, std::vector<std::string> known) const;
+
+    bool has(const std::string& key) const { return value_.contains(key); }
+
+    std::optional<double> number(const std::string& key) const;
+    std::optional<double> number_or_infinity(const std::string& key) const; ///< "infinity" is a number, too
+    std::optional<int> count(const std::string& key) const;                 ///< a whole number from 1 on
+    std::optional<bool> boolean(const std::string& key) const;
+    std::optional<std::vector<double>> numbers(const std::string& key, std::size_t how_many) const;
+    std::optional<Eigen::Matrix4d> matrix(const std::string& key) const; ///< four rows of four
+
+    double needed(const std::string& key) const; ///< a number that must be there
+
+    /// One of several words.
+    template <typename Value>
+    std::optional<Value> choice(const std::string& key,
+                                std::initializer_list<std::pair<const char*, Value>> choices) const {
+        if (!has(key))
+            return std::nullopt;
+        std::string words;
+        for (const auto& [word, value] : choices) {
+            if (value_[key] == word)
+                return value;
+            words += (words.empty() ? "\"" : ", \"") + std::string(word) + "\"";
+        }
+        refuse_value(key, "must be one of " + words);
+    }
+
+    /// `must`: "must be positive".
+    [[noreturn]] void refuse_value(const std::string& key, const std::string& must) const;
+    [[noreturn]] void refuse_missing(const std::string& key, const std::string& why) const;
+    [[noreturn]] void refuse_whole(const std::string& what) const;
+
+private:
+    JsonObject(std::filesystem::path file, std::string name, nlohmann::json value,
+               const std::vector<std::string>& known);
+    void check_keys(const std::vector<std::string>& known) const;
+    std::string path_to(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
+
+    std::filesystem::path file_;
+    std::string name_; ///< of this object within the file; empty for the outermost
+    nlohmann::json value_;
+};
+
+} // namespace fathom::io

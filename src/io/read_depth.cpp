@@ -1,0 +1,98 @@
+// Which file holds depth, and as what. The content decides, not the file's ending.
+#include "formats.hpp"
+
+#include <fathom/error.hpp>
+
+#include <opencv2/core.hpp>
+
+#include <new>
+
+namespace fathom {
+namespace {
+
+using io::refuse;
+
+bool is_three_bytes(Storage packing) {
+    return packing == Storage::rgb8_low_first || packing == Storage::rgb8_high_first;
+}
+
+std::string described(const cv::Mat& image) {
+    static constexpr const char* types[] = {"unsigned 8-bit", "signed 8-bit", "unsigned 16-bit", "signed 16-bit",
+                                            "32-bit integer", "32-bit float", "64-bit float",    "16-bit float"};
+    const auto channels = std::to_string(image.channels()) + (image.channels() == 1 ? " channel" : " channels");
+    return std::string(types[image.depth()]) + " with " + channels;
+}
+
+/// Codes of 24 bits only: a buffer with a stencil beside its depth must not be decoded as if it had none.
+void check_codes(const std::filesystem::path& file, const cv::Mat& codes) {
+    for (int y = 0; y < codes.rows; ++y)
+        for (int x = 0; x < codes.cols; ++x)
+            if (const auto code = static_cast<std::uint32_t>(codes.at<int>(y, x)); code > 0xffffff)
+                refuse(file,
+                       "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " + std::to_string(code) +
+                           ", more than 24 bits; if depth lies in the high bits say so: \"packing\": \"uint24-high\"");
+}
+
+/// The image as depth, if its type and the packing that the camera file speaks of agree.
+DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, std::optional<Storage> packing) {
+    if (packing && is_three_bytes(*packing)) {
+        if (image.depth() != CV_8U || image.channels() < 3)
+            refuse(file, "is " + described(image) + ", but the packing \"" + name(*packing) +
+                             "\" needs three 8-bit channels; take \"packing\" out of the camera file");
+        cv::Mat rgb(image.size(), CV_8UC3); // simulators like to add an alpha channel that says nothing
+        const int pairs[] = {0, 0, 1, 1, 2, 2};
+        cv::mixChannels(&image, 1, &rgb, 1, pairs, 3);
+        return {rgb, *packing, {}};
+    }
+    if (image.channels() == 1) {
+        if (packing && image.type() != CV_32SC1)
+            refuse(file, "is " + described(image) + ", but the packing \"" + name(*packing) +
+                             "\" needs 32-bit integers; take \"packing\" out of the camera file");
+        if (image.type() == CV_32FC1)
+            return {image, Storage::float32, {}};
+        if (image.type() == CV_16FC1)
+            return {image, Storage::float16, {}};
+        if (image.type() == CV_16UC1)
+            return {image, Storage::uint16, {}};
+        if (image.type() == CV_32SC1 && packing == Storage::uint24_high)
+            return {image, Storage::uint24_high, {}};
+        if (image.type() == CV_32SC1) {
+            check_codes(file, image);
+            return {image, Storage::uint24, {}};
+        }
+    }
+    const auto cure =
+        image.depth() == CV_8U && image.channels() >= 3
+            ? "if it packs 24 bits into R, G and B, say so in the camera file (\"packing\": \"rgb-low-first\")"
+            : "save depth as one channel of 16-bit or 24-bit integers or of float";
+    refuse(file, "is " + described(image) + ", which holds no depth; " + cure);
+}
+
+} // namespace
+
+DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options) {
+    io::check_readable(file);
+    if (io::begins_like_exr(file)) {
+        auto depth = io::read_exr(file, options);
+        auto checked = interpreted(file, depth.values, options.packing);
+        checked.channel = depth.channel;
+        return checked;
+    }
+    if (!options.channel.empty())
+        refuse(file, "is no OpenEXR file and has no channel \"" + options.channel + "\"; leave --channel out");
+
+    try {
+        const auto bytes = io::read_file(file);
+        for (const auto read : {io::read_png, io::read_tiff, io::read_netpbm})
+            if (const auto image = read(file, bytes))
+                return interpreted(file, *image, options.packing);
+    } catch (const std::bad_alloc&) {
+        refuse(file, "asks for more memory than there is; it is damaged or too large");
+    } catch (const cv::Exception&) {
+        refuse(file, "asks for more memory than there is; it is damaged or too large");
+    }
+    refuse(file, "is no image that holds depth, or its beginning is damaged; "
+                 "depth is read from .exr, .tif, .pfm, 16-bit .png and 16-bit .pgm");
+}
+
+} // namespace fathom

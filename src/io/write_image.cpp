@@ -1,0 +1,93 @@
+// Results into files; the ending says which format.
+#include "formats.hpp"
+
+#include <fathom/error.hpp>
+
+#include <opencv2/core.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <new>
+#include <set>
+
+namespace fathom {
+namespace {
+
+using io::refuse;
+
+std::string ending_of(const std::filesystem::path& file) {
+    auto ending = file.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+    return ending;
+}
+
+void check_channels(const std::filesystem::path& file, const cv::Mat& image, std::initializer_list<int> allowed) {
+    if (std::find(allowed.begin(), allowed.end(), image.channels()) != allowed.end())
+        return;
+    std::string list;
+    for (const int channels : allowed)
+        list += (list.empty() ? "" : " or ") + std::to_string(channels);
+    refuse(file, "a " + ending_of(file) + " has " + list + " channels, the image has " +
+                     std::to_string(image.channels()) + "; write an .exr");
+}
+
+std::vector<std::string> channel_names(const std::filesystem::path& file, const cv::Mat& image,
+                                       const WriteOptions& options) {
+    if (options.channels.empty() && image.channels() == 1)
+        return {"Z"};
+    const std::set<std::string> names(options.channels.begin(), options.channels.end());
+    if (static_cast<int>(names.size()) != image.channels() || names.size() != options.channels.size() ||
+        names.contains(""))
+        refuse(file, "an .exr needs a name of its own for each of the " + std::to_string(image.channels()) +
+                         " channels; " + std::to_string(names.size()) + " are given");
+    return options.channels;
+}
+
+io::Bytes bytes_of(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
+    const auto ending = ending_of(file);
+    if (ending == ".exr")
+        return io::exr_bytes(image, channel_names(file, image, options));
+    if (ending == ".tif" || ending == ".tiff") {
+        check_channels(file, image, {1, 3, 4});
+        return io::tiff_bytes(image);
+    }
+    if (ending == ".pfm") {
+        check_channels(file, image, {1, 3});
+        return io::pfm_bytes(image);
+    }
+    if (ending == ".ply") {
+        check_channels(file, image, {3, 4});
+        return io::ply_bytes(image);
+    }
+    if (ending == ".png") {
+        check_channels(file, image, {1, 3, 4});
+        if (!options.png_scale)
+            refuse(file, "a .png holds 0 to 1 in 16 bits, these values have no such range; "
+                         "give a scale (--png-scale) or write .exr, .tif or .pfm");
+        if (!std::isfinite(*options.png_scale))
+            refuse(file, "the scale of a .png is " + std::to_string(*options.png_scale) + "; it must be finite");
+        return io::png_bytes(image, *options.png_scale);
+    }
+    refuse(file, "the ending \"" + ending + "\" is none that can be written; use .exr, .tif, .pfm, .png or .ply");
+}
+
+} // namespace
+
+void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
+    if (image.empty() || image.dims != 2 || image.depth() != CV_32F)
+        refuse(file, "only images of 32-bit floats can be written; convert it first");
+    io::Bytes bytes;
+    try {
+        bytes = bytes_of(file, image, options);
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        refuse(file, "there is not memory enough to write it; write a smaller part of the image");
+    } catch (const std::exception& error) {
+        refuse(file, std::string("cannot be written: ") + error.what());
+    }
+    io::replace_file(file, bytes);
+}
+
+} // namespace fathom
