@@ -1,15 +1,22 @@
 # Embeds kernels/* verbatim, one array of bytes a file, and lets clang check every kernel while building.
 
+set(FATHOM_CMAKE_DIR ${CMAKE_CURRENT_LIST_DIR})
 set(FATHOM_KERNEL_DIR ${CMAKE_CURRENT_LIST_DIR}/../kernels)
 find_program(FATHOM_CLANG NAMES clang clang-19 clang-16 clang-15 clang-14 DOC "clang, which checks the kernels while building")
 
+# Adds the text of FILES to a target, as `FUNCTION()`: name to content.
+function(fathom_embed target function)
+  set(embedded ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
+  add_custom_command(OUTPUT ${embedded}
+    COMMAND ${CMAKE_COMMAND} -D OUTPUT=${embedded} -D FUNCTION=${function} -D "FILES=${ARGN}"
+      -P ${FATHOM_CMAKE_DIR}/embed.cmake
+    DEPENDS ${ARGN} ${FATHOM_CMAKE_DIR}/embed.cmake VERBATIM COMMENT "Embedding ${function}")
+  target_sources(${target} PRIVATE ${embedded})
+endfunction()
+
 function(fathom_embed_kernels target)
   file(GLOB files CONFIGURE_DEPENDS ${FATHOM_KERNEL_DIR}/*.cl ${FATHOM_KERNEL_DIR}/*.h)
-  set(embedded ${CMAKE_CURRENT_BINARY_DIR}/embedded_kernels.cpp)
-  add_custom_command(OUTPUT ${embedded}
-    COMMAND ${CMAKE_COMMAND} -D OUTPUT=${embedded} -D "FILES=${files}" -P ${FATHOM_KERNEL_DIR}/../cmake/embed.cmake
-    DEPENDS ${files} ${FATHOM_KERNEL_DIR}/../cmake/embed.cmake VERBATIM COMMENT "Embedding the kernels")
-  target_sources(${target} PRIVATE ${embedded})
+  fathom_embed(${target} fathom_kernel_files ${files})
 
   if(NOT FATHOM_CLANG)
     message(WARNING "clang is not here: the kernels are not checked while building (apt-get install clang)")
@@ -17,8 +24,8 @@ function(fathom_embed_kernels target)
   endif()
   set(stamp ${CMAKE_CURRENT_BINARY_DIR}/kernels_checked)
   add_custom_command(OUTPUT ${stamp}
-    COMMAND ${FATHOM_KERNEL_DIR}/../cmake/check-kernels.sh ${FATHOM_CLANG} ${FATHOM_KERNEL_DIR}
+    COMMAND ${FATHOM_CMAKE_DIR}/check-kernels.sh ${FATHOM_CLANG} ${FATHOM_KERNEL_DIR}
     COMMAND ${CMAKE_COMMAND} -E touch ${stamp}
-    DEPENDS ${files} ${FATHOM_KERNEL_DIR}/../cmake/check-kernels.sh VERBATIM COMMENT "Checking the kernels with clang")
+    DEPENDS ${files} ${FATHOM_CMAKE_DIR}/check-kernels.sh VERBATIM COMMENT "Checking the kernels with clang")
   target_sources(${target} PRIVATE ${stamp})
 endfunction()

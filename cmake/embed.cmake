@@ -1,9 +1,11 @@
-# Writes OUTPUT: a C++ file that holds the text of every one of FILES, byte for byte.
-set(text "#include \"runtime/program.hpp\"\n\nnamespace fathom::runtime {\n\nconst std::map<std::string, std::string>& kernel_files() {\n    static const std::map<std::string, std::string> files{\n")
+# Writes OUTPUT: a C++ file whose function FUNCTION gives the text of every one of FILES by name, byte for byte.
+set(text "#include <map>\n#include <string>\n\nconst std::map<std::string, std::string>& ${FUNCTION}();\n\n")
+string(APPEND text "const std::map<std::string, std::string>& ${FUNCTION}() {\n")
+string(APPEND text "    static const std::map<std::string, std::string> files{\n")
 foreach(file IN LISTS FILES)
   cmake_path(GET file FILENAME name)
   file(READ "${file}" content)
   string(APPEND text "        {\"${name}\", R\"fathom_kernel(${content})fathom_kernel\"},\n")
 endforeach()
-string(APPEND text "    };\n    return files;\n}\n\n} // namespace fathom::runtime\n")
+string(APPEND text "    };\n    return files;\n}\n")
 file(WRITE "${OUTPUT}" "${text}")

@@ -14,8 +14,8 @@ namespace {
 void append(std::string& source, const std::string& file, std::set<std::string>& included) {
     if (!included.insert(file).second)
         return;
-    const auto found = kernel_files().find(file);
-    if (found == kernel_files().end())
+    const auto found = fathom_kernel_files().find(file);
+    if (found == fathom_kernel_files().end())
         throw Error(text("no kernel file named ", file, " is built in"));
 
     const std::string path = text("\"kernels/", file, "\"\n");

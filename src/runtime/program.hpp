@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-namespace fathom::runtime {
+/// Text of every file in kernels/, by name. Generated while building (cmake/embed.cmake).
+const std::map<std::string, std::string>& fathom_kernel_files();
 
-/// Text of every file in kernels/, by name. Generated while building.
-const std::map<std::string, std::string>& kernel_files();
+namespace fathom::runtime {
 
 /// A kernel file with the headers it includes in place, each once, and #line directives, so that a build log names the
 /// file and the line that a person would open.

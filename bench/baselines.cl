@@ -1,0 +1,49 @@
+// What the bench compares with: copies that move the same bytes, and the formulas that engines and simulators use.
+// V pixels per work-item with ordinary loads and stores, as a careful user of OpenCL would write them.
+
+#include "lanes.h"
+
+#define FRAME __global const float *source, __global float *target, const grid_params grid
+#define PIXELS(channels)                                                                                               \
+    const uint x = first_column(grid.x_begin, grid.x_end), y = get_global_id(1);                                       \
+    if (x >= grid.x_end || y >= grid.height) return;                                                                   \
+    const floatV d = LOAD(float, source + (size_t)y * grid.source_stride + x);                                         \
+    __global float* out = target + (size_t)y * grid.target_stride + channels * x;
+
+__kernel void copy(FRAME) {
+    PIXELS(1)
+    store_float(d, out);
+}
+
+// One float in, three out: what unproject moves.
+__kernel void spread(FRAME) {
+    PIXELS(3)
+    store_float(d, out);
+    store_float(d, out + V);
+    store_float(d, out + 2 * V);
+}
+
+// 1 / (Z d + W), both constants in float: Unity's and Unreal's way.
+__kernel void engine_fma(FRAME, const float z, const float w) {
+    PIXELS(1)
+    store_float(1.0f / (z * d + w), out);
+}
+
+// 2 n f / (f + n - (2 d - 1)(f - n)): OpenGL tutorials.
+__kernel void tutorial_ndc(FRAME, const float near, const float far) {
+    PIXELS(1)
+    const floatV ndc = d * 2.0f - 1.0f;
+    store_float(2.0f * near * far / (far + near - ndc * (far - near)), out);
+}
+
+// n f / (f - (f - n) d): robot simulators.
+__kernel void simulator_ratio(FRAME, const float near, const float far) {
+    PIXELS(1)
+    store_float(near * far / (far - (far - near) * d), out);
+}
+
+// n (f / n)^d with the builtin.
+__kernel void builtin_exponential(FRAME, const float near, const float rate) {
+    PIXELS(1)
+    store_float(near * exp2(rate * d), out);
+}
