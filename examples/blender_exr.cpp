@@ -4,6 +4,8 @@
 #include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <array>
 #include <cmath>

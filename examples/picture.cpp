@@ -1,6 +1,7 @@
 // A picture that a person can look at: stored depth in grey, view depth in false colour, positions as RGB.
 // Each channel is stretched from its least to its greatest finite value; pixels that are no surface stay dark.
 
+#include <fathom/error.hpp>
 #include <fathom/io.hpp>
 
 #include <opencv2/core/mat.hpp>
