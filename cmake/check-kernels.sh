@@ -7,7 +7,7 @@ cd "$2"
 check() { # FILE DEFINES...
     file=$1
     shift
-    for lanes in 1 16; do
+    for lanes in 1 8 16; do
         for fp64 in 0 1; do
             "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -fsyntax-only -Wall -Werror \
                 -DV=$lanes -DFP64=$fp64 -DSTREAM=$fp64 "$@" "$file"
@@ -16,10 +16,10 @@ check() { # FILE DEFINES...
 }
 
 for form in 0 1 2 3 4 5; do
-    check linearize.cl -DFORM=$form -DSTORAGE=0
+    check linearize.cl -DFORM=$form -DSTORAGE=0 -DPARALLEL_DEPTH=$((form % 2))
 done
 for storage in 1 2 3 4; do
-    check linearize.cl -DFORM=0 -DSTORAGE=$storage
+    check linearize.cl -DFORM=0 -DSTORAGE=$storage -DPARALLEL_DEPTH=1
 done
 for channels in 3 4; do
     check unproject.cl -DFORM=1 -DSTORAGE=0 -DCHANNELS=$channels -DPARALLEL_DEPTH=$((channels - 3))

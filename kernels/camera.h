@@ -29,6 +29,10 @@
 #error "STORAGE is not defined: one of the STORAGE_ constants above"
 #endif
 
+#ifndef PARALLEL_DEPTH
+#error "PARALLEL_DEPTH is not defined: 1 where one step of every ray covers the same view depth, 0 otherwise"
+#endif
+
 #if STORAGE == STORAGE_FLOAT32
 #define STORED float
 #elif STORAGE == STORAGE_FLOAT16 || STORAGE == STORAGE_UINT16
@@ -49,7 +53,7 @@ typedef struct {
     intV background;
 } sampleV;
 
-inline sampleV load_stored(__global const STORED* source, const grid_params* grid, uint x, uint y,
+INLINE sampleV load_stored(__global const STORED* source, const grid_params* grid, uint x, uint y,
                            const depth_params* p) {
     const size_t at = grid->source_offset + (size_t)y * grid->source_stride + x * STORED_PER_PIXEL;
     sampleV sample;
@@ -89,7 +93,7 @@ inline sampleV load_stored(__global const STORED* source, const grid_params* gri
 #if FORM == FORM_RECIPROCAL
 // z = gain / (t + pole), t counted from the end of the range that is nearest to the pole: every term is positive, so
 // nothing cancels and two floats are enough on every device. |end| >= |v| makes both differences exact.
-inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
     const floatV t = fma((floatV)p->sign, v, (floatV)p->end);
     const floatV t_low = fma((floatV)p->sign, v, p->end - t);
     const floatV sum = t + p->pole_high;
@@ -98,35 +102,39 @@ inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
     return quotient_pair((pairV){(floatV)p->gain_high, (floatV)p->gain_low}, denominator);
 }
 #elif FORM == FORM_RECIPROCAL_AFFINE
-inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
     return wide_reciprocal(wide_affine(p->denominator, v, x, y));
 }
 #elif FORM == FORM_AFFINE
-inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
     return wide_to_float(wide_affine(p->numerator, v, x, y));
 }
 #elif FORM == FORM_RATIONAL
-inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
     return wide_quotient(wide_affine(p->numerator, v, x, y), wide_affine(p->denominator, v, x, y));
 }
 #elif FORM == FORM_EXPONENTIAL
-inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
     return wide_exponential(p->rate, p->amplitude, p->offset, v);
 }
 #else
-// z = scale v depth / |direction| + eye_depth
-inline floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
-    wideV square = wide_square(wide_row(rays->direction[0], x, y));
-    square = wide_add(square, wide_square(wide_row(rays->direction[1], x, y)));
-    square = wide_add(square, wide_square(wide_row(rays->direction[2], x, y)));
-    const wideV depth = wide_row(rays->depth, x, y);
-    const floatV length = wide_to_float(wide_multiply(wide_constant(rays->scale), v));
-    return wide_over_root(wide_multiply(depth, length), square) + wide_to_float(wide_constant(rays->eye_depth));
+// z = scale v depth / |direction| + eye_depth. The length is that of three components of which the second depends on
+// the row alone and the third on nothing: a triangular matrix that is as long as the directions (QR).
+INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    const wideV first = wide_at_pixel(rays->length[0], x, y);
+    const wideV second = wide_at_row(rays->length[1] + 1, y), third = wide_constant(rays->length[2][2]);
+    const wideV of_row = wide_add(wide_product(second, second), wide_product(third, third));
+    const wideV square = wide_add(wide_product(first, first), of_row);
+    wideV length = wide_multiply(wide_constant(rays->scale), v);
+#if !PARALLEL_DEPTH
+    length = wide_product(wide_at_pixel(rays->depth, x, y), length);
+#endif
+    return wide_over_root(length, square) + wide_to_float(wide_constant(rays->eye_depth));
 }
 #endif
 
 // View depth of V pixels: background becomes what the caller asked for, no surface becomes NaN.
-inline floatV view_depth(sampleV sample, uint x, uint y, const depth_params* p, const ray_params* rays) {
+INLINE floatV view_depth(sampleV sample, uint x, uint y, const depth_params* p, const ray_params* rays) {
     const floatV z = decode_form(sample.value, x, y, p, rays);
     const intV surface = (sample.value >= p->lowest) & (sample.value <= p->highest) & (z > p->least_depth);
     return select(select((floatV)NAN, z, surface), (floatV)p->background_depth, sample.background);

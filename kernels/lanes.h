@@ -20,6 +20,7 @@
 #endif
 
 #pragma OPENCL FP_CONTRACT OFF
+#define INLINE static inline __attribute__((always_inline)) // what depends on the row alone then leaves PoCL's loops
 #if FP64
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 #endif
@@ -70,7 +71,7 @@ typedef ushortV __attribute__((aligned(2))) ushort_lanes;
 #define READ_AHEAD(pointer)
 #endif
 
-inline void store_float(floatV value, __global float* target) {
+INLINE void store_float(floatV value, __global float* target) {
 #if STREAM && V > 1
     __builtin_nontemporal_store(value, (__global floatV*)target);
 #else
@@ -80,12 +81,12 @@ inline void store_float(floatV value, __global float* target) {
 
 // First column of this work-item, or x_end where there is none. The last group of a row starts at x_end - V and
 // repeats some of its neighbour's work, so that no lane needs a mask.
-inline uint first_column(uint x_begin, uint x_end) {
+INLINE uint first_column(uint x_begin, uint x_end) {
     const uint x = x_begin + (uint)get_global_id(0) * V;
     return x < x_end ? min(x, x_end - V) : x_end;
 }
 
-inline floatV lanes_from(uint x) {
+INLINE floatV lanes_from(uint x) {
     return (floatV)((float)x) + LANE_INDEX(float) + 0.5f;
 }
 
@@ -94,31 +95,40 @@ typedef struct {
     floatV high, low;
 } pairV;
 
-inline pairV two_sum(floatV a, floatV b) {
+INLINE pairV two_sum(floatV a, floatV b) {
     const floatV sum = a + b;
     const floatV b_part = sum - a;
     return (pairV){sum, (a - (sum - b_part)) + (b - b_part)};
 }
 
-inline pairV two_product(floatV a, floatV b) {
+INLINE pairV two_product(floatV a, floatV b) {
     const floatV product = a * b;
     return (pairV){product, fma(a, b, -product)};
 }
 
-inline pairV renormalised(floatV high, floatV low) {
+INLINE pairV renormalised(floatV high, floatV low) {
     const floatV sum = high + low;
     return (pairV){sum, low - (sum - high)};
 }
 
 // numerator / (high + low), half an ulp and a bit: the float quotient and what is left of the numerator.
 // A zero denominator gives infinity, as the pole of a projection should.
-inline floatV quotient_pair(pairV numerator, pairV denominator) {
+INLINE floatV quotient_pair(pairV numerator, pairV denominator) {
     const floatV inverse = 1.0f / denominator.high;
     const floatV guess = numerator.high * inverse;
     floatV rest = fma(-guess, denominator.high, numerator.high);
     rest = fma(-guess, denominator.low, rest) + numerator.low;
     const floatV refined = fma(rest, inverse, guess);
     return select(refined, numerator.high * inverse, inverse == INFINITY);
+}
+
+// 1 / sqrt(square) to 4.7e-6: halved exponent, two steps of Newton. Square root and division would keep the divider busy
+// for longer than all the rest.
+INLINE floatV inverse_root_guess(floatV square) {
+    floatV guess = as_floatV(0x5f375a86 - (as_intV(square) >> 1));
+    const floatV half_square = 0.5f * square;
+    guess *= fma(-half_square * guess, guess, (floatV)1.5f);
+    return guess * fma(-half_square * guess, guess, (floatV)1.5f);
 }
 
 #if FP64
@@ -129,57 +139,61 @@ typedef LANES(long) longV;
 #define as_wideV JOIN(as_, LANES(double))
 #define as_longV JOIN(as_, LANES(long))
 
-inline wideV wide_constant(wide bits) {
+INLINE wideV wide_constant(wide bits) {
     return (wideV)as_double(bits);
 }
-inline wideV wide_from(floatV value) {
+INLINE wideV wide_from(floatV value) {
     return convert_wideV(value);
 }
-inline floatV wide_to_float(wideV value) {
+INLINE floatV wide_to_float(wideV value) {
     return convert_floatV(value);
 }
-inline wideV wide_negative(wideV a) {
+INLINE wideV wide_negative(wideV a) {
     return -a;
 }
-inline wideV wide_add(wideV a, wideV b) {
+INLINE wideV wide_add(wideV a, wideV b) {
     return a + b;
 }
-inline wideV wide_multiply(wideV a, floatV b) {
+INLINE wideV wide_multiply(wideV a, floatV b) {
     return a * convert_wideV(b);
 }
-inline wideV wide_multiply_add(wideV a, floatV b, wideV c) {
+INLINE wideV wide_multiply_add(wideV a, floatV b, wideV c) {
     return fma(a, convert_wideV(b), c);
 }
-inline wideV wide_square(wideV a) {
-    return a * a;
+INLINE wideV wide_product(wideV a, wideV b) {
+    return a * b;
+}
+
+// c[0] y + c[1]
+INLINE wideV wide_at_row(const wide* c, uint y) {
+    return (wideV)fma(as_double(c[0]), (double)y + 0.5, as_double(c[1]));
 }
 
 // c[0] x + c[1] y + c[2]
-inline wideV wide_row(const wide* c, uint x, uint y) {
-    const double row = fma(as_double(c[1]), (double)y + 0.5, as_double(c[2]));
+INLINE wideV wide_at_pixel(const wide* c, uint x, uint y) {
     const wideV column = (wideV)((double)x + 0.5) + LANE_INDEX(double);
-    return fma((wideV)as_double(c[0]), column, (wideV)row);
+    return fma((wideV)as_double(c[0]), column, wide_at_row(c + 1, y));
 }
 
 // c[0] v + c[1] x + c[2] y + c[3]
-inline wideV wide_affine(const wide* c, floatV value, uint x, uint y) {
-    return fma((wideV)as_double(c[0]), convert_wideV(value), wide_row(c + 1, x, y));
+INLINE wideV wide_affine(const wide* c, floatV value, uint x, uint y) {
+    return fma((wideV)as_double(c[0]), convert_wideV(value), wide_at_pixel(c + 1, x, y));
 }
 
-inline floatV wide_reciprocal(wideV s) {
+INLINE floatV wide_reciprocal(wideV s) {
     const floatV single = convert_floatV(s);
     const floatV guess = 1.0f / single;
     const floatV rest = convert_floatV(fma(-s, convert_wideV(guess), (wideV)1.0));
     return select(fma(guess, rest, guess), guess, guess == INFINITY);
 }
 
-inline floatV wide_quotient(wideV numerator, wideV denominator) {
+INLINE floatV wide_quotient(wideV numerator, wideV denominator) {
     return convert_floatV(numerator / denominator);
 }
 
-// value / sqrt(square): the root in floats, one step of Newton in double.
-inline floatV wide_over_root(wideV value, wideV square) {
-    const wideV guess = convert_wideV(1.0f / sqrt(convert_floatV(square)));
+// value / sqrt(square): a step of Newton in double on the guess leaves 3.3e-11.
+INLINE floatV wide_over_root(wideV value, wideV square) {
+    const wideV guess = convert_wideV(inverse_root_guess(convert_floatV(square)));
     const wideV rest = fma(-square * guess, guess, (wideV)1.0);
     const wideV scaled = value * guess;
     return convert_floatV(fma(scaled * 0.5, rest, scaled));
@@ -187,7 +201,7 @@ inline floatV wide_over_root(wideV value, wideV square) {
 
 // amplitude (2^(rate v) - 1) + offset. 2^r - 1 = r q(r) on |r| <= 1/2 with an error of 2.4e-10 relative (Chebyshev
 // fit), so that small exponents keep their accuracy.
-inline floatV wide_exponential(wide rate, wide amplitude, wide offset, floatV v) {
+INLINE floatV wide_exponential(wide rate, wide amplitude, wide offset, floatV v) {
     const wideV y = as_double(rate) * convert_wideV(v);
     const wideV shifted = y + 0x1.8p52; // the nearest integer ends up in the low bits
     const wideV r = y - (shifted - 0x1.8p52);
@@ -207,59 +221,62 @@ inline floatV wide_exponential(wide rate, wide amplitude, wide offset, floatV v)
 
 typedef pairV wideV;
 
-inline wideV wide_constant(wide bits) {
+INLINE wideV wide_constant(wide bits) {
     return (wideV){(floatV)as_float((uint)bits), (floatV)as_float((uint)(bits >> 32))};
 }
-inline wideV wide_from(floatV value) {
+INLINE wideV wide_from(floatV value) {
     return (wideV){value, (floatV)0.0f};
 }
-inline floatV wide_to_float(wideV value) {
+INLINE floatV wide_to_float(wideV value) {
     return value.high + value.low;
 }
 
-inline wideV wide_negative(wideV a) {
+INLINE wideV wide_negative(wideV a) {
     return (wideV){-a.high, -a.low};
 }
 
-inline wideV wide_add(wideV a, wideV b) {
+INLINE wideV wide_add(wideV a, wideV b) {
     const pairV sum = two_sum(a.high, b.high);
     return renormalised(sum.high, sum.low + (a.low + b.low));
 }
 
-inline wideV wide_multiply(wideV a, floatV b) {
+INLINE wideV wide_multiply(wideV a, floatV b) {
     const pairV product = two_product(a.high, b);
     return renormalised(product.high, fma(a.low, b, product.low));
 }
 
-inline wideV wide_multiply_add(wideV a, floatV b, wideV c) {
+INLINE wideV wide_multiply_add(wideV a, floatV b, wideV c) {
     const pairV product = two_product(a.high, b);
     const pairV sum = two_sum(c.high, product.high);
     return renormalised(sum.high, sum.low + (fma(a.low, b, product.low) + c.low));
 }
 
-inline wideV wide_square(wideV a) {
-    const pairV product = two_product(a.high, a.high);
-    return renormalised(product.high, fma(2.0f * a.high, a.low, product.low));
+INLINE wideV wide_product(wideV a, wideV b) {
+    const pairV product = two_product(a.high, b.high);
+    return renormalised(product.high, fma(a.high, b.low, fma(a.low, b.high, product.low)));
 }
 
-inline wideV wide_row(const wide* c, uint x, uint y) {
-    const wideV row = wide_multiply_add(wide_constant(c[1]), (floatV)((float)y + 0.5f), wide_constant(c[2]));
-    return wide_multiply_add(wide_constant(c[0]), lanes_from(x), row);
+INLINE wideV wide_at_row(const wide* c, uint y) {
+    return wide_multiply_add(wide_constant(c[0]), (floatV)((float)y + 0.5f), wide_constant(c[1]));
 }
 
-inline wideV wide_affine(const wide* c, floatV value, uint x, uint y) {
-    return wide_multiply_add(wide_constant(c[0]), value, wide_row(c + 1, x, y));
+INLINE wideV wide_at_pixel(const wide* c, uint x, uint y) {
+    return wide_multiply_add(wide_constant(c[0]), lanes_from(x), wide_at_row(c + 1, y));
 }
 
-inline floatV wide_quotient(wideV numerator, wideV denominator) {
+INLINE wideV wide_affine(const wide* c, floatV value, uint x, uint y) {
+    return wide_multiply_add(wide_constant(c[0]), value, wide_at_pixel(c + 1, x, y));
+}
+
+INLINE floatV wide_quotient(wideV numerator, wideV denominator) {
     return quotient_pair(numerator, denominator);
 }
-inline floatV wide_reciprocal(wideV s) {
+INLINE floatV wide_reciprocal(wideV s) {
     return quotient_pair(wide_from((floatV)1.0f), s);
 }
 
-inline floatV wide_over_root(wideV value, wideV square) {
-    const floatV guess = 1.0f / sqrt(square.high);
+INLINE floatV wide_over_root(wideV value, wideV square) {
+    const floatV guess = inverse_root_guess(square.high);
     const pairV guess_square = two_product(guess, guess);
     floatV rest = fma(-square.high, guess_square.high, (floatV)1.0f);
     rest = fma(-square.high, guess_square.low, fma(-square.low, guess_square.high, rest));
@@ -268,7 +285,7 @@ inline floatV wide_over_root(wideV value, wideV square) {
 }
 
 // The same as in double: 2^r - 1 = r ln 2 + r^2 g(r), the first term kept to twice the precision.
-inline floatV wide_exponential(wide rate, wide amplitude, wide offset, floatV v) {
+INLINE floatV wide_exponential(wide rate, wide amplitude, wide offset, floatV v) {
     const wideV y = wide_multiply(wide_constant(rate), v);
     const floatV shifted = y.high + 0x1.8p23f;
     const pairV r = two_sum(y.high - (shifted - 0x1.8p23f), y.low);

@@ -58,6 +58,7 @@ typedef struct {
 typedef struct {
     wide origin[3][3];
     wide direction[3][3];
+    wide length[3][3]; // upper triangular, as long as direction for every pixel
     wide depth[3];
     wide eye_depth;
     wide scale; // ray distance: scene units per stored unit

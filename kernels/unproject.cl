@@ -9,9 +9,6 @@
 #if !defined(CHANNELS) || CHANNELS < 3 || CHANNELS > 4
 #error "CHANNELS is not defined: 3 or 4 floats a position"
 #endif
-#ifndef PARALLEL_DEPTH
-#error "PARALLEL_DEPTH is not defined: 1 where one step of every ray covers the same view depth, 0 otherwise"
-#endif
 
 #if CHANNELS == 3
 #define XYZ(i) x.s##i, y.s##i, z.s##i
@@ -20,7 +17,7 @@
 #endif
 
 // Lanes to neighbours in memory: x0 y0 z0 x1 y1 z1 ...
-inline void store_positions(floatV x, floatV y, floatV z, __global float* target) {
+INLINE void store_positions(floatV x, floatV y, floatV z, __global float* target) {
 #if CHANNELS == 4
     const floatV w = select((floatV)1.0f, (floatV)0.0f, isnan(z));
 #endif
@@ -61,8 +58,8 @@ inline void store_positions(floatV x, floatV y, floatV z, __global float* target
 #endif
 }
 
-inline floatV along_ray(const wide* origin, const wide* direction, floatV w, uint x, uint y) {
-    return wide_to_float(wide_multiply_add(wide_row(direction, x, y), w, wide_row(origin, x, y)));
+INLINE floatV along_ray(const wide* origin, const wide* direction, floatV w, uint x, uint y) {
+    return wide_to_float(wide_multiply_add(wide_at_pixel(direction, x, y), w, wide_at_pixel(origin, x, y)));
 }
 
 __kernel void unproject(__global const STORED* source, __global float* target, const grid_params grid,
@@ -79,7 +76,7 @@ __kernel void unproject(__global const STORED* source, __global float* target, c
     const floatV along = z;
 #else
     const wideV beyond_eye = wide_add(wide_from(z), wide_negative(wide_constant(rays.eye_depth)));
-    const floatV along = wide_quotient(beyond_eye, wide_row(rays.depth, px, py));
+    const floatV along = wide_quotient(beyond_eye, wide_at_pixel(rays.depth, px, py));
 #endif
     const floatV w = select(along, (floatV)NAN, isinf(along)); // the background lies at no place
     store_positions(along_ray(rays.origin[0], rays.direction[0], w, px, py),

@@ -16,7 +16,7 @@ void run(const StoredDepth& stored, const Image& result, const LinearizeOptions&
     const DepthForm form = depth_form(stored.camera, stored.storage);
     const Rays view = form.form == Form::ray_distance ? rays(stored.camera) : Rays{};
     runtime::Kernel& kernel =
-        runtime::kernel(device, "linearize", decoder_choices(form, stored.storage, lanes, stream));
+        runtime::kernel(device, "linearize", decoder_choices(form, view, stored.storage, lanes, stream));
     const auto columns = static_cast<std::size_t>((end - begin + lanes - 1) / lanes);
     runtime::launch(device, kernel, {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
                     grid_parameters(stored, result, begin, end),

@@ -5,6 +5,8 @@
 #include "camera/matrix.hpp"
 #include "text.hpp"
 
+#include <Eigen/QR>
+
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -99,10 +101,12 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
 
 params::ray_params ray_parameters(const Rays& rays, long double scale, Arithmetic arithmetic) {
     params::ray_params p{};
+    const Rays::Matrix length = Eigen::HouseholderQR<Rays::Matrix>(rays.direction).matrixQR();
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
             p.origin[i][j] = pack_wide(rays.origin(i, j), arithmetic);
             p.direction[i][j] = pack_wide(rays.direction(i, j), arithmetic);
+            p.length[i][j] = pack_wide(j < i ? 0 : length(i, j), arithmetic);
         }
         p.depth[i] = pack_wide(rays.depth(i), arithmetic);
     }
@@ -178,9 +182,12 @@ bool worth_streaming(const Image& result, int lanes) {
            result.aligned_to(static_cast<std::size_t>(lanes) * bytes(result.element()));
 }
 
-runtime::Choices decoder_choices(const DepthForm& form, Storage storage, int lanes, bool stream) {
-    return {
-        {"V", lanes}, {"STREAM", stream}, {"FORM", static_cast<int>(form.form)}, {"STORAGE", kernel_storage(storage)}};
+runtime::Choices decoder_choices(const DepthForm& form, const Rays& rays, Storage storage, int lanes, bool stream) {
+    return {{"V", lanes},
+            {"STREAM", stream},
+            {"FORM", static_cast<int>(form.form)},
+            {"STORAGE", kernel_storage(storage)},
+            {"PARALLEL_DEPTH", rays.parallel_depth}};
 }
 
 } // namespace fathom

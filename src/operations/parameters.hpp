@@ -36,6 +36,6 @@ int lanes_for(const Device& device, int columns);
 bool worth_streaming(const Image& result, int lanes);
 
 /// Finite choices that every kernel which decodes depth is built for.
-runtime::Choices decoder_choices(const DepthForm& form, Storage storage, int lanes, bool stream);
+runtime::Choices decoder_choices(const DepthForm& form, const Rays& rays, Storage storage, int lanes, bool stream);
 
 } // namespace fathom

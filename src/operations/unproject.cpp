@@ -35,9 +35,8 @@ void unproject(const StoredDepth& stored, const Image& positions, const Unprojec
 
     const int width = positions.width();
     const int lanes = lanes_for(device, width);
-    auto choices = decoder_choices(form, stored.storage, lanes, worth_streaming(positions, lanes));
+    auto choices = decoder_choices(form, view, stored.storage, lanes, worth_streaming(positions, lanes));
     choices.emplace_back("CHANNELS", options.channels);
-    choices.emplace_back("PARALLEL_DEPTH", view.parallel_depth);
     const auto columns = static_cast<std::size_t>((width + lanes - 1) / lanes);
     runtime::launch(device, runtime::kernel(device, "unproject", choices),
                     {columns, static_cast<std::size_t>(positions.height())}, stored.image, positions,
