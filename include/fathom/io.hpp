@@ -21,33 +21,41 @@ struct DepthFile {
 };
 
 struct ReadOptions {
-    std::string channel;            ///< EXR channel to take; empty: Z, *.Depth.Z, V, depth.V, Y, or the only one
-    std::optional<Storage> packing; ///< uint24, uint24_high, rgb8_*: what the camera file's `packing` says
+    std::string channel = {}; ///< EXR channel to take, or PART.CHANNEL; empty: the one that is named like depth
+    std::optional<Storage> packing = {}; ///< uint24, uint24_high, rgb8_*: what the camera file's `packing` says
 };
 
-/// Reads a depth image: `.exr` with OpenEXR (any part, half, float or uint; the display window, NaN where the data
-/// window does not reach), everything else with OpenCV, unchanged.
-/// Throws: Error for a file that is missing, empty, a directory, damaged, deep, 8-bit or colour without a packing.
+/// Reads a depth image. The content decides what it is, not the ending.
+///
+/// OpenEXR: any part, scan lines or tiles, half, float or uint; the display window, NaN where the data window does not
+/// reach. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V, Y, or the only one
+/// there is; X, Y and Z side by side are a position. PNG: 16-bit grey. TIFF: one channel of 16-bit or 32-bit integers, half
+/// or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit R, G, B (and an alpha that is left out)
+/// with the packing that says so. Codes of more than 24 bits are refused, unless they are said to lie in the high bits.
+/// Throws: Error for a file that is missing, empty, a folder, damaged, cut short, incomplete, deep, or of any other type.
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options = {});
 
 /// A channel of an OpenEXR file.
 struct Channel {
-    std::string
-        name; ///< as `ReadOptions::channel` takes it: with its part's name in front when there are several parts
-    std::string type; ///< "half", "float" or "uint"; "deep …" in a deep part
+    std::string name; ///< as `ReadOptions::channel` takes it: its part's name in front when there are several parts
+    std::string type; ///< "half", "float" or "uint"; "deep ..." in a deep part
 };
 
-/// All channels of an OpenEXR file; none for any other file.
+/// All channels of an OpenEXR file, read from its header alone; none for any other file.
 /// Throws: Error for a file that cannot be read or whose header is damaged.
 std::vector<Channel> list_channels(const std::filesystem::path& file);
 
-/// Writes a float image, temporary file first and then renamed, so that no half-written file is ever seen.
-/// `.exr` with the given channel names (32-bit float), `.tif`, `.pfm` (1 or 3 channels), `.png` (16-bit, values × 65535 × `png_scale`,
-/// refused without a scale), `.ply` for three channels (points that are not finite are left out).
 struct WriteOptions {
-    std::vector<std::string> channels; ///< EXR channel names, one a channel, in the image's order
-    std::optional<double> png_scale;   ///< .png: stored = round(value × scale × 65535); without it .png is refused
+    std::vector<std::string> channels = {}; ///< EXR channel names, one a channel, in the image's order; a single one: Z
+    std::optional<double> png_scale = {}; ///< .png: stored = round(value × scale × 65535); without it .png is refused
 };
+
+/// Writes a CV_32F image of any number of channels, temporary file first and then renamed, so that no half-written file is
+/// ever seen and a failure leaves the old one. Channels are in x, y, z (or R, G, B) order, in the matrix and in the file.
+///
+/// `.exr` (32-bit float, zip), `.tif` (float; 1, 3 or 4 channels), `.pfm` (1 or 3), `.png` (16-bit; 1, 3 or 4; clipped to its
+/// range, NaN becomes 0), `.ply` for 3 or 4 (binary; the first three are the point, points that are not finite are left out).
+/// Throws: Error for another ending, a target that cannot be written, a full disk.
 void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options = {});
 
 /// Defaults for lens options that a renderer wrote into the camera file.

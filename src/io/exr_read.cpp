@@ -25,7 +25,7 @@ namespace {
 
 using Imath::Box2i;
 
-struct Channel {
+struct Candidate {
     int part;
     std::string name;      ///< within its part
     std::string full_name; ///< with its part's name in front, when there are several parts
@@ -35,8 +35,8 @@ struct Channel {
     bool of_a_vector; ///< one of X, Y, Z side by side: a position or a normal, no depth
 };
 
-std::vector<Channel> channels_of(const Imf::MultiPartInputFile& exr) {
-    std::vector<Channel> channels;
+std::vector<Candidate> channels_of(const Imf::MultiPartInputFile& exr) {
+    std::vector<Candidate> channels;
     for (int part = 0; part < exr.parts(); ++part) {
         const auto& header = exr.header(part);
         const auto& list = header.channels();
@@ -55,7 +55,7 @@ std::vector<Channel> channels_of(const Imf::MultiPartInputFile& exr) {
     return channels;
 }
 
-std::string listed(const std::vector<Channel>& channels) {
+std::string listed(const std::vector<Candidate>& channels) {
     constexpr std::size_t most = 24;
     std::string list;
     for (std::size_t i = 0; i < std::min(channels.size(), most); ++i)
@@ -70,7 +70,7 @@ std::string lower(std::string text) {
 
 /// How well a channel's name says that it is depth, 0 the best; nothing when it does not say so.
 /// Z is OpenEXR's own name, Layer.Depth.Z and Layer.Depth.V are Blender's, V is its viewer's, Y is a grey image.
-std::optional<int> rank(const Channel& channel) {
+std::optional<int> rank(const Candidate& channel) {
     const auto name = lower(channel.name);
     const auto is_layer = [&](const std::string& end) { return name == end || name.ends_with("." + end); };
     if (name == "z" && !channel.of_a_vector)
@@ -86,11 +86,11 @@ std::optional<int> rank(const Channel& channel) {
     return std::nullopt;
 }
 
-const Channel& choose(const std::filesystem::path& file, const std::vector<Channel>& channels,
-                      const std::string& wanted) {
+const Candidate& choose(const std::filesystem::path& file, const std::vector<Candidate>& channels,
+                        const std::string& wanted) {
     if (channels.empty())
         refuse(file, "has no channels; write it again");
-    const Channel* best = nullptr;
+    const Candidate* best = nullptr;
     if (!wanted.empty()) {
         for (const auto& channel : channels)
             if (!best && (channel.name == wanted || channel.full_name == wanted))
@@ -123,6 +123,10 @@ cv::Rect rectangle(const std::filesystem::path& file, const Box2i& box, const Bo
     if (std::max(std::abs(x), std::abs(y)) > most_pixels)
         refuse(file, "has a data window far away from its display window; it is damaged, write it again");
     return {static_cast<int>(x), static_cast<int>(y), static_cast<int>(width), static_cast<int>(height)};
+}
+
+const char* name(Imf::PixelType type) {
+    return type == Imf::HALF ? "half" : type == Imf::FLOAT ? "float" : "uint";
 }
 
 int mat_type(Imf::PixelType type) {
@@ -178,15 +182,10 @@ std::string reason(const std::string& what) {
     return quoted == std::string::npos ? what : what.substr(quoted + 3);
 }
 
-} // namespace
-
-bool begins_like_exr(const std::filesystem::path& file) {
-    return Imf::isOpenExrFile(file.c_str());
-}
-
-DepthFile read_exr(const std::filesystem::path& file, const ReadOptions& options) {
+template <typename Read>
+auto refusing_damage(const std::filesystem::path& file, Read read) {
     try {
-        return read(file, options);
+        return read();
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
@@ -198,4 +197,30 @@ DepthFile read_exr(const std::filesystem::path& file, const ReadOptions& options
     }
 }
 
+} // namespace
+
+bool begins_like_exr(const std::filesystem::path& file) {
+    return Imf::isOpenExrFile(file.c_str());
+}
+
+DepthFile read_exr(const std::filesystem::path& file, const ReadOptions& options) {
+    return refusing_damage(file, [&] { return read(file, options); });
+}
+
 } // namespace fathom::io
+
+namespace fathom {
+
+std::vector<Channel> list_channels(const std::filesystem::path& file) {
+    io::check_readable(file);
+    if (!io::begins_like_exr(file))
+        return {};
+    return io::refusing_damage(file, [&] {
+        std::vector<Channel> channels;
+        for (const auto& c : io::channels_of(Imf::MultiPartInputFile(file.c_str())))
+            channels.push_back({c.full_name, std::string(c.deep ? "deep " : "") + io::name(c.type)});
+        return channels;
+    });
+}
+
+} // namespace fathom

@@ -62,6 +62,10 @@ StoredDepth stored_depth(const Device& device, const cv::Mat& stored, Camera cam
         camera.width = stored.cols;
         camera.height = stored.rows;
     }
+    if (camera.width != stored.cols || camera.height != stored.rows)
+        throw std::invalid_argument("matrix: " + std::to_string(stored.cols) + " x " + std::to_string(stored.rows) +
+                                    " pixels; the camera is for " + std::to_string(camera.width) + " x " +
+                                    std::to_string(camera.height) + " (a part of an image is a `StoredDepth` region)");
     return {to_device(device, stored), camera, storage_of(stored)};
 }
 

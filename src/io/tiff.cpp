@@ -50,6 +50,8 @@ public:
         const std::size_t entry = big_ ? 20 : 12;
         if (count > bytes_.size() / entry)
             damaged();
+        get(at + (big_ ? 8 : 2) + count * entry,
+            big_ ? 8 : 4); // where the next directory would be: the end of this one
         for (std::size_t i = 0; i < count; ++i) {
             const auto e = at + (big_ ? 8 : 2) + i * entry;
             const auto size = size_of(get(e + 2, 2));

@@ -1,0 +1,110 @@
+// Files that are missing, cut short or damaged: one line that says so, nothing else on stderr, no crash.
+#include "catch.hpp"
+#include "io_files.hpp"
+
+#include <fathom/io.hpp>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <random>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+/// A depth file of every kind that is read, small enough to be cut at every byte.
+std::vector<fs::path> samples(const TempFolder& folder) {
+    cv::Mat floats(9, 16, CV_32FC1);
+    cv::randu(floats, 0.5f, 9.0f);
+    cv::Mat codes(9, 16, CV_16UC1);
+    cv::randu(codes, 0, 65536);
+    std::vector<fs::path> files;
+    for (const std::string name : {"a.exr", "a.tif", "a.pfm"}) {
+        write_image(folder / name, floats);
+        files.push_back(folder / name);
+    }
+    for (const std::string name : {"b.png", "b.tif", "b.pgm"}) {
+        Bytes bytes;
+        REQUIRE(cv::imencode(fs::path(name).extension().string(), codes, bytes)); // its directory lies at the end
+        files.push_back(put(folder / name, bytes));
+    }
+    return files;
+}
+
+} // namespace
+
+TEST_CASE("damage: files that cannot be read say why", "[io]") {
+    const TempFolder folder;
+    check_says(refusal([&] { read_depth(folder / "none.exr"); }), {"none.exr: there is no such file"});
+    check_says(refusal([&] { read_depth(put(folder / "empty.png", "")); }), {"empty.png: is empty"});
+    check_says(refusal([&] { read_depth(folder.path()); }), {"is a folder"});
+    check_says(refusal([&] { read_depth(put(folder / "a", "x") / "b.exr"); }), {"b.exr: "});
+    check_says(refusal([&] { read_depth("/dev/null"); }), {"is no regular file"});
+    check_says(refusal([&] { read_depth(put(folder / "text.exr", "no image at all")); }),
+               {"is no image that holds depth"});
+    check_says(refusal([&] { read_camera(folder / "none.json"); }), {"none.json: there is no such file"});
+    if (::geteuid() == 0) {
+        WARN("root may read everything: permissions are not tested");
+        return;
+    }
+    const auto secret = put(folder / "secret.exr", "x");
+    fs::permissions(secret, fs::perms::none);
+    check_says(refusal([&] { read_depth(secret); }), {"secret.exr: cannot be read", "permissions"});
+}
+
+TEST_CASE("damage: a file cut at any byte is refused", "[io]") {
+    const TempFolder folder;
+    for (const auto& sample : samples(folder)) {
+        const auto whole = get(sample);
+        REQUIRE_NOTHROW(read_depth(sample));
+        const auto cut = folder / ("cut" + sample.extension().string());
+        StderrCapture said(folder);
+        std::size_t accepted = 0;
+        for (std::size_t length = 0; length < whole.size(); ++length) {
+            put(cut, Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)));
+            accepted += refusal([&] { read_depth(cut); }).starts_with("(");
+        }
+        CHECK(said.end() == "");
+        INFO(sample);
+        CHECK(accepted == 0);
+    }
+}
+
+TEST_CASE("damage: flipped bytes give a refusal or an image, never a crash or chatter", "[io]") {
+    const TempFolder folder;
+    std::mt19937 random(1); // NOLINT: the same damage every time
+    for (const auto& sample : samples(folder)) {
+        const auto whole = get(sample);
+        const auto damaged = folder / ("damaged" + sample.extension().string());
+        StderrCapture said(folder);
+        int empty = 0;
+        for (int round = 0; round < 400; ++round) {
+            auto bytes = whole;
+            for (auto flips = 1 + random() % 3; flips > 0; --flips)
+                bytes[random() % (round % 2 ? bytes.size() : std::min<std::size_t>(bytes.size(), 350))] =
+                    static_cast<unsigned char>(random());
+            put(damaged, bytes);
+            refusal([&] { empty += read_depth(damaged).values.empty(); });
+        }
+        CHECK(said.end() == "");
+        INFO(sample);
+        CHECK(empty == 0);
+    }
+}
+
+TEST_CASE("damage: noise behind the first bytes of every format is refused", "[io]") {
+    const TempFolder folder;
+    std::mt19937 random(2); // NOLINT
+    for (const std::string magic : {"\x76\x2f\x31\x01\x02", "\x89PNG\r\n\x1a\n", "II*", "MM", "Pf\n", "P5\n", "{"})
+        for (int round = 0; round < 50; ++round) {
+            Bytes bytes(magic.begin(), magic.end());
+            if (magic == "II*" || magic == "MM")
+                bytes.insert(bytes.end(), {0, static_cast<unsigned char>(magic == "MM" ? 42 : 8)});
+            for (int i = 0; i < 200; ++i)
+                bytes.push_back(static_cast<unsigned char>(random()));
+            const auto file = put(folder / "noise", bytes);
+            check_says(refusal([&] { read_depth(file); }), {"noise: "});
+        }
+}

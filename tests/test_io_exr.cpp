@@ -1,0 +1,323 @@
+// Depth out of OpenEXR files: which channel, which window, which of them are refused.
+#include "catch.hpp"
+#include "io_files.hpp"
+
+#include <fathom/io.hpp>
+
+#include <opencv2/core.hpp>
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDeepFrameBuffer.h>
+#include <OpenEXR/ImfDeepScanLineOutputFile.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfTiledOutputFile.h>
+
+#include <cmath>
+#include <map>
+
+using namespace fathom;
+using namespace fathom::test;
+using Imath::Box2i;
+using Imath::V2i;
+
+namespace {
+
+struct Picture {
+    Box2i display{{0, 0}, {6, 4}};
+    Box2i data{{0, 0}, {6, 4}};
+    std::vector<std::string> channels{"Z"};
+    Imf::PixelType type = Imf::FLOAT;
+    Imf::Compression compression = Imf::ZIP_COMPRESSION;
+    std::string part = {}; ///< its name in a file of several
+};
+
+/// What channel number `c` holds at a pixel: exact in a half and positive.
+double truth(std::size_t c, int x, int y) {
+    return static_cast<double>(c) * 256 + (y + 8) * 16 + x + 8;
+}
+
+Imf::Header header_of(const Picture& picture) {
+    Imf::Header header(picture.display, picture.data);
+    header.compression() = picture.compression;
+    for (const auto& name : picture.channels)
+        header.channels().insert(name, Imf::Channel(picture.type));
+    if (!picture.part.empty()) {
+        header.setName(picture.part);
+        header.setType(Imf::SCANLINEIMAGE);
+    }
+    return header;
+}
+
+/// Pixels of a picture with the frame buffer that shows them to OpenEXR.
+struct Pixels {
+    std::vector<cv::Mat> planes;
+    Imf::FrameBuffer frame;
+
+    explicit Pixels(const Picture& picture) {
+        const auto size = picture.data.size() + V2i(1, 1);
+        for (std::size_t c = 0; c < picture.channels.size(); ++c) {
+            cv::Mat values(size.y, size.x, CV_32FC1), plane;
+            for (int y = 0; y < size.y; ++y)
+                for (int x = 0; x < size.x; ++x)
+                    values.at<float>(y, x) =
+                        static_cast<float>(truth(c, x + picture.data.min.x, y + picture.data.min.y));
+            values.convertTo(plane, picture.type == Imf::HALF ? CV_16F : picture.type == Imf::FLOAT ? CV_32F : CV_32S);
+            frame.insert(picture.channels[c],
+                         Imf::Slice::Make(picture.type, plane.data, picture.data, plane.elemSize(), plane.step));
+            planes.push_back(plane);
+        }
+    }
+};
+
+fs::path write(const fs::path& file, const Picture& picture) {
+    const Pixels pixels(picture);
+    Imf::OutputFile exr(file.c_str(), header_of(picture));
+    exr.setFrameBuffer(pixels.frame);
+    exr.writePixels(picture.data.max.y - picture.data.min.y + 1);
+    return file;
+}
+
+fs::path write(const fs::path& file, const std::vector<Picture>& parts) {
+    std::vector<Imf::Header> headers;
+    for (const auto& part : parts)
+        headers.push_back(header_of(part));
+    Imf::MultiPartOutputFile exr(file.c_str(), headers.data(), static_cast<int>(headers.size()));
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const Pixels pixels(parts[i]);
+        Imf::OutputPart out(exr, static_cast<int>(i));
+        out.setFrameBuffer(pixels.frame);
+        out.writePixels(parts[i].data.max.y - parts[i].data.min.y + 1);
+    }
+    return file;
+}
+
+fs::path write_tiled(const fs::path& file, const Picture& picture) {
+    const Pixels pixels(picture);
+    auto header = header_of(picture);
+    header.setTileDescription({4, 4, Imf::ONE_LEVEL});
+    Imf::TiledOutputFile exr(file.c_str(), header);
+    exr.setFrameBuffer(pixels.frame);
+    exr.writeTiles(0, exr.numXTiles() - 1, 0, exr.numYTiles() - 1);
+    return file;
+}
+
+fs::path write_deep(const fs::path& file) {
+    Imf::Header header(4, 3);
+    header.channels().insert("Z", Imf::Channel(Imf::FLOAT));
+    header.setType(Imf::DEEPSCANLINE);
+    header.compression() = Imf::ZIPS_COMPRESSION;
+    std::vector<unsigned> counts(12, 1);
+    std::vector<float> samples(12, 2.5f);
+    std::vector<float*> pointers;
+    for (auto& sample : samples)
+        pointers.push_back(&sample);
+    Imf::DeepFrameBuffer frame;
+    frame.insertSampleCountSlice(
+        Imf::Slice(Imf::UINT, reinterpret_cast<char*>(counts.data()), sizeof(unsigned), 4 * sizeof(unsigned)));
+    frame.insert("Z", Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(pointers.data()), sizeof(float*),
+                                     4 * sizeof(float*), sizeof(float)));
+    Imf::DeepScanLineOutputFile exr(file.c_str(), header);
+    exr.setFrameBuffer(frame);
+    exr.writePixels(3);
+    return file;
+}
+
+double value(const cv::Mat& image, int x, int y) {
+    if (image.type() == CV_32SC1)
+        return image.at<int>(y, x);
+    return image.type() == CV_16FC1 ? static_cast<float>(image.at<cv::float16_t>(y, x)) : image.at<float>(y, x);
+}
+
+/// Every pixel of the display window: channel `c` inside the data window, NaN outside.
+void check_pixels(const cv::Mat& image, const Picture& picture, std::size_t c) {
+    REQUIRE(image.size() == cv::Size(picture.display.size().x + 1, picture.display.size().y + 1));
+    int wrong = 0;
+    for (int y = 0; y < image.rows; ++y)
+        for (int x = 0; x < image.cols; ++x) {
+            const V2i at(x + picture.display.min.x, y + picture.display.min.y);
+            const auto found = value(image, x, y);
+            wrong += picture.data.intersects(at) ? found != truth(c, at.x, at.y) : !std::isnan(found);
+        }
+    CHECK(wrong == 0);
+}
+
+} // namespace
+
+TEST_CASE("exr: the channel that is named like depth is taken", "[io]") {
+    const TempFolder folder;
+    struct Case {
+        std::vector<std::string> channels;
+        std::string taken;
+    };
+    const Case cases[] = {
+        {{"Z"}, "Z"},
+        {{"R", "G", "B", "A", "Z"}, "Z"},
+        {{"ViewLayer.Depth.Z", "ViewLayer.Position.X", "ViewLayer.Position.Y", "ViewLayer.Position.Z"},
+         "ViewLayer.Depth.Z"},
+        {{"ViewLayer.Depth.V", "ViewLayer.Mist.V"}, "ViewLayer.Depth.V"},
+        {{"R", "V"}, "V"},
+        {{"R", "depth.V"}, "depth.V"},
+        {{"A", "Y"}, "Y"},
+        {{"disparity"}, "disparity"},
+        {{"V", "Z", "Layer.Depth.Z"}, "Z"},
+        {{"Layer.Depth.Z", "V", "Y"}, "Layer.Depth.Z"},
+    };
+    for (const auto& each : cases) {
+        const Picture picture{.channels = each.channels};
+        const auto depth = read_depth(write(folder / "a.exr", picture));
+        CHECK(depth.channel == each.taken);
+        const auto at = std::find(each.channels.begin(), each.channels.end(), each.taken) - each.channels.begin();
+        check_pixels(depth.values, picture, static_cast<std::size_t>(at));
+    }
+}
+
+TEST_CASE("exr: a channel asked for is taken, whatever it is called", "[io]") {
+    const TempFolder folder;
+    const Picture picture{.channels = {"Z", "far.W"}};
+    const auto file = write(folder / "a.exr", picture);
+    check_pixels(read_depth(file, {.channel = "far.W"}).values, picture, 1);
+    check_says(refusal([&] { read_depth(file, {.channel = "Depth"}); }),
+               {"a.exr: has no channel \"Depth\"; it has Z, far.W"});
+}
+
+TEST_CASE("exr: without a channel that is named like depth, all are listed", "[io]") {
+    const TempFolder folder;
+    const auto colour = write(folder / "colour.exr", {.channels = {"R", "G", "B"}});
+    check_says(refusal([&] { read_depth(colour); }), {"no channel that is named like depth", "B, G, R"});
+    const auto position = write(folder / "position.exr", {.channels = {"X", "Y", "Z"}});
+    check_says(refusal([&] { read_depth(position); }), {"X, Y, Z"});
+}
+
+TEST_CASE("exr: float, half and uint keep their values and say how they are stored", "[io]") {
+    const TempFolder folder;
+    const std::map<Imf::PixelType, std::pair<int, Storage>> kinds{{Imf::FLOAT, {CV_32FC1, Storage::float32}},
+                                                                  {Imf::HALF, {CV_16FC1, Storage::float16}},
+                                                                  {Imf::UINT, {CV_32SC1, Storage::uint24}}};
+    for (const auto& [type, kind] : kinds)
+        for (const auto compression :
+             {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::PIZ_COMPRESSION}) {
+            const Picture picture{.type = type, .compression = compression};
+            const auto depth = read_depth(write(folder / "a.exr", picture));
+            CHECK(depth.values.type() == kind.first);
+            CHECK(depth.storage == kind.second);
+            check_pixels(depth.values, picture, 0);
+        }
+}
+
+TEST_CASE("exr: the display window is read; NaN outside the data window, overscan cropped", "[io]") {
+    const TempFolder folder;
+    const Box2i display{{0, 0}, {6, 4}};
+    const std::pair<Box2i, Box2i> windows[] = {
+        {display, {{2, 1}, {4, 3}}},              // smaller
+        {display, {{-3, -2}, {9, 6}}},            // overscan
+        {display, {{-3, 2}, {3, 6}}},             // across the lower left corner
+        {display, {{0, 0}, {6, 2}}},              // same width
+        {display, {{-7, -6}, {-2, -3}}},          // nowhere
+        {{{-5, -4}, {2, 1}}, {{-5, -4}, {2, 1}}}, // a display window that does not begin at 0
+        {{{3, 2}, {9, 4}}, {{0, 0}, {6, 6}}},
+    };
+    for (const auto& [shown, data] : windows)
+        for (const auto type : {Imf::FLOAT, Imf::HALF}) {
+            const Picture picture{.display = shown, .data = data, .type = type};
+            check_pixels(read_depth(write(folder / "a.exr", picture)).values, picture, 0);
+            check_pixels(read_depth(write_tiled(folder / "tiled.exr", picture)).values, picture, 0);
+        }
+}
+
+TEST_CASE("exr: integer depth has no value for nothing", "[io]") {
+    const TempFolder folder;
+    const Picture overscan{.data = {{-3, -2}, {9, 6}}, .type = Imf::UINT};
+    check_pixels(read_depth(write(folder / "a.exr", overscan)).values, overscan, 0);
+    const auto crop = write(folder / "b.exr", {.data = {{2, 1}, {4, 3}}, .type = Imf::UINT});
+    check_says(refusal([&] { read_depth(crop); }), {"write depth as float"});
+}
+
+TEST_CASE("exr: every part of a multipart file is searched", "[io]") {
+    const TempFolder folder;
+    const std::vector<Picture> parts{{.channels = {"R", "G", "B"}, .part = "colour"},
+                                     {.channels = {"X", "Y", "Z"}, .part = "position"},
+                                     {.channels = {"Z"}, .type = Imf::HALF, .part = "depth"}};
+    const auto file = write(folder / "a.exr", parts);
+    const auto depth = read_depth(file);
+    CHECK(depth.channel == "depth.Z");
+    CHECK(depth.storage == Storage::float16);
+    check_pixels(depth.values, parts[2], 0);
+    check_pixels(read_depth(file, {.channel = "position.Y"}).values, parts[1], 1);
+    check_says(refusal([&] { read_depth(file, {.channel = "mist"}); }), {"colour.B", "depth.Z"});
+}
+
+TEST_CASE("exr: channels are listed as they can be asked for", "[io]") {
+    const TempFolder folder;
+    const auto file = write(folder / "a.exr", {{.channels = {"R"}, .type = Imf::UINT, .part = "colour"},
+                                               {.channels = {"Z"}, .type = Imf::HALF, .part = "depth"}});
+    const auto listed = list_channels(file);
+    REQUIRE(listed.size() == 2);
+    CHECK((listed[0].name == "colour.R" && listed[0].type == "uint"));
+    CHECK((listed[1].name == "depth.Z" && listed[1].type == "half"));
+    CHECK(list_channels(write_deep(folder / "deep.exr")).at(0).type == "deep float");
+    CHECK(list_channels(put(folder / "a.txt", "no image")).empty());
+    check_says(refusal([&] { list_channels(folder / "none.exr"); }), {"there is no such file"});
+}
+
+TEST_CASE("exr: deep files are refused", "[io]") {
+    const TempFolder folder;
+    const auto file = write_deep(folder / "deep.exr");
+    check_says(refusal([&] { read_depth(file); }), {"deep.exr: channel \"Z\" is deep", "flatten"});
+}
+
+TEST_CASE("exr: a file whose rows were not all written is refused", "[io]") {
+    const TempFolder folder;
+    const Picture picture{.display = {{0, 0}, {31, 63}}, .data = {{0, 0}, {31, 63}}};
+    const auto file = folder / "half.exr";
+    {
+        const Pixels pixels(picture);
+        Imf::OutputFile exr(file.c_str(), header_of(picture));
+        exr.setFrameBuffer(pixels.frame);
+        exr.writePixels(20);
+    }
+    check_says(refusal([&] { read_depth(file); }), {"half.exr: is incomplete"});
+}
+
+TEST_CASE("exr: windows that no image has are refused before memory is asked for", "[io]") {
+    const TempFolder folder;
+    const Picture picture{.compression = Imf::NO_COMPRESSION};
+    const auto bytes = get(write(folder / "a.exr", picture));
+    const auto at = [&](const std::string& name) {
+        return std::search(bytes.begin(), bytes.end(), name.begin(), name.end()) - bytes.begin() +
+               static_cast<std::ptrdiff_t>(name.size() + sizeof("box2i") + 1 + 4);
+    };
+    const Bytes huge{0xff, 0xff, 0xff, 0x3f};
+    for (const auto window : {"displayWindow", "dataWindow"})
+        for (const std::ptrdiff_t corner : {8, 12}) {
+            auto broken = bytes;
+            std::copy(huge.begin(), huge.end(), broken.begin() + at(window) + corner);
+            const auto file = put(folder / "b.exr", broken);
+            check_says(refusal([&] { read_depth(file); }), {"b.exr: "});
+        }
+}
+
+TEST_CASE("exr: real files", "[io]") {
+    const fs::path data = FATHOM_SHARED_DATA;
+    if (!fs::exists(data)) {
+        WARN("no real inputs in " << data << "; skipped");
+        return;
+    }
+    const auto room = read_depth(data / "habitat/room.depth.exr");
+    CHECK(room.channel == "Z");
+    CHECK(room.values.size() == cv::Size(320, 240));
+
+    const auto blender = read_depth(data / "blender/perspective/sharp.exr");
+    CHECK(blender.channel == "ViewLayer.Depth.Z");
+
+    const auto ball = read_depth(data / "openexr/beachball-singlepart.exr");
+    CHECK(ball.values.size() == cv::Size(2048, 1556));
+    CHECK(std::isnan(value(ball.values, 653, 400)));
+    CHECK(std::isnan(value(ball.values, 1565, 400)));
+    CHECK(std::isnan(value(ball.values, 1000, 244)));
+    CHECK_FALSE(std::isnan(value(ball.values, 1000, 600)));
+}
