@@ -99,8 +99,8 @@ Projection from_column_major(std::span<const float, 16> elements, Convention con
 /// points with a x + b y + c z + d ≥ 0 are kept. The far plane is tilted to touch the opposite corner of the
 /// view volume, which is what it costs: see `depth_spacing` in precision.hpp.
 ///   M₃' = v_n M₄ + α C,  α = (v_f − v_n)(M₄·Q)/(C·Q),  Q = M⁻¹(±1, ±1, v_f, 1)
-/// Throws: std::invalid_argument when C·Q ≤ 0 (the far corner is clipped away) and, for a perspective, when the
-/// eye is not on the clipped side (C·eye ≥ 0).
+/// Throws: std::invalid_argument when C·Q ≤ 0 (the far corner is clipped away), when the eye of a perspective is not on
+/// the clipped side (C·eye ≥ 0), and when the plane of an orthographic projection does not face ahead.
 /// Source: Lengyel 2005, eq. 7, 9, 10; Pranckevičius 2007 for orthographic projections.
 Projection with_oblique_near_plane(const Projection& projection, const Eigen::Vector4d& plane);
 

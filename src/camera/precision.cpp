@@ -47,13 +47,21 @@ Neighbours neighbours(const Camera& camera, Storage storage, double x, double y,
     return {below, std::nextafter(below, infinity)};
 }
 
+// View depth of a stored value. Under a perspective, what lies behind infinity is infinitely far: there 1/z has gone
+// through zero, and no surface is stored with such a value.
+double surface_depth(const Camera& camera, Storage storage, double x, double y, double stored) {
+    const long double z = view_depth(camera, storage, x, y, stored);
+    const bool behind_infinity = !(z >= depth_form(camera, storage).least_depth);
+    return behind_infinity ? std::numeric_limits<double>::infinity() : static_cast<double>(z);
+}
+
 } // namespace
 
 double depth_spacing(const Camera& camera, DepthBits bits, double x, double y, double z) {
     const Storage storage = storage_of(bits);
     const Neighbours stored = neighbours(camera, storage, x, y, z);
-    return static_cast<double>(
-        std::abs(view_depth(camera, storage, x, y, stored.above) - view_depth(camera, storage, x, y, stored.below)));
+    return std::abs(surface_depth(camera, storage, x, y, stored.above) -
+                    surface_depth(camera, storage, x, y, stored.below));
 }
 
 double depth_error_bound(const Camera& camera, DepthBits bits, double x, double y, double z) {
@@ -61,23 +69,20 @@ double depth_error_bound(const Camera& camera, DepthBits bits, double x, double 
     const Neighbours stored = neighbours(camera, storage, x, y, z);
     const double half = (stored.above - stored.below) / 2;
     const auto exact = static_cast<double>(stored_depth(camera, storage, x, y, z));
+    const DepthForm form = depth_form(camera, storage);
     const auto moved = [&](double by) {
-        const long double there = view_depth(camera, storage, x, y, exact + by);
-        const bool beyond_infinity = there <= 0 && depth_form(camera, storage).perspective;
-        return beyond_infinity ? std::numeric_limits<double>::infinity() : std::abs(static_cast<double>(there - z));
+        const double there = std::clamp<double>(exact + by, form.lowest, form.highest);
+        return std::abs(surface_depth(camera, storage, x, y, there) - z);
     };
     return std::max(moved(half), moved(-half));
 }
 
 double attainable_depth(const Camera& camera, double x, double y) {
-    const DepthForm form = depth_form(camera);
-    const auto at = [&](double stored) {
-        const long double z = view_depth(camera, Storage::float32, x, y, stored);
-        const bool never = form.perspective && !(z > form.least_depth);
-        return never ? std::numeric_limits<double>::infinity() : static_cast<double>(z);
-    };
-    if (camera.encoding != Encoding::window)
+    const auto at = [&](double stored) { return surface_depth(camera, Storage::float32, x, y, stored); };
+    if (camera.encoding != Encoding::window) {
+        const DepthForm form = depth_form(camera);
         return std::max(at(form.lowest), at(form.highest));
+    }
     const bool far_is_low = camera.projection.order == DepthOrder::reversed;
     return at(camera.depth_range[far_is_low ? 0 : 1]);
 }

@@ -143,10 +143,14 @@ Projection from_matrix(const Eigen::Matrix4d& matrix, Convention convention) {
     Projection projection{matrix.cast<Real>(), convention, DepthOrder::standard};
     const Projection::Matrix inverse = checked_inverse(projection.matrix_in_opengl_axes(), "the projection matrix");
 
-    // The nearer end has the larger 1/Z under a perspective and the smaller Z under an orthographic projection.
+    // Seen from the eye, where clip space is (0, 0, 1, 0), the nearer end has the larger 1/Z; without an eye, the smaller
+    // Z. The eye need not be the origin: a shift may be baked into the matrix.
+    const Eigen::Matrix<Real, 4, 1> eye = inverse.col(2);
+    const bool has_eye =
+        projection.is_perspective() && std::abs(eye.w()) > 0x1p-56L * inverse.row(3).cwiseAbs().maxCoeff();
     const auto nearness = [&](Real clip_z) {
         const Eigen::Matrix<Real, 4, 1> point = inverse * Eigen::Matrix<Real, 4, 1>(0, 0, clip_z, 1);
-        return projection.is_perspective() ? -point.w() / point.z() : point.z() / point.w();
+        return has_eye ? -point.w() / (point.z() - point.w() * (eye.z() / eye.w())) : point.z() / point.w();
     };
     const Real low = projection.clip_near();
     if (nearness(low) < nearness(1))
@@ -165,17 +169,21 @@ Projection with_oblique_near_plane(const Projection& projection, const Eigen::Ve
     const Vector c = plane.cast<Real>();
     const Projection::Matrix inverse = checked_inverse(projection.matrix, "the projection matrix");
 
-    // The eye is where all rays meet: the point that clip space calls (0, 0, 1, 0).
+    // The eye is where all rays meet: the point that clip space calls (0, 0, 1, 0), or a direction.
     const Vector eye = inverse.col(2);
+    const Real v_near = projection.clip_near(), v_far = projection.clip_far();
     if (projection.is_perspective()) {
         const Real side = c.dot(eye) / eye.w();
         require(side < 0, text("the eye is on the kept side of the near plane (plane at the eye = ", side,
                                ", must be negative): turn the plane round or move it in front of the eye"));
+    } else {
+        const Real ahead = c.dot(eye) * (v_far - v_near);
+        require(ahead > 0, text("the near plane (", plane.transpose(),
+                                ") keeps what lies towards the viewer: its normal must point ahead"));
     }
 
     // The corner of the far end that lies furthest inside the plane: its image under the new projection is the far
     // plane's only point, so that the view volume keeps as much depth as it can.
-    const Real v_near = projection.clip_near(), v_far = projection.clip_far();
     const Vector clip_plane = inverse.transpose() * c;
     const auto sign = [](Real value) { return value < 0 ? Real{-1} : Real{1}; };
     const Vector corner = inverse * Vector(sign(clip_plane.x()), sign(clip_plane.y()), v_far, 1);
