@@ -2,16 +2,26 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <vector>
 
 namespace fathom::bench {
 
+/// Time on the wall, or processor time of all threads: the latter is what a busy machine leaves comparable.
+enum class Clock { wall, processor };
+
+inline double now(Clock clock) {
+    if (clock == Clock::processor)
+        return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 /// Seconds that a piece of work takes.
 template <typename Work>
-double seconds(Work&& work) {
-    const auto start = std::chrono::steady_clock::now();
+double seconds(Clock clock, Work&& work) {
+    const double start = now(clock);
     work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return now(clock) - start;
 }
 
 /// The value below which the share `q` of the samples lies.

@@ -97,7 +97,7 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
     const floatV t = fma((floatV)p->sign, v, (floatV)p->end);
     const floatV t_low = fma((floatV)p->sign, v, p->end - t);
     const floatV sum = t + p->pole_high;
-    const floatV larger = fmax(t, (floatV)p->pole_high), smaller = fmin(t, (floatV)p->pole_high);
+    const floatV larger = max(t, p->pole_high), smaller = min(t, p->pole_high);
     const pairV denominator = {sum, (smaller - (sum - larger)) + (t_low + p->pole_low)};
     return quotient_pair((pairV){(floatV)p->gain_high, (floatV)p->gain_low}, denominator);
 }
