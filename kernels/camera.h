@@ -115,7 +115,8 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
 }
 #elif FORM == FORM_EXPONENTIAL
 INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
-    return wide_exponential(p->rate, p->amplitude, p->offset, v);
+    const wideV exponent = wide_multiply_add(wide_constant(p->rate), v, wide_constant(p->start));
+    return wide_exponential(exponent, p->amplitude, p->offset);
 }
 #else
 // z = scale v depth / |direction| + eye_depth. The length is that of three components of which the second depends on
@@ -129,13 +130,16 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
 #if !PARALLEL_DEPTH
     length = wide_product(wide_at_pixel(rays->depth, x, y), length);
 #endif
-    return wide_over_root(length, square) + wide_to_float(wide_constant(rays->eye_depth));
+    return wide_to_float(wide_add(wide_over_root(length, square), wide_constant(rays->eye_depth)));
 }
 #endif
 
 // View depth of V pixels: background becomes what the caller asked for, no surface becomes NaN.
 INLINE floatV view_depth(sampleV sample, uint x, uint y, const depth_params* p, const ray_params* rays) {
-    const floatV z = decode_form(sample.value, x, y, p, rays);
+    floatV z = decode_form(sample.value, x, y, p, rays);
+#if FORM == FORM_AFFINE || FORM == FORM_RAY_DISTANCE
+    z = select(z, sample.value, isinf(sample.value)); // infinitely far; sums of it are not a number
+#endif
     const intV surface = (sample.value >= p->lowest) & (sample.value <= p->highest) & (z > p->least_depth);
     return select(select((floatV)NAN, z, surface), (floatV)p->background_depth, sample.background);
 }

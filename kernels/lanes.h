@@ -112,14 +112,14 @@ INLINE pairV renormalised(floatV high, floatV low) {
 }
 
 // numerator / (high + low), half an ulp and a bit: the float quotient and what is left of the numerator.
-// A zero denominator gives infinity, as the pole of a projection should.
+// A zero denominator gives infinity, as the pole of a projection should, and so does a quotient beyond the floats.
 INLINE floatV quotient_pair(pairV numerator, pairV denominator) {
     const floatV inverse = 1.0f / denominator.high;
     const floatV guess = numerator.high * inverse;
     floatV rest = fma(-guess, denominator.high, numerator.high);
     rest = fma(-guess, denominator.low, rest) + numerator.low;
     const floatV refined = fma(rest, inverse, guess);
-    return select(refined, numerator.high * inverse, inverse == INFINITY);
+    return select(refined, guess, isinf(guess));
 }
 
 // 1 / sqrt(square) to 4.7e-6: halved exponent, two steps of Newton. Square root and division would keep the divider busy
@@ -192,17 +192,16 @@ INLINE floatV wide_quotient(wideV numerator, wideV denominator) {
 }
 
 // value / sqrt(square): a step of Newton in double on the guess leaves 3.3e-11.
-INLINE floatV wide_over_root(wideV value, wideV square) {
+INLINE wideV wide_over_root(wideV value, wideV square) {
     const wideV guess = convert_wideV(inverse_root_guess(convert_floatV(square)));
     const wideV rest = fma(-square * guess, guess, (wideV)1.0);
     const wideV scaled = value * guess;
-    return convert_floatV(fma(scaled * 0.5, rest, scaled));
+    return fma(scaled * 0.5, rest, scaled);
 }
 
-// amplitude (2^(rate v) - 1) + offset. 2^r - 1 = r q(r) on |r| <= 1/2 with an error of 2.4e-10 relative (Chebyshev
+// amplitude (2^y - 1) + offset. 2^r - 1 = r q(r) on |r| <= 1/2 with an error of 2.4e-10 relative (Chebyshev
 // fit), so that small exponents keep their accuracy.
-INLINE floatV wide_exponential(wide rate, wide amplitude, wide offset, floatV v) {
-    const wideV y = as_double(rate) * convert_wideV(v);
+INLINE floatV wide_exponential(wideV y, wide amplitude, wide offset) {
     const wideV shifted = y + 0x1.8p52; // the nearest integer ends up in the low bits
     const wideV r = y - (shifted - 0x1.8p52);
     wideV q = (wideV)0x1.00a581594758ep-16;
@@ -275,18 +274,17 @@ INLINE floatV wide_reciprocal(wideV s) {
     return quotient_pair(wide_from((floatV)1.0f), s);
 }
 
-INLINE floatV wide_over_root(wideV value, wideV square) {
+INLINE wideV wide_over_root(wideV value, wideV square) {
     const floatV guess = inverse_root_guess(square.high);
     const pairV guess_square = two_product(guess, guess);
     floatV rest = fma(-square.high, guess_square.high, (floatV)1.0f);
     rest = fma(-square.high, guess_square.low, fma(-square.low, guess_square.high, rest));
     const pairV scaled = two_product(value.high, guess);
-    return scaled.high + fma(scaled.high * 0.5f, rest, fma(value.low, guess, scaled.low));
+    return renormalised(scaled.high, fma(scaled.high * 0.5f, rest, fma(value.low, guess, scaled.low)));
 }
 
 // The same as in double: 2^r - 1 = r ln 2 + r^2 g(r), the first term kept to twice the precision.
-INLINE floatV wide_exponential(wide rate, wide amplitude, wide offset, floatV v) {
-    const wideV y = wide_multiply(wide_constant(rate), v);
+INLINE floatV wide_exponential(wideV y, wide amplitude, wide offset) {
     const floatV shifted = y.high + 0x1.8p23f;
     const pairV r = two_sum(y.high - (shifted - 0x1.8p23f), y.low);
     floatV g = (floatV)0x1.008a2p-16f;

@@ -38,7 +38,8 @@ typedef struct {
 typedef struct {
     wide numerator[4];   // affine, rational
     wide denominator[4]; // reciprocal_affine, rational
-    wide rate;           // exponential: z = amplitude (2^(rate v) - 1) + offset
+    wide rate;           // exponential: z = amplitude (2^(rate v + start) - 1) + offset
+    wide start;
     wide amplitude;
     wide offset;
     float sign; // reciprocal: t = sign v + end >= 0, z = gain / (t + pole)

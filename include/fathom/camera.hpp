@@ -68,7 +68,7 @@ enum class Form {
     reciprocal_affine, ///< z = 1 / (a v + b·(x, y) + c)
     affine,            ///< z = a v + b·(x, y) + c
     rational,          ///< z = (n·q) / (m·q), q = (v, x, y, 1)
-    exponential,       ///< z = A (2^(L v) − 1) + B
+    exponential,       ///< z = A (2^(L v + S) − 1) + B
     ray_distance,      ///< z = scale·v / |D(x, y)|
 };
 
@@ -84,6 +84,7 @@ struct DepthForm {
     Affine numerator{0, 0, 0, 1};   ///< affine, rational: n;
     Affine denominator{0, 0, 0, 1}; ///< reciprocal (without x and y), reciprocal_affine, rational: m
     long double rate = 0;           ///< exponential: L
+    long double start = 0;          ///< exponential: S
     long double amplitude = 0;      ///< exponential: A
     long double offset = 0;         ///< exponential: B
     long double scale = 1;          ///< ray_distance

@@ -185,12 +185,11 @@ Normalised normalised(const Camera& camera, Storage storage) {
 }
 
 void set_exponential(DepthForm& form, Normalised u, Real rate, Real amplitude, Real offset) {
-    // 2^(rate·(slope v + start)): the start goes into the amplitude, so that the device multiplies once.
-    const Real factor = std::exp2(rate * u.start);
     form.form = Form::exponential;
     form.rate = rate * u.slope;
-    form.offset = offset + amplitude * std::expm1(std::log(2.0L) * rate * u.start);
-    form.amplitude = amplitude * factor;
+    form.start = rate * u.start;
+    form.amplitude = amplitude;
+    form.offset = offset;
 }
 
 // The eye is where clip space is (0, 0, 1, 0); it need not be the origin of view space.
@@ -360,7 +359,6 @@ Rays rays(const Camera& camera) {
             result.origin = start + result.direction.col(2) * start.row(2);
         }
         result.origin.row(2).setZero();
-        result.eye_depth = 0;
     } else {
         result.origin.col(2) = eye;
     }
@@ -378,7 +376,7 @@ long double view_depth(const Camera& camera, Storage storage, double x, double y
     const auto sum = [&](const Affine& row) { return row[0] * stored + row[1] * x + row[2] * y + row[3]; };
     switch (form.form) {
     case Form::exponential:
-        return form.amplitude * std::expm1(std::log(2.0L) * form.rate * stored) + form.offset;
+        return form.amplitude * std::expm1(std::log(2.0L) * (form.rate * stored + form.start)) + form.offset;
     case Form::ray_distance: {
         const Rays ray = rays(camera);
         const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
@@ -393,7 +391,7 @@ long double stored_depth(const Camera& camera, Storage storage, double x, double
     const DepthForm form = depth_form(camera, storage);
     switch (form.form) {
     case Form::exponential:
-        return std::log1p((static_cast<Real>(z) - form.offset) / form.amplitude) / (std::log(2.0L) * form.rate);
+        return (std::log1p((z - form.offset) / form.amplitude) / std::log(2.0L) - form.start) / form.rate;
     case Form::ray_distance: {
         const Rays ray = rays(camera);
         const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;

@@ -7,6 +7,7 @@
 
 #include <Eigen/QR>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -35,9 +36,9 @@ int kernel_storage(Storage storage) {
     }
 }
 
-void pack(params::wide (&target)[4], const Affine& row, Arithmetic arithmetic) {
+void pack(params::wide (&target)[4], const Affine& row, long double unit, Arithmetic arithmetic) {
     for (std::size_t i = 0; i < 4; ++i)
-        target[i] = pack_wide(row[i], arithmetic);
+        target[i] = pack_wide(row[i] * unit, arithmetic);
 }
 
 float high(long double value) {
@@ -48,18 +49,27 @@ float low(long double value) {
 }
 
 // 1/z = s(v): count t from the end of the stored range where s is smallest, so that z = (1/|s'|) / (t + s(end)/|s'|)
-// is a sum of positive terms.
+// is a sum of positive terms. All of it is counted in units of 2^-32, so that the inverse of a denormal t is a float.
 void set_reciprocal(params::depth_params& p, const DepthForm& form) {
     const long double slope = form.denominator[0];
     const float end = slope > 0 ? form.lowest : form.highest;
-    const long double pole = (slope * end + form.denominator[3]) / std::abs(slope);
-    const long double gain = 1 / std::abs(slope);
-    p.sign = slope > 0 ? 1.0f : -1.0f;
-    p.end = slope > 0 ? -end : end;
+    const float unit = form.highest < 0x1p32f ? 0x1p32f : 1.0f;
+    const long double pole = unit * (slope * end + form.denominator[3]) / std::abs(slope);
+    const long double gain = unit / std::abs(slope);
+    p.sign = slope > 0 ? unit : -unit;
+    p.end = unit * (slope > 0 ? -end : end);
     p.gain_high = high(gain);
     p.gain_low = low(gain);
     p.pole_high = high(pole);
     p.pole_low = low(pole);
+}
+
+// A quotient of sums is the same in any unit: one that keeps the low parts of two floats away from the denormals.
+long double unit_of_quotient(const DepthForm& form) {
+    long double largest = 0;
+    for (const long double coefficient : form.denominator)
+        largest = std::max(largest, std::abs(coefficient));
+    return form.form == Form::rational ? std::ldexp(1.0L, 40 - std::ilogb(largest)) : 1.0L;
 }
 
 std::string size_of(const Image& image) {
@@ -77,9 +87,11 @@ params::wide pack_wide(long double value, Arithmetic arithmetic) {
 params::depth_params depth_parameters(const DepthForm& form, Storage storage, Background background,
                                       Arithmetic arithmetic) {
     params::depth_params p{};
-    pack(p.numerator, form.numerator, arithmetic);
-    pack(p.denominator, form.denominator, arithmetic);
+    const long double unit = unit_of_quotient(form);
+    pack(p.numerator, form.numerator, unit, arithmetic);
+    pack(p.denominator, form.denominator, unit, arithmetic);
     p.rate = pack_wide(form.rate, arithmetic);
+    p.start = pack_wide(form.start, arithmetic);
     p.amplitude = pack_wide(form.amplitude, arithmetic);
     p.offset = pack_wide(form.offset, arithmetic);
     if (form.form == Form::reciprocal)
