@@ -1,0 +1,111 @@
+// Runs every kernel once for each form, storage and channel count, small: what Oclgrind watches.
+//   every_kernel LANES
+// Prints the device's name and how many images it made. Oclgrind's log says whether any of them was made wrongly.
+
+#include "operations/parameters.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <cstdint>
+#include <cstdlib>
+#include <iostream>
+#include <string>
+#include <vector>
+
+using namespace fathom;
+
+namespace {
+
+constexpr int width = 35; // two whole groups of 16 lanes and a tail that overlaps
+constexpr int height = 3;
+
+Camera camera_with(const Projection& projection) {
+    Camera camera;
+    camera.projection = projection;
+    camera.width = width;
+    camera.height = height;
+    camera.view = Eigen::Matrix4d::Identity();
+    return camera;
+}
+
+/// A camera for each form.
+std::vector<Camera> cameras() {
+    const auto wide = perspective(1.0, 1.3, {0.1, 100});
+    Eigen::Matrix4d tilt = wide.matrix.cast<double>();
+    tilt.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
+    std::vector<Camera> all{camera_with(wide), camera_with(with_oblique_near_plane(wide, {0.2, 0.1, -1, -3})),
+                            camera_with(orthographic({-5, 6, -4, 3}, {0.5, 500})), camera_with(from_matrix(tilt))};
+    Camera exponential = camera_with(wide);
+    exponential.encoding = Encoding::logarithmic;
+    exponential.far = 100;
+    Camera distance = camera_with(wide);
+    distance.encoding = Encoding::ray_distance;
+    all.push_back(exponential);
+    all.push_back(distance);
+    return all;
+}
+
+/// An image written in one go, the gaps between its rows included: after a write of a part Oclgrind takes the rest of a
+/// buffer for uninitialised.
+Image filled(const Device& device, Storage storage) {
+    Image image(device, element_of(storage), {width, height, channels_of(storage)});
+    const std::size_t row = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels_of(storage));
+    const std::size_t size = (image.row_stride() * (height - 1) + row) * bytes(image.element());
+    std::vector<std::uint8_t> content(size, 0x3e); // as a float or a half: a depth inside every range
+    device.queue().enqueueWriteBuffer(image.buffer(), CL_TRUE, 0, size, content.data());
+    return image;
+}
+
+int run(const Device& device, const Camera& camera, Storage storage) {
+    const StoredDepth whole{filled(device, storage), camera, storage};
+    const StoredDepth part = whole.region(1, 1, width - 2, height - 1);
+    int images = 0;
+    for (const StoredDepth& stored : {whole, part}) {
+        linearize(stored);
+        unproject(stored);
+        unproject(stored, {.space = Space::world, .channels = 4});
+        images += 3;
+    }
+    if (storage == Storage::float32) {
+        linearize_in_place(part);
+        ++images;
+    }
+    device.finish();
+    return images;
+}
+
+/// Stores past the cache, which only images larger than it get, on an image small enough to simulate.
+int run_streamed(const Device& device, const Camera& camera) {
+    const int lanes = device.options().lanes;
+    const StoredDepth stored = StoredDepth{filled(device, Storage::float32), camera}.region(0, 0, 32, height);
+    const Image result(device, Element::f32, {32, height});
+    const DepthForm form = depth_form(camera);
+    const Rays view = rays(camera);
+    const Arithmetic arithmetic = device.options().arithmetic;
+    const auto choices = decoder_choices(form, view, stored.storage, lanes, /*stream=*/true);
+    runtime::launch(device, runtime::kernel(device, "linearize", choices),
+                    {static_cast<std::size_t>(32 / lanes), height}, stored.image, result,
+                    grid_parameters(stored, result, 0, 32),
+                    depth_parameters(form, stored.storage, Background::inf, arithmetic),
+                    ray_parameters(view, form.scale, arithmetic));
+    device.finish();
+    return 1;
+}
+
+} // namespace
+
+int main(int count, char** arguments) {
+    const int lanes = count > 1 ? std::atoi(arguments[1]) : 1;
+    int images = 0;
+    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        const Device device = Device::open("0", {.arithmetic = arithmetic, .lanes = lanes});
+        if (images == 0)
+            std::cout << device.info().name << '\n';
+        for (const Camera& camera : cameras())
+            images += run(device, camera, Storage::float32);
+        for (const Storage storage : {Storage::float16, Storage::uint16, Storage::uint24, Storage::rgb8_low_first})
+            images += run(device, cameras().front(), storage);
+        images += run_streamed(device, cameras().front());
+    }
+    std::cout << images << " images\n";
+}
