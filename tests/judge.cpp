@@ -1,0 +1,158 @@
+#include "judge.hpp"
+
+#include <quadmath.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+namespace oracle {
+namespace {
+
+using namespace fathom;
+
+// The stored value at which a sum is zero, as a float.
+float zero_of(const Quotient<Quad>& q, const Sum<Quad>& s, Quad x, Quad y) {
+    const Quad u = -(s.low + s.x * x + s.y * y + s.one) / (s.high - s.low);
+    return static_cast<float>(q.v_low + u * (q.v_high - q.v_low));
+}
+
+bool depends_on_stored(const Sum<Quad>& s) {
+    return s.high != s.low;
+}
+
+} // namespace
+
+std::vector<float> stored_values(const Subject& subject, const Truth& truth, const Patch& patch, std::mt19937& random) {
+    const Quotient<Quad>& q = truth.quotient();
+    const bool metric = subject.camera.encoding == Encoding::view_z || subject.camera.encoding == Encoding::inverse ||
+                        subject.camera.encoding == Encoding::ray_distance;
+    const auto low = static_cast<float>(q.v_low < q.v_high ? q.v_low : q.v_high);
+    const auto high = static_cast<float>(q.v_low < q.v_high ? q.v_high : q.v_low);
+    std::uniform_real_distribution<float> unit(0, 1);
+    std::uniform_int_distribution<int> kind(0, 7), bits(0, 30), few(0, 12);
+    const auto value = [&](int x, int y) -> float {
+        const float part = std::ldexp(unit(random), -bits(random));
+        if (metric)
+            return std::ldexp(unit(random), bits(random) - 10);
+        switch (kind(random)) {
+        case 0:
+        case 1:
+            return low + (high - low) * part;
+        case 2:
+        case 3:
+            return high - (high - low) * part;
+        case 4: {
+            float v = unit(random) < 0.5f ? low : high;
+            for (int i = few(random); i > 0; --i)
+                v = std::nextafter(v, (low + high) / 2);
+            return v;
+        }
+        case 5: {
+            const Sum<Quad>& sum = depends_on_stored(q.denominator) ? q.denominator : q.numerator;
+            if (!depends_on_stored(sum))
+                return low;
+            float v = zero_of(q, sum, x + 0.5, y + 0.5);
+            for (int i = few(random) - 6; i > 0; --i)
+                v = std::nextafter(v, (low + high) / 2);
+            return v;
+        }
+        default:
+            return low + (high - low) * unit(random);
+        }
+    };
+    std::vector<float> values;
+    for (int y = patch.y; y < patch.y + patch.height; ++y)
+        for (int x = patch.x; x < patch.x + patch.width; ++x)
+            values.push_back(value(x, y));
+    return values;
+}
+
+const Device& device(Arithmetic arithmetic) {
+    static const Device fp64 = Device::open("cpu", {.arithmetic = Arithmetic::fp64});
+    static const Device two_float = Device::open("cpu", {.arithmetic = Arithmetic::two_float});
+    return arithmetic == Arithmetic::fp64 ? fp64 : two_float;
+}
+
+const char* name(Arithmetic arithmetic) {
+    return arithmetic == Arithmetic::fp64 ? "fp64" : "two-float";
+}
+
+Promise promise(Form form, Arithmetic arithmetic) {
+    const bool fp64 = arithmetic == Arithmetic::fp64;
+    const double condition = fp64 ? sum_condition_fp64 : sum_condition_two_float;
+    switch (form) {
+    case Form::exponential:
+        return {linearize_ulp_exponential, condition, fp64 ? 0 : exponential_least_two_float};
+    case Form::ray_distance:
+        return {linearize_ulp_ray_distance, sum_condition_ray_distance};
+    default:
+        return {fp64 ? linearize_ulp_fp64 : linearize_ulp_two_float, condition};
+    }
+}
+
+std::string judge(const Subject& subject, const Truth& truth, Form form, const Promise& promise, double v, double x,
+                  double y, float got, Worst& worst) {
+    const auto fault = [&](const std::string& what) {
+        std::ostringstream message;
+        message << std::hexfloat << subject.name << ", v = " << v << std::defaultfloat << " at (" << x << ", " << y
+                << "): " << got << " but " << what << '\n';
+        return message.str();
+    };
+    if (v != 0 && std::abs(v) < promise.least)
+        return {};
+    if (!truth.in_range(v))
+        return std::isnan(got) ? std::string() : fault("the value is outside the range");
+    const Quad exact = truth.depth(v, x, y);
+    const Quad condition = truth.condition(form, v, x, y);
+    const Quad slack = isinfq(exact) ? 0 : promise.condition * condition * fabsq(exact);
+    const auto condition_ulp = static_cast<double>(slack / ulp(exact));
+    const double bound = promise.ulps + condition_ulp;
+    if (!(promise.condition * condition < Quad(0.125)))
+        return {}; // not even the sign is promised
+    if (std::isnan(got)) {
+        const Quad margin = slack + promise.ulps * ulp(exact);
+        return truth.in_front(exact - margin) ? fault("the exact depth is " + text_of(exact)) : std::string();
+    }
+    if (!truth.in_front(exact + slack + promise.ulps * ulp(exact)))
+        return fault("the exact depth, " + text_of(exact) + ", is not in front of the eye");
+    const double error = error_in_ulp(got, exact);
+    worst.add(error, bound, condition_ulp, static_cast<double>(condition), subject.name, v, x, y);
+    if (error <= bound)
+        return {};
+    std::ostringstream message;
+    message << "the exact depth is " << text_of(exact) << ": " << error << " ulp, allowed " << bound << " (condition "
+            << static_cast<double>(condition) << ")";
+    return fault(message.str());
+}
+
+std::string judge_all(const std::string& label, const std::vector<Subject>& subjects, Arithmetic arithmetic) {
+    std::mt19937 random(20240521);
+    Worst worst;
+    Faults faults;
+    for (const Subject& subject : subjects) {
+        const Truth truth(subject, Storage::float32);
+        const Form form = depth_form(subject.camera).form;
+        for (const Patch& patch : default_patches) {
+            std::vector<float> values = stored_values(subject, truth, patch, random);
+            std::vector<float> depth(values.size());
+            const Layout layout{patch.width, patch.height};
+            const Image stored = Image::from_host(device(arithmetic), Element::f32, values.data(), layout);
+            const Image result = Image::onto_host(device(arithmetic), Element::f32, depth.data(), layout);
+            linearize({stored, subject.camera, Storage::float32, patch.x, patch.y}, result, {Background::decode});
+            result.download(depth.data());
+            for (std::size_t i = 0; i < values.size(); ++i) {
+                const auto row = i / static_cast<std::size_t>(patch.width),
+                           column = i % static_cast<std::size_t>(patch.width);
+                faults.add(judge(subject, truth, form, promise(form, arithmetic), static_cast<double>(values[i]),
+                                 patch.x + static_cast<double>(column) + 0.5, patch.y + static_cast<double>(row) + 0.5,
+                                 depth[i], worst));
+            }
+        }
+    }
+    worst.print(label + ", " + name(arithmetic));
+    return faults.text();
+}
+
+} // namespace oracle

@@ -1,0 +1,544 @@
+// linearize against __float128: every form, convention and encoding, f/n from 2 to 10⁹, pixels up to 16384.
+// The tolerances are the constants of fathom/linearize.hpp.
+
+#include "catch.hpp"
+#include "judge.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+#include <sstream>
+
+using namespace fathom;
+using oracle::Subject;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double ratios[] = {2, 10, 1e3, 1e6, 1e9};
+constexpr double nears[] = {0.1, 1e-6, 3.7, 1e3, 0.01};
+constexpr DepthOrder orders[] = {DepthOrder::standard, DepthOrder::reversed};
+
+const std::pair<const char*, Convention> conventions[] = {
+    {"OpenGL", Convention::opengl()}, {"Direct3D", Convention::direct3d()}, {"Vulkan", Convention::vulkan()}};
+
+std::string text_of(const char* what, const char* convention, DepthSpan span) {
+    std::ostringstream text;
+    text << what << ' ' << convention << (span.order == DepthOrder::reversed ? " reversed" : "") << " near "
+         << span.near << " far " << span.far;
+    return text.str();
+}
+
+/// Every convention, order and range of depths, infinite ones included, as `make` builds them.
+template <typename Make>
+std::vector<Subject> everywhere(const char* what, const Make& make) {
+    std::vector<Subject> subjects;
+    for (const auto& [name, convention] : conventions) {
+        for (const DepthOrder order : orders) {
+            for (std::size_t i = 0; i <= std::size(ratios); ++i) {
+                const bool infinite = i == std::size(ratios);
+                const double near = nears[i % std::size(nears)];
+                const DepthSpan span{near, infinite ? infinity : near * ratios[i], order};
+                subjects.push_back(oracle::named(make(span, convention), text_of(what, name, span)));
+            }
+        }
+    }
+    return subjects;
+}
+
+/// Is the near plane's clip value 0, so that no matrix element holds a constant beside a small distance?
+bool starts_at_zero(DepthSpan span, Convention convention) {
+    return convention.clip_z == ClipZ::zero_to_one && span.order == DepthOrder::standard;
+}
+
+Subject oblique_parallel(Eigen::Vector4d plane, DepthSpan span, const char* name, Convention convention) {
+    if (convention.view_axes != ViewAxes::opengl)
+        plane[2] = -plane[2];
+    return oracle::named(with_oblique_near_plane(oracle::from_parallel({-5, 7, -4, 3}, span, convention), plane),
+                         text_of("oblique", name, span));
+}
+
+Camera with(const Projection& projection, int width) {
+    Camera camera;
+    camera.projection = projection;
+    camera.width = width;
+    camera.height = 1;
+    return camera;
+}
+
+/// A camera of every form and encoding.
+std::vector<Subject> of_every_encoding() {
+    const Subject plain = oracle::from_field_of_view(1.1, 1.5, {0.1, 1e4});
+    std::vector<Subject> subjects;
+    for (const Encoding encoding :
+         {Encoding::window, Encoding::view_z, Encoding::ray_distance, Encoding::linear, Encoding::logarithmic,
+          Encoding::exponential, Encoding::median, Encoding::pseudo_linear, Encoding::inverse}) {
+        Subject subject = oracle::named(plain, fathom::name(encoding));
+        subject.camera.encoding = encoding;
+        subject.camera.near = 0.1;
+        subject.camera.far = 1e4;
+        subject.camera.median = 4;
+        subject.camera.scale = 0.001;
+        subjects.push_back(subject);
+    }
+    const DepthSpan reversed{0.1, infinity, DepthOrder::reversed};
+    subjects.push_back(oracle::named(oracle::from_field_of_view(1, 1, reversed, Convention::vulkan()), "reversed"));
+    subjects.push_back(oracle::named(
+        with_oblique_near_plane(oracle::from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}), "oblique"));
+    subjects.push_back(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, {-3, 100}), "orthographic"));
+    subjects.push_back(oblique_parallel({0.3, -0.2, -1, -2}, {-3, 100}, "OpenGL", {}));
+    subjects.push_back(oracle::named(
+        oracle::from_matrix(oracle::tilted(oracle::perspective_matrix(0.7, 0.5, 0.1, 100), 0.2, -0.1)), "tilted"));
+    return subjects;
+}
+
+std::vector<Subject> near_both_ends() {
+    auto subjects = everywhere("perspective", [](DepthSpan span, Convention convention) {
+        return oracle::from_field_of_view(1.1, 1.5, span, convention);
+    });
+    const auto others = of_every_encoding();
+    subjects.insert(subjects.end(), others.begin(), others.end());
+    for (const double median : {1e-6, 1e6}) {
+        for (const auto& range : {std::array{0.0, 1.0}, std::array{1.0, 0.0}}) {
+            Subject subject = oracle::named(others.front(), "median");
+            subject.camera.encoding = Encoding::median;
+            subject.camera.median = median;
+            subject.camera.depth_range = range;
+            subjects.push_back(subject);
+        }
+    }
+    for (Subject subject : others) {
+        subject.name += ", depth range 1 to 0";
+        subject.camera.depth_range = {1, 0};
+        subjects.push_back(subject);
+    }
+    return subjects;
+}
+
+/// Codes as they lie in memory, and the numbers that they are.
+struct StoredCodes {
+    std::vector<unsigned char> bytes;
+    std::vector<double> values;
+};
+
+double half_value(std::uint16_t bits) {
+    const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
+    const double sign = (bits & 0x8000) != 0 ? -1 : 1;
+    if (exponent == 31)
+        return fraction == 0 ? sign * infinity : std::numeric_limits<double>::quiet_NaN();
+    return sign * (exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(fraction + 1024, exponent - 25));
+}
+
+StoredCodes random_codes(Storage storage, int count, std::mt19937& random) {
+    StoredCodes codes;
+    const auto append = [&](std::uint32_t bits, std::size_t size) {
+        for (std::size_t i = 0; i < size; ++i)
+            codes.bytes.push_back(static_cast<unsigned char>(bits >> (8 * i)));
+    };
+    for (int i = 0; i < count; ++i) {
+        const std::uint32_t bits = i == 0   ? 0
+                                   : i == 1 ? ~0u
+                                            : static_cast<std::uint32_t>(random()),
+                            code = bits & 0xffffff;
+        switch (storage) {
+        case Storage::float32: {
+            const float value = std::ldexp(static_cast<float>(code), -24 - static_cast<int>(bits >> 28));
+            append(std::bit_cast<std::uint32_t>(value), 4);
+            codes.values.push_back(static_cast<double>(value));
+            break;
+        }
+        case Storage::float16:
+            append(bits & 0xffff, 2);
+            codes.values.push_back(half_value(static_cast<std::uint16_t>(bits)));
+            break;
+        case Storage::uint16:
+            append(bits & 0xffff, 2);
+            codes.values.push_back(bits & 0xffff);
+            break;
+        case Storage::uint24: // the rest of the word is anything
+            append(bits, 4);
+            codes.values.push_back(code);
+            break;
+        case Storage::uint24_high:
+            append(bits << 8 | bits >> 24, 4);
+            codes.values.push_back(code);
+            break;
+        case Storage::rgb8_low_first:
+            append(code, 3);
+            codes.values.push_back(code);
+            break;
+        case Storage::rgb8_high_first:
+            append((code & 0xff) << 16 | (code & 0xff00) | code >> 16, 3);
+            codes.values.push_back(code);
+            break;
+        }
+    }
+    return codes;
+}
+
+void check(const std::string& label, const std::vector<Subject>& subjects) {
+    CHECK(oracle::judge_all(label, subjects, Arithmetic::fp64) == "");
+    CHECK(oracle::judge_all(label, subjects, Arithmetic::two_float) == "");
+}
+
+} // namespace
+
+TEST_CASE("linearize: reciprocal depth is within its bound", "[linearize][exact]") {
+    auto subjects = everywhere("perspective", [](DepthSpan span, Convention convention) {
+        return oracle::from_field_of_view(1.1, 1.5, span, convention);
+    });
+    for (const auto& range :
+         {std::array{1.0, 0.0}, std::array{-1.0, 1.0}, std::array{0.0, 0.5}, std::array{-1.0, 0.25}}) {
+        for (const DepthOrder order : orders) {
+            Subject subject =
+                oracle::named(oracle::from_edges({-0.1, 0.3, -0.2, 0.1}, {0.1, 1e4, order}), "depth range");
+            subject.camera.depth_range = range;
+            subjects.push_back(subject);
+        }
+    }
+    check("reciprocal", subjects);
+}
+
+TEST_CASE("linearize: depth ranges whose ends are no floats, or end away from zero, are within their bound",
+          "[linearize][exact]") {
+    std::vector<Subject> subjects;
+    for (const auto& range :
+         {std::array{0.1, 0.9}, std::array{0.25, 0.75}, std::array{0.9, 0.1}, std::array{3.0, 7.5}}) {
+        for (const DepthOrder order : orders) {
+            for (const double far : {5.0, 1e5, infinity}) {
+                Subject subject = oracle::named(oracle::from_edges({-0.1, 0.3, -0.2, 0.1}, {0.1, far, order}),
+                                                text_of("uneven range", "", {range[0], range[1], order}));
+                subject.camera.depth_range = range;
+                subjects.push_back(subject);
+            }
+        }
+    }
+    check("uneven depth range", subjects);
+}
+
+TEST_CASE("linearize: oblique depth of a perspective is within its bound", "[linearize][exact]") {
+    for (const Eigen::Vector4d& tilt :
+         {Eigen::Vector4d(0.1, -0.2, -1, -2), Eigen::Vector4d(0.6, 0.5, -0.7, -1.2), Eigen::Vector4d(0, 0, -1, -1.5)}) {
+        auto subjects = everywhere("oblique", [&](DepthSpan span, Convention convention) {
+            Eigen::Vector4d plane = tilt;
+            plane[3] *= span.near;
+            if (convention.view_axes != ViewAxes::opengl)
+                plane[2] = -plane[2];
+            return with_oblique_near_plane(
+                oracle::from_edges({-0.7 * span.near, 0.9 * span.near, -0.4 * span.near, 0.5 * span.near}, span,
+                                   convention),
+                plane);
+        });
+        check("reciprocal-affine " + std::to_string(tilt[0]), subjects);
+    }
+}
+
+TEST_CASE("linearize: orthographic depth is within its bound", "[linearize][exact]") {
+    std::vector<Subject> subjects;
+    for (const auto& [name, convention] : conventions) {
+        for (const DepthOrder order : orders) {
+            for (const auto& [near, far] : {std::pair{0.1, 1e8},
+                                            {1e-6, 1e3},
+                                            {-5.0, 20.0},
+                                            {20.0, -5.0},
+                                            {0.0, 1.0},
+                                            {-1e6, 1e6},
+                                            {1e6, 1e6 + 1},
+                                            {-3.0, -2.0}}) {
+                const DepthSpan span{near, far, order};
+                subjects.push_back(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, span, convention),
+                                                 text_of("orthographic", name, span)));
+            }
+        }
+    }
+    check("affine", subjects);
+}
+
+TEST_CASE("linearize: oblique orthographic depth is within its bound", "[linearize][exact]") {
+    std::vector<Subject> subjects;
+    for (const auto& [name, convention] : conventions) {
+        for (const DepthOrder order : orders) {
+            for (const auto& [near, far] : {std::pair{0.1, 1e8}, {-5.0, 20.0}, {1e-6, 1e3}, {-1e4, 1e4}, {-1e6, 1e6}}) {
+                const DepthSpan span{near, far, order};
+                if (far > 1e4 && !starts_at_zero(span, convention))
+                    continue; // see below
+                subjects.push_back(oblique_parallel({0.3, -0.2, -1, -2}, span, name, convention));
+                subjects.push_back(oblique_parallel({1, 1, -0.1, 3}, span, name, convention));
+            }
+        }
+    }
+    check("affine with x and y", subjects);
+}
+
+// Where the near plane's clip value is not 0, the matrix holds −1 or 1 beside a plane scaled by 1/far: its long double
+// rounds view depth to far · 2⁻⁶³, which shows where the depth itself is far smaller still.
+TEST_CASE("linearize: an oblique orthographic matrix whose near clip value is not 0 rounds depth to far / 2^62",
+          "[linearize][exact]") {
+    for (const auto& [name, convention] : conventions) {
+        for (const DepthOrder order : orders) {
+            const double far = 1e8;
+            const Subject subject = oblique_parallel({0.3, -0.2, -1, -2}, {0.1, far, order}, name, convention);
+            const oracle::Truth truth(subject, Storage::float32);
+            double worst = 0;
+            for (int pixel = 0; pixel < 16384; pixel += 61) {
+                for (const float v : {0.0f, 1e-7f, 0.25f, 1 - 1e-7f, 1.0f}) {
+                    const double x = pixel + 0.5, y = 16383.5 - pixel;
+                    const auto z = fathom::view_depth(subject.camera, Storage::float32, x, y, static_cast<double>(v));
+                    worst =
+                        std::max(worst, static_cast<double>(std::abs(
+                                            z - static_cast<long double>(truth.depth(static_cast<double>(v), x, y)))));
+                }
+            }
+            std::printf("%-44s worst %.3g far / 2^62\n", subject.name.c_str(), worst / (far * 0x1p-62));
+            CHECK(worst <= far * 0x1p-62);
+        }
+    }
+}
+
+TEST_CASE("linearize: a given matrix is decoded as its doubles say", "[linearize][exact]") {
+    std::vector<Subject> reciprocal, rational;
+    for (const double ratio : ratios) {
+        for (const double near : {0.1, 1e-6, 1e3}) {
+            const Eigen::Matrix4d matrix = oracle::perspective_matrix(0.7, 0.5, near, near * ratio);
+            const std::string name = text_of("matrix", "", {near, near * ratio});
+            reciprocal.push_back(oracle::named(oracle::from_matrix(matrix), name));
+            rational.push_back(oracle::named(oracle::from_matrix(oracle::tilted(matrix, 0.2, -0.1)), name + " tilted"));
+            rational.push_back(oracle::named(oracle::from_matrix(oracle::moved(matrix, {3 * near, near, -2 * near})),
+                                             name + " eye moved ahead"));
+            rational.push_back(oracle::named(oracle::from_matrix(oracle::moved(matrix, {0, near, 0.3 * near})),
+                                             name + " eye moved back"));
+        }
+    }
+    check("reciprocal of a matrix", reciprocal);
+    check("rational", rational);
+}
+
+TEST_CASE("linearize: median depth is within its bound", "[linearize][exact]") {
+    std::vector<Subject> subjects;
+    for (const double median : {1e-6, 0.1, 4.0, 1e6}) {
+        for (const auto& range : {std::array{0.0, 1.0}, std::array{-1.0, 1.0}, std::array{1.0, 0.0}}) {
+            Subject subject = oracle::named(oracle::from_field_of_view(1, 1.5, {0.1, 100}), "median");
+            subject.camera.encoding = Encoding::median;
+            subject.camera.median = median;
+            subject.camera.depth_range = range;
+            subjects.push_back(subject);
+        }
+    }
+    check("median", subjects);
+}
+
+TEST_CASE("linearize: linear, metric and inverse depth are within their bounds", "[linearize][exact]") {
+    std::vector<Subject> subjects;
+    const auto add = [&](Encoding encoding, double scale, double near, double far) {
+        Subject subject = oracle::named(oracle::from_field_of_view(1, 1.5, {0.1, 100}), name(encoding));
+        subject.camera.encoding = encoding;
+        subject.camera.scale = scale;
+        subject.camera.near = near;
+        subject.camera.far = far;
+        subjects.push_back(subject);
+    };
+    for (const Encoding encoding : {Encoding::linear, Encoding::pseudo_linear}) {
+        for (const double near : {0.0, 1e-6, 0.1, 1e6})
+            add(encoding, 1, near, 2 * near + 3);
+        add(encoding, 1, 0.1, 1e8);
+    }
+    for (const Encoding encoding : {Encoding::view_z, Encoding::inverse}) {
+        for (const double scale : {1.0, 0.001, 1e6, 0.1234567})
+            add(encoding, scale, 0, 0);
+    }
+    check("linear, view-z, inverse", subjects);
+}
+
+TEST_CASE("linearize: logarithmic and exponential depth are within their bound", "[linearize][exact]") {
+    std::vector<Subject> subjects;
+    for (const auto& range : {std::array{0.0, 1.0}, std::array{1.0, 0.0}, std::array{-1.0, 1.0}}) {
+        for (const double ratio : ratios) {
+            for (const double c : {1.0, 0.001, 1e4}) {
+                Subject subject = oracle::named(oracle::from_field_of_view(1, 1.5, {0.1, 100}),
+                                                text_of("logarithmic", "", {c, ratio}));
+                subject.camera.depth_range = range;
+                subject.camera.encoding = Encoding::logarithmic;
+                subject.camera.far = ratio;
+                subject.camera.log_c = c;
+                subjects.push_back(subject);
+
+                subject.name = text_of("exponential", "", {c, c * ratio});
+                subject.camera.encoding = Encoding::exponential;
+                subject.camera.near = c;
+                subject.camera.far = c * ratio;
+                subjects.push_back(subject);
+            }
+        }
+    }
+    check("exponential", subjects);
+}
+
+TEST_CASE("linearize: ray distance is within its bound", "[linearize][exact]") {
+    std::vector<Subject> subjects;
+    const auto add = [&](Subject subject, const char* name) {
+        for (const double scale : {1.0, 0.001}) {
+            subject.camera.encoding = Encoding::ray_distance;
+            subject.camera.scale = scale;
+            subjects.push_back(oracle::named(subject, name));
+        }
+    };
+    const DepthSpan span{0.1, 1e4};
+    const Eigen::Matrix4d matrix = oracle::perspective_matrix(0.7, 0.5, 0.1, 1e4);
+    add(oracle::from_field_of_view(1.1, 1.5, span), "perspective");
+    add(oracle::from_field_of_view(2.9, 1, span), "166 degrees");
+    add(oracle::from_field_of_view(1.1, 1.5, {0.1, infinity, DepthOrder::reversed}, Convention::vulkan()), "reversed");
+    add(oracle::from_edges({3, 3.1, -7, -6.9}, span, Convention::direct3d()), "crop far outside");
+    add(oracle::from_parallel({-5, 7, -4, 3}, span), "orthographic");
+    add(oracle::from_matrix(matrix), "matrix");
+    add(oracle::from_matrix(oracle::tilted(matrix, 0.2, -0.1)), "tilted");
+    add(oracle::from_matrix(oracle::moved(matrix, {3, 1, 0})), "eye moved sideways");
+    add(oracle::from_matrix(oracle::moved(matrix, {3, 1, -2})), "eye moved ahead");
+    add(oracle::from_matrix(oracle::moved(matrix, {3, 1, 2})), "eye moved back");
+    check("ray distance", subjects);
+}
+
+TEST_CASE("linearize: every storage is decoded as its codes say", "[linearize][exact]") {
+    constexpr std::pair<Storage, const char*> storages[] = {{Storage::float32, "float32"},
+                                                            {Storage::float16, "float16"},
+                                                            {Storage::uint16, "uint16"},
+                                                            {Storage::uint24, "uint24"},
+                                                            {Storage::uint24_high, "uint24-high"},
+                                                            {Storage::rgb8_low_first, "rgb8-low-first"},
+                                                            {Storage::rgb8_high_first, "rgb8-high-first"}};
+    std::mt19937 random(7);
+    for (const auto& [storage, storage_name] : storages) {
+        for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+            oracle::Worst worst;
+            oracle::Faults faults;
+            for (Subject subject : of_every_encoding()) {
+                subject.camera.width = subject.camera.height = 16384;
+                const oracle::Truth truth(subject, storage);
+                const Form form = depth_form(subject.camera, storage).form;
+                const int width = 83, height = 29, x = 16384 - width, y = 77;
+                const StoredCodes codes = random_codes(storage, width * height, random);
+                std::vector<float> depth(codes.values.size());
+                const Image image = Image::from_host(oracle::device(arithmetic), element_of(storage),
+                                                     codes.bytes.data(), {width, height, channels_of(storage)});
+                linearize({image, subject.camera, storage, x, y}, {Background::decode}).image.download(depth.data());
+                for (std::size_t i = 0; i < depth.size(); ++i) {
+                    faults.add(oracle::judge(subject, truth, form, oracle::promise(form, arithmetic), codes.values[i],
+                                             x + static_cast<double>(i % width) + 0.5,
+                                             y + static_cast<double>(i / width) + 0.5, depth[i], worst));
+                }
+            }
+            worst.print(std::string(storage_name) + ", " + oracle::name(arithmetic));
+            CHECK(faults.text() == "");
+        }
+    }
+}
+
+TEST_CASE("linearize: background is compared bit for bit, before anything else", "[linearize]") {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const auto decode = [](const Camera& camera, std::vector<float> values, Background background) {
+        const Image image = Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, values.data(),
+                                             {static_cast<int>(values.size()), 1});
+        linearize_in_place({image, camera}, {background}).image.download(values.data());
+        return values;
+    };
+    Camera camera = with(perspective(1.0, 1.0, {1, 4}), 64);
+    const float below_one = std::nextafter(1.0f, 0.0f), above_one = std::nextafter(1.0f, 2.0f);
+
+    auto z = decode(camera, {1.0f, below_one, above_one, 0.0f, -0.0f, -1e-45f, nan, 2.0f, -INFINITY, INFINITY},
+                    Background::inf);
+    CHECK(std::isinf(z[0]));
+    CHECK(z[1] == Approx(4));
+    CHECK(std::isnan(z[2]));
+    CHECK(z[3] == 1);
+    CHECK(z[4] == 1); // −0 is a stored 0
+    for (std::size_t i = 5; i < z.size(); ++i)
+        CHECK(std::isnan(z[i]));
+    CHECK(decode(camera, {1.0f}, Background::decode)[0] == 4);
+    CHECK(std::isnan(decode(camera, {1.0f}, Background::nan)[0]));
+
+    // Reversed: the background is +0 and nothing else.
+    camera.projection = perspective(1.0, 1.0, {1, 4, DepthOrder::reversed});
+    z = decode(camera, {0.0f, -0.0f, 1e-45f, 1.0f}, Background::inf);
+    CHECK(std::isinf(z[0]));
+    CHECK(z[1] == 4);
+    CHECK(z[2] == 4);
+    CHECK(z[3] == 1);
+
+    // A background of the camera's own may lie outside the range, or anywhere within it.
+    camera.background = -1.0;
+    z = decode(camera, {-1.0f, 0.0f, std::nextafter(-1.0f, 0.0f)}, Background::inf);
+    CHECK(std::isinf(z[0]));
+    CHECK(z[1] == 4);
+    CHECK(std::isnan(z[2]));
+    CHECK(std::isnan(decode(camera, {-1.0f}, Background::decode)[0]));
+}
+
+TEST_CASE("linearize: an infinite metric depth stays infinite, by either arithmetic", "[linearize]") {
+    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance}) {
+            Camera camera = with(perspective(1.0, 1.0, {1, 4}), 3);
+            camera.encoding = encoding;
+            camera.scale = 0.3;
+            for (const Background background : {Background::inf, Background::decode}) {
+                std::vector<float> values{INFINITY, 2.0f, -INFINITY};
+                const Image image = Image::from_host(oracle::device(arithmetic), Element::f32, values.data(), {3, 1});
+                linearize_in_place({image, camera}, {background}).image.download(values.data());
+                CHECK(values[0] == INFINITY);
+                CHECK(values[1] < 0.7f);
+                CHECK(std::isnan(values[2]));
+            }
+        }
+    }
+}
+
+TEST_CASE("linearize: an infinite far plane is infinitely far, exactly", "[linearize]") {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> exponent(-20, 20);
+    for (int i = 0; i < 300; ++i) {
+        const double near = std::exp(exponent(random));
+        for (const auto& [name, convention] : conventions) {
+            for (const DepthOrder order : orders) {
+                const Camera camera = with(perspective(1.0, 1.0, {near, infinity, order}, convention), 1);
+                const DepthForm form = depth_form(camera);
+                INFO(name << ", near = " << near);
+                REQUIRE(form.form == Form::reciprocal);
+                const double far_end = order == DepthOrder::reversed ? 0 : 1;
+                REQUIRE(std::isinf(fathom::view_depth(camera, Storage::float32, 0.5, 0.5, far_end)));
+            }
+        }
+    }
+}
+
+TEST_CASE("linearize: every float within 4096 ulps of 0 and of 1", "[linearize][exact]") {
+    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        oracle::Worst worst;
+        oracle::Faults faults;
+        for (const Subject& subject : near_both_ends()) {
+            std::vector<float> values;
+            for (const float end : {0.0f, 1.0f}) {
+                float v = end;
+                for (int i = 0; i < 4096; ++i)
+                    v = std::nextafter(v, -1e30f);
+                for (int i = 0; i < 8193; ++i, v = std::nextafter(v, 1e30f))
+                    values.push_back(v);
+            }
+            const oracle::Truth truth(subject, Storage::float32);
+            const Form form = depth_form(subject.camera).form;
+            const int width = 8193;
+            std::vector<float> depth(values.size());
+            const Image image = Image::from_host(oracle::device(arithmetic), Element::f32, values.data(), {width, 2});
+            linearize({image, subject.camera, Storage::float32, 100, 200}, {Background::decode})
+                .image.download(depth.data());
+            for (std::size_t i = 0; i < depth.size(); ++i) {
+                faults.add(oracle::judge(subject, truth, form, oracle::promise(form, arithmetic),
+                                         static_cast<double>(values[i]), 100.5 + static_cast<double>(i % width),
+                                         200.5 + static_cast<double>(i / width), depth[i], worst));
+            }
+        }
+        worst.print(std::string("within 4096 ulps of 0 and 1, ") + oracle::name(arithmetic));
+        CHECK(faults.text() == "");
+    }
+}
