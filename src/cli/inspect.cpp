@@ -110,14 +110,11 @@ void print_camera(const Options& options, const CameraFindings& found) {
 void print_findings(const Options& options, const Findings& found) {
     const Statistics& s = found.statistics;
     const std::string& channel = found.depth.channel;
-    std::vector<std::string> channels;
-    for (const Channel& each : found.channels)
-        channels.push_back(each.name + " (" + each.type + ")");
     fmt::print("file: {}\n", options.file);
     print_row("size", fmt::format("{} × {}", found.depth.values.cols, found.depth.values.rows));
     print_row("type", name(found.depth.storage) + (channel.empty() ? "" : ", channel " + channel));
-    if (!channels.empty())
-        print_row("channels", CLI::detail::join(channels, ", "));
+    for (const Channel& each : found.channels)
+        print_row(&each == &found.channels.front() ? "channels" : "", fmt::format("{} ({})", each.name, each.type));
 
     fmt::print("\nstored values: as they lie in the file, finite ones only\n");
     print_row("min", number(s.min));

@@ -60,7 +60,7 @@ int run(int argc, char** argv) {
 int guarded_run(int argc, char** argv) {
     try {
         const int code = run(argc, argv);
-        if (std::fflush(stdout) != 0)
+        if (std::fflush(stdout) != 0 || std::ferror(stdout))
             throw fathom::Error("standard output: cannot be written; check what it is sent to");
         return code;
     } catch (const UsageError& error) {

@@ -11,6 +11,11 @@
 #include <algorithm>
 #include <cctype>
 #include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <sys/stat.h>
 
 namespace fathom::cli {
 namespace {
@@ -39,9 +44,13 @@ fs::path resolved(const fs::path& file) {
     return error ? fs::absolute(file).lexically_normal() : path;
 }
 
-bool same_file(const fs::path& a, const fs::path& b) {
-    std::error_code ignored;
-    return resolved(a) == resolved(b) || fs::equivalent(a, b, ignored);
+// A file on disk by whatever path, link or other name; none when it is not there.
+using Identity = std::pair<dev_t, ino_t>;
+std::optional<Identity> identity(const fs::path& file) {
+    struct stat status;
+    if (stat(file.c_str(), &status) != 0)
+        return std::nullopt;
+    return Identity{status.st_dev, status.st_ino};
 }
 
 void check_target(const DepthOptions& options, const std::vector<std::string>& endings) {
@@ -84,13 +93,12 @@ std::vector<Job> plan(const DepthOptions& options, const std::vector<std::string
             throw UsageError(output.native() + ": PNG holds 0 to 1 only; give --png-scale or write .exr, .tif or .pfm");
         jobs.push_back({input, output});
     }
-    for (const Job& job : jobs) {
-        if (same_file(job.output, options.camera))
-            throw UsageError(job.output.native() + ": is the camera file; write elsewhere");
-        for (const Job& other : jobs)
-            if (same_file(job.output, other.input))
-                throw UsageError(job.output.native() + ": is an input; write elsewhere");
-    }
+    std::set<std::optional<Identity>> inputs{identity(options.camera)};
+    for (const Job& job : jobs)
+        inputs.insert(identity(job.input));
+    for (const Job& job : jobs)
+        if (const auto old = identity(job.output); old && inputs.contains(old))
+            throw UsageError(job.output.native() + ": is one of the files to read; write elsewhere");
     return jobs;
 }
 

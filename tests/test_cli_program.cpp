@@ -1,0 +1,659 @@
+// The program as a person uses it: what it writes, what it says, its exit codes, and that no input makes it worse than
+// one line on stderr.
+#include "catch.hpp"
+
+#include <fathom/io.hpp>
+#include <fathom/linearize.hpp>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace {
+
+namespace fs = std::filesystem;
+using Arguments = std::vector<std::string>;
+
+constexpr unsigned patience_s = 120; // a run that takes longer hangs
+
+// A folder of its own for each test: inputs lie in it, results belong into out/.
+class Folder {
+public:
+    Folder() {
+        std::string name = (fs::temp_directory_path() / "fathom-test-XXXXXX").string();
+        path_ = mkdtemp(name.data());
+        fs::create_directory(path_ / "out");
+    }
+    ~Folder() { fs::remove_all(path_); }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+
+    std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+
+    std::vector<std::string> results() const {
+        std::vector<std::string> names;
+        for (const auto& entry : fs::recursive_directory_iterator(path_ / "out"))
+            names.push_back(entry.path().filename().string());
+        std::sort(names.begin(), names.end());
+        return names;
+    }
+
+private:
+    fs::path path_;
+};
+
+std::string content(const fs::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    return text.str();
+}
+
+void write(const fs::path& file, const std::string& bytes) {
+    std::ofstream(file, std::ios::binary) << bytes;
+}
+
+struct Surroundings {
+    rlim_t largest_file = RLIM_INFINITY; // bytes: what a full disk looks like to a program
+    std::string variable;                // NAME=value
+    std::string out;                     // where stdout goes; empty: kept
+};
+
+struct Outcome {
+    int code; // 128 + signal when it was killed
+    std::string out, err;
+};
+
+// A run of the program, its streams going to files.
+class Run {
+public:
+    explicit Run(const Arguments& arguments, const Surroundings& surroundings = {}) {
+        keeps_out_ = surroundings.out.empty();
+        out_ = keeps_out_ ? streams_ / "stdout" : surroundings.out;
+        err_ = streams_ / "stderr";
+        std::vector<char*> argv{const_cast<char*>(FATHOM_PROGRAM)}, envp;
+        for (const std::string& argument : arguments)
+            argv.push_back(const_cast<char*>(argument.c_str()));
+        argv.push_back(nullptr);
+        for (char** variable = environ; *variable; ++variable)
+            envp.push_back(*variable);
+        if (!surroundings.variable.empty())
+            envp.push_back(const_cast<char*>(surroundings.variable.c_str()));
+        envp.push_back(nullptr);
+        child_ = fork();
+        if (child_ == 0) {
+            const rlimit limit{surroundings.largest_file, surroundings.largest_file};
+            setrlimit(RLIMIT_FSIZE, &limit);
+            alarm(patience_s);
+            redirect(out_, STDOUT_FILENO);
+            redirect(err_, STDERR_FILENO);
+            execve(FATHOM_PROGRAM, argv.data(), envp.data());
+            _exit(126);
+        }
+    }
+
+    void send(int signal) const { kill(child_, signal); }
+
+    Outcome outcome() const {
+        int status = 0;
+        waitpid(child_, &status, 0);
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), keeps_out_ ? content(out_) : "",
+                content(err_)};
+    }
+
+private:
+    static void redirect(const std::string& file, int stream) {
+        const int opened = open(file.c_str(), O_WRONLY | O_CREAT, 0666);
+        dup2(opened, stream);
+        close(opened);
+    }
+
+    Folder streams_;
+    bool keeps_out_; // a device has no content to look at
+    std::string out_, err_;
+    pid_t child_;
+};
+
+Outcome run(const Arguments& arguments, const Surroundings& surroundings = {}) {
+    return Run(arguments, surroundings).outcome();
+}
+
+void check_done(const Outcome& outcome) {
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+    CHECK(outcome.err.empty());
+}
+
+// One line on stderr that names what is wrong.
+void check_refused(const Outcome& outcome, int code, const std::string& named) {
+    INFO("stderr: " << outcome.err);
+    CHECK(outcome.code == code);
+    CHECK(outcome.err.starts_with("fathom: "));
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+    CHECK(outcome.err.ends_with('\n'));
+    CHECK(outcome.err.find(named) != std::string::npos);
+}
+
+constexpr int width = 48, height = 32;
+
+std::string camera_file(const Folder& folder, const std::string& more = {}) {
+    const std::string file = folder / "camera.json";
+    write(file, R"({"perspective": {"fov_y_deg": 60, "aspect": 1.5, "near": 0.5, "far": 100})" + more + "}");
+    return file;
+}
+
+// A ramp of depths, a background pixel in its corner.
+cv::Mat ramp(int columns = width, int rows = height) {
+    cv::Mat depth(rows, columns, CV_32FC1);
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x)
+            depth.at<float>(y, x) = static_cast<float>(y * columns + x + 1) / static_cast<float>(rows * columns);
+    return depth;
+}
+
+// The ramp as the type that the ending stands for: 16-bit integers in .png, floats elsewhere.
+std::string depth_file(const Folder& folder, const std::string& name, const cv::Mat& depth = ramp()) {
+    const std::string file = folder / name;
+    if (fs::path(name).extension() == ".png") {
+        cv::Mat codes;
+        depth.convertTo(codes, CV_16U, 65535);
+        cv::imwrite(file, codes);
+    } else {
+        fathom::write_image(file, depth, {.channels = {"Z"}, .png_scale = {}});
+    }
+    return file;
+}
+
+void check_input_refused(const Folder& folder, const std::string& input) {
+    const std::string camera = camera_file(folder);
+    check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}), 1, input);
+    check_refused(run({"inspect", input}), 1, input);
+    CHECK(folder.results().empty());
+}
+
+void check_camera_refused(const std::string& json, const std::string& named) {
+    INFO(json);
+    const Folder folder;
+    const std::string depth = depth_file(folder, "depth.png"), camera = folder / "camera.json";
+    write(camera, json);
+    const Outcome outcome = run({"linearize", depth, "--camera", camera, "-o", folder / "out/z.exr"});
+    check_refused(outcome, 1, camera);
+    CHECK(outcome.err.find(named) != std::string::npos);
+    CHECK(folder.results().empty());
+}
+
+std::string with_matrix(const std::string& element) {
+    return R"({"projection": [[1,0,0,0],[0,)" + element + R"(,0,0],[0,0,-1.01,-1.005],[0,0,-1,0]]})";
+}
+
+bool has_shared_data() {
+    if (fs::is_directory(FATHOM_SHARED_DATA))
+        return true;
+    WARN("skipped: there is no folder " FATHOM_SHARED_DATA);
+    return false;
+}
+
+std::string shared_file(const std::string& name) {
+    return FATHOM_SHARED_DATA "/" + name;
+}
+
+float largest_finite(const cv::Mat& image) {
+    float largest = -INFINITY;
+    for (int y = 0; y < image.rows; ++y)
+        for (int x = 0; x < image.cols; ++x)
+            if (std::isfinite(image.at<float>(y, x)))
+                largest = std::max(largest, image.at<float>(y, x));
+    return largest;
+}
+
+} // namespace
+
+// What it does
+
+TEST_CASE("program: linearize writes what the library computes, in every format") {
+    const Folder folder;
+    const std::string camera = camera_file(folder);
+    const std::string ending = GENERATE(".exr", ".tif", ".tiff", ".pfm");
+    const std::string input = depth_file(folder, "depth.exr"), output = folder / ("out/z" + ending);
+    const Outcome outcome = run({"linearize", input, "--camera", camera, "-o", output});
+    check_done(outcome);
+    CHECK(outcome.out.starts_with(output));
+    CHECK(std::count(outcome.out.begin(), outcome.out.end(), '\n') == 1);
+
+    const cv::Mat z = fathom::read_depth(output).values;
+    REQUIRE(z.size() == cv::Size(width, height));
+    const fathom::Camera seen = fathom::camera_for(fathom::read_camera(camera), width, height);
+    const cv::Mat stored = ramp();
+    double worst = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width - (y == height - 1); ++x) {
+            const auto truth = static_cast<double>(
+                fathom::view_depth(seen, fathom::Storage::float32, x + 0.5, y + 0.5, stored.at<float>(y, x)));
+            worst = std::max(worst, std::abs(z.at<float>(y, x) / truth - 1));
+        }
+    CHECK(worst <= fathom::linearize_ulp_fp64 * 0x1p-23);
+    CHECK(std::isinf(z.at<float>(height - 1, width - 1)));
+}
+
+TEST_CASE("program: --background says what becomes of pixels with nothing in them") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
+    const auto corner = [&](const std::string& background) {
+        check_done(
+            run({"linearize", input, "--camera", camera, "-o", folder / "out/z.tif", "--background", background}));
+        return fathom::read_depth(folder / "out/z.tif").values.at<float>(height - 1, width - 1);
+    };
+    CHECK(corner("inf") == INFINITY);
+    CHECK(std::isnan(corner("nan")));
+    CHECK(corner("decode") == Approx(100));
+}
+
+TEST_CASE("program: unproject writes points, view and world") {
+    const Folder folder;
+    const std::string view = R"(, "view": [[1,0,0,-10],[0,1,0,-20],[0,0,1,-30],[0,0,0,1]])";
+    const std::string camera = camera_file(folder, view), input = depth_file(folder, "depth.exr");
+    const auto center = [&](const Arguments& more) {
+        Arguments arguments{"unproject", input, "--camera", camera, "-o", folder / "out/p.exr"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        check_done(run(arguments));
+        cv::Vec3f point;
+        for (int i = 0; i < 3; ++i)
+            point[i] =
+                fathom::read_depth(folder / "out/p.exr", {.channel = std::string("P.") + "XYZ"[i], .packing = {}})
+                    .values.at<float>(height / 2, width / 2);
+        return point;
+    };
+    const cv::Vec3f seen = center({}), world = center({"--space", "world"});
+    const cv::Vec3f shifted = center({"--space", "world", "--origin", "-1,2.5,1e1"});
+    CHECK(seen[2] < 0);
+    CHECK(cv::norm(world - seen - cv::Vec3f(10, 20, 30)) < 1e-4);
+    CHECK(cv::norm(shifted - world + cv::Vec3f(-1, 2.5f, 10)) < 1e-4);
+
+    check_done(run({"unproject", input, "--camera", camera, "-o", folder / "out/p.ply"}));
+    CHECK(content(folder / "out/p.ply").find("element vertex " + std::to_string(width * height - 1)) !=
+          std::string::npos);
+}
+
+TEST_CASE("program: several inputs go into a folder that is made, under their own names") {
+    const Folder folder;
+    const std::string camera = camera_file(folder);
+    const std::string a = depth_file(folder, "a.1.exr"), b = depth_file(folder, "b.png"),
+                      c = depth_file(folder, "c.pfm");
+    const Outcome outcome =
+        run({"linearize", a, b, c, "--camera", camera, "-o", folder / "out/new/deep", "--format", "tif"});
+    check_done(outcome);
+    CHECK(std::count(outcome.out.begin(), outcome.out.end(), '\n') == 3);
+    CHECK(folder.results() == std::vector<std::string>{"a.1.tif", "b.tif", "c.tif", "deep", "new"});
+
+    check_done(run({"linearize", a, "--camera", camera, "-o", folder / "out/one/"}));
+    CHECK(fs::exists(folder / "out/one/a.1.exr"));
+}
+
+TEST_CASE("program: --quiet and --json say what they promise") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png"),
+                      output = folder / "out/z.exr";
+    const Outcome quiet = run({"linearize", input, "--camera", camera, "-o", output, "--quiet"});
+    check_done(quiet);
+    CHECK(quiet.out.empty());
+    const Outcome json = run({"linearize", input, "--camera", camera, "-o", output, "--json"});
+    check_done(json);
+    CHECK(json.out.starts_with(R"({"input":")" + input + R"(","output":")" + output +
+                               R"(","width":48,"height":32,"channels":["Z"],"seconds":)"));
+}
+
+TEST_CASE("program: --threads and --device change nothing but the time") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
+    check_done(run({"linearize", input, "--camera", camera, "-o", folder / "out/a.tif"}));
+    check_done(run({"linearize", input, "--camera", camera, "-o", folder / "out/b.tif", "--threads", "1"}));
+    check_done(run({"linearize", input, "--camera", camera, "-o", folder / "out/c.tif", "--device", "0"}));
+    CHECK(content(folder / "out/a.tif") == content(folder / "out/b.tif"));
+    CHECK(content(folder / "out/a.tif") == content(folder / "out/c.tif"));
+}
+
+TEST_CASE("program: inspect tells what the file holds and what the camera makes of it") {
+    const Folder folder;
+    const std::string camera = camera_file(folder);
+    cv::Mat depth = ramp();
+    depth.at<float>(0, 0) = NAN;
+    depth.at<float>(0, 1) = INFINITY;
+    depth.at<float>(0, 2) = -INFINITY;
+    const std::string input = depth_file(folder, "depth.exr", depth);
+    const Outcome plain = run({"inspect", input});
+    check_done(plain);
+    for (const char* text :
+         {"48 × 32", "float32, channel Z", "Z (float)", "50 %", "NaN           1\n", "-Inf          1\n"})
+        CHECK(plain.out.find(text) != std::string::npos);
+
+    const Outcome json = run({"inspect", input, "--camera", camera, "--json"});
+    check_done(json);
+    for (const char* text :
+         {R"("storage":"float32")", R"("channels":[{"name":"Z","type":"float"}])", R"("nan":1,"inf":1,"minus_inf":1)",
+          R"("form":"reciprocal")", R"("background":1,"invalid":3)", R"("precision_of":"32-bit float")"})
+        CHECK(json.out.find(text) != std::string::npos);
+    CHECK(std::count(json.out.begin(), json.out.end(), '\n') == 1);
+}
+
+TEST_CASE("program: devices marks the default") {
+    const Outcome list = run({"devices"}), json = run({"devices", "--json"});
+    check_done(list);
+    check_done(json);
+    CHECK(list.out.find("* 0") != std::string::npos);
+    CHECK(json.out.find(R"("default":true)") != std::string::npos);
+}
+
+TEST_CASE("program: --help has an example and the exit codes for every command") {
+    for (const Arguments& command : {Arguments{}, {"linearize"}, {"unproject"}, {"inspect"}, {"devices"}}) {
+        Arguments arguments = command;
+        arguments.push_back("--help");
+        const Outcome outcome = run(arguments);
+        check_done(outcome);
+        for (const char* text : {"Usage: fathom", "Example:\n  fathom ", "Exit codes:", "130"})
+            CHECK(outcome.out.find(text) != std::string::npos);
+    }
+    CHECK(run({"--version"}).out.starts_with("fathom "));
+}
+
+TEST_CASE("program: real inputs of every kind") {
+    if (!has_shared_data())
+        return;
+    const Folder folder;
+    const std::string camera = shared_file("habitat/room.camera.json"), room = shared_file("habitat/room.depth.exr");
+    check_done(run({"linearize", room, "--camera", camera, "-o", folder / "out/room.exr"}));
+    const cv::Mat z = fathom::read_depth(folder / "out/room.exr").values;
+    CHECK(largest_finite(z) == Approx(8.07).margin(0.005));
+    CHECK(-largest_finite(-z) == Approx(3.77).margin(0.005));
+
+    for (const std::string name :
+         {"persp16.depth.png", "d3d32f.depth.tif", "median32f.depth.tif", "ortho_oblique24.depth.tif"}) {
+        const std::string own = name.substr(0, name.find('.'));
+        check_done(run({"linearize", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json"),
+                        "-o", folder / "out/z.tif"}));
+        check_done(run({"inspect", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json")}));
+        check_done(run({"unproject", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json"),
+                        "-o", folder / "out/p.ply"}));
+        const cv::Mat found = fathom::read_depth(folder / "out/z.tif").values;
+        const cv::Mat truth = fathom::read_depth(shared_file("opengl/" + own + ".z.tif")).values;
+        CHECK(largest_finite(found) == Approx(largest_finite(truth)).epsilon(2e-3));
+    }
+    check_done(run({"unproject", shared_file("blender/perspective/sharp.exr"), "--camera",
+                    shared_file("blender/perspective/camera.json"), "-o", folder / "out/p.exr", "--space", "world"}));
+    check_done(run({"inspect", shared_file("openexr/beachball-singlepart.exr")}));
+}
+
+// Bad input: one line, the right exit code, nothing left behind
+
+TEST_CASE("program: refuses a missing file") {
+    const Folder folder;
+    check_input_refused(folder, folder / "nowhere.exr");
+}
+
+TEST_CASE("program: refuses an empty file") {
+    const Folder folder;
+    const std::string input = folder / ("empty" + GENERATE(std::string(".png"), ".tif", ".exr", ".pfm"));
+    write(input, "");
+    check_input_refused(folder, input);
+}
+
+TEST_CASE("program: refuses a directory, a pipe and a device") {
+    const Folder folder;
+    fs::create_directory(folder / "folder.exr");
+    check_input_refused(folder, folder / "folder.exr");
+    REQUIRE(mkfifo((folder / "pipe.png").c_str(), 0666) == 0);
+    check_input_refused(folder, folder / "pipe.png");
+    check_input_refused(folder, "/dev/null");
+}
+
+TEST_CASE("program: refuses a truncated file") {
+    const Folder folder;
+    const std::string input = depth_file(folder, "depth" + GENERATE(std::string(".png"), ".tif", ".exr", ".pfm"));
+    const std::string whole = content(input);
+    for (const std::size_t kept : {std::size_t{8}, whole.size() / 2, whole.size() - 1}) {
+        INFO(input << ", " << kept << " of " << whole.size() << " bytes");
+        write(input, whole.substr(0, kept));
+        check_input_refused(folder, input);
+    }
+}
+
+TEST_CASE("program: refuses garbage, with and without a beginning that looks right") {
+    const Folder folder;
+    const std::string input = depth_file(folder, "depth" + GENERATE(std::string(".png"), ".tif", ".exr", ".pfm"));
+    const std::string whole = content(input);
+    std::mt19937 random(7);
+    for (const std::size_t kept : {std::size_t{0}, std::size_t{16}}) {
+        std::string garbage = whole.substr(0, kept);
+        while (garbage.size() < 2000)
+            garbage += static_cast<char>(random() | 1);
+        INFO(input << ", the first " << kept << " bytes are right");
+        write(input, garbage);
+        check_input_refused(folder, input);
+    }
+}
+
+TEST_CASE("program: refuses 8-bit and colour images") {
+    const Folder folder;
+    for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC3}) {
+        const std::string input = folder / "image.png";
+        cv::imwrite(input, cv::Mat(height, width, type, cv::Scalar::all(100)));
+        check_input_refused(folder, input);
+    }
+}
+
+TEST_CASE("program: refuses an image of another size than the camera file's") {
+    const Folder folder;
+    const std::string camera = camera_file(folder, R"(, "width": 64, "height": 32)"),
+                      input = depth_file(folder, "depth.png");
+    const Outcome outcome = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"});
+    check_refused(outcome, 1, input);
+    CHECK(outcome.err.find("64") != std::string::npos);
+    CHECK(outcome.err.find("48") != std::string::npos);
+    CHECK(folder.results().empty());
+}
+
+TEST_CASE("program: refuses NaN and infinity in the matrix") {
+    for (const std::string element : {R"("nan")", "null", "1e999", "NaN", "Infinity"})
+        check_camera_refused(with_matrix(element), "");
+}
+
+TEST_CASE("program: refuses a singular matrix") {
+    check_camera_refused(with_matrix("0"), "singular");
+}
+
+TEST_CASE("program: refuses an unknown key and names the nearest") {
+    check_camera_refused(R"({"perspectiv": {"fov_y_deg": 60, "aspect": 1.5, "near": 0.5, "far": 100}})",
+                         R"("perspective")");
+    check_camera_refused(R"({"perspective": {"fov_y_degrees": 60, "aspect": 1.5, "near": 0.5, "far": 100}})",
+                         "fov_y_deg");
+}
+
+TEST_CASE("program: refuses a camera file that is none") {
+    for (const std::string json :
+         {"", "{", "[]", "7", "{}", R"({"perspective": {"fov_y_deg": 60, "aspect": 1.5, "near": -1, "far": 100}})"})
+        check_camera_refused(json, "");
+    const Folder folder;
+    const std::string input = depth_file(folder, "depth.png");
+    check_refused(run({"linearize", input, "--camera", folder / "none.json", "-o", folder / "out/z.exr"}), 1,
+                  folder / "none.json");
+    check_refused(run({"linearize", input, "--camera", folder / "out", "-o", folder / "out/z.exr"}), 1, folder / "out");
+    CHECK(folder.results().empty());
+}
+
+TEST_CASE("program: refuses world space without a view matrix, and a channel that is not there") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.exr");
+    check_refused(run({"unproject", input, "--camera", camera, "-o", folder / "out/p.ply", "--space", "world"}), 1,
+                  camera);
+    check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--channel", "Q"}), 1,
+                  input);
+    CHECK(folder.results().empty());
+}
+
+TEST_CASE("program: refuses an output that cannot be written") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
+    const auto try_output = [&](const std::string& output, const std::string& named) {
+        check_refused(run({"linearize", input, "--camera", camera, "-o", output}), 1, named);
+    };
+    try_output(input + "/z.exr", input + "/z.exr");                 // its parent is a file
+    try_output(folder / "nowhere/z.exr", folder / "nowhere/z.exr"); // its parent is not there
+    try_output(camera + "/new/", camera + "/new");                  // the folder cannot be made
+    CHECK(folder.results().empty());
+    fs::create_directories(folder / "out/depth.exr"); // the target is a directory
+    try_output(folder / "out/", folder / "out/depth.exr");
+    CHECK(folder.results() == std::vector<std::string>{"depth.exr"});
+}
+
+TEST_CASE("program: a full disk leaves the old file and nothing else") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), output = folder / "out/z.pfm";
+    const std::string input = depth_file(folder, "depth.png", ramp(1536, 1024)); // 6 MiB of result
+    check_done(
+        run({"linearize", input, "--camera", camera, "-o", folder / "warm.pfm"})); // the driver's cache is filled
+    write(output, "old");
+    const Surroundings full{.largest_file = 4 << 20, .variable = {}, .out = {}};
+    check_refused(run({"linearize", input, "--camera", camera, "-o", output}, full), 1, output);
+    CHECK(folder.results() == std::vector<std::string>{"z.pfm"});
+    CHECK(content(output) == "old");
+}
+
+TEST_CASE("program: a full disk behind stdout is an error") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
+    const Surroundings full{.largest_file = RLIM_INFINITY, .variable = {}, .out = "/dev/full"};
+    check_refused(run({"inspect", input}, full), 1, "standard output");
+    check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}, full), 1,
+                  "standard output");
+}
+
+TEST_CASE("program: no such device") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
+    for (const std::string device : {"99", "no such name"})
+        check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--device", device}), 3,
+                      device);
+    const Surroundings bare{.largest_file = RLIM_INFINITY, .variable = "OCL_ICD_VENDORS=/nonexistent", .out = {}};
+    check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}, bare), 3,
+                  "no OpenCL device");
+    check_refused(run({"devices"}, bare), 3, "no OpenCL device");
+    CHECK(run({"inspect", input, "--camera", camera}, bare).code == 0);
+    CHECK(folder.results().empty());
+}
+
+TEST_CASE("program: wrong usage is told before anything is done") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png"), out = folder / "out/z.exr";
+    const Arguments good{"linearize", input, "--camera", camera, "-o", out};
+    const auto with = [&](const Arguments& more) {
+        Arguments all = good;
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    };
+    const std::vector<std::pair<Arguments, std::string>> cases{
+        {{}, "no command"},
+        {{"linearise", input}, "did you mean linearize?"},
+        {{"linearize"}, "DEPTH"},
+        {{"linearize", input, "-o", out}, "--camera"},
+        {{"linearize", input, "--camera", camera}, "--output"},
+        {{"linearize", input, "--camra", camera, "-o", out}, "did you mean --camera?"},
+        {with({"--backgroud=nan"}), "did you mean --background?"},
+        {with({"--background", "black"}), "inf, decode or nan"},
+        {with({"--threads", "0"}), "--threads"},
+        {with({"--threads", "1.5"}), "--threads"},
+        {with({"--png-scale", "nan"}), "--png-scale"},
+        {with({"--quiet", "--json"}), "--quiet"},
+        {with({"--format", "tif"}), "--format"},
+        {with({"--camera", camera}), "--camera"},
+        {{"linearize", input, "--camera", camera, "-o", folder / "out/z.jpg"}, ".jpg"},
+        {{"linearize", input, "--camera", camera, "-o", folder / "out/z.ply"}, ".ply"},
+        {{"linearize", input, "--camera", camera, "-o", folder / "out/z"}, "without ending"},
+        {{"linearize", input, "--camera", camera, "-o", folder / "out/z.png"}, "--png-scale"},
+        {{"linearize", input, "--camera", camera, "-o", ""}, "-o"},
+        {{"unproject", input, "--camera", camera, "-o", out, "--origin", "1,2,3"}, "--space"},
+        {{"unproject", input, "--camera", camera, "-o", out, "--space", "world", "--origin", "1,2"}, "X,Y,Z"},
+        {{"unproject", input, "--camera", camera, "-o", out, "--space", "world", "--origin", "1,2,inf"}, "X,Y,Z"},
+        {{"inspect", input, input}, "too many"},
+    };
+    for (const auto& [arguments, named] : cases)
+        check_refused(run(arguments), 2, named);
+    CHECK(folder.results().empty());
+}
+
+TEST_CASE("program: refuses results that would replace each other or an input") {
+    const Folder folder;
+    fs::create_directory(folder / "b");
+    const std::string camera = camera_file(folder), other = depth_file(folder, "b/depth.exr");
+    const std::string input = depth_file(folder, "depth.exr"), before = content(input);
+    fs::create_symlink(input, folder / "out/link.exr");
+    const std::vector<std::pair<Arguments, std::string>> cases{
+        {{input, other, "-o", folder / "out"}, "out/depth.exr"},
+        {{input, input, "-o", folder / "out"}, "out/depth.exr"},
+        {{input, other, "-o", folder / "out/z.exr"}, "out/z.exr"},
+        {{input, other, "-o", camera}, camera},
+        {{input, "-o", input}, input},
+        {{input, "-o", folder / "b/../depth.exr"}, "depth.exr"},
+        {{input, "-o", folder / "out/link.exr"}, "link.exr"},
+        {{input, "-o", folder / ""}, input},
+    };
+    for (const auto& [more, named] : cases) {
+        Arguments arguments{"linearize", "--camera", camera};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        check_refused(run(arguments), 2, named);
+    }
+    CHECK(content(input) == before);
+    CHECK(folder.results() == std::vector<std::string>{"link.exr"});
+}
+
+TEST_CASE("program: one bad input among several is told, the others are done") {
+    const Folder folder;
+    const std::string camera = camera_file(folder);
+    const std::string a = depth_file(folder, "a.png"), c = depth_file(folder, "c.png"), bad = folder / "b.png";
+    write(bad, "no image");
+    check_refused(run({"linearize", a, bad, c, "--camera", camera, "-o", folder / "out"}), 1, bad);
+    CHECK(folder.results() == std::vector<std::string>{"a.exr", "c.exr"});
+}
+
+TEST_CASE("program: a name with line breaks still makes one line") {
+    const Folder folder;
+    check_refused(run({"linearize", folder / "a\nb.png", "--camera", camera_file(folder), "-o", folder / "out/z.exr"}),
+                  1, "a b.png");
+}
+
+TEST_CASE("program: an interrupt ends between two files, with whole results only") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png", ramp(480, 320));
+    Arguments arguments{"linearize", "--camera", camera, "-o", folder / "out"};
+    constexpr std::size_t count = 2000; // seconds of work
+    for (std::size_t i = 0; i < count; ++i) {
+        arguments.push_back(folder / ("depth" + std::to_string(i) + ".png"));
+        fs::create_symlink(input, arguments.back());
+    }
+    const int signal = GENERATE(SIGINT, SIGTERM);
+    const Run running(arguments);
+    for (int i = 0; i < 6000 && !fs::exists(folder / "out/depth0.exr"); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    running.send(signal);
+    const Outcome outcome = running.outcome();
+    check_refused(outcome, 128 + signal, "interrupted");
+    const std::vector<std::string> results = folder.results();
+    CHECK(!results.empty());
+    CHECK(results.size() < count);
+    for (const std::string& result : results) {
+        CHECK(result.ends_with(".exr"));
+        CHECK_NOTHROW(fathom::read_depth(folder / ("out/" + result)));
+    }
+}
