@@ -50,7 +50,7 @@ json parsed(const std::filesystem::path& file) {
         // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."
         std::string what = error.what();
         what.erase(0, what.find("] ") == std::string::npos ? 0 : what.find("] ") + 2);
-        refuse(file, "is no JSON: " + what);
+        refuse(file, "is no JSON: " + what.substr(0, what.find("; last read"))); // which may be anything but text
     }
 }
 
