@@ -303,6 +303,28 @@ TEST_CASE("program: several inputs go into a folder that is made, under their ow
     CHECK(fs::exists(folder / "out/one/a.1.exr"));
 }
 
+TEST_CASE("program: packed depth is read as the camera file says") {
+    const Folder folder;
+    const std::uint32_t code = 0xabcdef;
+    const double truth = [&] {
+        const double d = code / 16777215.0;
+        return 1 / (1 / 0.5 + d * (1 / 100.0 - 1 / 0.5));
+    }();
+    const cv::Scalar high_first(code & 255, code >> 8 & 255, code >> 16),
+        low_first(code >> 16, code >> 8 & 255, code & 255);
+    for (const auto& [packing, blue_green_red] :
+         {std::pair{"rgb-high-first", high_first}, {"rgb-low-first", low_first}}) {
+        const std::string camera = camera_file(folder, std::string(R"(, "packing": ")") + packing + "\"");
+        const std::string input = folder / "packed.png";
+        cv::imwrite(input, cv::Mat(height, width, CV_8UC3, blue_green_red));
+        check_done(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.tif"}));
+        CHECK(fathom::read_depth(folder / "out/z.tif").values.at<float>(3, 5) == Approx(truth).epsilon(1e-6));
+        const Outcome outcome = run({"inspect", input, "--camera", camera, "--json"});
+        check_done(outcome);
+        CHECK(outcome.out.find(R"("min":11259375.0,"max":11259375.0)") != std::string::npos);
+    }
+}
+
 TEST_CASE("program: --quiet and --json say what they promise") {
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png"),

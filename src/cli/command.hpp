@@ -10,7 +10,7 @@ class App;
 namespace fathom::cli {
 
 /// What the program says to the shell. An interrupt is 128 plus the signal's number: 130 for Ctrl-C.
-enum ExitCode : int { done = 0, input_failed = 1, wrong_usage = 2, no_device = 3, interrupted = 130 };
+enum ExitCode : int { done = 0, input_failed = 1, wrong_usage = 2, no_device = 3 };
 
 /// One command of the program. A new one is a file that defines it and its name in the list of main.cpp.
 struct Command {

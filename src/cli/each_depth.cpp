@@ -53,6 +53,7 @@ void announce(Report report, const Job& job, const cv::Mat& result, const Produc
 
 int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation) {
+    catch_interrupts();
     const std::vector<Job> jobs = plan(options, product.endings);
     const CameraFile camera = read_camera(options.camera);
     const Device device = options.device.open();

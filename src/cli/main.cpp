@@ -85,6 +85,5 @@ int guarded_run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     prepare_streams();
-    catch_interrupts();
     return guarded_run(argc, argv);
 }
