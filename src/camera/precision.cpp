@@ -48,11 +48,11 @@ Neighbours neighbours(const Camera& camera, Storage storage, double x, double y,
 }
 
 // View depth of a stored value. Under a perspective, what lies behind infinity is infinitely far: there 1/z has gone
-// through zero, and no surface is stored with such a value.
-double surface_depth(const Camera& camera, Storage storage, double x, double y, double stored) {
+// through zero, and no surface is stored with such a value. Neighbours may differ by less than a double can tell.
+long double surface_depth(const Camera& camera, Storage storage, double x, double y, double stored) {
     const long double z = view_depth(camera, storage, x, y, stored);
     const bool behind_infinity = !(z >= depth_form(camera, storage).least_depth);
-    return behind_infinity ? std::numeric_limits<double>::infinity() : static_cast<double>(z);
+    return behind_infinity ? std::numeric_limits<long double>::infinity() : z;
 }
 
 } // namespace
@@ -60,8 +60,8 @@ double surface_depth(const Camera& camera, Storage storage, double x, double y, 
 double depth_spacing(const Camera& camera, DepthBits bits, double x, double y, double z) {
     const Storage storage = storage_of(bits);
     const Neighbours stored = neighbours(camera, storage, x, y, z);
-    return std::abs(surface_depth(camera, storage, x, y, stored.above) -
-                    surface_depth(camera, storage, x, y, stored.below));
+    return static_cast<double>(std::abs(surface_depth(camera, storage, x, y, stored.above) -
+                                        surface_depth(camera, storage, x, y, stored.below)));
 }
 
 double depth_error_bound(const Camera& camera, DepthBits bits, double x, double y, double z) {
@@ -72,13 +72,15 @@ double depth_error_bound(const Camera& camera, DepthBits bits, double x, double 
     const DepthForm form = depth_form(camera, storage);
     const auto moved = [&](double by) {
         const double there = std::clamp<double>(exact + by, form.lowest, form.highest);
-        return std::abs(surface_depth(camera, storage, x, y, there) - z);
+        return static_cast<double>(std::abs(surface_depth(camera, storage, x, y, there) - z));
     };
     return std::max(moved(half), moved(-half));
 }
 
 double attainable_depth(const Camera& camera, double x, double y) {
-    const auto at = [&](double stored) { return surface_depth(camera, Storage::float32, x, y, stored); };
+    const auto at = [&](double stored) {
+        return static_cast<double>(surface_depth(camera, Storage::float32, x, y, stored));
+    };
     if (camera.encoding != Encoding::window) {
         const DepthForm form = depth_form(camera);
         return std::max(at(form.lowest), at(form.highest));

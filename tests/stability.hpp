@@ -1,0 +1,57 @@
+#pragma once
+
+// Small images through the device, for tests of what happens at the edges.
+
+#include "judge.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace fathom::stability {
+
+inline constexpr float infinity = std::numeric_limits<float>::infinity();
+inline constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+inline constexpr Arithmetic arithmetics[] = {Arithmetic::fp64, Arithmetic::two_float};
+
+inline Camera camera_of(const Projection& projection, int width = 64, int height = 64) {
+    Camera camera;
+    camera.projection = projection;
+    camera.width = width;
+    camera.height = height;
+    return camera;
+}
+
+/// Decodes stored values as one row of a camera that is as wide, at the camera's own top left.
+template <typename Value>
+std::vector<float> decoded(Camera camera, const std::vector<Value>& values, Storage storage = Storage::float32,
+                           Background background = Background::inf, Arithmetic arithmetic = Arithmetic::fp64) {
+    camera.width = static_cast<int>(values.size());
+    camera.height = 1;
+    std::vector<float> depth(values.size());
+    const Device& device = oracle::device(arithmetic);
+    const Layout layout{camera.width, 1};
+    const Image stored = Image::from_host(device, element_of(storage), values.data(), layout);
+    const Image result = Image::onto_host(device, Element::f32, depth.data(), layout);
+    linearize({stored, camera, storage}, result, {background});
+    result.download(depth.data());
+    return depth;
+}
+
+/// x, y, z of each of them.
+inline std::vector<float> unprojected(Camera camera, const std::vector<float>& values,
+                                      const UnprojectOptions& options = {}, Arithmetic arithmetic = Arithmetic::fp64) {
+    camera.width = static_cast<int>(values.size());
+    camera.height = 1;
+    std::vector<float> positions(values.size() * 3);
+    const Device& device = oracle::device(arithmetic);
+    const Image stored = Image::from_host(device, Element::f32, values.data(), {camera.width, 1});
+    const Image result = Image::onto_host(device, Element::f32, positions.data(), {camera.width, 1, 3});
+    unproject({stored, camera}, result, options);
+    result.download(positions.data());
+    return positions;
+}
+
+} // namespace fathom::stability
