@@ -295,7 +295,7 @@ bool Truth::in_range(double v) const {
     case Encoding::ray_distance:
         return v >= 0;
     case Encoding::inverse:
-        return v >= 0 && !(is_float && std::isinf(v));
+        return v >= 0 && !(is_float && v > 0x1p95);
     default: {
         const double a = static_cast<double>(quotient_.v_low), b = static_cast<double>(quotient_.v_high);
         const double low = std::min(a, b), high = std::max(a, b);

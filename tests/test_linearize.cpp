@@ -494,6 +494,28 @@ TEST_CASE("linearize: an infinite metric depth stays infinite, by either arithme
     }
 }
 
+TEST_CASE("linearize: a metric depth of 0 is no surface of a perspective, whatever its numbers", "[linearize]") {
+    std::mt19937 random(12);
+    std::uniform_real_distribution<double> exponent(-14, 14);
+    for (int i = 0; i < 300; ++i) {
+        const double near = std::exp(exponent(random)), far = near * (1 + std::exp(exponent(random)));
+        Camera camera = with(perspective(1.0, 1.3, {near, far}, conventions[i % 3].second), 3);
+        INFO("near = " << near << ", far = " << far);
+        for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance}) {
+            camera.encoding = encoding;
+            REQUIRE(depth_form(camera).least_depth == 0.0f);
+        }
+    }
+    std::vector<float> values{0.0f, 1.0f, -0.0f};
+    Camera camera = with(perspective(1.0, 1.5, {0.5, 8}), 3);
+    camera.encoding = Encoding::view_z;
+    const Image image = Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, values.data(), {3, 1});
+    linearize_in_place({image, camera}).image.download(values.data());
+    CHECK(std::isnan(values[0]));
+    CHECK(values[1] == 1);
+    CHECK(std::isnan(values[2]));
+}
+
 TEST_CASE("linearize: an infinite far plane is infinitely far, exactly", "[linearize]") {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> exponent(-20, 20);

@@ -166,7 +166,7 @@ void set_stored_range(DepthForm& form, const Camera& camera, Storage storage) {
         form.highest = is_float ? std::numeric_limits<float>::infinity() : static_cast<float>(largest);
         form.lowest = is_float && signed_depth ? -std::numeric_limits<float>::infinity() : 0;
         if (camera.encoding == Encoding::inverse && is_float)
-            form.highest = std::numeric_limits<float>::max();
+            form.highest = 0x1p95f; // finite in the units of set_reciprocal; no disparity is that large
     } else {
         const auto [a, b] = camera.depth_range;
         form.lowest = rounded_down(std::min(a, b) * largest);
@@ -192,10 +192,16 @@ void set_exponential(DepthForm& form, Normalised u, Real rate, Real amplitude, R
     form.offset = offset;
 }
 
-// The eye is where clip space is (0, 0, 1, 0); it need not be the origin of view space.
+// The eye is where clip space is (0, 0, 1, 0), the third column of the unprojection; it need not be the origin of view
+// space. What the rounding of the inverse leaves of an origin is taken away.
+Eigen::Matrix<Real, 3, 1> eye_of(const Matrix4& m) {
+    const Real noise = m.topRows<3>().cwiseAbs().maxCoeff() * 0x1p-50L;
+    const auto certain = [&](Real value) { return std::abs(value) < noise ? Real{0} : value / m(3, 2); };
+    return m.col(2).head<3>().unaryExpr(certain);
+}
+
 float eye_depth(const Camera& camera) {
-    const Matrix4 m = unprojection(camera);
-    const Real depth = -m(2, 2) / m(3, 2);
+    const Real depth = -eye_of(unprojection(camera)).z();
     return std::isfinite(depth) ? static_cast<float>(depth) : 0.0f;
 }
 
@@ -328,10 +334,7 @@ Rays rays(const Camera& camera) {
     Rays result;
     Vector3 eye = Vector3::Zero();
     if (eye_w != 0) {
-        eye = m.col(2).head<3>() / eye_w;
-        const Real size = point.topRows<3>().cwiseAbs().maxCoeff();
-        if (eye.cwiseAbs().maxCoeff() < size * 0x1p-56L)
-            eye.setZero();
+        eye = eye_of(m);
         result.direction = point.topRows<3>() - eye * point.row(3);
     } else {
         require(w_row[1] == 0 && w_row[2] == 0,

@@ -53,7 +53,7 @@ float low(long double value) {
 void set_reciprocal(params::depth_params& p, const DepthForm& form) {
     const long double slope = form.denominator[0];
     const float end = slope > 0 ? form.lowest : form.highest;
-    const float unit = form.highest < 0x1p32f ? 0x1p32f : 1.0f;
+    const float unit = form.highest <= 0x1p95f ? 0x1p32f : 1.0f;
     const long double pole = unit * (slope * end + form.denominator[3]) / std::abs(slope);
     const long double gain = unit / std::abs(slope);
     p.sign = slope > 0 ? unit : -unit;

@@ -1,0 +1,271 @@
+// Devices, launches and images: what they share, what they copy and what they refuse.
+
+#include "catch.hpp"
+#include "operations/parameters.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <sstream>
+#include <string>
+
+using namespace fathom;
+
+namespace {
+
+const Device& device() {
+    static const Device opened = Device::open("cpu");
+    return opened;
+}
+
+template <typename Thrown, typename Action>
+std::string message_of(const Action& action) {
+    try {
+        action();
+    } catch (const Thrown& error) {
+        return error.what();
+    }
+    return "nothing was thrown";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+Camera camera(int width, int height) {
+    Camera result;
+    result.projection = perspective(1.0, 1.0, {1, 4});
+    result.width = width;
+    result.height = height;
+    return result;
+}
+
+runtime::Kernel& linearize_kernel() {
+    return runtime::kernel(device(), "linearize",
+                           {{"V", 1}, {"STREAM", 0}, {"FORM", 0}, {"STORAGE", 0}, {"PARALLEL_DEPTH", 1}});
+}
+
+std::vector<float> counted(std::size_t count) {
+    std::vector<float> values(count);
+    std::iota(values.begin(), values.end(), 0.0f);
+    return values;
+}
+
+} // namespace
+
+TEST_CASE("runtime: a device answers to its kind, its index and a part of its name", "[runtime]") {
+    const auto all = list_devices();
+    REQUIRE(!all.empty());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        CHECK(all[i].index == static_cast<int>(i));
+        CHECK(!all[i].name.empty());
+        CHECK(all[i].compute_units > 0);
+        CHECK(Device::open(std::to_string(i)).info().name == all[i].name);
+        CHECK(Device::open(all[i].name.substr(0, 4)).info().index <= static_cast<int>(i));
+    }
+    CHECK(device().info().cpu);
+    const bool has_gpu = std::any_of(all.begin(), all.end(), [](const DeviceInfo& info) { return !info.cpu; });
+    CHECK(Device::open().info().cpu == !has_gpu);
+}
+
+TEST_CASE("runtime: a device that is not there is named beside those that are", "[runtime]") {
+    const auto all = list_devices();
+    for (const char* wanted : {"no such device", "99", "-1"}) {
+        const std::string message = message_of<NoDevice>([&] { Device::open(wanted); });
+        INFO(message);
+        CHECK(contains(message, wanted));
+        for (const DeviceInfo& info : all)
+            CHECK(contains(message, info.name));
+    }
+}
+
+TEST_CASE("runtime: options of a device have a range", "[runtime]") {
+    for (const int lanes : {-1, 2, 3, 5, 32}) {
+        const auto message = message_of<std::invalid_argument>([&] { Device::open("cpu", {.lanes = lanes}); });
+        CHECK(contains(message, "lanes = " + std::to_string(lanes)));
+    }
+    for (const int group_size : {-1, 1025})
+        CHECK_THROWS_AS(Device::open("cpu", {.group_size = group_size}), std::invalid_argument);
+    CHECK(device().options().lanes == 16);
+    CHECK(device().options().group_size == 64);
+    CHECK(device().options().arithmetic == (device().info().fp64 ? Arithmetic::fp64 : Arithmetic::two_float));
+    CHECK(Device::open("cpu", {.arithmetic = Arithmetic::two_float}).options().arithmetic == Arithmetic::two_float);
+}
+
+TEST_CASE("runtime: a device taken from the caller's own context works like an opened one", "[runtime]") {
+    const cl::Context& context = device().context();
+    const auto devices = context.getInfo<CL_CONTEXT_DEVICES>();
+    const Device own(context, devices.front(), cl::CommandQueue(context, devices.front()));
+    const std::vector<float> stored{0.0f};
+    std::vector<float> depth(1);
+    linearize({Image::from_host(own, Element::f32, stored.data(), {1, 1}), camera(1, 1)}).image.download(depth.data());
+    CHECK(depth[0] == 1);
+}
+
+TEST_CASE("runtime: a launch refuses arguments that the kernel does not declare", "[runtime]") {
+    const Image floats(device(), Element::f32, {4, 4}), shorts(device(), Element::u16, {4, 4});
+    const params::grid_params grid{};
+    const params::depth_params depth{};
+    const params::ray_params rays{};
+    runtime::Kernel& kernel = linearize_kernel();
+    const runtime::Range range{1, 1};
+
+    const auto fewer = message_of<Error>([&] { runtime::launch(device(), kernel, range, floats, floats, grid); });
+    CHECK(contains(fewer, "takes 5 arguments and was given 3"));
+    CHECK(contains(fewer, "kernels/linearize"));
+    const auto type =
+        message_of<Error>([&] { runtime::launch(device(), kernel, range, shorts, floats, grid, depth, rays); });
+    CHECK(contains(type, "argument 0 is a float* and was given a ushort*"));
+    const auto order =
+        message_of<Error>([&] { runtime::launch(device(), kernel, range, floats, floats, depth, grid, rays); });
+    CHECK(contains(order, "argument 2 is a grid_params and was given a depth_params"));
+    CHECK_NOTHROW(runtime::launch(device(), kernel, range, floats, floats, grid, depth, rays));
+    device().finish();
+}
+
+TEST_CASE("runtime: a kernel that does not build shows its log, with the file that a person would open", "[runtime]") {
+    const auto message = message_of<Error>([] { runtime::kernel(device(), "linearize", {{"V", 3}}); });
+    INFO(message);
+    CHECK(contains(message, "kernels/l"));
+    CHECK(contains(message, "V must be 1, 4, 8 or 16"));
+    CHECK_THROWS_AS(runtime::kernel(device(), "no_such_kernel", {}), Error);
+}
+
+TEST_CASE("runtime: an image from host memory is that memory on a CPU", "[runtime]") {
+    std::vector<float> stored{0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    std::vector<float> depth(5, -1.0f);
+    // An address that is only as aligned as a float.
+    const Image source = Image::from_host(device(), Element::f32, stored.data() + 1, {5, 1});
+    const Image result = Image::onto_host(device(), Element::f32, depth.data(), {5, 1});
+    stored[1] = 0.0f; // after the image was made: seen, because nothing was copied
+    stored[5] = 5.0f;
+    linearize({source, camera(5, 1)}, result);
+    device().finish();
+    CHECK(depth[0] == 1);
+    CHECK(std::isnan(depth[4]));
+    result.download(depth.data());
+    CHECK(depth[0] == 1);
+}
+
+TEST_CASE("runtime: memory that is not aligned to its element is copied, and decoded all the same", "[runtime]") {
+    std::vector<char> bytes(4 * 9 + 1);
+    const std::vector<float> values(9, 0.0f);
+    std::memcpy(bytes.data() + 1, values.data(), 36);
+    std::vector<float> depth(9);
+    linearize({Image::from_host(device(), Element::f32, bytes.data() + 1, {9, 1}), camera(9, 1)})
+        .image.download(depth.data());
+    CHECK(std::all_of(depth.begin(), depth.end(), [](float z) { return z == 1; }));
+}
+
+TEST_CASE("runtime: regions and strides address the same memory", "[runtime]") {
+    const std::vector<float> values = counted(13 * 7);
+    const Image whole = Image::from_host(device(), Element::f32, values.data(), {11, 7, 1, 13});
+    const Image part = whole.region(2, 1, 8, 5).region(1, 2, 4, 3);
+    CHECK(part.width() == 4);
+    CHECK(part.height() == 3);
+    CHECK(part.offset() == 3 * 13 + 3);
+    CHECK(part.row_stride() == 13);
+    CHECK(part.overlaps(whole));
+    std::vector<float> packed(12), spread(3 * 6, -1.0f);
+    part.download(packed.data());
+    part.download(spread.data(), 6);
+    for (std::size_t y = 0; y < 3; ++y) {
+        for (std::size_t x = 0; x < 6; ++x) {
+            const float expected = values[(y + 3) * 13 + x + 3];
+            if (x < 4)
+                CHECK(packed[y * 4 + x] == expected);
+            CHECK(spread[y * 6 + x] == (x < 4 ? expected : -1.0f));
+        }
+    }
+
+    const std::vector<float> triples = counted(3 * 5 * 4);
+    const Image points = Image::from_host(device(), Element::f32, triples.data(), {5, 4, 3});
+    std::vector<float> three(3);
+    points.region(4, 3, 1, 1).download(three.data());
+    CHECK(three == std::vector<float>{57, 58, 59});
+}
+
+TEST_CASE("runtime: a region outside, an empty image and a stride that is too short are refused", "[runtime]") {
+    const Image image(device(), Element::f32, {8, 4});
+    for (const auto& [x, y, w, h] :
+         {std::array{-1, 0, 2, 2}, {0, -1, 2, 2}, {7, 0, 2, 1}, {0, 3, 1, 2}, {0, 0, 0, 1}, {2147483647, 0, 1, 1}})
+        CHECK_THROWS_AS(image.region(x, y, w, h), std::invalid_argument);
+    CHECK_THROWS_AS(Image(device(), Element::f32, {0, 4}), std::invalid_argument);
+    CHECK_THROWS_AS(Image(device(), Element::f32, {4, -1}), std::invalid_argument);
+    CHECK_THROWS_AS(Image(device(), Element::f32, {4, 4, 0}), std::invalid_argument);
+    CHECK_THROWS_AS(Image::from_host(device(), Element::f32, nullptr, {4, 4, 3, 11}), std::invalid_argument);
+}
+
+TEST_CASE("runtime: images that do not belong together are refused", "[runtime]") {
+    const Image image(device(), Element::f32, {8, 4}), other(device(), Element::f32, {8, 5}),
+        codes(device(), Element::u16, {8, 4});
+    CHECK_THROWS_AS(linearize({Image(), camera(8, 4)}), std::invalid_argument);
+    CHECK_THROWS_AS(linearize({image, camera(7, 4)}), std::invalid_argument);
+    CHECK_THROWS_AS(linearize({image, camera(8, 4), Storage::float32, 0, 1}), std::invalid_argument);
+    CHECK_THROWS_AS(linearize({image, camera(8, 4), Storage::uint16}), std::invalid_argument);
+    CHECK_THROWS_AS(linearize({image, camera(8, 4)}, other), std::invalid_argument);
+    CHECK_THROWS_AS(linearize({image, camera(8, 4)}, codes), std::invalid_argument);
+    CHECK_THROWS_AS(linearize({image, camera(8, 4)}, image), std::invalid_argument);
+    CHECK_THROWS_AS(linearize({image, camera(8, 4)}, image.region(0, 0, 8, 4)), std::invalid_argument);
+    CHECK_THROWS_AS(linearize_in_place({codes, camera(8, 4), Storage::uint16}), std::invalid_argument);
+    CHECK_NOTHROW(linearize({image, camera(8, 4)}));
+}
+
+TEST_CASE("runtime: the program text carries each header once, with the lines a person would open", "[runtime]") {
+    const std::string source = runtime::assembled_source("linearize.cl");
+    for (const char* file : {"linearize.cl", "camera.h", "lanes.h", "params.h"}) {
+        const std::string first = std::string("#line 1 \"kernels/") + file + "\"";
+        CHECK(contains(source, first));
+        CHECK(source.find(first) == source.rfind(first));
+    }
+    CHECK(!contains(source, "#include \""));
+}
+
+// PoCL's device has doubles, so a kernel built with FP64=0 there could use one unseen. It does not: what is left when
+// the FP64 branches are taken out names no double.
+TEST_CASE("runtime: the two-float kernels have no double in them", "[runtime]") {
+    for (const char* file : {"linearize.cl", "unproject.cl"}) {
+        std::istringstream lines(runtime::assembled_source(file));
+        int depth = 0, skipped_at = 0, checked = 0;
+        for (std::string line; std::getline(lines, line);) {
+            if (line.starts_with("#if")) {
+                ++depth;
+                if (line == "#if FP64")
+                    skipped_at = depth;
+            } else if (line.starts_with("#endif")) {
+                skipped_at = skipped_at == depth ? 0 : skipped_at;
+                --depth;
+            } else if (line.starts_with("#else") && skipped_at == depth) {
+                skipped_at = 0;
+            }
+            const std::string code = line.starts_with("#error") ? "" : line.substr(0, line.find("//"));
+            if (skipped_at == 0) {
+                ++checked;
+                INFO(line);
+                CHECK(!contains(code, "double"));
+                CHECK(!contains(code, "fp64"));
+            }
+        }
+        CHECK(checked > 100);
+    }
+}
+
+// The bounds of linearize are promised on a device that keeps denormals: PoCL does, and says so.
+TEST_CASE("runtime: the CPU device keeps denormals", "[runtime]") {
+    const auto devices = device().context().getInfo<CL_CONTEXT_DEVICES>();
+    CHECK((devices.front().getInfo<CL_DEVICE_SINGLE_FP_CONFIG>() & CL_FP_DENORM) != 0);
+    std::vector<float> values(17);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = static_cast<float>(i + 1) * std::numeric_limits<float>::denorm_min();
+    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        const Device on = Device::open("cpu", {.arithmetic = arithmetic});
+        Camera metric = camera(17, 1);
+        metric.encoding = Encoding::view_z;
+        std::vector<float> depth(17);
+        linearize({Image::from_host(on, Element::f32, values.data(), {17, 1}), metric}).image.download(depth.data());
+        CHECK(depth == values);
+    }
+}
