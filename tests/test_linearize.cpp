@@ -564,3 +564,49 @@ TEST_CASE("linearize: every float within 4096 ulps of 0 and of 1", "[linearize][
         CHECK(faults.text() == "");
     }
 }
+
+// The bound where it is hardest to keep: of many pixels, those whose stored value makes the sum of an oblique form all
+// but vanish. There κ·ε is most of what is allowed.
+TEST_CASE("linearize: sums that all but vanish are within their condition's bound", "[linearize][exact]") {
+    std::mt19937 random(2718);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        oracle::Worst worst;
+        oracle::Faults faults;
+        for (int i = 0; i < 12; ++i) {
+            const Eigen::Vector4d plane(unit(random), unit(random), -1, -2.5 + unit(random));
+            const Subject subject =
+                i % 2 == 0
+                    ? oracle::named(
+                          with_oblique_near_plane(oracle::from_edges({-0.07, 0.06, -0.04, 0.05}, {0.1, 50}), plane),
+                          "oblique")
+                    : oracle::named(with_oblique_near_plane(oracle::from_parallel({-2, 3, -2, 3}, {-3, 50}), plane),
+                                    "oblique orthographic");
+            const oracle::Truth truth(subject, Storage::float32);
+            const Form form = depth_form(subject.camera).form;
+            const oracle::Promise promise = oracle::promise(form, arithmetic);
+            const int width = 16384, height = 8, top = 1000 + 1200 * i;
+            std::vector<float> values, depth(static_cast<std::size_t>(width * height));
+            const auto& varying = i % 2 == 0 ? truth.quotient().denominator : truth.quotient().numerator;
+            for (int y = 0; y < height; ++y) {
+                for (int x = 0; x < width; ++x) {
+                    const auto rest = varying.low + varying.x * (x + 0.5) + varying.y * (top + y + 0.5) + varying.one;
+                    values.push_back(static_cast<float>(-rest / (varying.high - varying.low)));
+                }
+            }
+            const Image image =
+                Image::from_host(oracle::device(arithmetic), Element::f32, values.data(), {width, height});
+            linearize({image, subject.camera, Storage::float32, 0, top}, {Background::decode})
+                .image.download(depth.data());
+            for (std::size_t at = 0; at < depth.size(); ++at) {
+                const auto column = static_cast<double>(at % width), row = static_cast<double>(at / width);
+                if (truth.in_range(static_cast<double>(values[at])))
+                    faults.add(oracle::judge(subject, truth, form, promise, static_cast<double>(values[at]),
+                                             column + 0.5, top + row + 0.5, depth[at], worst));
+            }
+        }
+        worst.print(std::string("vanishing sums, ") + oracle::name(arithmetic));
+        CHECK(worst.checked > 10000);
+        CHECK(faults.text() == "");
+    }
+}
