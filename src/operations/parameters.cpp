@@ -49,11 +49,12 @@ float low(long double value) {
 }
 
 // 1/z = s(v): count t from the end of the stored range where s is smallest, so that z = (1/|s'|) / (t + s(end)/|s'|)
-// is a sum of positive terms. All of it is counted in units of 2^-32, so that the inverse of a denormal t is a float.
+// is a sum of positive terms. All of it is counted in units of 2^-32, so that the inverse of a denormal t is a float,
+// unless the gain would then be none: such depths are infinite before t is denormal.
 void set_reciprocal(params::depth_params& p, const DepthForm& form) {
     const long double slope = form.denominator[0];
     const float end = slope > 0 ? form.lowest : form.highest;
-    const float unit = form.highest <= 0x1p95f ? 0x1p32f : 1.0f;
+    const float unit = form.highest <= 0x1p95f && std::abs(slope) > 0x1p-95L ? 0x1p32f : 1.0f;
     const long double pole = unit * (slope * end + form.denominator[3]) / std::abs(slope);
     const long double gain = unit / std::abs(slope);
     p.sign = slope > 0 ? unit : -unit;
@@ -64,12 +65,18 @@ void set_reciprocal(params::depth_params& p, const DepthForm& form) {
     p.pole_low = low(pole);
 }
 
-// A quotient of sums is the same in any unit: one that keeps the low parts of two floats away from the denormals.
+// A quotient of sums is the same in any unit: one that keeps the low parts of two floats away from the denormals, and
+// the largest sum away from infinity.
 long double unit_of_quotient(const DepthForm& form) {
-    long double largest = 0;
-    for (const long double coefficient : form.denominator)
-        largest = std::max(largest, std::abs(coefficient));
-    return form.form == Form::rational ? std::ldexp(1.0L, 40 - std::ilogb(largest)) : 1.0L;
+    if (form.form != Form::rational)
+        return 1;
+    const auto exponent = [](const Affine& row) {
+        long double largest = 0;
+        for (const long double coefficient : row)
+            largest = std::max(largest, std::abs(coefficient));
+        return std::ilogb(largest);
+    };
+    return std::ldexp(1.0L, std::min(40 - exponent(form.denominator), 100 - exponent(form.numerator)));
 }
 
 std::string size_of(const Image& image) {
