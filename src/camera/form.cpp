@@ -106,6 +106,14 @@ bool can_recentre(const DepthForm& form) {
     return low_is_far ? form.lowest == 0 : std::abs(form.highest) >= std::abs(form.lowest);
 }
 
+// Under an infinite far plane 1/z ends at 0; what the rounding of the inverse leaves there would put the pole inside the
+// range.
+void end_at_infinity(DepthForm& form) {
+    const Real at_high = form.denominator[0] * form.highest + form.denominator[3];
+    if (std::abs(at_high) < std::abs(form.denominator[3]) * 0x1p-60L)
+        form.denominator[3] = -form.denominator[0] * form.highest;
+}
+
 // The largest float not above, the smallest not below: a limit never refuses the value that it was rounded from.
 float rounded_down(double value) {
     const float nearest = static_cast<float>(value);
@@ -311,6 +319,8 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         break;
     }
     }
+    if (form.form == Form::reciprocal)
+        end_at_infinity(form);
     if (form.form == Form::reciprocal && !can_recentre(form)) {
         form.form = Form::reciprocal_affine;
         form.reason = "1/z is affine in the stored value, with its pole inside or beside an uneven depth range";

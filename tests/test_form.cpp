@@ -1,0 +1,340 @@
+// Which form a camera gets, and why: the simplest that is exact, whatever rounding the matrix went through.
+
+#include "catch.hpp"
+#include "seen.hpp"
+
+#include <fathom/camera.hpp>
+
+#include <bit>
+#include <cmath>
+#include <iostream>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+using namespace fathom;
+using namespace fathom::seen;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// From a stored value to a depth and back costs the two conditions, in long double: 2⁻⁶³ each way and as much again.
+constexpr Real inverse_tolerance = 0x1p-59L;
+
+const FrustumEdges edges{-0.4, 0.6, -0.3, 0.5}; // off-centre
+const Eigen::Vector4d slanted{0.3, 0.2, -0.9, -2};
+
+Camera encoded(Encoding encoding, Projection projection = perspective(edges, {0.5, 100})) {
+    Camera camera = camera_of(projection, 161, 121);
+    camera.encoding = encoding;
+    camera.near = 0.5;
+    camera.far = 100;
+    camera.median = 5;
+    return camera;
+}
+
+// As a program holds it: 16 floats.
+Projection in_floats(const Projection& p) {
+    return from_matrix(p.matrix.cast<float>().cast<double>(), p.convention);
+}
+
+Projection tilted(Projection p) {
+    p.matrix(3, 0) = 0.06L;
+    p.matrix(3, 1) = -0.04L;
+    return p;
+}
+
+} // namespace
+
+TEST_CASE("form: every kind of camera gets the simplest exact one", "[form]") {
+    struct Expected {
+        const char* kind;
+        Projection projection;
+        Form form;
+        const char* reason;
+    };
+    const char* reciprocal = "1/z is affine in the stored value";
+    const char* oblique = "a tilted near plane: 1/z is affine in the stored value and the pixel";
+    const char* affine = "z is affine in the stored value";
+    const char* oblique_affine = "parallel rays and a tilted near plane: z is affine in the stored value and the pixel";
+    const char* rational = "the projection's fourth row depends on x and y: z is a quotient of two affine functions";
+    const DepthOrder reversed = DepthOrder::reversed;
+    const auto d3d = Convention::direct3d(), vulkan = Convention::vulkan();
+    const Projection box = orthographic({-3, 5, -2, 7}, {0.5, 100});
+    Projection moved = perspective(edges, {0.5, 100});
+    moved.matrix.col(3) += moved.matrix.leftCols<3>() * Point(0, 0, -3); // the eye is at (0, 0, 3)
+    Projection aside = perspective(edges, {0.5, 100});
+    aside.matrix.col(3) += aside.matrix.leftCols<3>() * Point(-0.5L, 0.25L, 0); // the eye is at (0.5, −0.25, 0)
+
+    const std::vector<Expected> cases{
+        {"centred", perspective(1.0, 4.0 / 3, {0.1, 1000}), Form::reciprocal, reciprocal},
+        {"off-centre", perspective(edges, {0.1, 1000}), Form::reciprocal, reciprocal},
+        {"infinite", perspective(edges, {0.1, infinity}), Form::reciprocal, reciprocal},
+        {"reversed", perspective(edges, {0.1, 1000, reversed}, d3d), Form::reciprocal, reciprocal},
+        {"reversed infinite", perspective(edges, {0.1, infinity, reversed}, vulkan), Form::reciprocal, reciprocal},
+        {"reversed −1..1", perspective(edges, {0.1, 1000, reversed}), Form::reciprocal, reciprocal},
+        {"eye aside", aside, Form::reciprocal, reciprocal},
+        {"oblique", with_oblique_near_plane(perspective(edges, {0.1, 1000}), slanted), Form::reciprocal_affine,
+         oblique},
+        {"oblique infinite", with_oblique_near_plane(perspective(edges, {0.1, infinity}), slanted),
+         Form::reciprocal_affine, oblique},
+        {"parallel plane", with_oblique_near_plane(perspective(edges, {0.1, 1000}), {0, 0, -1, -2}), Form::reciprocal,
+         reciprocal},
+        {"orthographic", box, Form::affine, affine},
+        {"orthographic reversed", orthographic({-3, 5, -2, 7}, {-4, 9, reversed}, vulkan), Form::affine, affine},
+        {"orthographic oblique", with_oblique_near_plane(box, slanted), Form::affine, oblique_affine},
+        {"tilt", tilted(perspective(edges, {0.1, 1000})), Form::rational, rational},
+        {"eye ahead", moved, Form::rational, "z is a quotient of two affine functions of the stored value"},
+    };
+    for (const Expected& expected : cases) {
+        for (const bool rounded : {false, true}) {
+            const Projection p = rounded ? in_floats(expected.projection) : expected.projection;
+            for (const Storage storage : {Storage::float32, Storage::uint16, Storage::uint24}) {
+                const DepthForm form = depth_form(camera_of(p, 1920, 1080), storage);
+                INFO(expected.kind << (rounded ? " in floats" : "") << ", " << name(storage) << ": " << form.reason);
+                REQUIRE(name(form.form) == std::string(name(expected.form)));
+                REQUIRE(form.reason == expected.reason);
+            }
+        }
+    }
+}
+
+TEST_CASE("form: matrices that a real program wrote in floats", "[form]") {
+    // Third rows of a rasteriser's projections, columns z and w; the other rows are those of a 4:3 view.
+    const auto matrix = [](double x, double y, double z, double w) {
+        Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
+        m(0, 0) = 1.7738929986953735;
+        m(1, 1) = 2.3603038787841797;
+        m.row(2) << x, y, z, w;
+        m(3, 2) = -1;
+        return m;
+    };
+    const Convention gl, zero_to_one{ClipZ::zero_to_one, ClipY::up, ViewAxes::opengl};
+    struct Seen {
+        Eigen::Matrix4d matrix;
+        Convention convention;
+        DepthOrder order;
+        Form form;
+    };
+    const std::vector<Seen> cases{
+        {matrix(0, 0, -1.0099166631698608, -1.2196094989776611), gl, DepthOrder::standard, Form::reciprocal},
+        {matrix(0, 0, -1.0049583911895752, -0.6098047494888306), zero_to_one, DepthOrder::standard, Form::reciprocal},
+        {matrix(0, 0, 0.0049583339132368565, 0.6098047494888306), zero_to_one, DepthOrder::reversed, Form::reciprocal},
+        {matrix(0, 0, 0, 0.6067960858345032), zero_to_one, DepthOrder::reversed, Form::reciprocal},
+        {matrix(0, 0, -1, -1.2135921716690063), gl, DepthOrder::standard, Form::reciprocal},
+        {matrix(0.3439381420612335, 0.5209590792655945, -0.6153680086135864, -3.6863582134246826), gl,
+         DepthOrder::standard, Form::reciprocal_affine},
+        {matrix(0.3388596773147583, 0.5132668018341064, -0.5915160775184631, -3.6319267749786377), gl,
+         DepthOrder::standard, Form::reciprocal_affine},
+    };
+    for (const Seen& seen : cases) {
+        const Projection p = from_matrix(seen.matrix, seen.convention);
+        INFO(seen.matrix);
+        REQUIRE(p.order == seen.order);
+        REQUIRE(name(depth_form(camera_of(p, 161, 121)).form) == std::string(name(seen.form)));
+    }
+}
+
+TEST_CASE("form: rounding a matrix never costs the simple form", "[form]") {
+    // A thousand perspectives of odd proportions, off-centre, in floats, in images up to 16384 wide.
+    std::uint32_t state = 1;
+    const auto random = [&](double low, double high) {
+        state = state * 1664525u + 1013904223u;
+        return low + (high - low) * (state >> 8) * 0x1p-24;
+    };
+    for (int i = 0; i < 1000; ++i) {
+        const double near = std::exp2(random(-10, 4)), far = near * std::exp2(random(1, 30));
+        const FrustumEdges e{-near * random(0.1, 3), near * random(0.1, 3), -near * random(0.1, 3),
+                             near * random(0.1, 3)};
+        const Projection p =
+            in_floats(perspective(e, {near, far, i % 2 ? DepthOrder::reversed : DepthOrder::standard}));
+        INFO(p.matrix);
+        const int width = 1 << (i % 15);
+        REQUIRE(depth_form(camera_of(p, width, 16384)).form == Form::reciprocal);
+        REQUIRE(rays(camera_of(p, width, 16384)).parallel_depth);
+        REQUIRE(rays(camera_of(p, width, 16384)).origin.isZero(0));
+        const double slant = near * random(1.5, 20);
+        const Eigen::Vector4d plane(random(-0.2, 0.2), random(0.05, 0.2), -1, -slant);
+        if (slant * 2 < far) {
+            const Projection oblique = in_floats(with_oblique_near_plane(perspective(e, {near, far}), plane));
+            REQUIRE(depth_form(camera_of(oblique, width, 16384)).form == Form::reciprocal_affine);
+        }
+    }
+}
+
+TEST_CASE("form: encodings", "[form]") {
+    const std::vector<std::pair<Encoding, Form>> expected{
+        {Encoding::window, Form::reciprocal},         {Encoding::view_z, Form::affine},
+        {Encoding::ray_distance, Form::ray_distance}, {Encoding::linear, Form::affine},
+        {Encoding::logarithmic, Form::exponential},   {Encoding::exponential, Form::exponential},
+        {Encoding::median, Form::rational},           {Encoding::pseudo_linear, Form::affine},
+        {Encoding::inverse, Form::reciprocal},
+    };
+    for (const auto& [encoding, form] : expected) {
+        INFO(name(encoding));
+        REQUIRE(name(depth_form(encoded(encoding)).form) == std::string(name(form)));
+    }
+    REQUIRE(contains(depth_form(encoded(Encoding::pseudo_linear)).reason, "at vertices only"));
+
+    // What each of them says of its ends.
+    const auto decode = [](Encoding encoding, double stored) {
+        return static_cast<double>(view_depth(encoded(encoding), Storage::float32, 80.5, 60.5, stored));
+    };
+    REQUIRE(decode(Encoding::linear, 0) == Approx(0.5));
+    REQUIRE(decode(Encoding::linear, 1) == Approx(100));
+    REQUIRE(decode(Encoding::linear, 0.5) == Approx(50.25));
+    REQUIRE(decode(Encoding::exponential, 0) == Approx(0.5));
+    REQUIRE(decode(Encoding::exponential, 1) == Approx(100));
+    REQUIRE(decode(Encoding::exponential, 0.5) == Approx(std::sqrt(50.0)));
+    REQUIRE(decode(Encoding::logarithmic, 0) == 0);
+    REQUIRE(decode(Encoding::logarithmic, 1) == Approx(100));
+    REQUIRE(decode(Encoding::logarithmic, 0.5) == Approx(std::sqrt(101.0) - 1));
+    REQUIRE(decode(Encoding::median, 0) == 0);
+    REQUIRE(decode(Encoding::median, 0.5) == Approx(5));
+    REQUIRE(decode(Encoding::median, 1) == infinity);
+    REQUIRE(decode(Encoding::view_z, 7) == Approx(7));
+    REQUIRE(decode(Encoding::inverse, 0.25) == Approx(4));
+    REQUIRE(decode(Encoding::inverse, 0) == infinity);
+
+    Camera scaled = encoded(Encoding::view_z);
+    scaled.scale = 0.001;
+    REQUIRE(static_cast<double>(view_depth(scaled, Storage::uint16, 3, 4, 2500)) == Approx(2.5));
+    scaled.encoding = Encoding::inverse;
+    scaled.scale = 80; // focal length times baseline
+    REQUIRE(static_cast<double>(view_depth(scaled, Storage::float32, 3, 4, 16)) == Approx(5));
+}
+
+TEST_CASE("form: stored_depth is the inverse of view_depth", "[form]") {
+    std::vector<Camera> cameras;
+    const Projection plain = perspective(edges, {0.5, 100});
+    const Projection box = orthographic({-3, 5, -2, 7}, {0.5, 100});
+    for (const Projection& p :
+         {plain, perspective(edges, {0.5, 100, DepthOrder::reversed}, Convention::direct3d()),
+          perspective(edges, {0.5, infinity}), with_oblique_near_plane(plain, {0.1, 0.1, -1, -0.6}), box,
+          with_oblique_near_plane(box, {0.1, 0.1, -1, -0.6}), tilted(plain)}) {
+        for (const std::array<double, 2> range : {std::array{0.0, 1.0}, {1.0, 0.0}, {0.125, 0.5}}) {
+            cameras.push_back(camera_of(p, 161, 121));
+            cameras.back().depth_range = range;
+        }
+    }
+    for (const Encoding encoding :
+         {Encoding::view_z, Encoding::ray_distance, Encoding::linear, Encoding::logarithmic, Encoding::exponential,
+          Encoding::median, Encoding::pseudo_linear, Encoding::inverse})
+        cameras.push_back(encoded(encoding));
+    cameras.push_back(encoded(Encoding::ray_distance, tilted(plain)));
+
+    Real worst = 0;
+    for (const Camera& camera : cameras) {
+        for (const Storage storage : {Storage::float32, Storage::uint16, Storage::uint24}) {
+            const DepthForm form = depth_form(camera, storage);
+            for (const double z : {0.75, 2.0, 10.0, 60.0, 99.0}) {
+                for (const double x : {0.5, 130.5}) {
+                    const auto stored = static_cast<double>(stored_depth(camera, storage, x, 90.5, z));
+                    const Real back = view_depth(camera, storage, x, 90.5, stored);
+                    // The stored value was rounded to double on the way: that alone is 2⁻⁵³ of it.
+                    const Real step =
+                        std::abs(view_depth(camera, storage, x, 90.5, std::nextafter(stored, 1e9)) - back);
+                    const Real error = std::abs(back - z);
+                    INFO(name(camera.encoding) << ", " << name(form.form) << ", " << name(storage) << ", z " << z);
+                    REQUIRE(error <= step + z * inverse_tolerance);
+                    worst = std::max(worst, error / (step + z * inverse_tolerance));
+                }
+            }
+        }
+    }
+    std::cout << "form: " << cameras.size() << " cameras; worst error of view_depth(stored_depth(z)) " << worst
+              << " steps of a double\n";
+}
+
+TEST_CASE("form: what counts as background and as a surface", "[form]") {
+    const Projection standard = perspective(edges, {0.5, 100});
+    const Projection reversed = perspective(edges, {0.5, 100, DepthOrder::reversed}, Convention::direct3d());
+    const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
+    const auto background = [](Camera camera, Storage storage) { return depth_form(camera, storage).background; };
+
+    REQUIRE(background(camera_of(standard), Storage::float32) == bits(1));
+    REQUIRE(background(camera_of(reversed), Storage::float32) == bits(0));
+    REQUIRE(background(camera_of(standard), Storage::uint16) == 65535u);
+    REQUIRE(background(camera_of(reversed), Storage::uint16) == 0u);
+    REQUIRE(background(camera_of(standard), Storage::uint24) == 0xffffffu);
+    REQUIRE(background(camera_of(standard), Storage::float16) == 0x3c00u);
+
+    // glDepthRange turned round stores the far plane as 0, and of a reversed projection as 1.
+    Camera turned = camera_of(standard);
+    turned.depth_range = {1, 0};
+    REQUIRE(background(turned, Storage::float32) == bits(0));
+    turned.projection = reversed;
+    REQUIRE(background(turned, Storage::float32) == bits(1));
+    turned.depth_range = {0.25, 0.75};
+    REQUIRE(background(turned, Storage::float32) == bits(0.25f));
+    REQUIRE(depth_form(turned).lowest == 0.25f);
+    REQUIRE(depth_form(turned).highest == 0.75f);
+
+    REQUIRE(background(encoded(Encoding::view_z), Storage::float32) == bits(std::numeric_limits<float>::infinity()));
+    REQUIRE(background(encoded(Encoding::view_z), Storage::float16) == 0x7c00u);
+    REQUIRE_FALSE(background(encoded(Encoding::view_z), Storage::uint16));
+    REQUIRE(background(encoded(Encoding::inverse), Storage::float32) == bits(0));
+    REQUIRE(background(encoded(Encoding::linear), Storage::uint16) == 65535u);
+    // Only window depth is written by the reversed matrix.
+    REQUIRE(background(encoded(Encoding::linear, reversed), Storage::float32) == bits(1));
+
+    Camera told = encoded(Encoding::view_z);
+    told.background = 0;
+    REQUIRE(background(told, Storage::uint16) == 0u);
+    told.background = 0.5;
+    REQUIRE(contains(refusal([&] { depth_form(told, Storage::uint16); }), "background = 0.5 is not a uint16 code"));
+    told.background = 1e10;
+    REQUIRE(contains(refusal([&] { depth_form(told, Storage::float16); }), "is not a float16 value"));
+
+    // A surface lies in front of the eye, wherever that is; parallel rays have none.
+    REQUIRE(depth_form(camera_of(standard)).least_depth == 0);
+    REQUIRE(depth_form(camera_of(orthographic(edges, {-5, 5}))).least_depth == -infinity);
+    Projection moved = standard;
+    moved.matrix.col(3) += moved.matrix.leftCols<3>() * Point(0, 0, -3);
+    REQUIRE(depth_form(camera_of(moved)).least_depth == -3);
+}
+
+TEST_CASE("form: a pole beside an uneven depth range is summed as it stands", "[form]") {
+    // A standard range −1..1 ends at its larger side; −1..0.5 does not, and 1..2 of a reversed one starts at no zero.
+    Camera camera = camera_of(perspective(edges, {0.5, 100}));
+    camera.depth_range = {-1, 1};
+    REQUIRE(depth_form(camera).form == Form::reciprocal);
+    camera.depth_range = {-1, 0.5};
+    REQUIRE(depth_form(camera).form == Form::reciprocal_affine);
+    REQUIRE(contains(depth_form(camera).reason, "uneven depth range"));
+    camera.projection = perspective(edges, {0.5, 100, DepthOrder::reversed});
+    camera.depth_range = {1, 2};
+    REQUIRE(depth_form(camera).form == Form::reciprocal_affine);
+}
+
+TEST_CASE("form: a camera that cannot be decoded says why", "[form]") {
+    const auto said = [](Camera camera, auto change) {
+        change(camera);
+        return refusal([&] { depth_form(camera); });
+    };
+    const Camera good = encoded(Encoding::window);
+    REQUIRE(refusal([&] { depth_form(good); }).empty());
+    const auto says = [&](auto change, const std::string& reason) {
+        const std::string message = said(good, change);
+        INFO("expected: " << reason << "\nsaid: " << message);
+        REQUIRE(contains(message, reason));
+    };
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    says([](Camera& c) { c.width = 0; }, "0 x 121 pixels");
+    says([](Camera& c) { c.depth_range = {0.5, 0.5}; }, "depth_range = [0.5, 0.5]");
+    says([&](Camera& c) { c.depth_range = {nan, 1}; }, "depth_range = [nan, 1]");
+    says([](Camera& c) { c.scale = 0; }, "scale = 0 must be greater than 0");
+    says([&](Camera& c) { c.background = nan; }, "background must be a number");
+    says([](Camera& c) { c.encoding = Encoding::linear, c.near.reset(); }, "the linear encoding needs near");
+    says([](Camera& c) { c.encoding = Encoding::linear, c.far = infinity; }, "far = inf must be finite");
+    says([](Camera& c) { c.encoding = Encoding::linear, c.far = c.near; }, "must differ");
+    says([](Camera& c) { c.encoding = Encoding::pseudo_linear, c.far.reset(); },
+         "the pseudo-linear encoding needs far");
+    says([](Camera& c) { c.encoding = Encoding::median, c.median.reset(); }, "the median encoding needs median");
+    says([](Camera& c) { c.encoding = Encoding::median, c.median = -1; }, "median = -1 must be greater than 0");
+    says([](Camera& c) { c.encoding = Encoding::logarithmic, c.log_c = 0; }, "log_c = 0 must be greater than 0");
+    says([](Camera& c) { c.encoding = Encoding::logarithmic, c.far = 0; }, "far = 0 must be greater than 0");
+    says([](Camera& c) { c.encoding = Encoding::exponential, c.near = 0; }, "must satisfy 0 < near < far");
+    says([](Camera& c) { c.projection.matrix.row(2) = c.projection.matrix.row(3); }, "the projection is singular");
+}
