@@ -13,7 +13,7 @@
 namespace fathom::stability {
 
 inline constexpr float infinity = std::numeric_limits<float>::infinity();
-inline constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+inline constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 inline constexpr Arithmetic arithmetics[] = {Arithmetic::fp64, Arithmetic::two_float};
 
 inline Camera camera_of(const Projection& projection, int width = 64, int height = 64) {
@@ -32,9 +32,9 @@ std::vector<float> decoded(Camera camera, const std::vector<Value>& values, Stor
     camera.height = 1;
     std::vector<float> depth(values.size());
     const Device& device = oracle::device(arithmetic);
-    const Layout layout{camera.width, 1};
-    const Image stored = Image::from_host(device, element_of(storage), values.data(), layout);
-    const Image result = Image::onto_host(device, Element::f32, depth.data(), layout);
+    const Image stored =
+        Image::from_host(device, element_of(storage), values.data(), {camera.width, 1, channels_of(storage)});
+    const Image result = Image::onto_host(device, Element::f32, depth.data(), {camera.width, 1});
     linearize({stored, camera, storage}, result, {background});
     result.download(depth.data());
     return depth;

@@ -1,0 +1,527 @@
+// Images, stored values and options at the edges: sizes around the lane count, buffers beyond 2³² bytes, values that are
+// no depth, units from 1e-30 to 1e30, and what is refused.
+
+#include "catch.hpp"
+#include "seen.hpp"
+#include "stability.hpp"
+
+#include <Eigen/Dense>
+#include <sys/mman.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+#include <random>
+
+using namespace fathom;
+using namespace fathom::stability;
+using oracle::Subject;
+using seen::contains;
+using seen::refusal;
+
+namespace {
+
+/// A camera for each form, `unit` scene units to what was one.
+std::vector<Camera> of_every_form(int width, int height, double unit = 1) {
+    const Projection wide = perspective(1.0, 1.5, {0.1 * unit, 100 * unit});
+    const Projection parallel = orthographic({-5 * unit, 6 * unit, -4 * unit, 3 * unit}, {0.5 * unit, 500 * unit});
+    Eigen::Matrix4d tilt = wide.matrix.cast<double>();
+    tilt.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
+    std::vector<Camera> cameras{camera_of(wide, width, height),
+                                camera_of(with_oblique_near_plane(wide, {0.2, 0.1, -1, -3 * unit}), width, height),
+                                camera_of(parallel, width, height),
+                                camera_of(with_oblique_near_plane(parallel, {0.2, 0.1, -1, -3 * unit}), width, height),
+                                camera_of(from_matrix(tilt), width, height)};
+    Camera logarithmic = camera_of(wide, width, height), distance = logarithmic, median = logarithmic;
+    logarithmic.encoding = Encoding::logarithmic;
+    logarithmic.far = 100 * unit;
+    logarithmic.log_c = 1 / unit;
+    distance.encoding = Encoding::ray_distance;
+    distance.scale = 10 * unit;
+    median.encoding = Encoding::median;
+    median.median = 5 * unit;
+    cameras.insert(cameras.end(), {logarithmic, distance, median});
+    return cameras;
+}
+
+/// Memory with a guard of NaNs of a known payload around an image, to see what a kernel touches.
+class Guarded {
+public:
+    Guarded(int width, int height, int channels)
+        : layout_{width, height, channels, static_cast<std::size_t>(width * channels) + gap},
+          memory_(margin * 2 + layout_.row_stride * static_cast<std::size_t>(height), std::bit_cast<float>(pattern)) {}
+
+    float* data() { return memory_.data() + margin; }
+    const Layout& layout() const { return layout_; }
+
+    std::vector<float> content() const {
+        std::vector<float> values;
+        for (std::size_t i = 0; i < memory_.size(); ++i)
+            if (inside(i))
+                values.push_back(memory_[i]);
+        return values;
+    }
+    bool intact() const {
+        for (std::size_t i = 0; i < memory_.size(); ++i)
+            if (!inside(i) && std::bit_cast<std::uint32_t>(memory_[i]) != pattern)
+                return false;
+        return true;
+    }
+
+private:
+    static constexpr std::size_t margin = 64, gap = 5;
+    static constexpr std::uint32_t pattern = 0x7fc12345;
+
+    bool inside(std::size_t i) const {
+        const std::size_t row = static_cast<std::size_t>(layout_.width * layout_.channels);
+        return i >= margin && (i - margin) / layout_.row_stride < static_cast<std::size_t>(layout_.height) &&
+               (i - margin) % layout_.row_stride < row;
+    }
+
+    Layout layout_;
+    std::vector<float> memory_;
+};
+
+/// Bits of floats; every NaN alike, since nobody promises its payload.
+std::vector<std::uint32_t> bits_of(const std::vector<float>& values) {
+    std::vector<std::uint32_t> bits;
+    for (const float value : values)
+        bits.push_back(std::isnan(value) ? 0x7fc00000 : std::bit_cast<std::uint32_t>(value));
+    return bits;
+}
+
+std::vector<float> random_depths(std::size_t count, std::uint32_t seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> unit(0.01f, 0.999f);
+    std::vector<float> values(count);
+    for (float& value : values)
+        value = unit(random);
+    return values;
+}
+
+/// A region of the stored image through an operation, between guards. Fails where the guards were touched.
+std::vector<float> through(const Device& device, const Camera& camera, const std::vector<float>& stored, int x, int y,
+                           int width, int height, int channels) {
+    const Image whole = Image::from_host(device, Element::f32, stored.data(), {camera.width, camera.height});
+    const StoredDepth region = StoredDepth{whole, camera}.region(x, y, width, height);
+    Guarded memory(width, height, channels);
+    const Image result = Image::onto_host(device, Element::f32, memory.data(), memory.layout());
+    if (channels == 1)
+        linearize(region, result);
+    else
+        unproject(region, result, {.channels = channels});
+    device.finish();
+    CHECK(memory.intact());
+    return memory.content();
+}
+
+} // namespace
+
+TEST_CASE("stability: images of 1 x 1, 1 x N, N x 1 and of widths around the lane count", "[stability]") {
+    const int width = 40, height = 35, x = 3, y = 1;
+    const std::vector<float> stored = random_depths(static_cast<std::size_t>(width * height), 1);
+    for (const int lanes : {1, 16}) {
+        const Device device = Device::open("cpu", {.lanes = lanes});
+        for (const Camera& camera : of_every_form(width, height)) {
+            for (const int channels : {1, 3, 4}) {
+                // The truth of a pixel is what it is on its own, one lane and one pixel at a time, in the widest image.
+                const auto c = static_cast<std::size_t>(channels);
+                const auto all = through(device, camera, stored, 0, 0, width, height, channels);
+                for (const auto& [w, h] :
+                     {std::pair{1, 1}, {1, 33}, {33, 1}, {3, 2}, {15, 2}, {16, 2}, {17, 2}, {31, 2}, {33, 2}}) {
+                    INFO(name(depth_form(camera).form)
+                         << ' ' << w << " x " << h << ' ' << channels << " channels, " << lanes << " lanes");
+                    std::vector<float> expected;
+                    for (int row = y; row < y + h; ++row) {
+                        const auto* from = all.data() + static_cast<std::size_t>(row * width + x) * c;
+                        expected.insert(expected.end(), from, from + static_cast<std::size_t>(w) * c);
+                    }
+                    CHECK(bits_of(through(device, camera, stored, x, y, w, h, channels)) == bits_of(expected));
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("stability: decoding in place touches every pixel once and nothing beside", "[stability]") {
+    for (const int lanes : {1, 16}) {
+        const Device device = Device::open("cpu", {.lanes = lanes});
+        for (const int width : {1, 3, 15, 16, 17, 31, 33}) {
+            for (const Camera& camera : of_every_form(width, 3)) {
+                const std::vector<float> stored = random_depths(static_cast<std::size_t>(width * 3), 2);
+                Guarded memory(width, 3, 1);
+                for (std::size_t row = 0, i = 0; row < 3; ++row)
+                    for (std::size_t column = 0; column < static_cast<std::size_t>(width); ++column)
+                        memory.data()[row * memory.layout().row_stride + column] = stored[i++];
+                linearize_in_place({Image::from_host(device, Element::f32, memory.data(), memory.layout()), camera});
+                device.finish();
+                INFO(name(depth_form(camera).form) << ", width " << width << ", " << lanes << " lanes");
+                CHECK(memory.intact());
+                CHECK(bits_of(memory.content()) == bits_of(through(device, camera, stored, 0, 0, width, 3, 1)));
+            }
+        }
+    }
+}
+
+TEST_CASE("stability: values that are no depth do not reach their neighbours", "[stability]") {
+    const int width = 53, height = 7;
+    const float specials[] = {not_a_number, infinity,
+                              -infinity,    -1.0f,
+                              2.0f,         std::numeric_limits<float>::denorm_min(),
+                              -0x1p-140f,   std::numeric_limits<float>::max()};
+    const std::vector<float> clean = random_depths(static_cast<std::size_t>(width * height), 3);
+    std::vector<float> soiled = clean;
+    for (std::size_t i = 0, next = 0; i < soiled.size(); i += 5)
+        soiled[i] = specials[next++ % std::size(specials)];
+    for (const Arithmetic arithmetic : arithmetics) {
+        const Device& device = oracle::device(arithmetic);
+        for (const Camera& camera : of_every_form(width, height)) {
+            for (const std::size_t channels : {1, 3}) {
+                INFO(name(depth_form(camera).form) << ' ' << channels << " channels");
+                const auto a = bits_of(through(device, camera, clean, 0, 0, width, height, static_cast<int>(channels)));
+                const auto b =
+                    bits_of(through(device, camera, soiled, 0, 0, width, height, static_cast<int>(channels)));
+                std::size_t spread = 0;
+                for (std::size_t i = 0; i < a.size(); ++i)
+                    spread += i / channels % 5 != 0 && a[i] != b[i];
+                CHECK(spread == 0);
+                CHECK(a != b);
+            }
+        }
+    }
+}
+
+namespace {
+
+/// Address space without memory behind it, until it is touched.
+class Sparse {
+public:
+    explicit Sparse(std::size_t size)
+        : size_(size),
+          memory_(mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0)) {}
+    ~Sparse() {
+        if (memory_ != MAP_FAILED)
+            munmap(memory_, size_);
+    }
+    Sparse(const Sparse&) = delete;
+    Sparse& operator=(const Sparse&) = delete;
+
+    void* data() const { return memory_ == MAP_FAILED ? nullptr : memory_; }
+
+private:
+    std::size_t size_;
+    void* memory_;
+};
+
+/// The last pixels of a 16384 × 16384 image with long rows, through an operation, against a small image of their own.
+/// Returns how many elements of the result differ, or nothing where there is no room for such buffers.
+std::optional<std::size_t> wrong_at_the_end(Storage storage, std::size_t source_stride, int channels,
+                                            std::size_t result_stride) {
+    constexpr int size = 16384, w = 37, h = 5, left = size - w, top = size - h;
+    const Element element = element_of(storage);
+    const int stored_channels = channels_of(storage);
+    const std::size_t row_bytes = static_cast<std::size_t>(w * stored_channels) * bytes(element);
+    const Sparse source(source_stride * size * bytes(element)), target(result_stride * size * sizeof(float));
+    if (!source.data() || !target.data())
+        return std::nullopt;
+    const Device& device = oracle::device(Arithmetic::fp64);
+    const Camera camera = of_every_form(size, size)[1]; // oblique: depends on the pixel
+
+    std::mt19937 random(4);
+    std::vector<std::uint8_t> stored(row_bytes * h);
+    for (std::uint8_t& byte : stored)
+        byte = static_cast<std::uint8_t>(random() % 31 + 32); // inside the range, as codes and as floats
+    for (std::size_t row = 0; row < h; ++row) {
+        const std::size_t at = (top + row) * source_stride + static_cast<std::size_t>(left * stored_channels);
+        std::memcpy(static_cast<std::uint8_t*>(source.data()) + at * bytes(element), &stored[row * row_bytes],
+                    row_bytes);
+    }
+    const auto operate = [&](const StoredDepth& depth, const Image& result) {
+        if (channels == 1)
+            linearize(depth, result);
+        else
+            unproject(depth, result);
+    };
+    Image whole, result;
+    try {
+        whole = Image::from_host(device, element, source.data(), {size, size, stored_channels, source_stride});
+        result = Image::onto_host(device, Element::f32, target.data(), {size, size, channels, result_stride});
+    } catch (const Error& error) {
+        WARN(error.what());
+        return std::nullopt;
+    }
+    // All rows of the last columns: a kernel's own y times the row's length must not overflow either.
+    operate(StoredDepth{whole, camera, storage}.region(left, 0, w, size), result.region(left, 0, w, size));
+    std::vector<float> got(static_cast<std::size_t>(w * h * channels)), expected(got.size());
+    result.region(left, top, w, h).download(got.data());
+
+    const Layout small{w, h, stored_channels};
+    const Image alone = Image::onto_host(device, Element::f32, expected.data(), {w, h, channels});
+    operate({Image::from_host(device, element, stored.data(), small), camera, storage, left, top}, alone);
+    alone.download(expected.data());
+
+    const float* last_row = static_cast<const float*>(target.data()) + (size - 1) * result_stride;
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < got.size(); ++i)
+        wrong += bits_of({got[i]}) != bits_of({expected[i]}) || std::isnan(expected[i]);
+    for (std::size_t i = 0, row = static_cast<std::size_t>(w * channels); i < row; ++i)
+        wrong += last_row[static_cast<std::size_t>(left * channels) + i] != expected[(h - 1) * row + i];
+    return wrong;
+}
+
+} // namespace
+
+TEST_CASE("stability: 16384 x 16384 pixels whose offsets lie beyond 2^32", "[stability]") {
+    // 5.4e9 bytes of floats to 4.3e9; 6.6e9 elements of one byte to 8.6e9 bytes of positions. None of it is memory.
+    const auto linear = wrong_at_the_end(Storage::float32, 81921, 1, 65537);
+    const auto packed = wrong_at_the_end(Storage::rgb8_low_first, 400003, 3, 131001);
+    if (!linear || !packed)
+        WARN("skipped: no address space, or no device, for buffers of 8 GiB");
+    CHECK(linear.value_or(0) == 0);
+    CHECK(packed.value_or(0) == 0);
+}
+
+// A depth is exact where it, and every coefficient's low part of two floats, is a normal float.
+constexpr int largest_unit = 34; // powers of ten; the farthest depth of these cameras is 500 units
+
+TEST_CASE("stability: scene units from 1e-34 to 1e34 decode to the same digits", "[stability]") {
+    const std::vector<float> stored = random_depths(64, 5);
+    for (const Arithmetic arithmetic : arithmetics) {
+        const auto plain = of_every_form(64, 1);
+        // Both results are within so many ulp, of two roundings each at most; the unit itself is one more.
+        const double ulps = arithmetic == Arithmetic::fp64 ? linearize_ulp_fp64 : linearize_ulp_two_float;
+        double worst = 0;
+        for (std::size_t f = 0; f < plain.size(); ++f) {
+            const auto reference = decoded(plain[f], stored, Storage::float32, Background::inf, arithmetic);
+            for (int power = -largest_unit; power <= largest_unit; ++power) {
+                INFO(name(depth_form(plain[f]).form) << " 1e" << power << ' ' << oracle::name(arithmetic));
+                const double unit = std::pow(10.0, power);
+                const Camera camera = of_every_form(64, 1, unit)[f];
+                CHECK(depth_form(camera).form == depth_form(plain[f]).form);
+                const auto z = decoded(camera, stored, Storage::float32, Background::inf, arithmetic);
+                double error = 0;
+                for (std::size_t i = 0; i < z.size(); ++i) {
+                    REQUIRE(std::isnan(z[i]) == std::isnan(reference[i]));
+                    if (!std::isnan(z[i]))
+                        error = std::max(error, std::abs(z[i] / unit / reference[i] - 1));
+                }
+                CHECK(error <= (4 * ulps + 1) * 0x1p-24);
+                worst = std::max(worst, error);
+            }
+        }
+        std::printf("units from 1e-34 to 1e34, %s: worst %.2f roundings\n", oracle::name(arithmetic), worst * 0x1p24);
+    }
+    // Beyond the largest float a depth is infinite.
+    const Camera vast = camera_of(orthographic({-1, 1, -1, 1}, {0, 1e39}));
+    CHECK(decoded(vast, std::vector<float>{0.5f})[0] == infinity);
+}
+
+TEST_CASE("stability: no unit of length costs a camera its simple form", "[stability]") {
+    // Noise in the inverse's fourth row once made 138 of these orthographic cameras rational.
+    for (double power = -30; power < 30; power += 0.037) {
+        const double unit = std::pow(10.0, power);
+        const auto cameras = of_every_form(4096, 4096, unit);
+        const Form expected[] = {Form::reciprocal, Form::reciprocal_affine, Form::affine, Form::affine};
+        for (std::size_t f = 0; f < std::size(expected); ++f) {
+            INFO("unit " << unit << ", camera " << f);
+            const DepthForm form = depth_form(cameras[f]);
+            REQUIRE(form.form == expected[f]);
+            const bool tilted = f == 1 || f == 3;
+            const Affine& row = form.form == Form::affine ? form.numerator : form.denominator;
+            REQUIRE((row[1] != 0 && row[2] != 0) == tilted);
+        }
+    }
+}
+
+TEST_CASE("stability: depth ranges that are inverted, narrow, or end on no float", "[stability]") {
+    for (const Arithmetic arithmetic : arithmetics) {
+        for (const auto& range : {std::array{1.0, 0.0}, std::array{0.4, 0.6}, std::array{0.6, 0.4},
+                                  std::array{0.1, 0.7}, std::array{-1.0, 1.0}, std::array{1 / 3.0, 2 / 3.0}}) {
+            for (const Projection& p : {perspective(1.0, 1.5, {2, 64}), orthographic({-1, 1, -1, 1}, {2, 64})}) {
+                Camera camera = camera_of(p);
+                camera.depth_range = range;
+                INFO(range[0] << " to " << range[1] << ' ' << oracle::name(arithmetic));
+                const auto [a, b] = range;
+                const auto near = static_cast<float>(a), far = static_cast<float>(b);
+                const double low = std::min(a, b), high = std::max(a, b);
+                // The floats on both sides of an end: the outer one is still in where the end itself is none.
+                const auto outside = [](double end, double away) {
+                    float v = static_cast<float>(end);
+                    while (away < 0 ? v > end : v < end)
+                        v = std::nextafter(v, static_cast<float>(away));
+                    return std::nextafter(v, static_cast<float>(away));
+                };
+                const auto z = decoded(camera, std::vector<float>{near, far, outside(low, -9), outside(high, 9)},
+                                       Storage::float32, Background::decode, arithmetic);
+                // An end's float is half an ulp from it: at far that is this much of z (dz/dv = far²/near − far).
+                const double shift =
+                    std::abs(far - b) / std::abs(b - a) * (p.is_perspective() ? 64 / 2.0 : 1) + 0x1p-22;
+                CHECK(z[0] == Approx(2).epsilon(std::abs(near - a) / std::abs(b - a) * 64 + 0x1p-22));
+                CHECK(z[1] == Approx(64).epsilon(shift));
+                CHECK(std::isnan(z[2]));
+                CHECK(std::isnan(z[3]));
+                const auto sky =
+                    decoded(camera, std::vector<float>{far, near}, Storage::float32, Background::inf, arithmetic);
+                CHECK(sky[0] == infinity); // the float that a cleared buffer holds
+                CHECK(std::isfinite(sky[1]));
+            }
+        }
+    }
+}
+
+TEST_CASE("stability: a background of every storage", "[stability]") {
+    const auto check = [](Storage storage, double background, const auto& holding, const auto& beside) {
+        Camera camera = camera_of(perspective(1.0, 1.5, {2, 64}));
+        camera.background = background;
+        using Value = std::decay_t<decltype(holding)>;
+        for (const Arithmetic arithmetic : arithmetics) {
+            INFO(name(storage) << " background " << background);
+            const std::vector<Value> values{holding, beside};
+            const auto z = decoded(camera, values, storage, Background::inf, arithmetic);
+            CHECK(z[0] == infinity);
+            CHECK(!std::isinf(z[1]));
+            CHECK(std::isnan(decoded(camera, values, storage, Background::nan, arithmetic)[0]));
+            CHECK(!std::isinf(decoded(camera, values, storage, Background::decode, arithmetic)[0]));
+        }
+    };
+    const auto half = [](unsigned bits) { return static_cast<std::uint16_t>(bits); };
+    check(Storage::float32, 0.25, 0.25f, 0.26f);
+    check(Storage::float32, 0.1, 0.1f, std::nextafter(0.1f, 1.0f)); // the nearest float is meant
+    check(Storage::float32, -1, -1.0f, 0.5f);                       // outside the range
+    check(Storage::float16, 1, half(0x3c00), half(0x3bff));
+    check(Storage::float16, 0, half(0x0000), half(0x8000)); // bit for bit: −0 is another value
+    check(Storage::float16, 0x1p-24, half(0x0001), half(0x0002));
+    check(Storage::float16, 0x1p-14 - 0x1p-24, half(0x03ff), half(0x0400)); // denormal, and the first that is not
+    check(Storage::float16, 0x1p-14, half(0x0400), half(0x03ff));
+    check(Storage::float16, 65504, half(0x7bff), half(0x3800));
+    check(Storage::float16, -2, half(0xc000), half(0x3800));
+    check(Storage::uint16, 65535, std::uint16_t{65535}, std::uint16_t{65534});
+    check(Storage::uint16, 0, std::uint16_t{0}, std::uint16_t{1});
+    check(Storage::uint24, 16777215, std::uint32_t{0xffffff}, std::uint32_t{0xfffffe});
+    check(Storage::uint24, 5, std::uint32_t{0xff000005}, std::uint32_t{0x00000006}); // the stencil is not looked at
+    check(Storage::uint24_high, 5, std::uint32_t{0x000005ff}, std::uint32_t{0x000006ff});
+    check(Storage::rgb8_low_first, 0x030201, std::array<std::uint8_t, 3>{1, 2, 3},
+          std::array<std::uint8_t, 3>{3, 2, 1});
+    check(Storage::rgb8_high_first, 0x030201, std::array<std::uint8_t, 3>{3, 2, 1},
+          std::array<std::uint8_t, 3>{1, 2, 3});
+
+    Camera camera = camera_of(perspective(1.0, 1.5, {2, 64}));
+    const auto refused = [&](Storage storage, double background) {
+        camera.background = background;
+        return refusal([&] { depth_form(camera, storage); });
+    };
+    CHECK(contains(refused(Storage::float16, 0.1), "is not a float16 value"));
+    CHECK(contains(refused(Storage::float16, 65505), "is not a float16 value"));
+    CHECK(contains(refused(Storage::float16, 0x1p-25), "is not a float16 value"));
+    CHECK(contains(refused(Storage::uint16, 65536), "is not a uint16 code"));
+    CHECK(contains(refused(Storage::uint16, 1.5), "is not a uint16 code"));
+    CHECK(contains(refused(Storage::uint24, -1), "is not a uint24 code"));
+    CHECK(contains(refused(Storage::float32, std::nan("")), "must be a number"));
+}
+
+TEST_CASE("stability: metric depth that is infinite, zero or behind the eye", "[stability]") {
+    const std::vector<float> stored{infinity, -infinity, -1.0f, 0.0f, 2.0f, not_a_number};
+    for (const Arithmetic arithmetic : arithmetics) {
+        const auto decode = [&](const Projection& p, Encoding encoding) {
+            Camera camera = camera_of(p);
+            camera.encoding = encoding;
+            return decoded(camera, stored, Storage::float32, Background::inf, arithmetic);
+        };
+        const Projection eye = perspective(1.0, 1.5, {0.1, 100}), parallel = orthographic({-1, 1, -1, 1}, {-10, 10});
+        for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance}) {
+            INFO(name(encoding) << ' ' << oracle::name(arithmetic));
+            const auto z = decode(eye, encoding), flat = decode(parallel, encoding);
+            CHECK(z[0] == infinity);
+            CHECK(flat[0] == infinity);
+            CHECK(z[4] > 0);
+            CHECK(flat[4] == 2);
+            for (const std::size_t none : {1, 2, 3, 5})
+                CHECK(std::isnan(z[none])); // the eye, behind it, and no number
+            CHECK(std::isnan(flat[1]));
+            CHECK(std::isnan(flat[5]));
+        }
+        CHECK(decode(parallel, Encoding::view_z)[2] == -1); // parallel rays have no eye to be behind
+        CHECK(decode(parallel, Encoding::view_z)[3] == 0);
+        const auto inverse = decode(eye, Encoding::inverse);
+        CHECK(std::isnan(inverse[0])); // z = 0
+        CHECK(std::isnan(inverse[2]));
+        CHECK(inverse[3] == infinity); // no disparity: nothing there
+        CHECK(inverse[4] == 0.5f);
+    }
+}
+
+TEST_CASE("stability: positions far from the world's origin keep their digits around one of their own", "[stability]") {
+    Camera camera = camera_of(perspective(1.0, 1.5, {0.1, 100}), 64, 1);
+    Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
+    pose.topLeftCorner<3, 3>() = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
+    pose.topRightCorner<3, 1>() = Eigen::Vector3d(6378137, -4e6, 2e7);
+    camera.view = pose.inverse();
+    const Eigen::Vector3d origin = pose.topRightCorner<3, 1>() + Eigen::Vector3d(1, 2, -3);
+    const std::vector<float> stored = random_depths(64, 6);
+    for (const Arithmetic arithmetic : arithmetics) {
+        const auto view = unprojected(camera, stored, {}, arithmetic);
+        const auto world = unprojected(camera, stored, {.space = Space::world, .origin = origin}, arithmetic);
+        const auto absolute = unprojected(camera, stored, {.space = Space::world}, arithmetic);
+        double worst = 0, naive = 0;
+        for (std::size_t i = 0; i < stored.size(); ++i) {
+            const Eigen::Vector3d p(view[3 * i], view[3 * i + 1], view[3 * i + 2]);
+            const Eigen::Vector3d truth = pose.topLeftCorner<3, 3>() * p + (pose.topRightCorner<3, 1>() - origin);
+            const auto away = [&](const std::vector<float>& got, const Eigen::Vector3d& from) {
+                return (Eigen::Vector3d(got[3 * i], got[3 * i + 1], got[3 * i + 2]) - from - truth).norm();
+            };
+            const double size = p.norm() + (pose.topRightCorner<3, 1>() - origin).norm();
+            worst = std::max(worst, away(world, Eigen::Vector3d::Zero()) / size);
+            naive = std::max(naive, away(absolute, origin) / size);
+        }
+        std::printf("2e7 from the world's origin, %s: %.1e of the distance; without an origin of its own %.1e\n",
+                    oracle::name(arithmetic), worst, naive);
+        // The view-space positions that this is judged by have the same error themselves. A double matrix of 2e7 is
+        // inverted to 2^-53 of that: 4e-9 of a distance of 1.
+        CHECK(worst <= 2 * unproject_relative_error + 1e-8);
+        CHECK(naive > 1e-3);
+    }
+}
+
+TEST_CASE("stability: what cannot be decoded or placed is refused", "[stability]") {
+    const Device& device = oracle::device(Arithmetic::fp64);
+    const Camera camera = camera_of(perspective(1.0, 1.5, {0.1, 100}), 8, 4);
+    const Image image(device, Element::f32, {8, 4}), codes(device, Element::u16, {8, 4});
+    const auto said = [&](auto change, Storage storage = Storage::float32) {
+        Camera changed = camera;
+        UnprojectOptions options{.space = Space::world};
+        changed.view = Eigen::Matrix4d::Identity();
+        change(changed, options);
+        return refusal([&] { unproject({image, changed, storage}, options); });
+    };
+    CHECK(said([](Camera&, UnprojectOptions&) {}) == "");
+    CHECK(
+        contains(said([](Camera& c, UnprojectOptions&) { c.view->row(1).setZero(); }), "the view matrix is singular"));
+    CHECK(contains(said([](Camera& c, UnprojectOptions&) { (*c.view)(3, 0) = 1e-3; }), "fourth row of 0 0 0 1"));
+    CHECK(contains(said([](Camera& c, UnprojectOptions&) { (*c.view)(0, 3) = HUGE_VAL; }), "must be finite"));
+    CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.view.reset(); }), "need the camera's view matrix"));
+    CHECK(contains(said([](Camera&, UnprojectOptions& o) { o.origin.y() = std::nan(""); }), "must be finite"));
+    CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.width = 7; }), "does not fit the camera's 7 x 4"));
+    CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.height = 3; }), "does not fit the camera's 8 x 3"));
+    CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.width = 0; }), "0 x 4"));
+    CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.depth_range = {0.5, 0.5}; }), "its ends must differ"));
+    CHECK(contains(said([](Camera&, UnprojectOptions&) {}, Storage::uint16), "not those of uint16"));
+    CHECK(contains(refusal([&] { linearize({codes, camera}); }), "not those of float32"));
+    CHECK(contains(refusal([&] { linearize_in_place({codes, camera, Storage::uint16}); }), "in place, not uint16"));
+    CHECK(contains(refusal([&] { linearize({image, camera}, image); }), "use linearize_in_place"));
+    CHECK(contains(refusal([&] { linearize({image, camera}, codes); }), "1 floats a pixel"));
+    CHECK(contains(refusal([&] { unproject({image, camera}, image); }), "3 floats a pixel"));
+    CHECK(contains(refusal([&] { image.region(1, 0, 8, 4); }), "does not lie in 8 x 4"));
+    CHECK(contains(refusal([&] { linearize({Image(), camera}); }), "has no image"));
+
+    // Parallel rays at right angles to the view axis: their points have no depth of their own.
+    Eigen::Matrix4d sideways = orthographic({-1, 1, -1, 1}, {1, 10}).matrix.cast<double>();
+    sideways.row(0).swap(sideways.row(2));
+    Camera across = camera;
+    across.projection = from_matrix(sideways);
+    CHECK(contains(refusal([&] { rays(across); }), "run across the view axis"));
+    CHECK(contains(refusal([&] { unproject({image, across}); }), "run across the view axis"));
+}
