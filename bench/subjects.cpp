@@ -1,6 +1,6 @@
 #include "subjects.hpp"
 
-#include <quadmath.h>
+#include "quad.hpp"
 
 #include <cmath>
 #include <cstring>

@@ -1,6 +1,6 @@
 #include "judge.hpp"
 
-#include <quadmath.h>
+#include "quad.hpp"
 
 #include <algorithm>
 #include <cmath>

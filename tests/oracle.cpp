@@ -1,6 +1,6 @@
 #include "oracle.hpp"
 
-#include <quadmath.h>
+#include "quad.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -11,8 +11,6 @@ namespace oracle {
 namespace {
 
 using namespace fathom;
-
-const Quad infinity = std::numeric_limits<double>::infinity();
 
 Quad quad(double value) {
     return value;

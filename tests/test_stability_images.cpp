@@ -180,7 +180,7 @@ TEST_CASE("stability: values that are no depth do not reach their neighbours", "
     for (const Arithmetic arithmetic : arithmetics) {
         const Device& device = oracle::device(arithmetic);
         for (const Camera& camera : of_every_form(width, height)) {
-            for (const std::size_t channels : {1, 3}) {
+            for (const std::size_t channels : {1u, 3u}) {
                 INFO(name(depth_form(camera).form) << ' ' << channels << " channels");
                 const auto a = bits_of(through(device, camera, clean, 0, 0, width, height, static_cast<int>(channels)));
                 const auto b =
@@ -439,7 +439,7 @@ TEST_CASE("stability: metric depth that is infinite, zero or behind the eye", "[
             CHECK(flat[0] == infinity);
             CHECK(z[4] > 0);
             CHECK(flat[4] == 2);
-            for (const std::size_t none : {1, 2, 3, 5})
+            for (const std::size_t none : {1u, 2u, 3u, 5u})
                 CHECK(std::isnan(z[none])); // the eye, behind it, and no number
             CHECK(std::isnan(flat[1]));
             CHECK(std::isnan(flat[5]));

@@ -8,7 +8,7 @@
 
 #include <Eigen/Geometry>
 
-#include <quadmath.h>
+#include "quad.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -26,6 +26,10 @@ void visit_pixels(const cv::Mat& mat, const Visit& visit) {
             visit(*pixel);
 }
 
+std::uint32_t code_of(std::uint32_t lowest, std::uint32_t middle, std::uint32_t highest) {
+    return lowest | middle << 8 | highest << 16;
+}
+
 StoredValues stored_values(const DepthFile& depth) {
     StoredValues stored;
     const auto add = [&](float value, std::uint32_t bits) {
@@ -55,11 +59,11 @@ StoredValues stored_values(const DepthFile& depth) {
         break;
     case Storage::rgb8_low_first:
         visit_pixels<cv::Vec3b>(depth.values,
-                                [&](const cv::Vec3b& rgb) { add_code(rgb[0] | rgb[1] << 8u | rgb[2] << 16u); });
+                                [&](const cv::Vec3b& rgb) { add_code(code_of(rgb[0], rgb[1], rgb[2])); });
         break;
     case Storage::rgb8_high_first:
         visit_pixels<cv::Vec3b>(depth.values,
-                                [&](const cv::Vec3b& rgb) { add_code(rgb[2] | rgb[1] << 8u | rgb[0] << 16u); });
+                                [&](const cv::Vec3b& rgb) { add_code(code_of(rgb[2], rgb[1], rgb[0])); });
         break;
     }
     return stored;

@@ -68,7 +68,8 @@ JsonObject::JsonObject(std::filesystem::path file, std::string name, json value,
 }
 
 void JsonObject::check_keys(const std::vector<std::string>& known) const {
-    for (const auto& [key, value] : value_.items()) {
+    for (const auto& item : value_.items()) {
+        const std::string& key = item.key();
         if (std::find(known.begin(), known.end(), key) != known.end())
             continue;
         const auto nearest = std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {

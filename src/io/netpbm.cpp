@@ -20,7 +20,7 @@ namespace {
 
 constexpr bool little = std::endian::native == std::endian::little;
 
-bool is_space(unsigned char c) {
+bool is_space(char c) {
     return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
