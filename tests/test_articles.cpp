@@ -499,5 +499,12 @@ TEST_CASE("Cancellation: what engines lose at far/near = 1e6", "[articles]") {
     std::cout << "Cancellation: far/near = 1e6, worst relative error of 1/(Z d + W) in float " << naive
               << ", of linearize " << ours << "\n";
     REQUIRE(naive > 1e-3);
+
+    // What is lost when nothing but a matrix in double is known, at far/near = 1e9.
+    const Projection wide = perspective(centred, {1, 1e9});
+    const Real kept = attainable_depth(camera_of(from_matrix(wide.matrix.cast<double>())), 3, 4);
+    std::cout << "Cancellation: far/near = 1e9, a matrix in double shifts the far plane by "
+              << std::abs(kept / 1e9L - 1) << " of its depth\n";
+    REQUIRE(std::abs(attainable_depth(camera_of(wide), 3, 4) / 1e9L - 1) < 1e-9L);
     REQUIRE(ours <= linearize_ulp_fp64 * 0x1p-23);
 }

@@ -165,6 +165,11 @@ TEST_CASE("precision: known orders of magnitude", "[precision]") {
     REQUIRE(depth_spacing(plain, DepthBits::d16, 1, 1, 100) == Approx(slope / 65535).epsilon(0.01));
     REQUIRE(depth_spacing(plain, DepthBits::d24, 1, 1, 100) == Approx(slope / 16777215).epsilon(0.01));
     REQUIRE(depth_spacing(plain, DepthBits::d32f, 1, 1, 100) == Approx(slope * 0x1p-24).epsilon(0.01));
+    // The last step of 16 bits, near 0.1 and far 10 000.
+    const Camera wide = camera_of(perspective(edges, {0.1, 1e4}));
+    const double last = depth_spacing(wide, DepthBits::d16, 1, 1, 5000);
+    REQUIRE(last == Approx(1e4 - 1 / (1e-4 + (10 - 1e-4) / 65535)));
+    std::cout << "precision: near 0.1, far 10000: 16 bits store nothing between " << 1e4 - last << " and 10000\n";
     // Reversed, the float near 0 keeps a relative step: z (2⁻²⁴ to 2⁻²³).
     const Camera reversed =
         camera_of(perspective(edges, {0.5, infinity, DepthOrder::reversed}, Convention::direct3d()));
