@@ -109,7 +109,8 @@ Projection perspective(FrustumEdges edges, DepthSpan span, Convention convention
                                    convention);
 }
 
-Projection perspective(Intrinsics k, DepthSpan span, Convention convention) {
+Projection perspective(Intrinsics intrinsics, DepthSpan span, Convention convention) {
+    const Intrinsics& k = intrinsics;
     require(std::isfinite(k.fx) && k.fx > 0 && std::isfinite(k.fy) && k.fy > 0,
             text("fx = ", k.fx, " and fy = ", k.fy, " must be greater than 0"));
     require(std::isfinite(k.cx) && std::isfinite(k.cy), text("cx = ", k.cx, " and cy = ", k.cy, " must be finite"));
