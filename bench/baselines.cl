@@ -15,6 +15,13 @@ __kernel void copy(FRAME) {
     store_float(d, out);
 }
 
+// Read, write back: what working in place moves.
+__kernel void rewrite(FRAME) {
+    PIXELS(1)
+    READ_AHEAD(source + (size_t)y * grid.source_stride + x);
+    store_float(d * 0.5f, out);
+}
+
 // One float in, three out: what unproject moves.
 __kernel void spread(FRAME) {
     PIXELS(3)

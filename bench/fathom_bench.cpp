@@ -38,7 +38,7 @@ struct Figure {
     std::fprintf(stderr,
                  "fathom_bench: %s\n"
                  "usage: fathom_bench [--device WHAT] [--size WxH] [--rounds N] [--frames N] [--two-float]\n"
-                 "                    [--lanes V] [--processor-time] [--csv FILE]\n"
+                 "                    [--lanes V] [--group N] [--processor-time] [--csv FILE]\n"
                  "  --frames N   frames to go through in turn; 1 keeps them in the cache (default: 0.5 GB of them)\n"
                  "  --processor-time  count the threads' own time, for a machine that others use too\n",
                  message);
@@ -71,6 +71,8 @@ Arguments parse(int argc, char** argv) {
             a.frames = std::atoi(value);
         else if (option == "--lanes")
             a.options.lanes = std::atoi(value);
+        else if (option == "--group")
+            a.options.group_size = std::atoi(value);
         else if (option == "--csv")
             a.csv = value;
         else

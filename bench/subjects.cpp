@@ -159,6 +159,10 @@ std::vector<Subject> subjects(Frames& frames, Baselines& plain, Baselines& strea
     in_place("linearize affine, in place", parallel);
     in_place("linearize oblique, in place", camera(frames, with_oblique_near_plane(centred(), plane)));
 
+    add(
+        "halve, in place (ceiling)", "copy", [&] { plain.launch("rewrite", frames.in_place(), frames.in_place()); }, {},
+        [&] { frames.restore_in_place(); });
+
     const auto near = static_cast<float>(bench_near), far = static_cast<float>(bench_far);
     baseline("engine 1/(Zd+W)", "engine_fma", {1 / far - 1 / near, 1 / near}, reciprocal);
     baseline("tutorial 2nf/(f+n-z(f-n))", "tutorial_ndc", {near, far}, reciprocal);

@@ -140,7 +140,10 @@ INLINE floatV view_depth(sampleV sample, uint x, uint y, const depth_params* p, 
 #if FORM == FORM_AFFINE || FORM == FORM_RAY_DISTANCE
     z = select(z, sample.value, isinf(sample.value)); // infinitely far; sums of it are not a number
 #endif
-    const intV surface = (sample.value >= p->lowest) & (sample.value <= p->highest) & (z > p->least_depth);
+    intV surface = (sample.value >= p->lowest) & (sample.value <= p->highest);
+#if FORM != FORM_RECIPROCAL // all of whose depths are positive
+    surface &= z > p->least_depth;
+#endif
     return select(select((floatV)NAN, z, surface), (floatV)p->background_depth, sample.background);
 }
 

@@ -119,7 +119,7 @@ INLINE floatV quotient_pair(pairV numerator, pairV denominator) {
     floatV rest = fma(-guess, denominator.high, numerator.high);
     rest = fma(-guess, denominator.low, rest) + numerator.low;
     const floatV refined = fma(rest, inverse, guess);
-    return select(refined, guess, isinf(guess));
+    return select(refined, guess, guess == INFINITY);
 }
 
 // 1 / sqrt(square) to 4.7e-6: halved exponent, two steps of Newton. Square root and division would keep the divider busy
