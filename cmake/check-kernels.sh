@@ -16,13 +16,13 @@ check() { # FILE DEFINES...
 }
 
 for form in 0 1 2 3 4 5; do
-    check linearize.cl -DFORM=$form -DSTORAGE=0 -DPARALLEL_DEPTH=$((form % 2))
+    check linearize.cl -DFORM=$form -DSTORAGE=0 -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2))
 done
 for storage in 1 2 3 4; do
-    check linearize.cl -DFORM=0 -DSTORAGE=$storage -DPARALLEL_DEPTH=1
+    check linearize.cl -DFORM=0 -DSTORAGE=$storage -DPIXEL_TERMS=0 -DPARALLEL_DEPTH=1
 done
 for channels in 3 4; do
-    check unproject.cl -DFORM=1 -DSTORAGE=0 -DCHANNELS=$channels -DPARALLEL_DEPTH=$((channels - 3))
+    check unproject.cl -DFORM=1 -DSTORAGE=0 -DCHANNELS=$channels -DPIXEL_TERMS=1 -DPARALLEL_DEPTH=$((channels - 3))
 done
 for file in *.cl; do
     case $file in

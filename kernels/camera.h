@@ -29,6 +29,9 @@
 #error "STORAGE is not defined: one of the STORAGE_ constants above"
 #endif
 
+#ifndef PIXEL_TERMS
+#error "PIXEL_TERMS is not defined: 1 where depth depends on the pixel as well as on the stored value, 0 otherwise"
+#endif
 #ifndef PARALLEL_DEPTH
 #error "PARALLEL_DEPTH is not defined: 1 where one step of every ray covers the same view depth, 0 otherwise"
 #endif
@@ -90,6 +93,16 @@ INLINE sampleV load_stored(__global const STORED* source, const grid_params* gri
     return sample;
 }
 
+// c[0] v + c[1] x + c[2] y + c[3]
+INLINE wideV affine(const wide* c, floatV v, uint x, uint y) {
+#if PIXEL_TERMS
+    const wideV rest = wide_at_pixel(c + 1, x, y);
+#else
+    const wideV rest = wide_constant(c[3]);
+#endif
+    return wide_multiply_add(wide_constant(c[0]), v, rest);
+}
+
 #if FORM == FORM_RECIPROCAL
 // z = gain / (t + pole), t counted from the end of the range that is nearest to the pole: every term is positive, so
 // nothing cancels and two floats are enough on every device. |end| >= |v| makes both differences exact.
@@ -103,15 +116,15 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
 }
 #elif FORM == FORM_RECIPROCAL_AFFINE
 INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
-    return wide_reciprocal(wide_affine(p->denominator, v, x, y));
+    return wide_reciprocal(affine(p->denominator, v, x, y));
 }
 #elif FORM == FORM_AFFINE
 INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
-    return wide_to_float(wide_affine(p->numerator, v, x, y));
+    return wide_to_float(affine(p->numerator, v, x, y));
 }
 #elif FORM == FORM_RATIONAL
 INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
-    return wide_quotient(wide_affine(p->numerator, v, x, y), wide_affine(p->denominator, v, x, y));
+    return wide_quotient(affine(p->numerator, v, x, y), affine(p->denominator, v, x, y));
 }
 #elif FORM == FORM_EXPONENTIAL
 INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
@@ -137,7 +150,7 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
 // View depth of V pixels: background becomes what the caller asked for, no surface becomes NaN.
 INLINE floatV view_depth(sampleV sample, uint x, uint y, const depth_params* p, const ray_params* rays) {
     floatV z = decode_form(sample.value, x, y, p, rays);
-#if FORM == FORM_AFFINE || FORM == FORM_RAY_DISTANCE
+#if FORM == FORM_RAY_DISTANCE || (FORM == FORM_AFFINE && !FP64)
     z = select(z, sample.value, isinf(sample.value)); // infinitely far; sums of it are not a number
 #endif
     intV surface = (sample.value >= p->lowest) & (sample.value <= p->highest);

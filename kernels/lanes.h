@@ -175,11 +175,6 @@ INLINE wideV wide_at_pixel(const wide* c, uint x, uint y) {
     return fma((wideV)as_double(c[0]), column, wide_at_row(c + 1, y));
 }
 
-// c[0] v + c[1] x + c[2] y + c[3]
-INLINE wideV wide_affine(const wide* c, floatV value, uint x, uint y) {
-    return fma((wideV)as_double(c[0]), convert_wideV(value), wide_at_pixel(c + 1, x, y));
-}
-
 INLINE floatV wide_reciprocal(wideV s) {
     const floatV single = convert_floatV(s);
     const floatV guess = 1.0f / single;
@@ -261,10 +256,6 @@ INLINE wideV wide_at_row(const wide* c, uint y) {
 
 INLINE wideV wide_at_pixel(const wide* c, uint x, uint y) {
     return wide_multiply_add(wide_constant(c[0]), lanes_from(x), wide_at_row(c + 1, y));
-}
-
-INLINE wideV wide_affine(const wide* c, floatV value, uint x, uint y) {
-    return wide_multiply_add(wide_constant(c[0]), value, wide_at_pixel(c + 1, x, y));
 }
 
 INLINE floatV wide_quotient(wideV numerator, wideV denominator) {

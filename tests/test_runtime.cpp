@@ -44,8 +44,9 @@ Camera camera(int width, int height) {
 }
 
 runtime::Kernel& linearize_kernel() {
-    return runtime::kernel(device(), "linearize",
-                           {{"V", 1}, {"STREAM", 0}, {"FORM", 0}, {"STORAGE", 0}, {"PARALLEL_DEPTH", 1}});
+    return runtime::kernel(
+        device(), "linearize",
+        {{"V", 1}, {"STREAM", 0}, {"FORM", 0}, {"STORAGE", 0}, {"PIXEL_TERMS", 0}, {"PARALLEL_DEPTH", 1}});
 }
 
 std::vector<float> counted(std::size_t count) {

@@ -58,12 +58,10 @@ StoredValues stored_values(const DepthFile& depth) {
         visit_pixels<std::uint32_t>(depth.values, [&](std::uint32_t word) { add_code(word >> 8); });
         break;
     case Storage::rgb8_low_first:
-        visit_pixels<cv::Vec3b>(depth.values,
-                                [&](const cv::Vec3b& rgb) { add_code(code_of(rgb[0], rgb[1], rgb[2])); });
+        visit_pixels<cv::Vec3b>(depth.values, [&](const cv::Vec3b& rgb) { add_code(code_of(rgb[0], rgb[1], rgb[2])); });
         break;
     case Storage::rgb8_high_first:
-        visit_pixels<cv::Vec3b>(depth.values,
-                                [&](const cv::Vec3b& rgb) { add_code(code_of(rgb[2], rgb[1], rgb[0])); });
+        visit_pixels<cv::Vec3b>(depth.values, [&](const cv::Vec3b& rgb) { add_code(code_of(rgb[2], rgb[1], rgb[0])); });
         break;
     }
     return stored;

@@ -79,6 +79,10 @@ long double unit_of_quotient(const DepthForm& form) {
     return std::ldexp(1.0L, std::min(40 - exponent(form.denominator), 100 - exponent(form.numerator)));
 }
 
+bool depends_on_pixel(const Affine& row) {
+    return row[1] != 0 || row[2] != 0;
+}
+
 std::string size_of(const Image& image) {
     return text(image.width(), " x ", image.height());
 }
@@ -206,6 +210,7 @@ runtime::Choices decoder_choices(const DepthForm& form, const Rays& rays, Storag
             {"STREAM", stream},
             {"FORM", static_cast<int>(form.form)},
             {"STORAGE", kernel_storage(storage)},
+            {"PIXEL_TERMS", depends_on_pixel(form.numerator) || depends_on_pixel(form.denominator)},
             {"PARALLEL_DEPTH", rays.parallel_depth}};
 }
 
