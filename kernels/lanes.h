@@ -30,7 +30,6 @@
 #if V == 1
 #define LANES(type) type
 #define LANE_INDEX(type) ((type)0)
-#define LANE_LOAD(at, pointer) ((pointer)[at])
 #elif V == 4
 #define LANES(type) JOIN(type, V)
 #define LANE_INDEX(type) ((LANES(type))(0, 1, 2, 3))
