@@ -1,5 +1,6 @@
 #!/bin/sh
-# Lets clang check every kernel with every finite choice that it is built for: check-kernels.sh CLANG KERNEL_DIR
+# Lets clang check every kernel, with every value of each finite choice that it is built for, though not every
+# combination of them: check-kernels.sh CLANG KERNEL_DIR
 set -eu
 clang=$1
 cd "$2"
@@ -7,22 +8,23 @@ cd "$2"
 check() { # FILE DEFINES...
     file=$1
     shift
-    for lanes in 1 8 16; do
-        for fp64 in 0 1; do
-            "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -fsyntax-only -Wall -Werror \
-                -DV=$lanes -DFP64=$fp64 -DSTREAM=$fp64 "$@" "$file"
-        done
+    for arithmetic in "-DFP64=0 -DSTREAM=0" "-DFP64=0 -DSTREAM=1" "-DFP64=1 -DSTREAM=0" "-DFP64=1 -DSTREAM=1"; do
+        # shellcheck disable=SC2086 # two words
+        "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -fsyntax-only -Wall -Werror $arithmetic "$@" "$file"
     done
 }
 
-for form in 0 1 2 3 4 5; do
-    check linearize.cl -DFORM=$form -DSTORAGE=0 -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2))
-done
-for storage in 1 2 3 4; do
-    check linearize.cl -DFORM=0 -DSTORAGE=$storage -DPIXEL_TERMS=0 -DPARALLEL_DEPTH=1
-done
-for channels in 3 4; do
-    check unproject.cl -DFORM=1 -DSTORAGE=0 -DCHANNELS=$channels -DPIXEL_TERMS=1 -DPARALLEL_DEPTH=$((channels - 3))
+for lanes in 1 4 8 16; do
+    for form in 0 1 2 3 4 5; do
+        check linearize.cl -DV=$lanes -DFORM=$form -DSTORAGE=0 -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2))
+    done
+    for storage in 1 2 3 4; do
+        check linearize.cl -DV=$lanes -DFORM=0 -DSTORAGE=$storage -DPIXEL_TERMS=0 -DPARALLEL_DEPTH=1
+    done
+    for channels in 3 4; do
+        check unproject.cl -DV=$lanes -DFORM=1 -DSTORAGE=0 -DCHANNELS=$channels -DPIXEL_TERMS=1 \
+            -DPARALLEL_DEPTH=$((channels - 3))
+    done
 done
 for file in *.cl; do
     case $file in

@@ -51,10 +51,6 @@ std::vector<Subject> everywhere(const char* what, const Make& make) {
 }
 
 /// Is the near plane's clip value 0, so that no matrix element holds a constant beside a small distance?
-bool starts_at_zero(DepthSpan span, Convention convention) {
-    return convention.clip_z == ClipZ::zero_to_one && span.order == DepthOrder::standard;
-}
-
 Subject oblique_parallel(Eigen::Vector4d plane, DepthSpan span, const char* name, Convention convention) {
     if (convention.view_axes != ViewAxes::opengl)
         plane[2] = -plane[2];
@@ -244,6 +240,8 @@ TEST_CASE("linearize: orthographic depth is within its bound", "[linearize][exac
             for (const auto& [near, far] : {std::pair{0.1, 1e8},
                                             {1e-6, 1e3},
                                             {-5.0, 20.0},
+                                            {-0.1, 1e6},
+                                            {-0.000180465, 521.376},
                                             {20.0, -5.0},
                                             {0.0, 1.0},
                                             {-1e6, 1e6},
@@ -264,39 +262,12 @@ TEST_CASE("linearize: oblique orthographic depth is within its bound", "[lineari
         for (const DepthOrder order : orders) {
             for (const auto& [near, far] : {std::pair{0.1, 1e8}, {-5.0, 20.0}, {1e-6, 1e3}, {-1e4, 1e4}, {-1e6, 1e6}}) {
                 const DepthSpan span{near, far, order};
-                if (far > 1e4 && !starts_at_zero(span, convention))
-                    continue; // see below
                 subjects.push_back(oblique_parallel({0.3, -0.2, -1, -2}, span, name, convention));
                 subjects.push_back(oblique_parallel({1, 1, -0.1, 3}, span, name, convention));
             }
         }
     }
     check("affine with x and y", subjects);
-}
-
-// Where the near plane's clip value is not 0, the matrix holds −1 or 1 beside a plane scaled by 1/far: its long double
-// rounds view depth to far · 2⁻⁶³, which shows where the depth itself is far smaller still.
-TEST_CASE("linearize: an oblique orthographic matrix whose near clip value is not 0 rounds depth to far / 2^62",
-          "[linearize][exact]") {
-    for (const auto& [name, convention] : conventions) {
-        for (const DepthOrder order : orders) {
-            const double far = 1e8;
-            const Subject subject = oblique_parallel({0.3, -0.2, -1, -2}, {0.1, far, order}, name, convention);
-            const oracle::Truth truth(subject, Storage::float32);
-            double worst = 0;
-            for (int pixel = 0; pixel < 16384; pixel += 61) {
-                for (const float v : {0.0f, 1e-7f, 0.25f, 1 - 1e-7f, 1.0f}) {
-                    const double x = pixel + 0.5, y = 16383.5 - pixel;
-                    const auto z = fathom::view_depth(subject.camera, Storage::float32, x, y, static_cast<double>(v));
-                    worst =
-                        std::max(worst, static_cast<double>(std::abs(
-                                            z - static_cast<long double>(truth.depth(static_cast<double>(v), x, y)))));
-                }
-            }
-            std::printf("%-44s worst %.3g far / 2^62\n", subject.name.c_str(), worst / (far * 0x1p-62));
-            CHECK(worst <= far * 0x1p-62);
-        }
-    }
 }
 
 TEST_CASE("linearize: a given matrix is decoded as its doubles say", "[linearize][exact]") {

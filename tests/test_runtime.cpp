@@ -161,6 +161,18 @@ TEST_CASE("runtime: memory that is not aligned to its element is copied, and dec
     CHECK(std::all_of(depth.begin(), depth.end(), [](float z) { return z == 1; }));
 }
 
+TEST_CASE("runtime: a result on the host memory of its input is refused, whichever images name it", "[runtime]") {
+    std::vector<float> values = counted(40);
+    const Image source = Image::from_host(device(), Element::f32, values.data(), {17, 1});
+    const Image same = Image::onto_host(device(), Element::f32, values.data(), {17, 1});
+    const Image partly = Image::onto_host(device(), Element::f32, values.data() + 16, {17, 1});
+    const Image beside = Image::onto_host(device(), Element::f32, values.data() + 17, {17, 1});
+    CHECK_THROWS_AS(linearize({source, camera(17, 1)}, same), std::invalid_argument);
+    CHECK_THROWS_AS(linearize({source, camera(17, 1)}, partly), std::invalid_argument);
+    CHECK_NOTHROW(linearize({source, camera(17, 1)}, beside));
+    device().finish();
+}
+
 TEST_CASE("runtime: regions and strides address the same memory", "[runtime]") {
     const std::vector<float> values = counted(13 * 7);
     const Image whole = Image::from_host(device(), Element::f32, values.data(), {11, 7, 1, 13});

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include <optional>
 #include <span>
 
 namespace fathom {
@@ -59,9 +60,19 @@ struct Intrinsics {
 struct Projection {
     using Matrix = Eigen::Matrix<long double, 4, 4>;
 
+    using Row = Eigen::Matrix<long double, 1, 4>;
+
     Matrix matrix = Matrix::Identity();
     Convention convention;
     DepthOrder order = DepthOrder::standard;
+
+    /// The third row without what it owes to one end of the volume: matrix.row(2) = clip_value · matrix.row(3) + row.
+    /// Builders know it; in the matrix, a far plane that is far away has rounded it off.
+    struct ThirdRow {
+        long double clip_value; ///< clip_near() or clip_far()
+        Row row;
+    };
+    std::optional<ThirdRow> known_third_row;
 
     /// Clip values z/w of the near and the far end: (−1, 1), (0, 1), or the other way round when reversed.
     long double clip_near() const;
@@ -72,6 +83,9 @@ struct Projection {
 
     /// The same projection for the OpenGL axes (x right, y up, −z ahead), whatever axes it was written for.
     Matrix matrix_in_opengl_axes() const;
+
+    /// What the builder knows if the matrix still agrees, otherwise the difference. Axes as the matrix.
+    ThirdRow third_row() const;
 };
 
 /// Symmetric perspective. `fov_y` is the full vertical angle in radians; `aspect` is width / height.

@@ -240,9 +240,13 @@ double storage_max(Storage storage) {
 Matrix4 unprojection(const Camera& camera) {
     check(camera);
     const Projection& projection = camera.projection;
-    const Matrix4 inverse = checked_inverse(projection.matrix_in_opengl_axes(), "the projection");
+    const Projection::ThirdRow third = projection.third_row();
+    Projection from_end = projection;
+    from_end.matrix.row(2) = third.row;
+    const Matrix4 inverse = checked_inverse(from_end.matrix_in_opengl_axes(), "the projection");
 
-    // Pixel and stored depth to clip space. Row 0 is the top of the screen unless the rows or y run the other way.
+    // Pixel and stored depth to clip space, depth counted from the third row's end of the volume. Row 0 is the top of the
+    // screen unless the rows or y run the other way.
     const bool first_row_is_clip_top = (camera.rows == Rows::top_down) == (projection.convention.clip_y == ClipY::up);
     const Real y_sign = first_row_is_clip_top ? -1 : 1;
     const Real clip_low = projection.convention.clip_z == ClipZ::negative_one_to_one ? -1 : 0;
@@ -253,7 +257,7 @@ Matrix4 unprojection(const Camera& camera) {
     clip(1, 1) = y_sign * 2 / camera.height;
     clip(1, 3) = -y_sign;
     clip(2, 2) = (1 - clip_low) / (high - low);
-    clip(2, 3) = clip_low - low * clip(2, 2);
+    clip(2, 3) = -(third.clip_value == clip_low ? low : high) * clip(2, 2);
     clip(3, 3) = 1;
     return inverse * clip;
 }

@@ -1,5 +1,5 @@
 // Projections: builders, the oblique near plane, and any 4 × 4.
-//   z_clip / w = p + q / Z,  p + q/near = v_n,  p + q/far = v_f            (Z = distance along the view axis)
+//   z_clip / w = v_f + q (1/Z - 1/far),  q = (v_n - v_f) / (1/near - 1/far)    (Z = distance along the view axis)
 // Everything is derived in long double; an infinite far plane is 1/far = 0, with no case of its own.
 // Lengyel 2005 (oblique near plane); Kooima (infinite far plane).
 
@@ -32,11 +32,19 @@ Projection::Matrix to_opengl(ViewAxes axes) {
     return flip;
 }
 
-// A matrix built for the OpenGL axes with y up on the screen, as the convention wants it.
-Projection in_convention(Projection::Matrix matrix, DepthOrder order, Convention convention) {
+void set_third_row(Projection& projection, Real clip_value, const Projection::Row& row) {
+    projection.known_third_row = {clip_value, row};
+    projection.matrix.row(2) = clip_value * projection.matrix.row(3) + row;
+}
+
+// A matrix built for the OpenGL axes with y up on the screen, its third row counted from `clip_value`, as the convention
+// wants it.
+Projection in_convention(Projection::Matrix matrix, Real clip_value, DepthOrder order, Convention convention) {
     if (convention.clip_y == ClipY::down)
         matrix.row(1) = -matrix.row(1);
-    return {matrix * to_opengl(convention.view_axes), convention, order};
+    Projection result{matrix * to_opengl(convention.view_axes), convention, order, {}};
+    set_third_row(result, clip_value, result.matrix.row(2));
+    return result;
 }
 
 void require_edges(const FrustumEdges& edges) {
@@ -56,20 +64,19 @@ void require_perspective_span(const DepthSpan& span) {
 Projection perspective_from_slopes(Real left, Real right, Real bottom, Real top, DepthSpan span,
                                    Convention convention) {
     require_perspective_span(span);
-    const Projection ends{{}, convention, span.order};
+    const Projection ends{{}, convention, span.order, {}};
     const Real inverse_far = 1 / static_cast<Real>(span.far);
     const Real q = (ends.clip_near() - ends.clip_far()) / (1 / static_cast<Real>(span.near) - inverse_far);
-    const Real p = ends.clip_far() - q * inverse_far;
 
     Projection::Matrix m = Projection::Matrix::Zero();
     m(0, 0) = 2 / (right - left);
     m(0, 2) = (right + left) / (right - left);
     m(1, 1) = 2 / (top - bottom);
     m(1, 2) = (top + bottom) / (top - bottom);
-    m(2, 2) = -p;
+    m(2, 2) = q * inverse_far; // counted from the far end, whose distance is what a sum would lose
     m(2, 3) = q;
     m(3, 2) = -1;
-    return in_convention(m, span.order, convention);
+    return in_convention(m, ends.clip_far(), span.order, convention);
 }
 
 } // namespace
@@ -92,6 +99,18 @@ bool Projection::is_perspective() const {
 
 Projection::Matrix Projection::matrix_in_opengl_axes() const {
     return matrix * to_opengl(convention.view_axes);
+}
+
+Projection::ThirdRow Projection::third_row() const {
+    if (known_third_row) {
+        const auto& [clip_value, row] = *known_third_row;
+        const Row end = clip_value * matrix.row(3), doubt = matrix.row(2) - end - row;
+        const Row rounding = (end.cwiseAbs() + row.cwiseAbs()) * 0x1p-62L;
+        if ((doubt.cwiseAbs().array() <= rounding.array()).all())
+            return *known_third_row;
+    }
+    const Real end = is_perspective() ? clip_far() : clip_near();
+    return {end, matrix.row(2) - end * matrix.row(3)};
 }
 
 Projection perspective(double fov_y, double aspect, DepthSpan span, Convention convention) {
@@ -123,7 +142,7 @@ Projection orthographic(FrustumEdges edges, DepthSpan span, Convention conventio
     require_edges(edges);
     require(std::isfinite(span.near) && std::isfinite(span.far) && span.near != span.far,
             text("near = ", span.near, " and far = ", span.far, " must be finite and differ"));
-    const Projection ends{{}, convention, span.order};
+    const Projection ends{{}, convention, span.order, {}};
     const Real left = edges.left, right = edges.right, bottom = edges.bottom, top = edges.top;
     const Real near = span.near, far = span.far;
     const Real slope = (ends.clip_far() - ends.clip_near()) / (far - near);
@@ -133,15 +152,15 @@ Projection orthographic(FrustumEdges edges, DepthSpan span, Convention conventio
     m(0, 3) = -(right + left) / (right - left);
     m(1, 1) = 2 / (top - bottom);
     m(1, 3) = -(top + bottom) / (top - bottom);
-    m(2, 2) = -slope;
-    m(2, 3) = ends.clip_near() - slope * near;
+    m(2, 2) = -slope; // counted from the near end
+    m(2, 3) = -slope * near;
     m(3, 3) = 1;
-    return in_convention(m, span.order, convention);
+    return in_convention(m, ends.clip_near(), span.order, convention);
 }
 
 Projection from_matrix(const Eigen::Matrix4d& matrix, Convention convention) {
     require(matrix.allFinite(), "the projection matrix has an element that is not a finite number");
-    Projection projection{matrix.cast<Real>(), convention, DepthOrder::standard};
+    Projection projection{matrix.cast<Real>(), convention, DepthOrder::standard, {}};
     const Projection::Matrix inverse = checked_inverse(projection.matrix_in_opengl_axes(), "the projection matrix");
 
     // Seen from the eye, where clip space is (0, 0, 1, 0), the nearer end has the larger 1/Z; without an eye, the smaller
@@ -193,7 +212,7 @@ Projection with_oblique_near_plane(const Projection& projection, const Eigen::Ve
                              inside, ", must be positive)"));
 
     Projection result = projection;
-    result.matrix.row(2) = v_near * result.matrix.row(3) + ((v_far - v_near) / inside) * c.transpose();
+    set_third_row(result, v_near, ((v_far - v_near) / inside) * c.transpose());
     checked_inverse(result.matrix, "the projection with this oblique near plane");
     return result;
 }

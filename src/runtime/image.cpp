@@ -6,6 +6,7 @@
 #include "text.hpp"
 
 #include <array>
+#include <functional>
 #include <stdexcept>
 
 namespace fathom {
@@ -155,7 +156,15 @@ bool Image::aligned_to(std::size_t alignment) const {
 }
 
 bool Image::overlaps(const Image& other) const {
-    return buffer_() == other.buffer_() && buffer_() != nullptr;
+    if (buffer_() == other.buffer_())
+        return buffer_() != nullptr;
+    // Two buffers may still be made of the same host memory.
+    const auto begin = [](const Image& image) {
+        return static_cast<const char*>(image.host_) + image.offset_ * bytes(image.element_);
+    };
+    const auto end = [&](const Image& image) { return begin(image) + elements(image.layout_) * bytes(image.element_); };
+    const std::less<> before;
+    return host_ && other.host_ && before(begin(*this), end(other)) && before(begin(other), end(*this));
 }
 
 StoredDepth StoredDepth::region(int left, int top, int width, int height) const {
