@@ -5,6 +5,7 @@
 #include <fathom/io.hpp>
 #include <fathom/linearize.hpp>
 
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -371,6 +372,33 @@ TEST_CASE("program: inspect tells what the file holds and what the camera makes 
     CHECK(std::count(json.out.begin(), json.out.end(), '\n') == 1);
 }
 
+TEST_CASE("program: inspect tells the camera's range and precision, without a surface and without a device") {
+    const Folder folder;
+    const std::string camera = camera_file(folder, R"(, "depth_bits": 16)");
+    const std::string input = depth_file(folder, "depth.exr", cv::Mat(height, width, CV_32FC1, cv::Scalar(1)));
+    const Surroundings bare{.largest_file = RLIM_INFINITY, .variable = "OCL_ICD_VENDORS=/nonexistent", .out = {}};
+    const auto range = [&](const std::string& place) {
+        const Outcome outcome = run({"inspect", input, "--camera", camera, "--json"}, bare);
+        check_done(outcome);
+        return nlohmann::json::parse(outcome.out)["camera"]["range"][place];
+    };
+    const auto z = [](double code) { return 1 / (2 + code / 65535 * (0.01 - 2)); };
+    CHECK(range("near")["z"].get<double>() == Approx(0.5));
+    CHECK(range("near")["spacing"].get<double>() == Approx(z(1) - z(0)));
+    CHECK(range("middle")["stored"].get<double>() == 32767);
+    CHECK(range("middle")["z"].get<double>() == Approx(z(32767)));
+    CHECK(range("far")["z"].get<double>() == Approx(100));
+    CHECK(range("far")["spacing"].get<double>() == Approx(z(65535) - z(65534)));
+    CHECK(range("far")["error_bound"].get<double>() == Approx(z(65535) - z(65534.5)));
+
+    const Outcome plain = run({"inspect", input, "--camera", camera}, bare);
+    check_done(plain);
+    CHECK(plain.out.find("\nrange: ") != std::string::npos);
+    write(camera, R"({"perspective": {"fov_y_deg": 60, "aspect": 1.5}, "encoding": "view-z"})");
+    CHECK(range("near").is_null());
+    CHECK(run({"inspect", input, "--camera", camera}, bare).out.find("no end") != std::string::npos);
+}
+
 TEST_CASE("program: devices marks the default") {
     const Outcome list = run({"devices"}), json = run({"devices", "--json"});
     check_done(list);
@@ -608,6 +636,7 @@ TEST_CASE("program: wrong usage is told before anything is done") {
         {{"unproject", input, "--camera", camera, "-o", out, "--origin", "1,2,3"}, "--space"},
         {{"unproject", input, "--camera", camera, "-o", out, "--space", "world", "--origin", "1,2"}, "X,Y,Z"},
         {{"unproject", input, "--camera", camera, "-o", out, "--space", "world", "--origin", "1,2,inf"}, "X,Y,Z"},
+        {{"unproject", input, "--camera", camera, "-o", out, "--space", "view", "--origin", "1,2,3"}, "--origin"},
         {{"inspect", input, input}, "too many"},
     };
     for (const auto& [arguments, named] : cases)

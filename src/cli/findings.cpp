@@ -121,6 +121,47 @@ std::optional<DepthBits> bits_of(const Camera& camera, Storage storage) {
     }
 }
 
+Storage storage_of(DepthBits bits) {
+    switch (bits) {
+    case DepthBits::d16:
+        return Storage::uint16;
+    case DepthBits::d24:
+        return Storage::uint24;
+    case DepthBits::d32f:
+        break;
+    }
+    return Storage::float32;
+}
+
+// The ends of the stored range and the value half way between them, whatever the image shows. Needs no device.
+std::vector<RangePoint> range_of(const Camera& camera, std::optional<DepthBits> bits, Storage image) {
+    const Storage storage = bits ? storage_of(*bits) : image;
+    const DepthForm form = depth_form(camera, storage);
+    const bool is_float = storage == Storage::float32 || storage == Storage::float16;
+    const bool float_image = image == Storage::float32 || image == Storage::float16;
+    using enum Encoding;
+    if (float_image && (camera.encoding == view_z || camera.encoding == ray_distance || camera.encoding == inverse))
+        return {}; // metric floats have no end
+    const double lowest = form.lowest, highest = form.highest, half_way = (lowest + highest) / 2;
+    const double x = camera.width / 2.0, y = camera.height / 2.0;
+    const auto point = [&](const char* name, double stored) {
+        const auto z = static_cast<double>(view_depth(camera, storage, x, y, stored));
+        RangePoint result{name, stored, z >= form.least_depth && std::isfinite(z) ? z : INFINITY, {}, {}};
+        if (bits) {
+            const bool finite = std::isfinite(result.z);
+            result.spacing = finite ? depth_spacing(camera, *bits, x, y, z) : INFINITY;
+            result.error_bound = finite ? depth_error_bound(camera, *bits, x, y, z) : INFINITY;
+        }
+        return result;
+    };
+    RangePoint near = point("near", lowest), far = point("far", highest);
+    if (near.z > far.z) {
+        std::swap(near, far);
+        std::swap(near.name, far.name);
+    }
+    return {near, point("middle", is_float ? half_way : std::floor(half_way)), far};
+}
+
 // The nearest, the middle and the farthest surface of a decoded image.
 void find_surfaces(CameraFindings& findings, const cv::Mat& z) {
     std::vector<int> surfaces;
@@ -176,6 +217,7 @@ CameraFindings look_through(const CameraFile& file, const DepthFile& depth, cons
     if (findings.form.background)
         findings.background =
             static_cast<std::size_t>(std::count(stored.bits.begin(), stored.bits.end(), *findings.form.background));
+    findings.range = range_of(camera, findings.bits, depth.storage);
     decode(findings, depth, device);
     const double right = camera.width, bottom = camera.height;
     findings.attainable = {{"top left", attainable_depth(camera, 0, 0)},

@@ -33,12 +33,21 @@ struct Surface {
     std::optional<double> spacing, error_bound; ///< scene units; none for a buffer whose steps are not known
 };
 
+/// A depth of the camera's range and how finely it is stored, at the middle of the image.
+struct RangePoint {
+    const char* name;
+    double stored;                              ///< a float, or a code of the buffer that the precision is told for
+    double z;                                   ///< scene units; may be infinite
+    std::optional<double> spacing, error_bound; ///< scene units; none for a buffer whose steps are not known
+};
+
 /// What a camera makes of the stored values.
 struct CameraFindings {
     Camera camera;
     DepthForm form;
     std::size_t background = 0;                             ///< pixels
     std::optional<DepthBits> bits;                          ///< of the buffer that the precision is told for
+    std::vector<RangePoint> range;                          ///< near, middle, far; none where the range has no end
     std::vector<Surface> surfaces;                          ///< the nearest, the middle and the farthest
     std::string no_surfaces;                                ///< why there are none
     std::optional<std::size_t> invalid;                     ///< pixels whose value is no depth, once decoded

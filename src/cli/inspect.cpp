@@ -33,7 +33,14 @@ const char* name_of(std::optional<DepthBits> bits) {
 }
 
 nlohmann::ordered_json as_json(const CameraFindings& found) {
-    nlohmann::ordered_json surfaces, attainable;
+    nlohmann::ordered_json range, surfaces, attainable;
+    for (const RangePoint& point : found.range) {
+        range[point.name] = {{"stored", json_number(point.stored)}, {"z", json_number(point.z)}};
+        if (point.spacing) {
+            range[point.name]["spacing"] = json_number(*point.spacing);
+            range[point.name]["error_bound"] = json_number(*point.error_bound);
+        }
+    }
     for (const Surface& surface : found.surfaces) {
         surfaces[surface.name] = {{"z", json_number(surface.z)}, {"x", surface.x}, {"y", surface.y}};
         if (surface.spacing) {
@@ -50,6 +57,7 @@ nlohmann::ordered_json as_json(const CameraFindings& found) {
             {"precision_of", name_of(found.bits)},
             {"background", found.background},
             {"invalid", found.invalid ? nlohmann::ordered_json(*found.invalid) : nlohmann::ordered_json()},
+            {"range", range},
             {"surfaces", surfaces},
             {"attainable", attainable}};
 }
@@ -81,11 +89,32 @@ void print_row(const std::string& term, const std::string& meaning) {
     fmt::print("  {:<14}{}\n", term, meaning);
 }
 
+std::string steps(const std::optional<double>& spacing, const std::optional<double>& error_bound) {
+    if (!spacing || !error_bound)
+        return {};
+    if (std::isinf(*spacing))
+        return "beyond the last step";
+    return fmt::format("steps of {:.3g}, error at most {:.3g}", *spacing, *error_bound);
+}
+
+void print_range(const CameraFindings& found) {
+    fmt::print("\nrange: depth that can be stored at the centre, scene units\n");
+    if (found.range.empty())
+        print_row("no end", "the stored values are distances (or their inverse) themselves");
+    for (const RangePoint& point : found.range)
+        print_row(point.name, fmt::format("{:<14}{:<44}stored {:.9g}", number(point.z),
+                                          steps(point.spacing, point.error_bound), point.stored));
+    if (found.bits && !found.range.empty())
+        print_row("", fmt::format("of a {} buffer; middle is the stored value half way", name_of(found.bits)));
+}
+
 void print_camera(const Options& options, const CameraFindings& found) {
     fmt::print("\ncamera: {}\n", options.camera);
     print_row("encoding", name(found.camera.encoding));
     print_row("form", fmt::format("{}: {}", name(found.form.form), found.form.reason));
     print_row("background", fmt::format("{} pixels", found.background));
+
+    print_range(found);
 
     fmt::print("\nsurfaces: distance along the view axis, scene units\n");
     if (!found.no_surfaces.empty())
@@ -99,8 +128,7 @@ void print_camera(const Options& options, const CameraFindings& found) {
     if (found.bits && !found.surfaces.empty()) {
         fmt::print("\nprecision: of a {} buffer there, scene units\n", name_of(found.bits));
         for (const Surface& surface : found.surfaces)
-            print_row(surface.name,
-                      fmt::format("steps of {:.3g}, error at most {:.3g}", *surface.spacing, *surface.error_bound));
+            print_row(surface.name, steps(surface.spacing, surface.error_bound));
     }
     fmt::print("\nattainable depth: where the far plane ends the view\n");
     for (const auto& [place, z] : found.attainable)
@@ -164,7 +192,8 @@ const Command inspect_command{
     .name = "inspect",
     .summary = "Shows what a depth image holds and, with a camera, what its values mean.",
     .notes = R"(Percentiles are values of the image (nearest rank). In JSON, NaN and infinities are the strings
-"nan", "inf" and "-inf"; what was not asked for or cannot be told is null.
+"nan", "inf" and "-inf"; what was not asked for or cannot be told is null. With a camera, range tells the nearest and
+farthest depth that its stored values can mean and their precision, without decoding the image.
 
 Example:
   fathom inspect frame.exr --camera camera.json)",

@@ -51,7 +51,9 @@ std::function<int()> configure(CLI::App& app) {
         "pixels with nothing in them have no position (nan or inf;\ndefault), or lie on the far plane (decode)");
     for (CLI::Option* option : {space, origin, background})
         option->group("Output");
-    return [options, product] {
+    return [options, product, origin] {
+        if (origin->count() > 0 && options->unproject.space == Space::view)
+            throw UsageError("--origin: a point of the world, without meaning in --space view; say --space world");
         return each_depth(*options, product,
                           [&](const StoredDepth& stored) { return to_mat(unproject(stored, options->unproject)); });
     };
