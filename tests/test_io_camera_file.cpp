@@ -113,6 +113,12 @@ TEST_CASE("camera file: exactly one kind of projection", "[io]") {
     check_says(refused(R"("width": 3)"), {"has no projection", "\"orthographic\""});
 }
 
+TEST_CASE("camera file: near and far said twice must agree", "[io]") {
+    check_says(refused(lens + R"(, "near": 5)"), {"\"perspective\"", "give them once"});
+    CHECK_NOTHROW(camera(lens + R"(, "near": 0.5, "far": 100)"));
+    CHECK_NOTHROW(camera(lens + R"(, "encoding": "linear", "near": 1, "far": 50)"));
+}
+
 TEST_CASE("camera file: metric images need no near and far", "[io]") {
     for (const std::string encoding : {"view-z", "ray-distance", "inverse"}) {
         const auto with = R"("encoding": ")" + encoding + R"(", )";

@@ -69,6 +69,16 @@ TEST_CASE("read: 16-bit PNG, TIFF and PGM keep their codes", "[io]") {
     }
 }
 
+TEST_CASE("read: codes that do not count to 65535 are refused", "[io]") {
+    const TempFolder folder;
+    check_says(refusal([&] { read_depth(put(folder / "a.pgm", std::string("P5\n1 1\n4095\n\1\2"))); }),
+               {"a.pgm: ", "counts to 4095"});
+    check_says(refusal([&] {
+                   read_depth(put(folder / "a.tif", tiff(true, 12, 1, {0, 0, 0, 0, 0, 0, 0, 0, 0})));
+               }),
+               {"a.tif: ", "samples of 12 bits"});
+}
+
 TEST_CASE("read: the content decides, not the ending", "[io]") {
     const TempFolder folder;
     cv::Mat codes(7, 5, CV_16UC1, cv::Scalar(7));

@@ -197,10 +197,14 @@ TEST_CASE("write: a file keeps its permissions and a link keeps pointing", "[io]
     fs::create_symlink("real.exr", folder / "link.exr");
     write_image(folder / "link.exr", z);
     CHECK(fs::is_symlink(folder / "link.exr"));
+    fs::create_symlink("not-yet.exr", folder / "dangling.exr");
+    write_image(folder / "dangling.exr", z);
+    CHECK(fs::is_symlink(folder / "dangling.exr"));
+    CHECK(fs::is_regular_file(folder / "not-yet.exr"));
     CHECK(same(read_depth(folder / "real.exr").values, z));
     CHECK(fs::status(folder / "real.exr").permissions() ==
           (fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read));
-    CHECK(folder.files() == 2);
+    CHECK(folder.files() == 4);
 }
 
 TEST_CASE("write: names may be as long as names can be, and relative", "[io]") {

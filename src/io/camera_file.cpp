@@ -54,6 +54,9 @@ Convention read_convention(const JsonObject& json) {
 DepthSpan read_span(const JsonObject& own, Camera& camera, DepthSpan otherwise) {
     const auto near = own.has("near") ? own.number("near") : camera.near;
     const auto far = own.has("far") ? own.number_or_infinity("far") : camera.far;
+    const auto contradicts = [](auto here, auto above) { return here && above && *here != *above; };
+    if (camera.encoding == Encoding::window && (contradicts(near, camera.near) || contradicts(far, camera.far)))
+        own.refuse_whole("has another \"near\" or \"far\" than the file's top level; give them once");
     camera.near = camera.near ? camera.near : near;
     camera.far = camera.far ? camera.far : far;
     if (near && far)

@@ -70,7 +70,8 @@ public:
 private:
     [[noreturn]] void fail(int error) {
         const auto folder = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
-        if (error == ENOENT || error == ENOTDIR)
+        std::error_code unknown;
+        if ((error == ENOENT || error == ENOTDIR) && !fs::is_directory(folder, unknown))
             refuse(target_, "cannot be written: there is no folder " + folder.string() + "; make it first");
         if (error == ENOSPC || error == EDQUOT || error == EFBIG)
             refuse(target_, "cannot be written: " + reason(error) + "; free some space or write elsewhere");
@@ -131,9 +132,11 @@ void replace_file(const fs::path& file, std::span<const unsigned char> content) 
         refuse(file, "is a folder; name a file in it");
     if (fs::exists(status) && !fs::is_regular_file(status))
         refuse(file, "is no regular file; write to one and copy it");
-    // A link stays a link: what it points to is replaced.
-    Successor successor(fs::is_symlink(fs::symlink_status(file, error)) && fs::exists(status) ? fs::canonical(file)
-                                                                                              : file);
+    // A link stays a link: what it points to is replaced, or made. The system refuses chains longer than 40.
+    fs::path target = file;
+    for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links)
+        target = target.parent_path() / fs::read_symlink(target);
+    Successor successor(target);
     successor.write(content);
     successor.take_over();
 }

@@ -38,9 +38,12 @@ template <typename T>
 T number(const std::filesystem::path& file, std::string_view word) {
     T value{};
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size())
-        refuse(file, "is damaged: its header has \"" + std::string(word.substr(0, 32)) +
-                         "\" where a number belongs; write it again");
+    if (error != std::errc() || end != word.data() + word.size()) {
+        std::string shown(word.substr(0, 32));
+        std::replace_if(
+            shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+        refuse(file, "is damaged: its header has \"" + shown + "\" where a number belongs; write it again");
+    }
     return value;
 }
 
@@ -65,7 +68,10 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
     const auto height = number<long long>(file, word(text, at));
     check_size(file, width, height);
     const auto scale = number<double>(file, word(text, at)); // of a grey map: its largest value
-    ++at;                                                    // exactly one space ends the header
+    if (!floats && scale > 255 && scale != 65535)
+        refuse(file, "counts to " + std::to_string(static_cast<long long>(std::min(scale, 1e9))) +
+                         ", but only 16-bit codes that count to 65535 are depth; stretch them to that range");
+    ++at; // exactly one space ends the header
 
     const int type = floats ? CV_32FC(magic[1] == 'F' ? 3 : 1) : scale > 255 ? CV_16UC1 : CV_8UC1;
     const bool file_little = floats && scale < 0;

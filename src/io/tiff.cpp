@@ -158,6 +158,8 @@ std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes&
     const auto bits = directory.value(bits_per_sample, 0, 1);
     const auto format = directory.value(sample_format, 0, unsigned_integer);
     const bool half = bits == 16 && format == ieee_float;
+    if (bits != 8 && bits != 16 && bits != 32 && bits != 64)
+        refuse(file, "has samples of " + std::to_string(bits) + " bits; save depth as 16-bit or as float");
     if (bits == 16 && format == signed_integer)
         refuse(file, "has signed 16-bit samples; save depth as unsigned 16-bit or as float");
     if (bits == 32 && format == unsigned_integer && directory.count(sample_format) == 0)
