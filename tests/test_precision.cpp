@@ -67,9 +67,6 @@ constexpr DepthBits all_bits[] = {DepthBits::d16, DepthBits::d24, DepthBits::d32
 const char* name_of(DepthBits bits) {
     return bits == DepthBits::d16 ? "D16" : bits == DepthBits::d24 ? "D24" : "D32F";
 }
-Storage storage_of(DepthBits bits) {
-    return bits == DepthBits::d16 ? Storage::uint16 : bits == DepthBits::d24 ? Storage::uint24 : Storage::float32;
-}
 
 // The stored values around a depth, found by walking from the rounded one.
 struct Pair {

@@ -9,6 +9,9 @@ namespace fathom {
 /// Buffers that a stored depth may come from.
 enum class DepthBits { d16, d24, d32f };
 
+/// The storage whose steps such a buffer has.
+Storage storage_of(DepthBits bits);
+
 /// Distance along the view axis between the two stored values that enclose depth `z` at pixel position (x, y):
 /// no two surfaces nearer to each other than this can be told apart. Scene units.
 /// Source: Lengyel 2005, section 4; for any form it is |dz/dv| times the step of the stored value.

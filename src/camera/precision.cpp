@@ -14,18 +14,6 @@
 namespace fathom {
 namespace {
 
-Storage storage_of(DepthBits bits) {
-    switch (bits) {
-    case DepthBits::d16:
-        return Storage::uint16;
-    case DepthBits::d24:
-        return Storage::uint24;
-    case DepthBits::d32f:
-        return Storage::float32;
-    }
-    return Storage::float32;
-}
-
 // The stored values on both sides of a depth, inside the stored range.
 struct Neighbours {
     double below, above;
@@ -56,6 +44,18 @@ long double surface_depth(const Camera& camera, Storage storage, double x, doubl
 }
 
 } // namespace
+
+Storage storage_of(DepthBits bits) {
+    switch (bits) {
+    case DepthBits::d16:
+        return Storage::uint16;
+    case DepthBits::d24:
+        return Storage::uint24;
+    case DepthBits::d32f:
+        return Storage::float32;
+    }
+    return Storage::float32;
+}
 
 double depth_spacing(const Camera& camera, DepthBits bits, double x, double y, double z) {
     const Storage storage = storage_of(bits);

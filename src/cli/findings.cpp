@@ -121,18 +121,6 @@ std::optional<DepthBits> bits_of(const Camera& camera, Storage storage) {
     }
 }
 
-Storage storage_of(DepthBits bits) {
-    switch (bits) {
-    case DepthBits::d16:
-        return Storage::uint16;
-    case DepthBits::d24:
-        return Storage::uint24;
-    case DepthBits::d32f:
-        break;
-    }
-    return Storage::float32;
-}
-
 // The ends of the stored range and the value half way between them, whatever the image shows. Needs no device.
 std::vector<RangePoint> range_of(const Camera& camera, std::optional<DepthBits> bits, Storage image) {
     const Storage storage = bits ? storage_of(*bits) : image;
