@@ -17,6 +17,8 @@ check() { # FILE DEFINES...
 for lanes in 1 4 8 16; do
     for form in 0 1 2 3 4 5; do
         check linearize.cl -DV=$lanes -DFORM=$form -DSTORAGE=0 -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2))
+        check planar.cl -DV=$lanes -DFORM=$form -DSTORAGE=0 -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2)) \
+            -DPERSPECTIVE=$((form / 3))
     done
     for storage in 1 2 3 4; do
         check linearize.cl -DV=$lanes -DFORM=0 -DSTORAGE=$storage -DPIXEL_TERMS=0 -DPARALLEL_DEPTH=1
@@ -28,7 +30,7 @@ for lanes in 1 4 8 16; do
 done
 for file in *.cl; do
     case $file in
-    linearize.cl | unproject.cl) ;;
+    linearize.cl | planar.cl | unproject.cl) ;;
     *)
         echo "check-kernels.sh does not know the choices of $file" >&2
         exit 1

@@ -35,6 +35,12 @@ public:
     /// Allocates an image whose rows start at multiples of 64 bytes. Its content is undefined.
     Image(const Device& device, Element element, Layout layout);
 
+    /// An image in a buffer that is there already, laid out as the constructor above would.
+    Image(const Device& device, const cl::Buffer& buffer, Element element, Layout layout);
+
+    /// Bytes that such an image takes.
+    static std::size_t allocation(Element element, Layout layout);
+
     /// An image that reads `data`: shared on a CPU device, copied to any other.
     static Image from_host(const Device& device, Element element, const void* data, Layout layout);
 

@@ -137,7 +137,7 @@ Device Device::open(const std::string& wanted, const DeviceOptions& options) {
 Device::Device(const cl::Context& context, const cl::Device& device, const cl::CommandQueue& queue,
                const DeviceOptions& options) {
     const DeviceInfo info = describe(device, cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()), 0);
-    state_ = std::make_shared<State>(State{info, completed(options, info), device, context, queue, {}});
+    state_ = std::make_shared<State>(State{info, completed(options, info), device, context, queue, {}, {}});
 }
 
 const DeviceInfo& Device::info() const {

@@ -36,6 +36,13 @@ Layout with_stride(Layout layout) {
     return layout;
 }
 
+Layout with_aligned_stride(Element element, Layout layout) {
+    layout = with_stride(layout);
+    const std::size_t step = row_alignment / bytes(element);
+    layout.row_stride = (layout.row_stride + step - 1) / step * step;
+    return layout;
+}
+
 std::size_t elements(const Layout& layout) {
     return static_cast<std::size_t>(layout.height - 1) * layout.row_stride + row_elements(layout);
 }
@@ -87,11 +94,14 @@ int channels_of(Storage storage) {
     return element_of(storage) == Element::u8 ? 3 : 1;
 }
 
-Image::Image(const Device& device, Element element, Layout layout) : device_(device), element_(element) {
-    layout_ = with_stride(layout);
-    const std::size_t step = row_alignment / bytes(element);
-    layout_.row_stride = (layout_.row_stride + step - 1) / step * step;
-    buffer_ = make_buffer(device, CL_MEM_READ_WRITE, elements(layout_) * bytes(element), nullptr);
+Image::Image(const Device& device, Element element, Layout layout)
+    : Image(device, make_buffer(device, CL_MEM_READ_WRITE, allocation(element, layout), nullptr), element, layout) {}
+
+Image::Image(const Device& device, const cl::Buffer& buffer, Element element, Layout layout)
+    : device_(device), buffer_(buffer), element_(element), layout_(with_aligned_stride(element, layout)) {}
+
+std::size_t Image::allocation(Element element, Layout layout) {
+    return elements(with_aligned_stride(element, layout)) * bytes(element);
 }
 
 Image Image::from_host(const Device& device, Element element, const void* data, Layout layout) {

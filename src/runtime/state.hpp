@@ -6,6 +6,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 namespace fathom {
 
@@ -17,6 +18,7 @@ struct Device::State {
     cl::Context context;
     cl::CommandQueue queue;
     std::map<std::string, runtime::Kernel> kernels;
+    std::vector<cl::Buffer> scratch; // runtime/scratch.hpp
 };
 
 } // namespace fathom

@@ -1,0 +1,25 @@
+// Rays from the eye, along which planes are affine on the screen.
+//   n·(O + w D(x, y)) = c  ⇒  1/w = n·D(x, y) / (c − n·O)                              rays that meet in the eye O
+//   n·(O(x, y) + w D) = c  ⇒  w = (c − n·O(x, y)) / n·D                                parallel rays
+// Lenaerts (positions from depth); design of every operation that compares depths: 1/w, or w, never w for all.
+
+#include "camera/eye_rays.hpp"
+
+namespace fathom {
+
+EyeRays eye_rays(const Rays& rays) {
+    EyeRays result{.perspective = !rays.parallel_depth || !rays.direction.leftCols<2>().isZero(),
+                   .origin = rays.origin,
+                   .direction = rays.direction,
+                   .depth = rays.depth,
+                   .eye_depth = rays.eye_depth};
+    if (!result.perspective)
+        result.eye_depth = 0; // depth is counted from where the rays cross z = 0
+    if (result.perspective && rays.parallel_depth) {
+        result.origin.col(2) += rays.eye_depth * rays.direction.col(2);
+        result.origin.leftCols<2>().setZero();
+    }
+    return result;
+}
+
+} // namespace fathom
