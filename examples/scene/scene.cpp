@@ -16,6 +16,7 @@
 #include <numeric>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 namespace fathom::scene {
 namespace {
@@ -25,13 +26,6 @@ using Matrix4 = Eigen::Matrix<long double, 4, 4>;
 using Vector4 = Eigen::Matrix<long double, 4, 1>;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-struct Ray {
-    Vector3d origin, direction;
-    double first, last; ///< range of t inside the view volume
-
-    Vector3d at(double t) const { return origin + t * direction; }
-};
 
 struct Hit {
     double t;
@@ -168,10 +162,32 @@ std::optional<Hit> intersect(const HeightField& field, const Ray& ray) {
     return Hit{t, upward(field, ray.at(t))};
 }
 
+/// Nearer end of a chord first; either may lie above the rim.
+std::optional<Hit> intersect(const Bowl& bowl, const Ray& ray) {
+    const double a = ray.direction.squaredNorm();
+    const double middle = (bowl.centre - ray.origin).dot(ray.direction) / a;
+    const double square = (bowl.radius * bowl.radius - (ray.at(middle) - bowl.centre).squaredNorm()) / a;
+    if (square < 0) {
+        return std::nullopt;
+    }
+    for (const double t : {middle - std::sqrt(square), middle + std::sqrt(square)}) {
+        const Vector3d outward = ray.at(t) - bowl.centre;
+        if (t >= ray.first && t <= ray.last && outward.dot(bowl.axis) <= bowl.depth - bowl.radius) {
+            return Hit{t, outward};
+        }
+    }
+    return std::nullopt;
+}
+
+std::optional<Hit> intersect(const Primitive& primitive, const Ray& ray) {
+    return std::visit([&](const auto& shape) { return intersect(shape, ray); }, primitive);
+}
+
 /// Takes a camera apart once, for all its pixels.
 class Eye {
 public:
-    explicit Eye(const Camera& camera) : camera_(camera), p_(camera.projection.matrix), inverse_(p_.inverse()) {
+    explicit Eye(const Camera& camera)
+        : camera_(camera), p_(camera.projection.matrix), inverse_(p_.inverse()), to_world_(to_world(camera)) {
         const bool symmetric = camera.projection.convention.clip_z == ClipZ::negative_one_to_one;
         const bool reversed = camera.projection.order == DepthOrder::reversed;
         low_ = symmetric ? -1 : 0;
@@ -184,14 +200,7 @@ public:
             eye_ /= eye_.w();
         }
 
-        using enum ViewAxes;
-        const ViewAxes axes = camera.projection.convention.view_axes;
-        ahead_ = axes == opengl ? -1 : 1;
-        if (camera.view) {
-            to_world_ = camera.view->inverse();
-        } else {
-            to_world_.diagonal() << 1, axes == opencv ? -1 : 1, axes == opengl ? 1 : -1, 1;
-        }
+        ahead_ = camera.projection.convention.view_axes == ViewAxes::opengl ? -1 : 1;
     }
 
     /// The pixel's ray in view space.
@@ -308,7 +317,7 @@ private:
     Vector4 eye_;
     bool perspective_;
     double ahead_;
-    Eigen::Matrix4d to_world_ = Eigen::Matrix4d::Identity();
+    Eigen::Matrix4d to_world_;
 };
 
 std::optional<Surface> cast(const Scene& scene, const Eye& eye, double x, double y) {
@@ -316,7 +325,7 @@ std::optional<Surface> cast(const Scene& scene, const Eye& eye, double x, double
     const Ray world = eye.in_world(ray);
     std::optional<Hit> nearest;
     for (const auto& primitive : scene) {
-        const auto hit = std::visit([&](const auto& shape) { return intersect(shape, world); }, primitive);
+        const auto hit = intersect(primitive, world);
         if (hit && (!nearest || hit->t < nearest->t)) {
             nearest = hit;
         }
@@ -342,6 +351,48 @@ std::vector<Code> codes(const Rendered& image, const Camera& camera, double high
 
 std::optional<Surface> cast(const Scene& scene, const Camera& camera, double x, double y) {
     return cast(scene, Eye(camera), x, y);
+}
+
+struct Caster::Parts {
+    Parts(Scene&& whole_scene, Camera&& whole_camera)
+        : scene(std::move(whole_scene)), camera(std::move(whole_camera)), eye(camera) {}
+
+    Scene scene;
+    Camera camera;
+    Eye eye; // refers to `camera`
+};
+
+Caster::Caster(Scene scene, Camera camera)
+    : parts_(std::make_shared<const Parts>(std::move(scene), std::move(camera))) {}
+
+const Scene& Caster::scene() const {
+    return parts_->scene;
+}
+
+const Camera& Caster::camera() const {
+    return parts_->camera;
+}
+
+Ray Caster::ray(double x, double y) const {
+    return parts_->eye.ray(x, y);
+}
+
+std::optional<Surface> Caster::at(double x, double y) const {
+    return cast(parts_->scene, parts_->eye, x, y);
+}
+
+bool blocked(const Scene& scene, const Vector3d& origin, const Vector3d& direction, double length, double least) {
+    const Ray ray{origin, direction, least, length};
+    return std::ranges::any_of(scene, [&](const auto& primitive) { return intersect(primitive, ray).has_value(); });
+}
+
+Eigen::Matrix4d to_world(const Camera& camera) {
+    if (camera.view) {
+        return camera.view->inverse();
+    }
+    using enum ViewAxes;
+    const ViewAxes axes = camera.projection.convention.view_axes;
+    return Eigen::Vector4d(1, axes == opencv ? -1 : 1, axes == opengl ? 1 : -1, 1).asDiagonal();
 }
 
 double clear_value(const Camera& camera) {

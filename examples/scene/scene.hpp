@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -46,7 +48,15 @@ struct HeightField {
     std::vector<Wave> waves;
 };
 
-using Primitive = std::variant<Plane, Sphere, Disk, Box, HeightField>;
+/// Hollow cap of a sphere: its points no higher than `depth` above the lowest one, where `axis` points out of the hollow.
+struct Bowl {
+    Eigen::Vector3d centre; ///< of the sphere
+    double radius;
+    Eigen::Vector3d axis; ///< unit length
+    double depth;         ///< at most the diameter
+};
+
+using Primitive = std::variant<Plane, Sphere, Disk, Box, HeightField, Bowl>;
 
 /// Primitives in world space: right-handed, y up. Without a view matrix the world is the view space of the OpenGL axes,
 /// so the named scenes lie around the −z axis.
@@ -74,6 +84,45 @@ struct Surface {
 /// The surface at a pixel position (centres are at +½, rows counted as stored); nothing where the ray meets none
 /// between the near and the far plane, oblique ones included.
 std::optional<Surface> cast(const Scene& scene, const Camera& camera, double x, double y);
+
+/// A line of sight: the points origin + t · direction, in the view volume while first ≤ t ≤ last.
+/// Direction is not of unit length. Under a perspective all rays start in the eye and the direction is affine in the
+/// pixel position; parallel rays have one direction, and the origin is affine.
+struct Ray {
+    Eigen::Vector3d origin, direction;
+    double first, last;
+
+    Eigen::Vector3d at(double t) const { return origin + t * direction; }
+};
+
+/// A scene and a camera taken apart once, for many rays. Keeps copies of both.
+class Caster {
+public:
+    Caster(Scene scene, Camera camera);
+
+    const Scene& scene() const;
+    const Camera& camera() const;
+
+    /// The ray of a pixel position: view space, in the projection's own axes, from the eye into the scene.
+    Ray ray(double x, double y) const;
+
+    /// As `scene::cast`.
+    std::optional<Surface> at(double x, double y) const;
+
+private:
+    struct Parts;
+    std::shared_ptr<const Parts> parts_;
+};
+
+/// Does a free ray meet any primitive at a distance in [least, length]? Both sides of a surface block.
+/// World space: positions and normals that `cast` returns are view space, and differ where the camera has a view
+/// matrix or axes other than OpenGL's. `direction` is of unit length. `least` keeps a ray that starts on a surface from
+/// meeting its start.
+bool blocked(const Scene& scene, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+             double length = std::numeric_limits<double>::infinity(), double least = 1e-9);
+
+/// View space (the projection's own axes) to world.
+Eigen::Matrix4d to_world(const Camera& camera);
 
 /// A rendered image, row-major in the camera's row order. Pixels that see nothing hold the camera's clear value,
 /// z = +inf, position NaN and normal 0.
