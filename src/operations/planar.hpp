@@ -10,4 +10,14 @@ namespace fathom {
 /// A pass of the operations that compare neighbouring depths.
 void planar(const StoredDepth& stored, const EyeRays& eye, const Image& result);
 
+/// Bound of the error of planar depth q that storing depth caused: constant + linear |q| + quadratic q².
+struct PlanarError {
+    float constant, linear, quadratic;
+};
+
+/// Half a step of what the depth was stored in, carried over to q by |dq/dv|, and the roundings of q itself. The step is
+/// that of the storage, or of the buffer of `camera.depth_bits` that a float image came from. To first order in the step;
+/// what depends on the pixel is taken at its worst. Pure: no device.
+PlanarError planar_error(const Camera& camera, Storage storage);
+
 } // namespace fathom
