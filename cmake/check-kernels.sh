@@ -27,10 +27,20 @@ for lanes in 1 4 8 16; do
         check unproject.cl -DV=$lanes -DFORM=1 -DSTORAGE=0 -DCHANNELS=$channels -DPIXEL_TERMS=1 \
             -DPARALLEL_DEPTH=$((channels - 3))
     done
+    for perspective in 0 1; do
+        for choice in 0 1; do
+            for thickness in 0 1 2 3; do
+                check ssao_planes.cl -DV=$lanes -DPERSPECTIVE=$perspective -DTHICKNESS=$thickness -DGIVEN_NORMALS=$choice \
+                    -DCLAMP=$choice
+            done
+            check ssao.cl -DV=$lanes -DPERSPECTIVE=$perspective
+            check denoise.cl -DV=$lanes -DPERSPECTIVE=$perspective -DREACH=$((2 * choice))
+        done
+    done
 done
 for file in *.cl; do
     case $file in
-    linearize.cl | planar.cl | unproject.cl) ;;
+    denoise.cl | linearize.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
     *)
         echo "check-kernels.sh does not know the choices of $file" >&2
         exit 1

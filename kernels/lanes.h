@@ -51,6 +51,7 @@ typedef LANES(ushort) ushortV;
 #define as_intV JOIN(as_, LANES(int))
 #define as_uintV JOIN(as_, LANES(uint))
 #define convert_floatV JOIN(convert_, LANES(float))
+#define convert_intV JOIN(convert_, LANES(int))
 #define convert_uintV JOIN(convert_, LANES(uint))
 
 // One vector at any element's address. vloadN and vstoreN would do; PoCL splits a vstore16 into three.

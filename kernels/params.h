@@ -65,6 +65,32 @@ typedef struct {
     wide scale; // ray distance: scene units per stored unit
 } ray_params;
 
+// An image split into 4 x 4 planes: pixel (x, y) lies in plane 4 (y mod 4) + x mod 4 at column x / 4 and row y / 4, so
+// that pixels which share a sampling pattern are neighbours in memory. `margin` columns on both sides and one row above
+// and below hold what lies outside.
+typedef struct {
+    u32 width, height;   // of the image, pixels
+    u32 pixel_x, pixel_y; // of the image's first pixel in the camera's image
+    u32 columns, rows;   // of a plane, without margins; columns are a multiple of 16
+    u32 stride;          // elements from row to row of a plane
+    u32 plane;           // elements from plane to plane
+} split_params;
+
+// How positions lie around a pixel, for the occlusion kernels. See EyeRays in src/camera/eye_rays.hpp.
+typedef struct {
+    float direction[3][3]; // of the ray through pixel (x, y): rows x, y, z; columns multiply (x, y, 1)
+    float step[3][2];      // what one pixel to the right and one down adds: to the direction (perspective), to the
+                           // place where the ray starts (parallel rays)
+    float radius;
+    float thickness;
+    float error_constant, error_linear, error_quadratic; // of planar depth, see PlanarError
+    float pixel;           // a pixel's width: at distance one (perspective), or anywhere
+    float edge;            // how many of them a neighbour may lie off the tangent plane
+    u32 slices;            // per pixel
+    u32 steps;             // of a side of a slice, at most
+    u32 levels;            // of radii on the screen, each the square root of two times the last
+} occlusion_params;
+
 #ifndef __OPENCL_C_VERSION__
 } // namespace fathom::params
 #endif

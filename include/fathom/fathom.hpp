@@ -8,4 +8,5 @@
 #include <fathom/linearize.hpp>
 #include <fathom/precision.hpp>
 #include <fathom/projection.hpp>
+#include <fathom/ssao.hpp>
 #include <fathom/unproject.hpp>

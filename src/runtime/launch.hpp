@@ -38,6 +38,13 @@ inline std::string argument_type(const params::ray_params&) {
     return "ray_params";
 }
 
+inline std::string argument_type(const params::split_params&) {
+    return "split_params";
+}
+inline std::string argument_type(const params::occlusion_params&) {
+    return "occlusion_params";
+}
+
 inline const cl::Buffer& argument_value(const Image& image) {
     return image.buffer();
 }

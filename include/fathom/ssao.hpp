@@ -1,0 +1,70 @@
+#pragma once
+
+#include <fathom/image.hpp>
+#include <fathom/unproject.hpp>
+
+#include <cstdint>
+#include <optional>
+
+namespace fathom {
+
+/// How many directions and distances ambient occlusion looks into.
+enum class Quality { fast, balanced, accurate };
+
+/// What lies outside the image.
+enum class Border {
+    open,  ///< nothing
+    clamp, ///< the pixels of its border, again and again
+};
+
+/// A part of an image, in pixels.
+struct Region {
+    int x = 0;
+    int y = 0;
+    int width = 0;
+    int height = 0;
+};
+
+struct SsaoOptions {
+    double radius = 0; ///< length of the rays, scene units: what is farther away occludes nothing. Must be given
+    Quality quality = Quality::balanced;
+    std::optional<int> slices;   ///< instead of the quality's: planes through the view ray, 1 to 64
+    std::optional<int> steps;    ///< instead of the quality's: places looked at on either side of a slice, 1 to 256
+    std::optional<int> patterns; ///< instead of the quality's: 1, 4 or 16 shifts of slices and steps among neighbouring
+                                 ///< pixels, averaged over as many afterwards; 1: every pixel alike, nothing averaged
+
+    std::optional<double>
+        thickness;       ///< what is solid behind a surface, along its ray, scene units; default: a quarter of
+                         ///< the radius; infinity: all that lies behind it, a height field
+    Image thickness_map; ///< the same for each pixel: one float, same size as the depth
+    std::optional<StoredDepth> back; ///< where each pixel's solid ends: a second layer of depth, same size
+
+    double falloff = 0; ///< 0 to 1: share of the radius, at its end, over which occluders fade out; 0: a hard end
+    Border border = Border::open;
+    std::uint32_t seed = 0;       ///< turns the patterns
+    std::optional<Region> region; ///< what is wanted of the image; the rest of it is looked at all the same
+
+    Image normals;                     ///< 3 or 4 floats a pixel, (0, 0, 0) where there is none; default: from depth
+    Space normals_space = Space::view; ///< axes that they are in
+    bool bent_normal = false;          ///< wanted?
+    bool confidence = false;           ///< wanted?
+};
+
+/// What `ssao` gives. All of the size of the depth image, or of the region.
+struct Occlusion {
+    Image visibility;  ///< one float: 1 open, 0 blocked
+    Image bent_normal; ///< three floats, unit length, view space: where the open part of the hemisphere lies on average
+    Image confidence;  ///< one float: share of what was asked that lay inside the image on pixels with a known depth
+};
+
+/// Ambient occlusion from depth alone: the share of the hemisphere above each pixel's surface, weighted by the cosine,
+/// in which a ray of length `radius` meets nothing that the image shows.
+///
+/// In: one stored value a pixel. Out: visibility in 0..1; 1 for the background, NaN for what is no surface, as in every
+/// other output, whose background is (0, 0, 0) and 1. A surface that nothing rises above has exactly 1, under every
+/// camera and at every tilt. A radius of less than a pixel gives 1.
+/// Throws: std::invalid_argument for options out of range and for images whose size does not fit; Error from the device.
+/// Source: slices and their measure, Jimenez et al. 2016; sectors as bits, Therrien et al. 2023.
+Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options);
+
+} // namespace fathom

@@ -1,0 +1,39 @@
+// An image split into 4 x 4 planes, see split_params. Loads are contiguous when all lanes look in the same direction.
+
+#ifndef FATHOM_SPLIT_H
+#define FATHOM_SPLIT_H
+
+#include "lanes.h"
+
+#define MARGIN 16 // columns of a plane beyond the image on either side: the largest V
+
+// Planar depth of what is no surface: behind everything, and still a number.
+#define NOTHING -1e37f // background
+#define UNKNOWN -2e37f // invalid, or outside the image
+
+INLINE uint in_plane(const split_params* s, int plane, int column, int row) {
+    return (uint)plane * s->plane + (uint)(row + 1) * s->stride + (uint)(column + MARGIN);
+}
+
+// 4 V neighbours of a row to V of each plane and back.
+#if V == 1
+#define DEAL(v, p)                                                                                                     \
+    p[0] = v[0], p[1] = v[1], p[2] = v[2], p[3] = v[3]
+#define RIFFLE(p, v) DEAL(p, v)
+#else
+#define DEAL(v, p)                                                                                                     \
+    p[0] = (floatV)(v[0].even.even, v[1].even.even, v[2].even.even, v[3].even.even),                                   \
+    p[1] = (floatV)(v[0].odd.even, v[1].odd.even, v[2].odd.even, v[3].odd.even),                                       \
+    p[2] = (floatV)(v[0].even.odd, v[1].even.odd, v[2].even.odd, v[3].even.odd),                                       \
+    p[3] = (floatV)(v[0].odd.odd, v[1].odd.odd, v[2].odd.odd, v[3].odd.odd)
+#define RIFFLE(p, v)                                                                                                   \
+    {                                                                                                                  \
+        floatV a, b, c, d;                                                                                             \
+        a.even = p[0].lo, a.odd = p[2].lo, b.even = p[0].hi, b.odd = p[2].hi;                                          \
+        c.even = p[1].lo, c.odd = p[3].lo, d.even = p[1].hi, d.odd = p[3].hi;                                          \
+        v[0].even = a.lo, v[0].odd = c.lo, v[1].even = a.hi, v[1].odd = c.hi;                                          \
+        v[2].even = b.lo, v[2].odd = d.lo, v[3].even = b.hi, v[3].odd = d.hi;                                          \
+    }
+#endif
+
+#endif

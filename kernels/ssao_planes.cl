@@ -1,0 +1,145 @@
+// What the occlusion kernels read, from planar depth: occluders and tangent planes, split into 4 x 4 planes.
+//   front   planar depth of the surface; behind everything where there is none
+//   back    planar depth of the end of what is assumed solid behind it
+//   slopes  of the tangent plane on the screen, right and down, from neighbouring depths or from given normals
+// Outside the image there is nothing, or the border's pixels again.
+
+#include "ray.h"
+#include "slope.h"
+#include "split.h"
+
+#ifndef PERSPECTIVE
+#error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
+#endif
+#ifndef THICKNESS
+#error "THICKNESS is not defined: 0 endless, 1 the same everywhere, 2 an image of it, 3 planar depth of the back"
+#endif
+#ifndef GIVEN_NORMALS
+#error "GIVEN_NORMALS is not defined: 1 where normals come as an image, 0 where depths give them"
+#endif
+#ifndef CLAMP
+#error "CLAMP is not defined: 1 to repeat the border outside the image, 0 for nothing there"
+#endif
+
+// V neighbours of a row; `outside` where the image is not.
+INLINE floatV row_at(__global const float* image, const grid_params* grid, int x, int y, float outside) {
+    const int width = (int)grid->x_end, height = (int)grid->height;
+    if (y >= 0 && y < height && x >= 0 && x + V <= width)
+        return LOAD(float, image + grid->source_offset + (size_t)y * grid->source_stride + x);
+    float lanes[V];
+    for (int i = 0; i < V; ++i) {
+        const int column = clamp(x + i, 0, width - 1), row = clamp(y, 0, height - 1);
+        const bool inside = CLAMP || (column == x + i && row == y);
+        lanes[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + column] : outside;
+    }
+    return *(const float_lanes*)lanes;
+}
+
+#if !GIVEN_NORMALS
+// The same without the border's repetition: slopes are one-sided there.
+INLINE floatV neighbours_at(__global const float* image, const grid_params* grid, int x, int y) {
+    const int width = (int)grid->x_end, height = (int)grid->height;
+    if (y >= 0 && y < height && x >= 0 && x + V <= width)
+        return surface_only(LOAD(float, image + grid->source_offset + (size_t)y * grid->source_stride + x));
+    float lanes[V];
+    for (int i = 0; i < V; ++i) {
+        const bool inside = y >= 0 && y < height && x + i >= 0 && x + i < width;
+        lanes[i] = inside ? image[grid->source_offset + (size_t)y * grid->source_stride + x + i] : NAN;
+    }
+    return surface_only(*(const float_lanes*)lanes);
+}
+
+#else
+// The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
+// factor for parallel rays. A normal that looks away from the eye is none: its surface is taken to face the eye.
+INLINE void slopes_of(__global const float* normals, const split_params* split, const occlusion_params* p, int x, int y,
+                      ulong offset, uint stride, uint channels, floatV q, floatV fx, float fy, floatV* right,
+                      floatV* down) {
+    floatV n[3];
+    for (int c = 0; c < 3; ++c) {
+        float lanes[V];
+        for (int i = 0; i < V; ++i) {
+            const bool inside = y >= 0 && y < (int)split->height && x + i >= 0 && x + i < (int)split->width;
+            lanes[i] = inside ? normals[offset + (size_t)y * stride + (size_t)(x + i) * channels + c] : 0;
+        }
+        n[c] = *(const float_lanes*)lanes;
+    }
+    const floatV facing = fma(n[0], direction_at(p, 0, fx, fy),
+                              fma(n[1], direction_at(p, 1, fx, fy), n[2] * direction_at(p, 2, fx, fy)));
+    const floatV scale = (PERSPECTIVE ? q : (floatV)1.0f) / facing;
+    const intV good = facing < 0.0f;
+    for (int k = 0; k < 2; ++k) {
+        const floatV step = fma(n[0], p->step[0][k], fma(n[1], p->step[1][k], n[2] * p->step[2][k]));
+        *(k == 0 ? right : down) = select((floatV)0.0f, scale * step, good);
+    }
+}
+#endif
+
+__kernel void ssao_planes(__global const float* depth, __global const float* extra, __global const float* normals,
+                          __global float* fronts, __global float* backs, __global float* slopes,
+                          const grid_params grid, const grid_params extra_grid, const grid_params normals_grid,
+                          const split_params split, const occlusion_params occlusion) {
+    const int column = (int)get_global_id(0) * V - MARGIN;
+    const int v = (int)get_global_id(1) - 4; // rows of the split image, its margins included
+    if (column >= (int)split.columns + MARGIN)
+        return;
+    const int y = v - (int)(split.pixel_y & 3);
+    const int left = 4 * column - (int)(split.pixel_x & 3);
+
+    floatV front[4], back[4], right[4], down[4];
+    for (int j = 0; j < 4; ++j) {
+        const int x = left + j * V;
+        const floatV q = row_at(depth, &grid, x, y, NAN);
+        const intV known = !isnan(q), surface = known & (q > (PERSPECTIVE ? 0.0f : -FLT_MAX));
+        front[j] = select(select((floatV)UNKNOWN, (floatV)NOTHING, known), q, surface);
+#if GIVEN_NORMALS || THICKNESS == 1 || THICKNESS == 2
+        const floatV fx = convert_floatV((intV)x + LANE_INDEX(int)) + ((float)split.pixel_x + 0.5f);
+        const float fy = (float)y + (float)split.pixel_y + 0.5f;
+#endif
+#if THICKNESS == 0
+        back[j] = (floatV)UNKNOWN;
+#elif THICKNESS < 3
+        const floatV length = ray_length(&occlusion, fx, fy);
+#if THICKNESS == 1
+        const floatV thickness = (floatV)occlusion.thickness;
+#else
+        const floatV thickness = row_at(extra, &extra_grid, x, y, 0.0f);
+#endif
+#if PERSPECTIVE
+        const floatV behind = q / fma(q, thickness / length, (floatV)1.0f);
+#else
+        const floatV behind = q - thickness / length;
+#endif
+        back[j] = select(front[j], behind, surface & (thickness >= 0.0f));
+#else
+        const floatV behind = row_at(extra, &extra_grid, x, y, NAN);
+        back[j] = select(front[j], select((floatV)NOTHING, behind, behind > (PERSPECTIVE ? 0.0f : -FLT_MAX)),
+                         surface & (behind <= q));
+#endif
+#if GIVEN_NORMALS
+        slopes_of(normals, &split, &occlusion, x, y, normals_grid.source_offset, normals_grid.source_stride,
+                  normals_grid.reserved, q, fx, fy, &right[j], &down[j]);
+#else
+        const floatV error = fma(fabs(q), fma(fabs(q), (floatV)occlusion.error_quadratic, (floatV)occlusion.error_linear),
+                                 (floatV)occlusion.error_constant);
+        right[j] = slope(neighbours_at(depth, &grid, x - 2, y), neighbours_at(depth, &grid, x - 1, y), q,
+                         neighbours_at(depth, &grid, x + 1, y), neighbours_at(depth, &grid, x + 2, y), 4.0f * error);
+        down[j] = slope(neighbours_at(depth, &grid, x, y - 2), neighbours_at(depth, &grid, x, y - 1), q,
+                        neighbours_at(depth, &grid, x, y + 1), neighbours_at(depth, &grid, x, y + 2), 4.0f * error);
+#endif
+        right[j] = select((floatV)0.0f, right[j], surface);
+        down[j] = select((floatV)0.0f, down[j], surface);
+    }
+
+    floatV dealt[4];
+    const uint at = (uint)((v + 4) >> 2) * split.stride + (uint)(column + MARGIN);
+    const uint first = (uint)(v & 3) * 4, all = 16 * split.plane;
+#define STORE(values, target)                                                                                          \
+    DEAL(values, dealt);                                                                                               \
+    for (uint phase = 0; phase < 4; ++phase)                                                                           \
+        *(__global float_lanes*)((target) + (first + phase) * split.plane + at) = dealt[phase]
+    STORE(front, fronts);
+    STORE(back, backs);
+    STORE(right, slopes);
+    STORE(down, slopes + all);
+}
