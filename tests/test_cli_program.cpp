@@ -1,183 +1,22 @@
 // The program as a person uses it: what it writes, what it says, its exit codes, and that no input makes it worse than
 // one line on stderr.
-#include "catch.hpp"
+#include "program.hpp"
 
-#include <fathom/io.hpp>
 #include <fathom/linearize.hpp>
 
 #include <nlohmann/json.hpp>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <cstdlib>
-#include <fstream>
 #include <random>
-#include <sstream>
 #include <thread>
 
-#include <fcntl.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
+
+using namespace fathom::test;
 
 namespace {
-
-namespace fs = std::filesystem;
-using Arguments = std::vector<std::string>;
-
-constexpr unsigned patience_s = 120; // a run that takes longer hangs
-
-// A folder of its own for each test: inputs lie in it, results belong into out/.
-class Folder {
-public:
-    Folder() {
-        std::string name = (fs::temp_directory_path() / "fathom-test-XXXXXX").string();
-        path_ = mkdtemp(name.data());
-        fs::create_directory(path_ / "out");
-    }
-    ~Folder() { fs::remove_all(path_); }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-
-    std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-
-    std::vector<std::string> results() const {
-        std::vector<std::string> names;
-        for (const auto& entry : fs::recursive_directory_iterator(path_ / "out"))
-            names.push_back(entry.path().filename().string());
-        std::sort(names.begin(), names.end());
-        return names;
-    }
-
-private:
-    fs::path path_;
-};
-
-std::string content(const fs::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
-}
-
-void write(const fs::path& file, const std::string& bytes) {
-    std::ofstream(file, std::ios::binary) << bytes;
-}
-
-struct Surroundings {
-    rlim_t largest_file = RLIM_INFINITY; // bytes: what a full disk looks like to a program
-    std::string variable;                // NAME=value
-    std::string out;                     // where stdout goes; empty: kept
-};
-
-struct Outcome {
-    int code; // 128 + signal when it was killed
-    std::string out, err;
-};
-
-// A run of the program, its streams going to files.
-class Run {
-public:
-    explicit Run(const Arguments& arguments, const Surroundings& surroundings = {}) {
-        keeps_out_ = surroundings.out.empty();
-        out_ = keeps_out_ ? streams_ / "stdout" : surroundings.out;
-        err_ = streams_ / "stderr";
-        std::vector<char*> argv{const_cast<char*>(FATHOM_PROGRAM)}, envp;
-        for (const std::string& argument : arguments)
-            argv.push_back(const_cast<char*>(argument.c_str()));
-        argv.push_back(nullptr);
-        for (char** variable = environ; *variable; ++variable)
-            envp.push_back(*variable);
-        if (!surroundings.variable.empty())
-            envp.push_back(const_cast<char*>(surroundings.variable.c_str()));
-        envp.push_back(nullptr);
-        child_ = fork();
-        if (child_ == 0) {
-            const rlimit limit{surroundings.largest_file, surroundings.largest_file};
-            setrlimit(RLIMIT_FSIZE, &limit);
-            alarm(patience_s);
-            redirect(out_, STDOUT_FILENO);
-            redirect(err_, STDERR_FILENO);
-            execve(FATHOM_PROGRAM, argv.data(), envp.data());
-            _exit(126);
-        }
-    }
-
-    void send(int signal) const { kill(child_, signal); }
-
-    Outcome outcome() const {
-        int status = 0;
-        waitpid(child_, &status, 0);
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), keeps_out_ ? content(out_) : "",
-                content(err_)};
-    }
-
-private:
-    static void redirect(const std::string& file, int stream) {
-        const int opened = open(file.c_str(), O_WRONLY | O_CREAT, 0666);
-        dup2(opened, stream);
-        close(opened);
-    }
-
-    Folder streams_;
-    bool keeps_out_; // a device has no content to look at
-    std::string out_, err_;
-    pid_t child_;
-};
-
-Outcome run(const Arguments& arguments, const Surroundings& surroundings = {}) {
-    return Run(arguments, surroundings).outcome();
-}
-
-void check_done(const Outcome& outcome) {
-    INFO(outcome.err);
-    CHECK(outcome.code == 0);
-    CHECK(outcome.err.empty());
-}
-
-// One line on stderr that names what is wrong.
-void check_refused(const Outcome& outcome, int code, const std::string& named) {
-    INFO("stderr: " << outcome.err);
-    CHECK(outcome.code == code);
-    CHECK(outcome.err.starts_with("fathom: "));
-    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
-    CHECK(outcome.err.ends_with('\n'));
-    CHECK(outcome.err.find(named) != std::string::npos);
-}
-
-constexpr int width = 48, height = 32;
-
-std::string camera_file(const Folder& folder, const std::string& more = {}) {
-    const std::string file = folder / "camera.json";
-    write(file, R"({"perspective": {"fov_y_deg": 60, "aspect": 1.5, "near": 0.5, "far": 100})" + more + "}");
-    return file;
-}
-
-// A ramp of depths, a background pixel in its corner.
-cv::Mat ramp(int columns = width, int rows = height) {
-    cv::Mat depth(rows, columns, CV_32FC1);
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x)
-            depth.at<float>(y, x) = static_cast<float>(y * columns + x + 1) / static_cast<float>(rows * columns);
-    return depth;
-}
-
-// The ramp as the type that the ending stands for: 16-bit integers in .png, floats elsewhere.
-std::string depth_file(const Folder& folder, const std::string& name, const cv::Mat& depth = ramp()) {
-    const std::string file = folder / name;
-    if (fs::path(name).extension() == ".png") {
-        cv::Mat codes;
-        depth.convertTo(codes, CV_16U, 65535);
-        cv::imwrite(file, codes);
-    } else {
-        fathom::write_image(file, depth, {.channels = {"Z"}, .png_scale = {}});
-    }
-    return file;
-}
 
 void check_input_refused(const Folder& folder, const std::string& input) {
     const std::string camera = camera_file(folder);
