@@ -186,6 +186,13 @@ std::vector<Subject> subjects(Frames& frames, Baselines& plain, Baselines& strea
     positions("unproject perspective, world", moved, world);
     positions("unproject orthographic", parallel, view);
     positions("unproject oblique", camera(frames, with_oblique_near_plane(centred(), plane)), view);
+
+    const auto normals_of = [&](std::string name, const Camera& c, const NormalsOptions& options) {
+        add(std::move(name), "spread", [&, c, options] { normals({frames.stored(), c}, frames.positions(), options); });
+    };
+    normals_of("normals neighbours", perspective_camera, {.method = NormalMethod::neighbours});
+    normals_of("normals neighbours, ortho.", parallel, {.method = NormalMethod::neighbours});
+    normals_of("normals least squares", perspective_camera, {.method = NormalMethod::least_squares});
     return list;
 }
 

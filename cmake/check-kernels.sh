@@ -26,6 +26,9 @@ for lanes in 1 4 8 16; do
     for channels in 3 4; do
         check unproject.cl -DV=$lanes -DFORM=1 -DSTORAGE=0 -DCHANNELS=$channels -DPIXEL_TERMS=1 \
             -DPARALLEL_DEPTH=$((channels - 3))
+        for radius in 0 3; do
+            check normals.cl -DV=$lanes -DPERSPECTIVE=$((channels - 3)) -DCHANNELS=$channels -DRADIUS=$radius
+        done
     done
     for perspective in 0 1; do
         for choice in 0 1; do
@@ -40,7 +43,7 @@ for lanes in 1 4 8 16; do
 done
 for file in *.cl; do
     case $file in
-    denoise.cl | linearize.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
+    denoise.cl | linearize.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
     *)
         echo "check-kernels.sh does not know the choices of $file" >&2
         exit 1

@@ -65,6 +65,18 @@ typedef struct {
     wide scale; // ray distance: scene units per stored unit
 } ray_params;
 
+// From planar depth q and its slopes gx, gy per pixel to a normal. See kernels/normals.cl.
+//   n = of_slope_x gx + of_slope_y gy + of_depth (q - gx (x - centre_x) - gy (y - centre_y)), or 1 for the last factor
+// where rays are parallel. The bound of q's error is error_constant + error_linear |q| + error_quadratic q^2.
+typedef struct {
+    float of_slope_x[3];
+    float of_slope_y[3];
+    float of_depth[3];
+    float centre_x[2]; // sum of two floats
+    float centre_y[2];
+    float error_constant, error_linear, error_quadratic;
+} normal_params;
+
 // An image split into 4 x 4 planes: pixel (x, y) lies in plane 4 (y mod 4) + x mod 4 at column x / 4 and row y / 4, so
 // that pixels which share a sampling pattern are neighbours in memory. `margin` columns on both sides and one row above
 // and below hold what lies outside.

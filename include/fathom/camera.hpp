@@ -43,6 +43,9 @@ enum class Storage {
 /// What becomes of a pixel whose stored value is the background.
 enum class Background { inf, decode, nan };
 
+/// Axes of a result: the projection's own, or those of the world that `Camera::view` comes from.
+enum class Space { view, world };
+
 /// Everything that turns a stored value at a pixel into a place in view space.
 /// A plain value: fill in what differs from the defaults and hand it on; whoever uses it checks it.
 struct Camera {

@@ -6,6 +6,7 @@
 #include <fathom/error.hpp>
 #include <fathom/image.hpp>
 #include <fathom/linearize.hpp>
+#include <fathom/normals.hpp>
 #include <fathom/precision.hpp>
 #include <fathom/projection.hpp>
 #include <fathom/ssao.hpp>

@@ -6,8 +6,6 @@
 
 namespace fathom {
 
-enum class Space { view, world };
-
 struct UnprojectOptions {
     Space space = Space::view;
     Eigen::Vector3d origin =

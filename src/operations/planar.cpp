@@ -102,7 +102,7 @@ Quadratic in_planar_depth(const Quadratic& z, bool perspective, Real covered) {
 
 } // namespace
 
-void planar(const StoredDepth& stored, const EyeRays& eye, const Image& result) {
+void planar(const StoredDepth& stored, const EyeRays& eye, const Image& result, Background background) {
     check_stored(stored);
     check_result(stored, result, 1);
     const Device& device = stored.image.device();
@@ -116,7 +116,7 @@ void planar(const StoredDepth& stored, const EyeRays& eye, const Image& result) 
     const auto columns = static_cast<std::size_t>((result.width() + lanes - 1) / lanes);
     runtime::launch(device, kernel, {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
                     grid_parameters(stored, result, 0, result.width()),
-                    depth_parameters(form, stored.storage, Background::inf, arithmetic),
+                    depth_parameters(form, stored.storage, background, arithmetic),
                     ray_parameters(view, form.scale, arithmetic));
 }
 

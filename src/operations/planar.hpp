@@ -6,9 +6,10 @@
 
 namespace fathom {
 
-/// Planar depth (see EyeRays) of every pixel: one float, 0 or −infinity for the background, NaN for what is no surface.
-/// A pass of the operations that compare neighbouring depths.
-void planar(const StoredDepth& stored, const EyeRays& eye, const Image& result);
+/// Planar depth (see EyeRays) of every pixel: one float, NaN for what is no surface; 0 or −infinity for the background, or
+/// NaN, too. A pass of the operations that compare neighbouring depths.
+void planar(const StoredDepth& stored, const EyeRays& eye, const Image& result,
+            Background background = Background::inf);
 
 /// Bound of the error of planar depth q that storing depth caused: constant + linear |q| + quadratic q².
 struct PlanarError {

@@ -37,6 +37,9 @@ inline std::string argument_type(const params::depth_params&) {
 inline std::string argument_type(const params::ray_params&) {
     return "ray_params";
 }
+inline std::string argument_type(const params::normal_params&) {
+    return "normal_params";
+}
 
 inline std::string argument_type(const params::split_params&) {
     return "split_params";

@@ -1,0 +1,160 @@
+// Normals from planar depth q, which is affine in the pixel on every plane.
+//   perspective, P = O + D(x, y)/q:     n = gx Dy x D1 + gy D1 x Dx + (q - gx x - gy y) Dx x Dy
+//   parallel rays, P = O(x, y) - q D:   n = gx Oy x D  + gy D x Ox  + Ox x Oy
+// gx, gy: the slopes of q per pixel; Dx, Dy, D1 (Ox, Oy) the columns of the rays that multiply x, y and 1. Pixels are counted
+// from where the first two are across the third, so that nothing cancels. With positions instead, a normal would be a
+// difference of numbers that share their leading digits; here only q is subtracted, and the plane is met exactly.
+// RADIUS 0: slopes as slope.h chooses them. Otherwise a plane is fitted to those pixels of the window that lie within the
+// stored values' rounding of it.
+
+#include "params.h"
+#include "slope.h"
+#include "store.h"
+
+#if !defined(RADIUS) || RADIUS < 0
+#error "RADIUS is not defined: 0 for slopes of the nearest neighbours, or how far the window reaches"
+#endif
+
+// What errors of one bound each make of the slope of five pixels in a row, sum |x| / sum x^2, and of that of seven.
+#define GUESS_ERROR 0.6f
+#define FIT_ERROR 0.43f
+
+// The pixels around this work-item's, in an image of planar depth.
+typedef struct {
+    __global const float* source; // of the pixel (0, y)
+    int x, y, width, height, stride;
+} window;
+
+// Those dx to the right and dy down; NaN beyond the image's borders, unless the whole window lies `inside`.
+INLINE floatV neighbour(const window* w, int inside, int dx, int dy) {
+    const int first = w->x + dx, row = w->y + dy;
+    __global const float* const source = w->source + (long)dy * w->stride;
+    if (inside)
+        return LOAD(float, source + first);
+    float lanes[V];
+    for (int i = 0; i < V; ++i) {
+        const int there = row >= 0 && row < w->height && first + i >= 0 && first + i < w->width;
+        lanes[i] = there ? source[first + i] : NAN;
+    }
+    return *(const float_lanes*)lanes;
+}
+
+// A plane about the pixel: its planar depth there, and its slopes.
+typedef struct {
+    floatV q, gx, gy;
+} plane;
+
+INLINE plane nearest_plane(const window* w, int inside, floatV error) {
+    const floatV q = LOAD(float, w->source + w->x), tolerance = 4.0f * error;
+    return (plane){q,
+                   slope(neighbour(w, inside, -2, 0), neighbour(w, inside, -1, 0), q, neighbour(w, inside, 1, 0),
+                         neighbour(w, inside, 2, 0), tolerance),
+                   slope(neighbour(w, inside, 0, -2), neighbour(w, inside, 0, -1), q, neighbour(w, inside, 0, 1),
+                         neighbour(w, inside, 0, 2), tolerance)};
+}
+
+#if RADIUS > 0
+// The plane of least squares through the pixels that `last` predicts to within `margin` + `per_pixel` times the distance.
+// Drawn towards `last` by as much as one pixel beside it is worth, so that a lonely pixel keeps it.
+INLINE plane refit(const window* w, int inside, plane last, floatV margin, floatV per_pixel) {
+    floatV n = (floatV)0.0f, sx = (floatV)0.0f, sy = (floatV)0.0f, sr = (floatV)0.0f;
+    floatV sxx = (floatV)1.0f, sxy = (floatV)0.0f, syy = (floatV)1.0f, sxr = (floatV)0.0f, syr = (floatV)0.0f;
+#pragma unroll
+    for (int dy = -RADIUS; dy <= RADIUS; ++dy) {
+        const floatV middle = fma(last.gy, (floatV)(float)dy, last.q);
+        const floatV limit = fma(per_pixel, (floatV)(float)abs(dy), margin);
+        floatV row_n = (floatV)0.0f, row_x = (floatV)0.0f, row_xx = (floatV)0.0f, row_r = (floatV)0.0f;
+#pragma unroll
+        for (int dx = -RADIUS; dx <= RADIUS; ++dx) {
+            const floatV rest = neighbour(w, inside, dx, dy) - fma(last.gx, (floatV)(float)dx, middle);
+            const intV near = fabs(rest) <= fma(per_pixel, (floatV)(float)abs(dx), limit);
+            const floatV one = select((floatV)0.0f, (floatV)1.0f, near), r = select((floatV)0.0f, rest, near);
+            row_n += one;
+            row_x = fma(one, (floatV)(float)dx, row_x);
+            row_xx = fma(one, (floatV)(float)(dx * dx), row_xx);
+            row_r += r;
+            sxr = fma(r, (floatV)(float)dx, sxr);
+        }
+        n += row_n;
+        sx += row_x;
+        sxx += row_xx;
+        sr += row_r;
+        sy = fma(row_n, (floatV)(float)dy, sy);
+        sxy = fma(row_x, (floatV)(float)dy, sxy);
+        syy = fma(row_n, (floatV)(float)(dy * dy), syy);
+        syr = fma(row_r, (floatV)(float)dy, syr);
+    }
+    // About the mean; all but the residuals' sums are small integers, so nothing is lost.
+    const floatV each = 1.0f / max(n, (floatV)1.0f);
+    const floatV mx = sx * each, my = sy * each, mr = sr * each;
+    const floatV xx = fma(-mx, sx, sxx), xy = fma(-mx, sy, sxy), yy = fma(-my, sy, syy);
+    const floatV xr = fma(-mx, sr, sxr), yr = fma(-my, sr, syr);
+    const floatV inverse = 1.0f / fma(xx, yy, -xy * xy);
+    const floatV cx = fma(yy, xr, -xy * yr) * inverse, cy = fma(xx, yr, -xy * xr) * inverse;
+    return (plane){last.q + (mr - fma(cx, mx, cy * my)), last.gx + cx, last.gy + cy};
+}
+#endif
+
+// `inside` is the same for all work-items but those at the borders, and known where this is compiled.
+INLINE plane tangent(const window* w, int inside, floatV error) {
+    plane p = nearest_plane(w, inside, error);
+#if RADIUS > 0
+    p = refit(w, inside, p, 2.0f * error, GUESS_ERROR * error);
+    p = refit(w, inside, p, 2.0f * error, FIT_ERROR * error);
+#endif
+    return p;
+}
+
+INLINE floatV component(const normal_params* p, int i, plane plane, floatV along) {
+    const floatV of_slopes = fma((floatV)p->of_slope_x[i], plane.gx, (floatV)p->of_slope_y[i] * plane.gy);
+    return fma((floatV)p->of_depth[i], along, of_slopes);
+}
+
+__kernel void normals(__global const float* source, __global float* target, const grid_params grid,
+                      const normal_params p) {
+    const uint x = first_column(grid.x_begin, grid.x_end);
+    const uint y = get_global_id(1);
+    if (x >= grid.x_end || y >= grid.height)
+        return;
+
+    const window w = {.source = source + grid.source_offset + (size_t)y * grid.source_stride,
+                      .x = (int)x,
+                      .y = (int)y,
+                      .width = (int)grid.x_end,
+                      .height = (int)grid.height,
+                      .stride = (int)grid.source_stride};
+    READ_AHEAD(w.source + x + 2 * (size_t)grid.source_stride);
+    const floatV q = LOAD(float, w.source + x), size = fabs(q);
+#if PERSPECTIVE
+    const intV surface = (size > 0.0f) & (size < INFINITY);
+#else
+    const intV surface = size < INFINITY;
+#endif
+    const floatV error =
+        fma(fma((floatV)p.error_quadratic, size, (floatV)p.error_linear), size, (floatV)p.error_constant);
+    const uint reach = max(RADIUS, 2);
+    const int inside = x >= reach && x + V + reach <= grid.x_end && y >= reach && y + reach < grid.height;
+    const plane plane = inside ? tangent(&w, 1, error) : tangent(&w, 0, error);
+
+#if PERSPECTIVE
+    const floatV column = (lanes_from(grid.pixel_x + x) - p.centre_x[0]) - p.centre_x[1];
+    const float row = ((float)(grid.pixel_y + y) + 0.5f - p.centre_y[0]) - p.centre_y[1];
+    const floatV along = fma(-plane.gx, column, fma(-plane.gy, (floatV)row, plane.q));
+#else
+    const floatV along = (floatV)1.0f;
+#endif
+    const floatV nx = component(&p, 0, plane, along), ny = component(&p, 1, plane, along),
+                 nz = component(&p, 2, plane, along);
+    // Brought into [1, 2) by a power of two, so that squares neither overflow nor vanish, and made one long: a step of Newton
+    // on the guess leaves the roundings.
+    const floatV largest = max(max(fabs(nx), fabs(ny)), fabs(nz));
+    const floatV scale = as_floatV(0x7f000000 - (as_intV(largest) & 0x7f800000));
+    const floatV sx = nx * scale, sy = ny * scale, sz = nz * scale;
+    const floatV square = fma(sx, sx, fma(sy, sy, sz * sz));
+    const floatV guess = inverse_root_guess(square);
+    const floatV rest = fma(-square * guess, guess, (floatV)1.0f);
+    const floatV inverse = fma(0.5f * guess, rest, guess), none = (floatV)0.0f;
+    store_vectors(select(none, sx * inverse, surface), select(none, sy * inverse, surface),
+                  select(none, sz * inverse, surface), select(none, (floatV)1.0f, surface),
+                  target + grid.target_offset + (size_t)y * grid.target_stride + (size_t)CHANNELS * x);
+}

@@ -1,0 +1,122 @@
+// Normals from stored depth: kernels/planar.cl, then kernels/normals.cl.
+
+#include "operations/normals.hpp"
+
+#include "operations/parameters.hpp"
+#include "runtime/scratch.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace fathom {
+namespace {
+
+using Vector = Eigen::Matrix<long double, 3, 1>;
+
+void check(const StoredDepth& stored, const NormalsOptions& options) {
+    check_stored(stored);
+    if (options.channels != 3 && options.channels != 4) {
+        throw std::invalid_argument(text("channels = ", options.channels, " must be 3 or 4"));
+    }
+    if (!(options.tolerance > 0 && std::isfinite(options.tolerance))) {
+        throw std::invalid_argument(text("tolerance = ", options.tolerance, " must be a number above 0"));
+    }
+    if (options.space == Space::world && !stored.camera.view) {
+        throw std::invalid_argument("normals in the world need the camera's view matrix, and it has none");
+    }
+}
+
+// The pixel position where the third column's ray is perpendicular to the other two.
+Eigen::Matrix<long double, 2, 1> perpendicular(const Rays::Matrix& direction) {
+    const auto across = direction.leftCols<2>();
+    return -(across.transpose() * across).inverse() * across.transpose() * direction.col(2);
+}
+
+void split(float (&target)[2], long double value) {
+    target[0] = static_cast<float>(value);
+    target[1] = static_cast<float>(value - target[0]);
+}
+
+int radius_of(NormalMethod method) {
+    return method == NormalMethod::least_squares ? normals_reach_least_squares : 0;
+}
+
+} // namespace
+
+params::normal_params normal_parameters(const EyeRays& eye, const PlanarError& error, double tolerance) {
+    params::normal_params p{};
+    const auto& moving = eye.perspective ? eye.direction : eye.origin;
+    Vector right = moving.col(0), down = moving.col(1), ahead = eye.direction.col(2);
+    if (eye.perspective) {
+        const Eigen::Matrix<long double, 2, 1> centre = perpendicular(eye.direction);
+        split(p.centre_x, centre.x());
+        split(p.centre_y, centre.y());
+        ahead += right * centre.x() + down * centre.y();
+    }
+    // Towards the eye is against the ray; in units of the largest, so that they are floats in any unit of length.
+    Vector of_x = down.cross(ahead), of_y = ahead.cross(right), of_depth = right.cross(down);
+    const long double largest = std::max({of_x.norm(), of_y.norm(), of_depth.norm()});
+    const long double scale = (of_depth.dot(ahead) > 0 ? -1 : 1) / largest;
+    for (int i = 0; i < 3; ++i) {
+        p.of_slope_x[i] = static_cast<float>(of_x(i) * scale);
+        p.of_slope_y[i] = static_cast<float>(of_y(i) * scale);
+        p.of_depth[i] = static_cast<float>(of_depth(i) * scale);
+    }
+    const auto times = static_cast<float>(tolerance);
+    p.error_constant = error.constant * times;
+    p.error_linear = error.linear * times;
+    p.error_quadratic = error.quadratic * times;
+    return p;
+}
+
+NormalMethod chosen_method(NormalMethod wanted, const StoredDepth& stored) {
+    if (wanted != NormalMethod::automatic)
+        return wanted;
+    const bool coarse =
+        stored.storage == Storage::uint16 || stored.storage == Storage::float16 || stored.camera.depth_bits == 16;
+    return coarse ? NormalMethod::least_squares : NormalMethod::neighbours;
+}
+
+void normals(const StoredDepth& stored, const Image& result, const NormalsOptions& options) {
+    check(stored, options);
+    check_result(stored, result, options.channels);
+    if (stored.image.overlaps(result)) {
+        throw std::invalid_argument("the normals share memory with the stored depth");
+    }
+    const Device& device = stored.image.device();
+    const Rays view = rays(stored.camera);
+    const EyeRays eye = eye_rays(view);
+    const EyeRays target = options.space == Space::world
+                               ? eye_rays(rays_in_world(view, *stored.camera.view, Eigen::Vector3d::Zero()))
+                               : eye;
+    const int width = result.width();
+    runtime::Scratch scratch(device);
+    const Image depth = scratch.image(Element::f32, {width, result.height()});
+    planar(stored, eye, depth, Background::nan);
+
+    const int lanes = lanes_for(device, width);
+    const runtime::Choices choices{{"V", lanes},
+                                   {"STREAM", worth_streaming(result, lanes)},
+                                   {"PERSPECTIVE", eye.perspective},
+                                   {"CHANNELS", options.channels},
+                                   {"RADIUS", radius_of(chosen_method(options.method, stored))}};
+    const auto columns = static_cast<std::size_t>((width + lanes - 1) / lanes);
+    runtime::launch(device, runtime::kernel(device, "normals", choices),
+                    {columns, static_cast<std::size_t>(result.height())}, depth, result,
+                    grid_parameters({depth, stored.camera, Storage::float32, stored.x, stored.y}, result, 0, width),
+                    normal_parameters(target, planar_error(stored.camera, stored.storage), options.tolerance));
+}
+
+Image normals(const StoredDepth& stored, const NormalsOptions& options) {
+    check(stored, options);
+    const Image result(stored.image.device(), Element::f32,
+                       {stored.image.width(), stored.image.height(), options.channels});
+    normals(stored, result, options);
+    return result;
+}
+
+} // namespace fathom

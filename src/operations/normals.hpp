@@ -1,0 +1,17 @@
+#pragma once
+
+#include "camera/eye_rays.hpp"
+#include "operations/planar.hpp"
+#include "params.h"
+
+#include <fathom/normals.hpp>
+
+namespace fathom {
+
+/// Constants of kernels/normals.cl for rays in the axes of the result. Pure: no device.
+params::normal_params normal_parameters(const EyeRays& eye, const PlanarError& error, double tolerance);
+
+/// What `automatic` stands for.
+NormalMethod chosen_method(NormalMethod wanted, const StoredDepth& stored);
+
+} // namespace fathom
