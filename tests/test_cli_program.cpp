@@ -247,7 +247,7 @@ TEST_CASE("program: devices marks the default") {
 }
 
 TEST_CASE("program: --help has an example and the exit codes for every command") {
-    for (const Arguments& command : {Arguments{}, {"linearize"}, {"unproject"}, {"inspect"}, {"devices"}}) {
+    for (const Arguments& command : {Arguments{}, {"linearize"}, {"unproject"}, {"ssao"}, {"inspect"}, {"devices"}}) {
         Arguments arguments = command;
         arguments.push_back("--help");
         const Outcome outcome = run(arguments);

@@ -128,6 +128,10 @@ TEST_CASE("write: png takes a scale, rounds and clips", "[io]") {
     write_image(folder / "v.png", image, {.png_scale = 0.5});
     CHECK(read_depth(folder / "v.png").values.at<ushort>(0, 2) == 32768);
 
+    write_image(folder / "v.png", image, {.png_scale = 0.5, .png_offset = 0.5});
+    const cv::Mat signs = (cv::Mat_<ushort>(1, 7) << 32768, 49151, 65535, 65535, 0, 0, 65535);
+    CHECK(same(read_depth(folder / "v.png").values, signs));
+
     write_image(folder / "n.png", cv::Mat(1, 1, CV_32FC3, cv::Scalar(0.25, 0.5, 1)), {.png_scale = 1.0});
     const auto bgr = cv::imread((folder / "n.png").string(), cv::IMREAD_UNCHANGED);
     CHECK(bgr.at<cv::Vec3w>(0, 0) == cv::Vec3w(65535, 32768, 16384));
@@ -187,6 +191,25 @@ TEST_CASE("write: a full disk leaves the old file as it was and nothing beside i
         CHECK(get(folder / name) == Bytes{'o', 'l', 'd'});
     }
     CHECK(folder.files() == 3);
+}
+
+TEST_CASE("write: of images that belong together all are written or none", "[io]") {
+    const TempFolder folder;
+    cv::Mat large(400, 400, CV_32FC1, cv::Scalar(1));
+    const cv::Mat small = floats(1);
+    put(folder / "a.pfm", "old");
+    for (const auto& name : {"z.jpg", "none/z.exr"})
+        CHECK_THROWS_AS(write_images({{folder / "a.pfm", small}, {folder / "b.exr", small}, {folder / name, small}}),
+                        Error);
+    {
+        const FileSizeLimit full(4096);
+        CHECK_THROWS_AS(write_images({{folder / "a.pfm", small}, {folder / "b.pfm", large}}), Error);
+    }
+    CHECK(get(folder / "a.pfm") == Bytes{'o', 'l', 'd'});
+    CHECK(folder.files() == 1);
+    write_images({{folder / "a.pfm", small}, {folder / "b.pfm", large}});
+    CHECK(same(read_depth(folder / "a.pfm").values, small));
+    CHECK(same(read_depth(folder / "b.pfm").values, large));
 }
 
 TEST_CASE("write: a file keeps its permissions and a link keeps pointing", "[io]") {

@@ -47,7 +47,8 @@ std::vector<Channel> list_channels(const std::filesystem::path& file);
 
 struct WriteOptions {
     std::vector<std::string> channels = {}; ///< EXR channel names, one a channel, in the image's order; a single one: Z
-    std::optional<double> png_scale = {}; ///< .png: stored = round(value × scale × 65535); without it .png is refused
+    std::optional<double> png_scale = {}; ///< .png: round((value × scale + offset) × 65535); without it .png is refused
+    double png_offset = 0;
 };
 
 /// Writes a CV_32F image of any number of channels, temporary file first and then renamed, so that no half-written file is
@@ -57,6 +58,16 @@ struct WriteOptions {
 /// range, NaN becomes 0), `.ply` for 3 or 4 (binary; the first three are the point, points that are not finite are left out).
 /// Throws: Error for another ending, a target that cannot be written, a full disk.
 void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options = {});
+
+/// An image and the file that it belongs in.
+struct ImageFile {
+    std::filesystem::path file;
+    cv::Mat image;
+    WriteOptions options = {};
+};
+
+/// Writes images that belong together, each as `write_image` does: when one of them cannot be written, none is.
+void write_images(const std::vector<ImageFile>& images);
 
 /// Defaults for lens options that a renderer wrote into the camera file.
 struct LensDefaults {

@@ -5,13 +5,13 @@
 #include "command.hpp"
 #include "interrupt.hpp"
 #include "messages.hpp"
-#include "outputs.hpp"
 
 #include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <new>
@@ -26,48 +26,75 @@ DepthFile read(const std::filesystem::path& file, const ReadOptions& options) {
     return read_depth(file, options);
 }
 
-void write(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
+void write(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
+           const std::vector<cv::Mat>& results) {
+    std::vector<ImageFile> images;
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const Product& product = outputs[i].product;
+        images.push_back({job.outputs[i],
+                          results[i],
+                          {.channels = product.channels,
+                           .png_scale = product.png_scale ? product.png_scale : options.png_scale,
+                           .png_offset = product.png_offset}});
+    }
     const StderrSilenced silenced;
-    write_image(file, image, options);
+    write_images(images);
 }
 
-void announce(Report report, const Job& job, const cv::Mat& result, const Product& product, double seconds) {
+// --bent-normal as a key of JSON.
+std::string key_of(const std::string& option) {
+    std::string key = option.substr(option.find_first_not_of('-'));
+    std::replace(key.begin(), key.end(), '-', '_');
+    return key;
+}
+
+void announce(Report report, const std::vector<Output>& outputs, const Job& job, const cv::Mat& result,
+              double seconds) {
     switch (report) {
     case Report::nothing:
         return;
-    case Report::line:
-        fmt::print("{}  {} × {}  {:.0f} ms\n", job.output.native(), result.cols, result.rows, seconds * 1e3);
+    case Report::line: {
+        std::string files;
+        for (const std::filesystem::path& file : job.outputs)
+            files += (files.empty() ? "" : ", ") + file.native();
+        fmt::print("{}  {} × {}  {:.0f} ms\n", files, result.cols, result.rows, seconds * 1e3);
         break;
-    case Report::json:
-        print_json({{"input", job.input.native()},
-                    {"output", job.output.native()},
-                    {"width", result.cols},
-                    {"height", result.rows},
-                    {"channels", product.channels},
-                    {"seconds", seconds}});
+    }
+    case Report::json: {
+        nlohmann::ordered_json line{
+            {"input", job.input.native()}, {"output", job.outputs.front().native()},       {"width", result.cols},
+            {"height", result.rows},       {"channels", outputs.front().product.channels}, {"seconds", seconds}};
+        for (std::size_t i = 1; i < outputs.size(); ++i)
+            line[key_of(outputs[i].option)] = job.outputs[i].native();
+        print_json(line);
+    }
     }
     std::fflush(stdout);
 }
 
 } // namespace
 
-int each_depth(const DepthOptions& options, const Product& product,
-               const std::function<cv::Mat(const StoredDepth&)>& operation) {
+int each_depth(const DepthOptions& options, const Product& product, const More& more, const Operation& operation) {
     catch_interrupts();
-    const std::vector<Job> jobs = plan(options, product.endings);
+    std::vector<Output> outputs{{"-o", options.output, product}};
+    outputs.insert(outputs.end(), more.outputs.begin(), more.outputs.end());
+    const std::vector<Job> jobs = plan(options, outputs, more.companions);
     const CameraFile camera = read_camera(options.camera);
     const Device device = options.device.open();
 
     const auto process = [&](const Job& job) {
         const Clock::time_point start = Clock::now();
         const DepthFile depth = read(job.input, {.channel = options.channel, .packing = camera.packing});
-        const cv::Mat result = operation({.image = to_device(device, depth.values),
-                                          .camera = camera_for(camera, depth.values.cols, depth.values.rows),
-                                          .storage = depth.storage});
+        const std::vector<cv::Mat> results =
+            operation({.image = to_device(device, depth.values),
+                       .camera = camera_for(camera, depth.values.cols, depth.values.rows),
+                       .storage = depth.storage},
+                      job);
         stop_if_interrupted();
-        prepare_folder(options, job);
-        write(job.output, result, {.channels = product.channels, .png_scale = options.png_scale});
-        announce(options.report, job, result, product, std::chrono::duration<double>(Clock::now() - start).count());
+        prepare_folders(options, outputs, job);
+        write(options, outputs, job, results);
+        announce(options.report, outputs, job, results.front(),
+                 std::chrono::duration<double>(Clock::now() - start).count());
     };
 
     int code = done;
@@ -82,11 +109,17 @@ int each_depth(const DepthOptions& options, const Product& product,
             complain(about(options.camera, error.what(), {job.input}));
             code = input_failed;
         } catch (const std::exception& error) {
-            complain(about(job.input, error.what(), {job.output}));
+            complain(about(job.input, error.what(), job.others()));
             code = input_failed;
         }
     }
     return code;
+}
+
+int each_depth(const DepthOptions& options, const Product& product,
+               const std::function<cv::Mat(const StoredDepth&)>& operation) {
+    return each_depth(options, product, {},
+                      [&](const StoredDepth& stored, const Job&) { return std::vector{operation(stored)}; });
 }
 
 } // namespace fathom::cli

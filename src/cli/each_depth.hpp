@@ -1,26 +1,31 @@
 #pragma once
 
-#include "options.hpp"
+#include "outputs.hpp"
 
 #include <fathom/image.hpp>
 
 #include <opencv2/core/mat.hpp>
 
 #include <functional>
-#include <string>
 #include <vector>
 
 namespace fathom::cli {
 
-/// What an operation makes of a depth image.
-struct Product {
-    std::vector<std::string> endings;  ///< types it can be written as, the default first
-    std::vector<std::string> channels; ///< EXR names of its channels
+/// Files of a command besides the depth images and their results.
+struct More {
+    std::vector<Companion> companions = {};
+    std::vector<Output> outputs = {};
 };
 
+/// Makes the images of a job: its result, then one for each of `More::outputs`.
+using Operation = std::function<std::vector<cv::Mat>(const StoredDepth&, const Job&)>;
+
 /// Reads each input, runs the operation, writes the result and says so; a bad input is reported and the others are
-/// still done. Gives the exit code.
+/// still done. Of an input's images all are written or none. Gives the exit code.
 /// Throws: UsageError, NoDevice and Interrupted, and Error for the camera file.
+int each_depth(const DepthOptions& options, const Product& product, const More& more, const Operation& operation);
+
+/// The same for an operation that needs nothing else and has one result.
 int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation);
 

@@ -15,7 +15,7 @@ struct Options : DepthOptions {
 std::function<int()> configure(CLI::App& app) {
     const Product product{.endings = {".exr", ".tif", ".pfm", ".png"}, .channels = {"Z"}};
     const auto options = std::make_shared<Options>();
-    add_depth_options(app, *options, product.endings);
+    add_depth_options(app, *options, product);
     add_choice(app, "--background", options->linearize.background,
                {{"inf", Background::inf}, {"decode", Background::decode}, {"nan", Background::nan}},
                "what pixels with nothing in them become: infinity (default),\nthe far plane's distance, or NaN")

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
-#include <vector>
 
 namespace fathom::cli {
 namespace {
@@ -51,7 +50,7 @@ void complain(std::string_view message) {
 }
 
 std::string about(const std::filesystem::path& subject, std::string_view message,
-                  std::initializer_list<std::filesystem::path> already_named) {
+                  const std::vector<std::filesystem::path>& already_named) {
     const auto names = [&](const std::filesystem::path& file) {
         return !file.empty() && message.find(file.native()) != std::string_view::npos;
     };

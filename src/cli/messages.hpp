@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
-#include <initializer_list>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace fathom::cli {
 
@@ -14,7 +14,7 @@ void complain(std::string_view message);
 
 /// The message, with `subject: ` in front unless it already names one of the files it may be about.
 std::string about(const std::filesystem::path& subject, std::string_view message,
-                  std::initializer_list<std::filesystem::path> already_named = {});
+                  const std::vector<std::filesystem::path>& already_named = {});
 
 /// Prints a line of JSON on stdout. Bytes that are no UTF-8 (in file names) are replaced.
 void print_json(const nlohmann::ordered_json& value);

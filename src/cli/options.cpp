@@ -58,7 +58,7 @@ void add_device_options(CLI::App& app, DeviceChoice& choice) {
         ->group("Device");
 }
 
-void add_depth_options(CLI::App& app, DepthOptions& options, const std::vector<std::string>& endings) {
+void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product) {
     app.add_option("DEPTH", options.inputs, "depth images: EXR, 16-bit PNG, TIFF or PFM")
         ->type_name("DEPTH")
         ->required()
@@ -70,10 +70,10 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const std::vector<s
     add_channel_option(app, options.channel);
 
     std::vector<std::string> formats;
-    for (const std::string& ending : endings)
+    for (const std::string& ending : product.endings)
         formats.push_back(ending.substr(1));
     app.add_option("-o,--output", options.output,
-                   "file to write (" + CLI::detail::join(endings, " ") +
+                   "file to write (" + CLI::detail::join(product.endings, " ") +
                        "), or a folder:\nresults keep the names of their inputs there")
         ->type_name("OUT")
         ->required()
@@ -84,12 +84,13 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const std::vector<s
         ->type_name("TYPE")
         ->check(is_one_of(formats))
         ->group("Output");
-    app.add_option_function<double>(
-           "--png-scale", [&options](double scale) { options.png_scale = scale; },
-           "write .png as round(value × S × 65535), 16 bits")
-        ->type_name("S")
-        ->check(is_a_number("number above 0", [](double scale) { return scale > 0; }))
-        ->group("Output");
+    if (!product.png_scale)
+        app.add_option_function<double>(
+               "--png-scale", [&options](double scale) { options.png_scale = scale; },
+               "write .png as round(value × S × 65535), 16 bits")
+            ->type_name("S")
+            ->check(is_a_number("number above 0", [](double scale) { return scale > 0; }))
+            ->group("Output");
 
     CLI::Option* quiet = app.add_flag_callback(
         "--quiet", [&options] { options.report = Report::nothing; }, "print nothing on success");

@@ -35,8 +35,16 @@ struct DepthOptions {
     Report report = Report::line;
 };
 
-/// Adds the options of `DepthOptions`; `endings` are the types that the results may have.
-void add_depth_options(CLI::App& app, DepthOptions& options, const std::vector<std::string>& endings);
+/// What an operation makes of a depth image.
+struct Product {
+    std::vector<std::string> endings;     ///< types it can be written as, the default first
+    std::vector<std::string> channels;    ///< EXR names of its channels
+    std::optional<double> png_scale = {}; ///< of values that have a range; none: --png-scale must say it
+    double png_offset = 0;
+};
+
+/// Adds the options of `DepthOptions` for what comes out.
+void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product);
 
 void add_channel_option(CLI::App& app, std::string& channel);
 void add_device_options(CLI::App& app, DeviceChoice& choice);

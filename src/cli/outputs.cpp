@@ -33,9 +33,9 @@ bool is_known(const std::string& ending, const std::vector<std::string>& endings
     return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 
-bool is_folder(const DepthOptions& options) {
+bool is_folder(const DepthOptions& options, const std::string& target) {
     std::error_code ignored;
-    return options.inputs.size() > 1 || options.output.ends_with('/') || fs::is_directory(options.output, ignored);
+    return options.inputs.size() > 1 || target.ends_with('/') || fs::is_directory(target, ignored);
 }
 
 fs::path resolved(const fs::path& file) {
@@ -53,15 +53,16 @@ std::optional<Identity> identity(const fs::path& file) {
     return Identity{status.st_dev, status.st_ino};
 }
 
-void check_target(const DepthOptions& options, const std::vector<std::string>& endings) {
-    const fs::path out = options.output;
+void check_target(const DepthOptions& options, const Output& output) {
+    const std::vector<std::string>& endings = output.product.endings;
+    const fs::path out = output.target;
     std::error_code ignored;
     if (out.empty())
-        throw UsageError("-o: the name is empty; give a file or a folder");
-    if (is_folder(options)) {
+        throw UsageError(output.option + ": the name is empty; give a file or a folder");
+    if (is_folder(options, output.target)) {
         if (fs::exists(out, ignored) && !fs::is_directory(out, ignored))
             throw UsageError(out.native() + ": is a file; several inputs need a folder");
-        if (!fs::exists(out, ignored) && !options.output.ends_with('/') && is_known(ending_of(out), endings))
+        if (!fs::exists(out, ignored) && !output.target.ends_with('/') && is_known(ending_of(out), endings))
             throw UsageError(fmt::format("{}: {} inputs cannot go into one file; give a folder ({}/)", out.native(),
                                          options.inputs.size(), out.native()));
     } else {
@@ -75,44 +76,93 @@ void check_target(const DepthOptions& options, const std::vector<std::string>& e
     }
 }
 
+fs::path place(const DepthOptions& options, const Output& output, const fs::path& input) {
+    fs::path file = output.target;
+    if (is_folder(options, output.target))
+        file /= input.stem().native() + (options.format.empty() ? output.product.endings.front() : options.format);
+    if (ending_of(file) == ".png" && !options.png_scale && !output.product.png_scale)
+        throw UsageError(file.native() + ": PNG holds 0 to 1 only; give --png-scale or write .exr, .tif or .pfm");
+    return file;
+}
+
+// Where it should be, when it is nowhere: reading it then says so.
+fs::path find(const DepthOptions& options, const Companion& companion, const fs::path& input) {
+    std::error_code ignored;
+    if (companion.source.empty())
+        throw UsageError(companion.option + ": the name is empty; give a file or a folder");
+    if (!fs::is_directory(companion.source, ignored)) {
+        if (options.inputs.size() > 1)
+            throw UsageError(
+                fmt::format("{}: '{}' is no folder, and {} inputs need one, in which each finds its own name",
+                            companion.option, companion.source, options.inputs.size()));
+        return companion.source;
+    }
+    const fs::path named = fs::path(companion.source) / input.stem();
+    for (const char* ending : {".exr", ".tif", ".tiff", ".pfm", ".png"})
+        if (const fs::path file = named.native() + ending; fs::exists(file, ignored))
+            return file;
+    return named.native() + ".exr";
+}
+
+void refuse_replacing(const DepthOptions& options, const std::vector<Job>& jobs) {
+    std::set<std::optional<Identity>> read{identity(options.camera)};
+    for (const Job& job : jobs) {
+        read.insert(identity(job.input));
+        for (const fs::path& companion : job.companions)
+            read.insert(identity(companion));
+    }
+    for (const Job& job : jobs)
+        for (const fs::path& output : job.outputs)
+            if (const auto old = identity(output); old && read.contains(old))
+                throw UsageError(output.native() + ": is one of the files to read; write elsewhere");
+}
+
 } // namespace
 
-std::vector<Job> plan(const DepthOptions& options, const std::vector<std::string>& endings) {
-    check_target(options, endings);
+std::vector<fs::path> Job::others() const {
+    std::vector<fs::path> files = companions;
+    files.insert(files.end(), outputs.begin(), outputs.end());
+    return files;
+}
+
+std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
+                      const std::vector<Companion>& companions) {
+    for (const Output& output : outputs)
+        check_target(options, output);
     std::vector<Job> jobs;
-    std::map<fs::path, fs::path> taken;
+    std::map<fs::path, std::string> taken;
     for (const fs::path input : options.inputs) {
-        fs::path output = options.output;
-        if (is_folder(options))
-            output /= input.stem().native() + (options.format.empty() ? endings.front() : options.format);
-        const auto [first, is_new] = taken.emplace(resolved(output), input);
-        if (!is_new)
-            throw UsageError(fmt::format("{}: would be written for {} and for {}; do them one by one", output.native(),
-                                         first->second.native(), input.native()));
-        if (ending_of(output) == ".png" && !options.png_scale)
-            throw UsageError(output.native() + ": PNG holds 0 to 1 only; give --png-scale or write .exr, .tif or .pfm");
-        jobs.push_back({input, output});
+        Job job{input, {}, {}};
+        for (const Companion& companion : companions)
+            job.companions.push_back(find(options, companion, input));
+        for (const Output& output : outputs) {
+            const fs::path file = place(options, output, input);
+            const std::string what = outputs.size() == 1 ? input.native() : output.option + " of " + input.native();
+            const auto [first, is_new] = taken.emplace(resolved(file), what);
+            if (!is_new)
+                throw UsageError(fmt::format("{}: would be written for {} and for {}; {}", file.native(), first->second,
+                                             what, outputs.size() == 1 ? "do them one by one" : "write one elsewhere"));
+            job.outputs.push_back(file);
+        }
+        jobs.push_back(job);
     }
-    std::set<std::optional<Identity>> inputs{identity(options.camera)};
-    for (const Job& job : jobs)
-        inputs.insert(identity(job.input));
-    for (const Job& job : jobs)
-        if (const auto old = identity(job.output); old && inputs.contains(old))
-            throw UsageError(job.output.native() + ": is one of the files to read; write elsewhere");
+    refuse_replacing(options, jobs);
     return jobs;
 }
 
-void prepare_folder(const DepthOptions& options, const Job& job) {
-    const fs::path folder = job.output.parent_path();
-    std::error_code error;
-    if (folder.empty() || fs::is_directory(folder, error))
-        return;
-    if (!is_folder(options))
-        throw Error(
-            fmt::format("{}: its folder does not exist; create {} first", job.output.native(), folder.native()));
-    fs::create_directories(folder, error);
-    if (error)
-        throw Error(fmt::format("{}: cannot be made: {}; choose another folder", folder.native(), error.message()));
+void prepare_folders(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job) {
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const fs::path& file = job.outputs[i];
+        const fs::path folder = file.parent_path();
+        std::error_code error;
+        if (folder.empty() || fs::is_directory(folder, error))
+            continue;
+        if (!is_folder(options, outputs[i].target))
+            throw Error(fmt::format("{}: its folder does not exist; create {} first", file.native(), folder.native()));
+        fs::create_directories(folder, error);
+        if (error)
+            throw Error(fmt::format("{}: cannot be made: {}; choose another folder", folder.native(), error.message()));
+    }
 }
 
 } // namespace fathom::cli

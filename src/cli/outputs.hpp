@@ -7,21 +7,41 @@
 
 namespace fathom::cli {
 
-/// An input with the place of its result.
-struct Job {
-    std::filesystem::path input;
-    std::filesystem::path output;
+/// An image to write for each input.
+struct Output {
+    std::string option; ///< that says where: -o, --confidence
+    std::string target; ///< file or folder
+    Product product;
 };
 
-/// Decides where the results go, before anything is read or written.
-/// OUT is a folder when it is one, when it ends with a slash, or when there are several inputs; a result is then
-/// OUT/<name of the input without its ending><format>. Otherwise it is the file to write.
-/// Throws: UsageError when two results would have the same name, when a result would replace an input or the camera
-/// file, when the ending is not one of `endings`, or when .png is asked for without a scale.
-std::vector<Job> plan(const DepthOptions& options, const std::vector<std::string>& endings);
+/// An image to read with each input.
+struct Companion {
+    std::string option; ///< that says where: --normals
+    std::string source; ///< a file, or a folder in which it is named like the input
+};
 
-/// Makes the folder of a result when OUT is a folder that is not there yet.
-/// Throws: Error when it cannot be made, or when a single file is to go into a folder that does not exist.
-void prepare_folder(const DepthOptions& options, const Job& job);
+/// An input with the files that belong to it.
+struct Job {
+    std::filesystem::path input;
+    std::vector<std::filesystem::path> companions;
+    std::vector<std::filesystem::path> outputs;
+
+    /// All but the input.
+    std::vector<std::filesystem::path> others() const;
+};
+
+/// Decides where everything lies, before anything is read or written.
+/// A target is a folder when it is one, when it ends with a slash, or when there are several inputs; a result is then
+/// <folder>/<name of the input without its ending><format>. Otherwise it is the file to write. In a folder of companions
+/// the same name is looked for with the endings that images have.
+/// Throws: UsageError when two results would have the same name, when a result would replace a file that is read, when
+/// the ending is not one of the product's, when .png is asked for without a scale, or when several inputs share a
+/// companion.
+std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
+                      const std::vector<Companion>& companions = {});
+
+/// Makes the folders of results whose targets are folders that are not there yet.
+/// Throws: Error when one cannot be made, or when a single file is to go into a folder that does not exist.
+void prepare_folders(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job);
 
 } // namespace fathom::cli

@@ -30,7 +30,7 @@ std::function<int()> configure(CLI::App& app) {
     const Product product{.endings = {".exr", ".ply", ".tif", ".pfm", ".png"}, .channels = {"P.X", "P.Y", "P.Z"}};
     const auto options = std::make_shared<Options>();
     UnprojectOptions& unprojection = options->unproject;
-    add_depth_options(app, *options, product.endings);
+    add_depth_options(app, *options, product);
     CLI::Option* space =
         add_choice(app, "--space", unprojection.space, {{"view", Space::view}, {"world", Space::world}},
                    "axes of the positions: the camera's (default) or the world's,\n"

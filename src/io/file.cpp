@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <deque>
 #include <fstream>
 #include <system_error>
 #include <utility>
@@ -57,11 +58,14 @@ public:
         }
     }
 
-    void take_over() {
+    void complete() {
         if (struct stat old; ::stat(target_.c_str(), &old) == 0)
             static_cast<void>(::fchmod(descriptor_, old.st_mode & 07777)); // keeps what the owner had granted
         if (::close(std::exchange(descriptor_, -1)) != 0)                  // where network disks say that they are full
             fail(errno);
+    }
+
+    void take_over() {
         if (::rename(path_.c_str(), target_.c_str()) != 0)
             fail(errno);
         done_ = true;
@@ -83,6 +87,20 @@ private:
     int descriptor_ = -1;
     bool done_ = false;
 };
+
+/// Where a file's content belongs. A link stays a link: what it points to is replaced, or made.
+fs::path target_of(const fs::path& file) {
+    std::error_code error;
+    const auto status = fs::status(file, error);
+    if (fs::is_directory(status))
+        refuse(file, "is a folder; name a file in it");
+    if (fs::exists(status) && !fs::is_regular_file(status))
+        refuse(file, "is no regular file; write to one and copy it");
+    fs::path target = file; // the system refuses chains longer than 40
+    for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links)
+        target = target.parent_path() / fs::read_symlink(target);
+    return target;
+}
 
 } // namespace
 
@@ -125,20 +143,15 @@ Bytes read_file(const fs::path& file) {
     return bytes;
 }
 
-void replace_file(const fs::path& file, std::span<const unsigned char> content) {
-    std::error_code error;
-    const auto status = fs::status(file, error);
-    if (fs::is_directory(status))
-        refuse(file, "is a folder; name a file in it");
-    if (fs::exists(status) && !fs::is_regular_file(status))
-        refuse(file, "is no regular file; write to one and copy it");
-    // A link stays a link: what it points to is replaced, or made. The system refuses chains longer than 40.
-    fs::path target = file;
-    for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links)
-        target = target.parent_path() / fs::read_symlink(target);
-    Successor successor(target);
-    successor.write(content);
-    successor.take_over();
+void replace_files(std::span<const Content> files) {
+    std::deque<Successor> successors;
+    for (const Content& content : files) {
+        Successor& successor = successors.emplace_back(target_of(content.file));
+        successor.write(content.bytes);
+        successor.complete();
+    }
+    for (Successor& successor : successors)
+        successor.take_over();
 }
 
 } // namespace fathom::io

@@ -24,8 +24,15 @@ void check_readable(const std::filesystem::path& file);
 /// The whole file.
 Bytes read_file(const std::filesystem::path& file);
 
-/// Replaces a file's content, or makes it: whoever looks sees the old file or the new one, never a part. Whatever goes
-/// wrong (no such folder, no permission, a full disk), the old one stays and nothing else is left behind.
-void replace_file(const std::filesystem::path& file, std::span<const unsigned char> content);
+/// What a file is to hold.
+struct Content {
+    std::filesystem::path file;
+    Bytes bytes;
+};
+
+/// Replaces files' contents, or makes them: whoever looks sees the old file or the new one, never a part. The first takes
+/// its place only once all of them lie complete on their disks: whatever goes wrong before (no such folder, no permission,
+/// a full disk), the old ones stay and nothing else is left behind.
+void replace_files(std::span<const Content> files);
 
 } // namespace fathom::io

@@ -23,7 +23,7 @@ Bytes exr_bytes(const cv::Mat& image, const std::vector<std::string>& channels);
 Bytes tiff_bytes(const cv::Mat& image);
 Bytes pfm_bytes(const cv::Mat& image);     ///< 1 or 3 channels
 Bytes ply_bytes(const cv::Mat& positions); ///< 3 or 4 channels; the fourth is no part of the position
-Bytes png_bytes(const cv::Mat& image, double scale);
+Bytes png_bytes(const cv::Mat& image, double scale, double offset);
 
 /// Decodes unchanged with OpenCV. Throws: Error when it cannot; nothing else reaches stderr.
 cv::Mat decode_with_opencv(const std::filesystem::path& file, const Bytes& bytes);

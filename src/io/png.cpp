@@ -66,12 +66,12 @@ std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& 
     return decode_with_opencv(file, picture);
 }
 
-Bytes png_bytes(const cv::Mat& image, double scale) {
+Bytes png_bytes(const cv::Mat& image, double scale, double offset) {
     cv::Mat codes(image.size(), CV_16UC(image.channels()));
     for (int y = 0; y < image.rows; ++y) {
         const auto* in = image.ptr<float>(y);
-        std::transform(in, in + image.cols * image.channels(), codes.ptr<std::uint16_t>(y), [scale](float value) {
-            const double code = std::round(value * scale * 65535);
+        std::transform(in, in + image.cols * image.channels(), codes.ptr<std::uint16_t>(y), [=](float value) {
+            const double code = std::round((value * scale + offset) * 65535);
             return static_cast<std::uint16_t>(code > 0 ? std::min(code, 65535.0) : 0); // NaN: 0
         });
     }

@@ -44,7 +44,7 @@ std::vector<std::string> channel_names(const std::filesystem::path& file, const 
     return options.channels;
 }
 
-io::Bytes bytes_of(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
+io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
     const auto ending = ending_of(file);
     if (ending == ".exr")
         return io::exr_bytes(image, channel_names(file, image, options));
@@ -65,21 +65,19 @@ io::Bytes bytes_of(const std::filesystem::path& file, const cv::Mat& image, cons
         if (!options.png_scale)
             refuse(file, "a .png holds 0 to 1 in 16 bits, these values have no such range; "
                          "give a scale (--png-scale) or write .exr, .tif or .pfm");
-        if (!std::isfinite(*options.png_scale))
-            refuse(file, "the scale of a .png is " + std::to_string(*options.png_scale) + "; it must be finite");
-        return io::png_bytes(image, *options.png_scale);
+        if (!std::isfinite(*options.png_scale) || !std::isfinite(options.png_offset))
+            refuse(file, "the scale of a .png is " + std::to_string(*options.png_scale) + ", its offset " +
+                             std::to_string(options.png_offset) + "; both must be finite");
+        return io::png_bytes(image, *options.png_scale, options.png_offset);
     }
     refuse(file, "the ending \"" + ending + "\" is none that can be written; use .exr, .tif, .pfm, .png or .ply");
 }
 
-} // namespace
-
-void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
+io::Bytes bytes_of(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
     if (image.empty() || image.dims != 2 || image.depth() != CV_32F)
         refuse(file, "only images of 32-bit floats can be written; convert it first");
-    io::Bytes bytes;
     try {
-        bytes = bytes_of(file, image, options);
+        return encoded(file, image, options);
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
@@ -87,7 +85,19 @@ void write_image(const std::filesystem::path& file, const cv::Mat& image, const 
     } catch (const std::exception& error) {
         refuse(file, std::string("cannot be written: ") + error.what());
     }
-    io::replace_file(file, bytes);
+}
+
+} // namespace
+
+void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
+    write_images({{file, image, options}});
+}
+
+void write_images(const std::vector<ImageFile>& images) {
+    std::vector<io::Content> contents;
+    for (const ImageFile& image : images)
+        contents.push_back({image.file, bytes_of(image.file, image.image, image.options)});
+    io::replace_files(contents);
 }
 
 } // namespace fathom

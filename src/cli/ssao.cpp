@@ -1,0 +1,211 @@
+// fathom ssao
+#include "codecs.hpp"
+#include "command.hpp"
+#include "each_depth.hpp"
+#include "messages.hpp"
+
+#include <fathom/error.hpp>
+#include <fathom/io.hpp>
+#include <fathom/opencv.hpp>
+#include <fathom/ssao.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace fathom::cli {
+namespace {
+
+struct Options : DepthOptions {
+    SsaoOptions ssao;
+    std::optional<std::string> thickness_map, bent_normal, confidence;
+};
+
+CLI::Validator is_whole(int least, double most) {
+    return is_a_number(fmt::format("whole number from {} to {:.0f}", least, most),
+                       [=](double n) { return n == std::floor(n) && n >= least && n <= most; });
+}
+
+CLI::Validator is_a_length_or_inf() {
+    return CLI::Validator(
+        [](std::string& text) {
+            double value;
+            const bool good = CLI::detail::lexical_cast(text, value) && value >= 0;
+            return good ? std::string() : "'" + text + "' will not do; it is a number from 0, or inf";
+        },
+        "");
+}
+
+// Four whole numbers "X,Y,W,H"; what is wrong with them otherwise.
+std::string parse_region(const std::string& text, Region& region) {
+    const std::vector<std::string> parts = CLI::detail::split(text, ',');
+    int numbers[4];
+    bool good = parts.size() == 4;
+    for (std::size_t i = 0; good && i < 4; ++i)
+        good = CLI::detail::lexical_cast(parts[i], numbers[i]) && numbers[i] >= (i < 2 ? 0 : 1);
+    if (!good)
+        return "'" + text + "' is no region; it is four whole numbers X,Y,W,H, in pixels from the top left";
+    region = {numbers[0], numbers[1], numbers[2], numbers[3]};
+    return "";
+}
+
+void add_occlusion_options(CLI::App& app, SsaoOptions& ssao) {
+    const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
+                         const char* description) {
+        return app.add_option(name, target, description)->type_name(value)->check(check)->group("Occlusion");
+    };
+    add("--radius", "R", is_a_number("number above 0", [](double r) { return r > 0; }), ssao.radius,
+        "length of the rays, scene units: what is farther away occludes\n"
+        "nothing (default: \"ao_distance\" of the camera file)");
+    add_choice(app, "--quality", ssao.quality,
+               {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
+               "how many directions and distances are looked into\n(default: balanced)")
+        ->group("Occlusion");
+    add("--slices", "N", is_whole(1, 64), ssao.slices,
+        "instead of the quality's: planes through the view ray, 1 to 64");
+    add("--steps", "N", is_whole(1, 256), ssao.steps,
+        "instead of the quality's: places looked at on either side of\na slice, 1 to 256");
+    add("--patterns", "1|4|16", is_one_of({"1", "4", "16"}), ssao.patterns,
+        "instead of the quality's: neighbouring pixels look into as many\n"
+        "different directions and are averaged; 1: all alike, no average");
+    add("--thickness", "T|inf", is_a_length_or_inf(), ssao.thickness,
+        "what is solid behind a surface, along its ray, scene units;\n"
+        "inf: all that lies behind it (default: a quarter of the radius)");
+    add("--falloff", "F", is_a_number("number from 0 to 1", [](double f) { return f >= 0 && f <= 1; }), ssao.falloff,
+        "share of the radius, at its end, over which occluders fade out,\n0 to 1 (default: 0, a hard end)");
+    add_choice(
+        app, "--border", ssao.border, {{"open", Border::open}, {"clamp", Border::clamp}},
+        "what lies outside the image: nothing (open; default), or the\npixels of its border, again and again (clamp)")
+        ->group("Occlusion");
+    add("--seed", "N", is_whole(0, 4294967295.0), ssao.seed, "turns the patterns (default: 0)");
+}
+
+void use_default_radius(Options& options) {
+    if (options.ssao.radius > 0)
+        return;
+    const std::optional<double> distance = read_camera(options.camera).lens.ao_distance;
+    if (!distance)
+        throw UsageError("--radius: missing, and " + options.camera +
+                         " has no \"ao_distance\"; give a length in scene units");
+    if (!(*distance > 0 && std::isfinite(*distance)))
+        throw UsageError(fmt::format("{}: \"ao_distance\" is {}, which is no length of a ray; give --radius",
+                                     options.camera, number(*distance)));
+    options.ssao.radius = *distance;
+}
+
+void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const StoredDepth& stored,
+                     const Job& job) {
+    const int width = stored.image.width(), height = stored.image.height();
+    if (image.cols != width || image.rows != height)
+        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
+                                image.cols, image.rows, job.input.native(), width, height));
+}
+
+void check_region(const std::optional<Region>& region, const StoredDepth& stored) {
+    const int width = stored.image.width(), height = stored.image.height();
+    if (region && (region->x > width - region->width || region->y > height - region->height))
+        throw Error(fmt::format("--region {},{},{},{} reaches beyond the image of {} × {}; choose a part of it",
+                                region->x, region->y, region->width, region->height, width, height));
+}
+
+cv::Mat read_thickness(const std::filesystem::path& file) {
+    const StderrSilenced silenced;
+    const DepthFile read = read_depth(file);
+    if (read.storage != Storage::float32 && read.storage != Storage::float16)
+        throw Error(file.native() + ": holds integers, but a thickness is a float in scene units; save it as float");
+    cv::Mat thickness;
+    read.values.convertTo(thickness, CV_32F);
+    return thickness;
+}
+
+// Visibility, then what else was asked for, in the order of the options.
+std::vector<cv::Mat> occlude(const Options& options, const StoredDepth& stored, const Job& job) {
+    check_region(options.ssao.region, stored);
+    SsaoOptions asked = options.ssao;
+    cv::Mat thickness; // read by the device until the results are there
+    if (options.thickness_map) {
+        const std::filesystem::path& file = job.companions.back();
+        thickness = read_thickness(file);
+        check_same_size(file, thickness, stored, job);
+        asked.thickness_map = to_device(stored.image.device(), thickness);
+    }
+    asked.bent_normal = options.bent_normal.has_value();
+    asked.confidence = options.confidence.has_value();
+    const Occlusion occlusion = ssao(stored, asked);
+    std::vector<cv::Mat> results{to_mat(occlusion.visibility)};
+    if (asked.bent_normal)
+        results.push_back(to_mat(occlusion.bent_normal));
+    if (asked.confidence)
+        results.push_back(to_mat(occlusion.confidence));
+    return results;
+}
+
+std::function<int()> configure(CLI::App& app) {
+    const std::vector<std::string> endings{".exr", ".tif", ".pfm", ".png"};
+    const Product visibility{.endings = endings, .channels = {"AO"}, .png_scale = 1};
+    const Product bent_normal{
+        .endings = endings, .channels = {"N.X", "N.Y", "N.Z"}, .png_scale = 0.5, .png_offset = 0.5};
+    const Product confidence{.endings = endings, .channels = {"confidence"}, .png_scale = 1};
+
+    const auto options = std::make_shared<Options>();
+    add_depth_options(app, *options, visibility);
+    add_occlusion_options(app, options->ssao);
+    app.add_option("--thickness-map", options->thickness_map,
+                   "--thickness for each pixel: an image of floats, scene units")
+        ->type_name("FILE")
+        ->excludes("--thickness")
+        ->group("Input");
+    app.add_option_function<std::string>(
+           "--region", [options](const std::string& text) { parse_region(text, options->ssao.region.emplace()); },
+           "the part of the image that is wanted: the results are of its\nsize; the rest is looked at all the same")
+        ->type_name("X,Y,W,H")
+        ->check(CLI::Validator(
+            [](std::string& text) {
+                Region ignored;
+                return parse_region(text, ignored);
+            },
+            ""))
+        ->group("Output");
+    app.add_option("--bent-normal", options->bent_normal,
+                   "also write where the open part of the hemisphere lies on\naverage: unit length, the camera's axes")
+        ->type_name("FILE")
+        ->group("Output");
+    app.add_option(
+           "--confidence", options->confidence,
+           "also write the share of what was looked at that lay inside the\nimage, on pixels whose depth is known")
+        ->type_name("FILE")
+        ->group("Output");
+
+    return [=] {
+        use_default_radius(*options);
+        More more;
+        if (options->thickness_map)
+            more.companions.push_back({"--thickness-map", *options->thickness_map});
+        if (options->bent_normal)
+            more.outputs.push_back({"--bent-normal", *options->bent_normal, bent_normal});
+        if (options->confidence)
+            more.outputs.push_back({"--confidence", *options->confidence, confidence});
+        return each_depth(*options, visibility, more,
+                          [&](const StoredDepth& stored, const Job& job) { return occlude(*options, stored, job); });
+    };
+}
+
+} // namespace
+
+const Command ssao_command{
+    .name = "ssao",
+    .summary = "Finds how much of the hemisphere above each pixel is open: ambient occlusion.",
+    .notes = R"(The result is visibility, 1 open to 0 blocked; an EXR holds it as channel AO, a .png in 16 bits as
+round(value × 65535). The background has 1; what is no surface has NaN, and 0 in a .png. The EXR channels of a bent
+normal are N.X N.Y N.Z; a .png of it holds ½n + ½.
+
+With several inputs, every FILE above is a folder, as OUT is, and each input finds or leaves its own name there. Of
+one input's files all are written or none. What is computed: docs/ambient-occlusion.md.
+
+Example:
+  fathom ssao frame.exr --camera camera.json -o frame.ao.png --radius 0.5
+  fathom ssao shots/*.exr --camera camera.json -o ao/ --radius 0.5 --quality accurate --thickness inf)",
+    .configure = configure,
+};
+
+} // namespace fathom::cli

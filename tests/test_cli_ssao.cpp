@@ -1,0 +1,271 @@
+// fathom ssao: the options reach the library, the files hold what it gives, and what is wrong is told in one line.
+#include "program.hpp"
+#include "scene/scene.hpp"
+
+#include <fathom/opencv.hpp>
+#include <fathom/ssao.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr const char* view = R"(, "view": [[0,0,1,0],[0,1,0,0],[-1,0,0,5],[0,0,0,1]])";
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+    if (a.size() != b.size() || a.type() != b.type())
+        return false;
+    for (int y = 0; y < a.rows; ++y)
+        if (std::memcmp(a.ptr(y), b.ptr(y), static_cast<std::size_t>(a.cols) * a.elemSize()) != 0)
+            return false;
+    return true;
+}
+
+cv::Mat channel(const std::string& file, const std::string& name = {}) {
+    return read_depth(file, {.channel = name, .packing = {}}).values;
+}
+
+// A room as the program and as the library sees it.
+struct Room {
+    Folder folder;
+    std::string camera, input;
+    StoredDepth stored;
+    cv::Mat depth;
+
+    explicit Room(const std::string& more = view) : camera(camera_file(folder, more)) {
+        const Camera seen = camera_for(read_camera(camera), width, height);
+        Camera still = seen; // the scene lies before the eye, wherever the world is
+        still.view.reset();
+        auto image = scene::render(scene::room(), still);
+        depth = cv::Mat(height, width, CV_32FC1, image.stored.data()).clone();
+        depth.at<float>(0, 0) = 1;   // background
+        depth.at<float>(0, 1) = NAN; // no surface
+        input = depth_file(folder, "room.exr", depth);
+        stored = {to_device(Device::open(), depth), seen};
+    }
+
+    Arguments arguments(const std::string& output, const Arguments& more = {}) const {
+        Arguments all{"ssao", input, "--camera", camera, "-o", output, "--radius", "0.8"};
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    }
+
+    cv::Mat expected(const std::function<void(SsaoOptions&)>& change = {}) const {
+        SsaoOptions options;
+        options.radius = 0.8;
+        if (change)
+            change(options);
+        return to_mat(ssao(stored, options).visibility);
+    }
+};
+
+cv::Mat thickness_map() {
+    cv::Mat thickness(height, width, CV_32FC1);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            thickness.at<float>(y, x) = 0.02f * static_cast<float>(x);
+    return thickness;
+}
+
+} // namespace
+
+TEST_CASE("ssao program: writes what the library computes, in every format") {
+    const Room room;
+    const cv::Mat truth = room.expected();
+    CHECK(truth.at<float>(0, 0) == 1);
+    CHECK(std::isnan(truth.at<float>(0, 1)));
+    double least, greatest;
+    cv::minMaxLoc(truth, &least, &greatest);
+    CHECK(least < 0.7);
+    CHECK(greatest == 1);
+    for (const std::string ending : {".exr", ".tif", ".pfm"}) {
+        const std::string output = room.folder / ("out/ao" + ending);
+        check_done(run(room.arguments(output)));
+        CHECK(same(channel(output, ending == ".exr" ? "AO" : ""), truth));
+    }
+    check_done(run(room.arguments(room.folder / "out/ao.png")));
+    const cv::Mat codes = channel(room.folder / "out/ao.png");
+    REQUIRE(codes.type() == CV_16UC1);
+    CHECK(codes.at<ushort>(0, 1) == 0);
+    for (int i = 2; i < width * height; ++i)
+        CHECK(codes.at<ushort>(i / width, i % width) == std::lround(truth.at<float>(i / width, i % width) * 65535.0));
+}
+
+TEST_CASE("ssao program: every option reaches the library") {
+    const Room room;
+    const std::string output = room.folder / "out/ao.exr";
+    const std::string map = depth_file(room.folder, "thickness.pfm", thickness_map());
+    const cv::Mat thickness = thickness_map();
+    struct Case {
+        Arguments arguments;
+        std::function<void(SsaoOptions&)> change;
+    };
+    const std::vector<Case> cases{
+        {{"--quality", "fast"}, [](SsaoOptions& o) { o.quality = Quality::fast; }},
+        {{"--quality", "accurate"}, [](SsaoOptions& o) { o.quality = Quality::accurate; }},
+        {{"--slices", "5"}, [](SsaoOptions& o) { o.slices = 5; }},
+        {{"--steps", "3"}, [](SsaoOptions& o) { o.steps = 3; }},
+        {{"--patterns", "1"}, [](SsaoOptions& o) { o.patterns = 1; }},
+        {{"--thickness", "0.05"}, [](SsaoOptions& o) { o.thickness = 0.05; }},
+        {{"--thickness", "inf"}, [](SsaoOptions& o) { o.thickness = infinity; }},
+        {{"--thickness-map", map},
+         [&](SsaoOptions& o) { o.thickness_map = to_device(room.stored.image.device(), thickness); }},
+        {{"--falloff", "0.5"}, [](SsaoOptions& o) { o.falloff = 0.5; }},
+        {{"--border", "clamp"}, [](SsaoOptions& o) { o.border = Border::clamp; }},
+        {{"--region", "5,3,20,10"},
+         [](SsaoOptions& o) {
+             o.region = {5, 3, 20, 10};
+         }},
+        {{"--seed", "7"}, [](SsaoOptions& o) { o.seed = 7; }},
+    };
+    for (const Case& c : cases) {
+        INFO(c.arguments[0] << ' ' << c.arguments[1]);
+        check_done(run(room.arguments(output, c.arguments)));
+        const cv::Mat found = channel(output, "AO");
+        CHECK(same(found, room.expected(c.change)));
+        CHECK(!same(found, room.expected()));
+    }
+}
+
+TEST_CASE("ssao program: bent normals and confidence go into files of their own") {
+    const Room room;
+    SsaoOptions options;
+    options.radius = 0.8;
+    options.bent_normal = options.confidence = true;
+    const Occlusion truth = ssao(room.stored, options);
+    const cv::Mat bent = to_mat(truth.bent_normal);
+    const auto ask = [&](const std::string& ending) {
+        return run(room.arguments(room.folder / ("out/ao" + ending),
+                                  {"--bent-normal", room.folder / ("out/bent" + ending), "--confidence",
+                                   room.folder / ("out/sure" + ending), "--json"}));
+    };
+    const Outcome outcome = ask(".exr");
+    check_done(outcome);
+    CHECK(same(channel(room.folder / "out/ao.exr", "AO"), room.expected()));
+    CHECK(same(channel(room.folder / "out/sure.exr", "confidence"), to_mat(truth.confidence)));
+    for (int i = 0; i < 3; ++i) {
+        cv::Mat part;
+        cv::extractChannel(bent, part, i);
+        CHECK(same(channel(room.folder / "out/bent.exr", std::string("N.") + "XYZ"[i]), part));
+    }
+    const auto line = nlohmann::json::parse(outcome.out);
+    CHECK(line["output"] == room.folder / "out/ao.exr");
+    CHECK(line["bent_normal"] == room.folder / "out/bent.exr");
+    CHECK(line["confidence"] == room.folder / "out/sure.exr");
+
+    check_done(ask(".png"));
+    const cv::Vec3w code = cv::imread(room.folder / "out/bent.png", cv::IMREAD_UNCHANGED).at<cv::Vec3w>(20, 30);
+    for (int i = 0; i < 3; ++i)
+        CHECK(code[2 - i] == std::lround((bent.at<cv::Vec3f>(20, 30)[i] * 0.5 + 0.5) * 65535.0));
+}
+
+TEST_CASE("ssao program: the radius is the camera file's unless it is given") {
+    const Room room(R"(, "ao_distance": 0.8)");
+    const std::string output = room.folder / "out/ao.exr";
+    check_done(run({"ssao", room.input, "--camera", room.camera, "-o", output}));
+    CHECK(same(channel(output, "AO"), room.expected()));
+    check_done(run({"ssao", room.input, "--camera", room.camera, "-o", output, "--radius", "0.3"}));
+    CHECK(same(channel(output, "AO"), room.expected([](SsaoOptions& o) { o.radius = 0.3; })));
+
+    const Arguments without{"ssao", room.input, "--camera", camera_file(room.folder), "-o", output};
+    check_refused(run(without), 2, "--radius");
+    camera_file(room.folder, R"(, "ao_distance": 0)");
+    check_refused(run(without), 2, "\"ao_distance\" is 0");
+}
+
+TEST_CASE("ssao program: several inputs find and leave their files under their own names") {
+    const Room room;
+    const std::string other = depth_file(room.folder, "other.png", room.depth);
+    fs::create_directory(room.folder / "maps");
+    depth_file(room.folder, "maps/room.tiff", thickness_map());
+    const auto ask = [&](const std::string& maps) {
+        return run({"ssao", room.input, other, "--camera", room.camera, "-o", room.folder / "out/ao", "--radius", "0.8",
+                    "--thickness-map", maps, "--confidence", room.folder / "out/sure", "--format", "pfm"});
+    };
+    check_refused(ask(room.folder / "maps"), 1, room.folder / "maps/other.exr");
+    CHECK(room.folder.results() == std::vector<std::string>{"ao", "room.pfm", "room.pfm", "sure"});
+    depth_file(room.folder, "maps/other.exr", thickness_map());
+    check_done(ask(room.folder / "maps"));
+    CHECK(room.folder.results() ==
+          std::vector<std::string>{"ao", "other.pfm", "other.pfm", "room.pfm", "room.pfm", "sure"});
+    check_refused(ask(room.folder / "maps/room.tiff"), 2, "--thickness-map");
+}
+
+TEST_CASE("ssao program: of one input's files all are written or none") {
+    const Room room;
+    const std::string output = room.folder / "out/ao.exr", nowhere = room.folder / "out/nowhere/sure.exr";
+    check_refused(run(room.arguments(output, {"--confidence", nowhere})), 1, nowhere);
+    CHECK(room.folder.results().empty());
+    write(room.folder / "file", "");
+    check_refused(run(room.arguments(output, {"--confidence", room.folder / "file/sure.exr"})), 1, "file/sure.exr");
+    CHECK(room.folder.results().empty());
+}
+
+TEST_CASE("ssao program: wrong usage is told before anything is done") {
+    const Room room;
+    const std::string output = room.folder / "out/ao.exr";
+    const std::vector<std::pair<Arguments, std::string>> cases{
+        {{"--radius", "0"}, "--radius: '0'"},
+        {{"--radius", "-1"}, "--radius: '-1'"},
+        {{"--radius", "nan"}, "--radius: 'nan'"},
+        {{"--radius", "inf"}, "--radius: 'inf'"},
+        {{"--quality", "best"}, "fast, balanced or accurate"},
+        {{"--slices", "0"}, "--slices"},
+        {{"--slices", "65"}, "1 to 64"},
+        {{"--slices", "2.5"}, "--slices"},
+        {{"--steps", "257"}, "1 to 256"},
+        {{"--patterns", "2"}, "1, 4 or 16"},
+        {{"--thickness", "nan"}, "--thickness: 'nan'"},
+        {{"--thickness", "-0.1"}, "--thickness: '-0.1'"},
+        {{"--thickness", "1", "--thickness-map", room.input}, "--thickness-map"},
+        {{"--falloff", "1.5"}, "0 to 1"},
+        {{"--border", "wrap"}, "open or clamp"},
+        {{"--seed", "-1"}, "--seed"},
+        {{"--seed", "4294967296"}, "--seed"},
+        {{"--region", "1,2,3"}, "X,Y,W,H"},
+        {{"--region", "0,0,0,5"}, "X,Y,W,H"},
+        {{"--region", "-1,0,5,5"}, "X,Y,W,H"},
+        {{"--region", "1.5,0,5,5"}, "X,Y,W,H"},
+        {{"--confidence", output}, "--confidence"},
+        {{"--confidence", room.input}, room.input},
+        {{"--bent-normal", room.camera}, room.camera},
+        {{"--confidence", room.folder / "out/sure.ply"}, ".ply"},
+        {{"--confidence", ""}, "--confidence"},
+        {{"--png-scale", "2"}, "--png-scale"},
+        {{"--thicknes", "2"}, "did you mean --thickness?"},
+    };
+    for (const auto& [more, named] : cases) {
+        Arguments arguments{"ssao", room.input, "--camera", room.camera, "-o", output};
+        if (more.front() != "--radius")
+            arguments.insert(arguments.end(), {"--radius", "0.8"});
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        check_refused(run(arguments), 2, named);
+    }
+    CHECK(room.folder.results().empty());
+}
+
+TEST_CASE("ssao program: refuses companions and regions that do not fit the image") {
+    const Room room;
+    const std::string output = room.folder / "out/ao.exr";
+    const auto refused = [&](const Arguments& more, const std::vector<std::string>& named) {
+        const Outcome outcome = run(room.arguments(output, more));
+        for (const std::string& name : named)
+            check_refused(outcome, 1, name);
+    };
+    refused({"--region", "30,0,20,5"}, {room.input, "--region 30,0,20,5", "48 × 32"});
+    refused({"--region", "0,2147483647,5,5"}, {"--region", "48 × 32"});
+    const std::string small = depth_file(room.folder, "small.exr", ramp(10, 20));
+    refused({"--thickness-map", small}, {small, "10 × 20", "48 × 32"});
+    const std::string codes = depth_file(room.folder, "codes.png");
+    refused({"--thickness-map", codes}, {codes, "float"});
+    refused({"--thickness-map", room.folder / "none.exr"}, {room.folder / "none.exr"});
+    CHECK(room.folder.results().empty());
+}
