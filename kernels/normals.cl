@@ -44,29 +44,29 @@ typedef struct {
     floatV q, gx, gy;
 } plane;
 
-INLINE plane nearest_plane(const window* w, int inside, floatV error) {
-    const floatV q = LOAD(float, w->source + w->x), tolerance = 4.0f * error;
-    return (plane){q,
-                   slope(neighbour(w, inside, -2, 0), neighbour(w, inside, -1, 0), q, neighbour(w, inside, 1, 0),
-                         neighbour(w, inside, 2, 0), tolerance),
-                   slope(neighbour(w, inside, 0, -2), neighbour(w, inside, 0, -1), q, neighbour(w, inside, 0, 1),
-                         neighbour(w, inside, 0, 2), tolerance)};
+INLINE void nearest_plane(const window* w, int inside, floatV error, plane* p) {
+    const floatV tolerance = 4.0f * error;
+    p->q = LOAD(float, w->source + w->x);
+    p->gx = slope(neighbour(w, inside, -2, 0), neighbour(w, inside, -1, 0), p->q, neighbour(w, inside, 1, 0),
+                  neighbour(w, inside, 2, 0), tolerance);
+    p->gy = slope(neighbour(w, inside, 0, -2), neighbour(w, inside, 0, -1), p->q, neighbour(w, inside, 0, 1),
+                  neighbour(w, inside, 0, 2), tolerance);
 }
 
 #if RADIUS > 0
-// The plane of least squares through the pixels that `last` predicts to within `margin` + `per_pixel` times the distance.
-// Drawn towards `last` by as much as one pixel beside it is worth, so that a lonely pixel keeps it.
-INLINE plane refit(const window* w, int inside, plane last, floatV margin, floatV per_pixel) {
+// The plane of least squares through the pixels that `p` predicts to within `margin` + `per_pixel` times the distance. Drawn
+// towards `p` by as much as one pixel beside it is worth, so that a lonely pixel keeps it.
+INLINE void refit(const window* w, int inside, floatV margin, floatV per_pixel, plane* p) {
     floatV n = (floatV)0.0f, sx = (floatV)0.0f, sy = (floatV)0.0f, sr = (floatV)0.0f;
     floatV sxx = (floatV)1.0f, sxy = (floatV)0.0f, syy = (floatV)1.0f, sxr = (floatV)0.0f, syr = (floatV)0.0f;
 #pragma unroll
     for (int dy = -RADIUS; dy <= RADIUS; ++dy) {
-        const floatV middle = fma(last.gy, (floatV)(float)dy, last.q);
+        const floatV middle = fma(p->gy, (floatV)(float)dy, p->q);
         const floatV limit = fma(per_pixel, (floatV)(float)abs(dy), margin);
         floatV row_n = (floatV)0.0f, row_x = (floatV)0.0f, row_xx = (floatV)0.0f, row_r = (floatV)0.0f;
 #pragma unroll
         for (int dx = -RADIUS; dx <= RADIUS; ++dx) {
-            const floatV rest = neighbour(w, inside, dx, dy) - fma(last.gx, (floatV)(float)dx, middle);
+            const floatV rest = neighbour(w, inside, dx, dy) - fma(p->gx, (floatV)(float)dx, middle);
             const intV near = fabs(rest) <= fma(per_pixel, (floatV)(float)abs(dx), limit);
             const floatV one = select((floatV)0.0f, (floatV)1.0f, near), r = select((floatV)0.0f, rest, near);
             row_n += one;
@@ -91,22 +91,23 @@ INLINE plane refit(const window* w, int inside, plane last, floatV margin, float
     const floatV xr = fma(-mx, sr, sxr), yr = fma(-my, sr, syr);
     const floatV inverse = 1.0f / fma(xx, yy, -xy * xy);
     const floatV cx = fma(yy, xr, -xy * yr) * inverse, cy = fma(xx, yr, -xy * xr) * inverse;
-    return (plane){last.q + (mr - fma(cx, mx, cy * my)), last.gx + cx, last.gy + cy};
+    p->q += mr - fma(cx, mx, cy * my);
+    p->gx += cx;
+    p->gy += cy;
 }
 #endif
 
 // `inside` is the same for all work-items but those at the borders, and known where this is compiled.
-INLINE plane tangent(const window* w, int inside, floatV error) {
-    plane p = nearest_plane(w, inside, error);
+INLINE void tangent(const window* w, int inside, floatV error, plane* p) {
+    nearest_plane(w, inside, error, p);
 #if RADIUS > 0
-    p = refit(w, inside, p, 2.0f * error, GUESS_ERROR * error);
-    p = refit(w, inside, p, 2.0f * error, FIT_ERROR * error);
+    refit(w, inside, 2.0f * error, GUESS_ERROR * error, p);
+    refit(w, inside, 2.0f * error, FIT_ERROR * error, p);
 #endif
-    return p;
 }
 
-INLINE floatV component(const normal_params* p, int i, plane plane, floatV along) {
-    const floatV of_slopes = fma((floatV)p->of_slope_x[i], plane.gx, (floatV)p->of_slope_y[i] * plane.gy);
+INLINE floatV component(const normal_params* p, int i, const plane* plane, floatV along) {
+    const floatV of_slopes = fma((floatV)p->of_slope_x[i], plane->gx, (floatV)p->of_slope_y[i] * plane->gy);
     return fma((floatV)p->of_depth[i], along, of_slopes);
 }
 
@@ -134,17 +135,21 @@ __kernel void normals(__global const float* source, __global float* target, cons
         fma(fma((floatV)p.error_quadratic, size, (floatV)p.error_linear), size, (floatV)p.error_constant);
     const uint reach = max(RADIUS, 2);
     const int inside = x >= reach && x + V + reach <= grid.x_end && y >= reach && y + reach < grid.height;
-    const plane plane = inside ? tangent(&w, 1, error) : tangent(&w, 0, error);
+    plane found;
+    if (inside)
+        tangent(&w, 1, error, &found);
+    else
+        tangent(&w, 0, error, &found);
 
 #if PERSPECTIVE
     const floatV column = (lanes_from(grid.pixel_x + x) - p.centre_x[0]) - p.centre_x[1];
     const float row = ((float)(grid.pixel_y + y) + 0.5f - p.centre_y[0]) - p.centre_y[1];
-    const floatV along = fma(-plane.gx, column, fma(-plane.gy, (floatV)row, plane.q));
+    const floatV along = fma(-found.gx, column, fma(-found.gy, (floatV)row, found.q));
 #else
     const floatV along = (floatV)1.0f;
 #endif
-    const floatV nx = component(&p, 0, plane, along), ny = component(&p, 1, plane, along),
-                 nz = component(&p, 2, plane, along);
+    const floatV nx = component(&p, 0, &found, along), ny = component(&p, 1, &found, along),
+                 nz = component(&p, 2, &found, along);
     // Brought into [1, 2) by a power of two, so that squares neither overflow nor vanish, and made one long: a step of Newton
     // on the guess leaves the roundings.
     const floatV largest = max(max(fabs(nx), fabs(ny)), fabs(nz));

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <map>
 #include <random>
 
 using namespace fathom;
@@ -226,5 +227,372 @@ TEST_CASE("normals: planes at tilts up to 85 degrees under every camera", "[norm
         CHECK(neighbours.worst <= plane_error_deg);
         CHECK(neighbours.share <= 1);
         CHECK(least_squares.worst <= plane_error_deg);
+    }
+}
+
+namespace {
+
+// A sphere that fills most of the image, and a box seen at three of its faces, both before an open sky.
+const scene::Scene ball{scene::Sphere{{0, 0, -3}, 1}};
+const scene::Scene box{scene::Box{{0.2, -0.5, -4}, {1, 0.8, 0.9}, 0.6}};
+
+struct Score {
+    double mean = 0, within = 0; ///< degrees; percent of the pixels that are off by 1 degree at most
+};
+
+Score score(const Result& result, const scene::Rendered& truth) {
+    double sum = 0;
+    long pixels = 0, good = 0;
+    for (int y = 0; y < truth.height; ++y) {
+        for (int x = 0; x < truth.width; ++x) {
+            const auto i = static_cast<std::size_t>(y * truth.width + x);
+            if (!std::isfinite(truth.z[i]))
+                continue;
+            const double off = angle_deg(result.at(x, y), truth.normal[i]);
+            sum += off;
+            good += off <= 1;
+            ++pixels;
+        }
+    }
+    return {sum / static_cast<double>(pixels), 100 * static_cast<double>(good) / static_cast<double>(pixels)};
+}
+
+struct Comparison {
+    const char* scene;
+    scene::Scene content;
+    // As measured, float32, then D16, then 16 bits that are linear from 0.1 to 100.
+    Score neighbours[3], least_squares[3];
+};
+
+// Another host may round the scene's pixels at an edge differently.
+constexpr double mean_slack = 1.2, within_slack = 0.5;
+
+} // namespace
+
+TEST_CASE("normals: spheres, boxes and whole scenes, by method and storage", "[normals]") {
+    const Comparison comparisons[] = {
+        {"ball",
+         ball,
+         {{0.079, 97.38}, {0.625, 83.75}, {1.272, 47.32}},
+         {{0.079, 97.38}, {0.210, 97.50}, {0.335, 95.49}}},
+        {"box", box, {{0.003, 100}, {0.362, 97.63}, {0.515, 87.79}}, {{0.002, 100}, {0.200, 99.60}, {0.321, 96.56}}},
+        {"room",
+         scene::room(),
+         {{0.130, 99.41}, {0.554, 94.06}, {0.306, 96.66}},
+         {{0.129, 99.41}, {0.469, 97.13}, {0.238, 98.59}}},
+        {"spheres",
+         scene::spheres(),
+         {{0.186, 95.92}, {0.722, 79.84}, {0.651, 81.20}},
+         {{0.186, 95.92}, {0.403, 94.07}, {0.397, 93.86}}},
+        {"slant",
+         scene::slant(),
+         {{0.010, 100}, {2.041, 0}, {0.795, 73.38}},
+         {{0.002, 100}, {0.262, 99.56}, {0.127, 99.86}}},
+    };
+    std::printf("normals, mean error in degrees and share within 1 degree: neighbours | least squares\n");
+    Camera window = camera_of(perspective(1.0, 4.0 / 3, {0.1, 1000}), 640, 480);
+    Camera linear = with(window, Encoding::linear);
+    linear.near = 0.1;
+    linear.far = 100;
+    for (const Comparison& comparison : comparisons) {
+        const scene::Rendered truth = scene::render(comparison.content, window),
+                              linear_truth = scene::render(comparison.content, linear);
+        const auto codes = scene::codes16(truth, window), linear_codes = scene::codes16(linear_truth, linear);
+        const StoredDepth inputs[] = {stored_of(truth.stored, window), stored_of(codes, window, Storage::uint16),
+                                      stored_of(linear_codes, linear, Storage::uint16)};
+        const char* const names[] = {"float32", "D16", "linear, 16 bits"};
+        for (std::size_t i = 0; i < std::size(inputs); ++i) {
+            const Score neighbours = score(normals_of(inputs[i], {.method = NormalMethod::neighbours}), truth);
+            const Score fitted = score(normals_of(inputs[i], {.method = NormalMethod::least_squares}), truth);
+            std::printf("  %-8s %-16s %6.3f  %6.2f %%  | %6.3f  %6.2f %%\n", comparison.scene, names[i],
+                        neighbours.mean, neighbours.within, fitted.mean, fitted.within);
+            INFO(comparison.scene << ", " << names[i]);
+            CHECK(neighbours.mean <= mean_slack * comparison.neighbours[i].mean);
+            CHECK(neighbours.within >= comparison.neighbours[i].within - within_slack);
+            CHECK(fitted.mean <= mean_slack * comparison.least_squares[i].mean);
+            CHECK(fitted.within >= comparison.least_squares[i].within - within_slack);
+        }
+    }
+}
+
+TEST_CASE("normals: a sensor's noise is told by its tolerance", "[normals]") {
+    // Millimetres whose error is evenly spread over ± 4 of them, a wall and a floor 2 metres away.
+    Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1, 100}), 320, 240);
+    camera.encoding = Encoding::view_z;
+    camera.scale = 0.001;
+    const scene::Rendered truth =
+        scene::render({scene::Plane{{0, -0.7, 0}, {0, 1, 0}}, scene::Plane{{0, 0, -2.5}, {0.2, 0, 1}}}, camera);
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> noise(-4, 4);
+    std::vector<std::uint16_t> codes;
+    for (const double z : truth.z)
+        codes.push_back(static_cast<std::uint16_t>(std::lround(z * 1000 + noise(random))));
+    const StoredDepth stored = stored_of(codes, camera, Storage::uint16);
+    const Score nearest = score(normals_of(stored, {.method = NormalMethod::neighbours}), truth);
+    const Score plain = score(normals_of(stored, {.method = NormalMethod::least_squares}), truth);
+    const Score told = score(normals_of(stored, {.method = NormalMethod::least_squares, .tolerance = 9}), truth);
+    std::printf(
+        "normals of depth with noise of 4 mm: neighbours %.2f degrees, least squares %.2f, with its tolerance %.2f\n",
+        nearest.mean, plain.mean, told.mean);
+    CHECK(told.mean < 0.5 * plain.mean);
+    CHECK(told.mean < 0.5 * nearest.mean);
+}
+
+TEST_CASE("normals: the world's are the view's, turned", "[normals]") {
+    Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1, 100}), 96, 64);
+    Eigen::Isometry3d view = Eigen::Isometry3d::Identity();
+    view.rotate(Eigen::AngleAxisd(0.7, Vector3d(1, 2, -0.5).normalized()));
+    const Eigen::Matrix3d turned = view.linear();
+    view.translate(Vector3d(3, 4, 5));
+    for (const bool parallel : {false, true}) {
+        if (parallel)
+            camera.projection = orthographic({-4, 4, -3, 3}, {0.1, 100});
+        camera.view = std::nullopt;
+        const scene::Rendered truth = scene::render(scene::room(), camera);
+        const Result in_view = normals_of(stored_of(truth.stored, camera));
+        camera.view = view.matrix();
+        const Result in_world = normals_of(stored_of(truth.stored, camera), {.space = Space::world});
+        CHECK(well_formed(in_world));
+        double worst = 0;
+        for (int y = 0; y < camera.height; ++y)
+            for (int x = 0; x < camera.width; ++x)
+                worst = std::max(worst, (turned * in_world.at(x, y) - in_view.at(x, y)).norm());
+        CHECK(worst < 1e-6);
+    }
+    camera.view = std::nullopt;
+    const std::vector<float> stored(96 * 64, 0.5f);
+    CHECK_THROWS_WITH(normals(stored_of(stored, camera), {.space = Space::world}),
+                      "normals in the world need the camera's view matrix, and it has none");
+}
+
+TEST_CASE("normals: options out of range are refused", "[normals]") {
+    const Camera camera = camera_of(perspective(1.0, 1, {1, 4}), 8, 8);
+    const std::vector<float> values(64, 0.5f);
+    const StoredDepth stored = stored_of(values, camera);
+    CHECK_THROWS_WITH(normals(stored, {.channels = 2}), "channels = 2 must be 3 or 4");
+    CHECK_THROWS_WITH(normals(stored, {.tolerance = 0}), "tolerance = 0 must be a number above 0");
+    CHECK_THROWS_WITH(normals(stored, {.tolerance = std::nan("")}), "tolerance = nan must be a number above 0");
+    CHECK_THROWS_WITH(normals(stored, Image(oracle::device(Arithmetic::fp64), Element::f32, {8, 8, 4})),
+                      "the result must be an image of 3 floats a pixel");
+    CHECK(chosen_method(NormalMethod::automatic, stored) == NormalMethod::neighbours);
+    Camera read_back = camera;
+    read_back.depth_bits = 16;
+    CHECK(chosen_method(NormalMethod::automatic, stored_of(values, read_back)) == NormalMethod::least_squares);
+    const std::vector<std::uint16_t> codes(64, 30000);
+    CHECK(chosen_method(NormalMethod::automatic, stored_of(codes, camera, Storage::uint16)) ==
+          NormalMethod::least_squares);
+}
+
+TEST_CASE("normals: view depth gives those of the stored depth", "[normals]") {
+    const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1, 100}), 96, 64);
+    const scene::Rendered truth = scene::render(ball, camera);
+    const StoredDepth stored = stored_of(truth.stored, camera);
+    const Result of_view = normals_of(linearize(stored).stored()), of_stored = normals_of(stored);
+    for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x)
+            REQUIRE(of_view.validity(x, y) == of_stored.validity(x, y));
+    CHECK(std::abs(score(of_view, truth).mean - score(of_stored, truth).mean) < 0.02);
+}
+
+TEST_CASE("same bits: normals, whatever the lanes, the groups and the region", "[normals][same-bits]") {
+    const int width = 85, height = 37;
+    const float guard = -77;
+    std::mt19937 random(9);
+    std::map<std::pair<int, int>, Device> devices;
+    for (const int lanes : {1, 4, 8, 16})
+        for (const int group : {7, 64})
+            devices[{lanes, group}] = Device::open("cpu", {Arithmetic::fp64, lanes, group});
+    Camera plain = camera_of(perspective(1.0, 2, {0.1, 100}), width, height);
+    Eigen::Matrix4d tilt = plain.projection.matrix.cast<double>();
+    tilt.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
+    for (const Camera& camera : {plain, camera_of(from_matrix(tilt), width, height),
+                                 camera_of(orthographic({-4, 4, -2, 2}, {0.1, 100}), width, height)}) {
+        scene::Rendered truth = scene::render(scene::room(), camera);
+        for (std::size_t i = 0; i < truth.stored.size(); i += 1 + random() % 40)
+            truth.stored[i] = std::array{not_a_number, 1.0f, -1.0f, infinity, 0.0f}[i % 5];
+        for (const auto& [method, reach] : {std::pair{NormalMethod::neighbours, normals_reach_neighbours},
+                                            {NormalMethod::least_squares, normals_reach_least_squares}}) {
+            for (const int channels : {3, 4}) {
+                const NormalsOptions options{.method = method, .channels = channels};
+                std::vector<float> first;
+                for (const int lanes : {1, 4, 8, 16}) {
+                    for (const int group : {7, 64}) {
+                        const Device& device = devices[{lanes, group}];
+                        const StoredDepth whole{
+                            Image::from_host(device, Element::f32, truth.stored.data(), {width, height}), camera};
+                        const auto row = static_cast<std::size_t>(width * channels), stride = row + 5;
+                        std::vector<float> memory(stride * height + 3, guard);
+                        const Image result = Image::onto_host(device, Element::f32, memory.data() + 3,
+                                                              {width, height, channels, stride});
+                        normals(whole, result, options);
+                        result.download(memory.data() + 3, stride);
+                        std::vector<float> packed;
+                        for (std::size_t i = 3; i < memory.size(); ++i) {
+                            if ((i - 3) % stride < row)
+                                packed.push_back(memory[i]);
+                            else
+                                REQUIRE(memory[i] == guard);
+                        }
+                        if (first.empty())
+                            first = packed;
+                        INFO("lanes " << lanes << ", groups of " << group << ", " << channels << " channels");
+                        REQUIRE(std::memcmp(first.data(), packed.data(), 4 * first.size()) == 0);
+
+                        for (const auto& [x, y, w, h] : {std::array{0, 0, 17, 9}, {40, 11, 45, 26}, {5, 3, 33, 20}}) {
+                            std::vector<float> part(static_cast<std::size_t>(w * h * channels));
+                            normals(whole.region(x, y, w, h), options).download(part.data());
+                            const int left = x == 0 ? 0 : reach, top = y == 0 ? 0 : reach,
+                                      right = x + w == width ? 0 : reach, bottom = y + h == height ? 0 : reach;
+                            for (int v = top; v < h - bottom; ++v) {
+                                const auto there = static_cast<std::size_t>(((y + v) * width + x + left) * channels);
+                                const auto here = static_cast<std::size_t>((v * w + left) * channels);
+                                const auto count = static_cast<std::size_t>((w - left - right) * channels);
+                                REQUIRE(std::memcmp(&first[there], &part[here], 4 * count) == 0);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("stability: normals of images that are all border", "[normals][stability]") {
+    for (const auto& [width, height] :
+         {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {3, 1}, {1, 2}, {17, 2}, {16, 16}, {33, 5}}) {
+        for (const bool parallel : {false, true}) {
+            const Camera camera = camera_of(
+                parallel ? orthographic({-2, 2, -2, 2}, {0.1, 100}) : perspective(1.0, 1, {0.1, 100}), width, height);
+            // A plane across the axis faces it wherever neighbours are missing; a slanted one is found where they are there.
+            const scene::Rendered facing = scene::render({scene::Plane{{0, 0, -3}, {0, 0, 1}}}, camera);
+            const scene::Rendered slanted =
+                scene::render({scene::Plane{{0, 0, -9}, Vector3d(0.2, 0.1, 1).normalized()}}, camera);
+            for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares}) {
+                INFO(width << " x " << height << (parallel ? ", orthographic" : ", perspective"));
+                const Result across = normals_of(stored_of(facing.stored, camera), {.method = method});
+                const Result aslant = normals_of(stored_of(slanted.stored, camera), {.method = method});
+                CHECK(well_formed(across));
+                CHECK(well_formed(aslant));
+                for (int y = 0; y < height; ++y) {
+                    for (int x = 0; x < width; ++x) {
+                        CHECK(angle_deg(across.at(x, y), {0, 0, 1}) < 0.01);
+                        CHECK(aslant.validity(x, y) == 1);
+                        if (width > 1 && height > 1)
+                            CHECK(angle_deg(aslant.at(x, y), slanted.normal.front()) < 0.01);
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("stability: normals beside what is no surface", "[normals][stability]") {
+    const int width = 64, height = 48;
+    for (const bool parallel : {false, true}) {
+        const Camera camera =
+            camera_of(parallel ? orthographic({-2, 2, -1.5, 1.5}, {0.1, 100}) : perspective(1.0, 4.0 / 3, {0.1, 100}),
+                      width, height);
+        const Vector3d normal = Vector3d(0.5, 0.3, 1).normalized();
+        const scene::Rendered plane = scene::render({scene::Plane{{0, 0, -4}, normal}}, camera);
+        for (const float none : {not_a_number, 1.0f, -1.0f, infinity}) {
+            // Holes at random, single pixels, pairs and a frame of surface one pixel wide among them: each has a normal,
+            // and where it has a neighbour on both axes it is the plane's.
+            std::mt19937 random(2);
+            std::vector<float> holed = plane.stored;
+            for (std::size_t i = 0; i < holed.size(); ++i)
+                if (random() % 3 == 0)
+                    holed[i] = none;
+            const auto there = [&](int x, int y) {
+                return x >= 0 && y >= 0 && x < width && y < height &&
+                       holed[static_cast<std::size_t>(y * width + x)] ==
+                           plane.stored[static_cast<std::size_t>(y * width + x)];
+            };
+            for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares}) {
+                const Result result = normals_of(stored_of(holed, camera), {.method = method});
+                CHECK(well_formed(result));
+                double worst = 0;
+                for (int y = 0; y < height; ++y) {
+                    for (int x = 0; x < width; ++x) {
+                        REQUIRE(result.validity(x, y) == (there(x, y) ? 1.0f : 0.0f));
+                        if (there(x, y) && (there(x - 1, y) || there(x + 1, y)) && (there(x, y - 1) || there(x, y + 1)))
+                            worst = std::max(worst, angle_deg(result.at(x, y), normal));
+                    }
+                }
+                CHECK(worst < 0.02);
+            }
+            const Result sky = normals_of(stored_of(std::vector<float>(holed.size(), none), camera));
+            CHECK(std::ranges::all_of(sky.values, [](float value) { return value == 0; }));
+        }
+    }
+}
+
+TEST_CASE("stability: normals of deep buffers, and of units from 1e-20 to 1e20", "[normals][stability]") {
+    const Camera deep = camera_of(perspective(1.0, 4.0 / 3, {0.01, 1e4}), 64, 48);
+    const Vector3d normal = Vector3d(0.3, 0.2, 1).normalized();
+    const scene::Rendered truth = scene::render({scene::Plane{{0, 0, -0.5}, normal}}, deep);
+    const auto codes = scene::codes16(truth, deep);
+    const auto codes24 = scene::codes24(truth, deep);
+    for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares}) {
+        const Result d16 = normals_of(stored_of(codes, deep, Storage::uint16), {.method = method});
+        const Result d24 = normals_of(stored_of(codes24, deep, Storage::uint24), {.method = method});
+        CHECK(well_formed(d16));
+        CHECK(well_formed(d24));
+        CHECK(score(d16, truth).mean < 3);
+        CHECK(score(d24, truth).mean < 0.05);
+        // Far away in D16 all is one code: the plane across the axis, and no garbage.
+        const std::vector<std::uint16_t> flat(codes.size(), 65534);
+        const Result far_away = normals_of(stored_of(flat, deep, Storage::uint16), {.method = method});
+        CHECK(well_formed(far_away));
+        CHECK(angle_deg(far_away.at(20, 20), {0, 0, 1}) < 1e-3);
+
+        for (const double unit : {1e-20, 1e-10, 1e10, 1e20}) {
+            Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1 * unit, 100 * unit}), 64, 48);
+            const scene::Rendered scaled = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
+            CHECK(score(normals_of(stored_of(scaled.stored, camera), {.method = method}), scaled).mean < 0.01);
+            camera.projection = orthographic({-2 * unit, 2 * unit, -1.5 * unit, 1.5 * unit}, {0.1 * unit, 100 * unit});
+            const scene::Rendered parallel = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
+            CHECK(score(normals_of(stored_of(parallel.stored, camera), {.method = method}), parallel).mean < 0.01);
+        }
+    }
+}
+
+TEST_CASE("stability: normals at a step, a crease and a bar one pixel wide", "[normals][stability]") {
+    // Two planes across the axis with a step between columns 15 and 16: no pixel takes its slope across.
+    const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1, 100}), 32, 24);
+    const scene::Rendered near = scene::render({scene::Plane{{0, 0, -2}, {0.3, 0, 1}}}, camera),
+                          far = scene::render({scene::Plane{{0, 0, -5}, {-0.2, 0.4, 1}}}, camera);
+    const auto joined = [&](auto from_near) {
+        scene::Rendered both = far;
+        for (int y = 0; y < 24; ++y) {
+            for (int x = 0; x < 32; ++x) {
+                const auto i = static_cast<std::size_t>(y * 32 + x);
+                if (from_near(x, y)) {
+                    both.stored[i] = near.stored[i];
+                    both.normal[i] = near.normal[i];
+                }
+            }
+        }
+        return both;
+    };
+    for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares}) {
+        const auto worst = [&](const scene::Rendered& both) {
+            const Result result = normals_of(stored_of(both.stored, camera), {.method = method});
+            double angle = 0;
+            for (int y = 0; y < 24; ++y)
+                for (int x = 0; x < 32; ++x)
+                    angle =
+                        std::max(angle, angle_deg(result.at(x, y), both.normal[static_cast<std::size_t>(y * 32 + x)]));
+            return angle;
+        };
+        CHECK(worst(joined([](int x, int) { return x < 16; })) < 0.01);
+        CHECK(worst(joined([](int x, int y) { return x < 16 && y > 9; })) < 0.01);
+        CHECK(worst(joined([](int x, int y) { return x > 13 && x < 17 && y > 9 && y < 14; })) < 0.01);
+        // A bar one pixel wide has no neighbour of its own across: whatever its normal is, the planes beside keep theirs.
+        const scene::Rendered bar = joined([](int x, int) { return x == 15; });
+        const Result result = normals_of(stored_of(bar.stored, camera), {.method = method});
+        CHECK(well_formed(result));
+        for (int y = 0; y < 24; ++y)
+            for (const int x : {12, 13, 14, 16, 17, 18})
+                REQUIRE(angle_deg(result.at(x, y), far.normal.front()) < 0.01);
     }
 }

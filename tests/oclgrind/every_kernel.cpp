@@ -47,10 +47,10 @@ std::vector<Camera> cameras() {
 
 /// An image written in one go, the gaps between its rows included: after a write of a part Oclgrind takes the rest of a
 /// buffer for uninitialised.
-Image filled(const Device& device, Storage storage) {
-    Image image(device, element_of(storage), {width, height, channels_of(storage)});
+Image filled(const Device& device, Storage storage, int rows = height) {
+    Image image(device, element_of(storage), {width, rows, channels_of(storage)});
     const std::size_t row = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels_of(storage));
-    const std::size_t size = (image.row_stride() * (height - 1) + row) * bytes(image.element());
+    const std::size_t size = (image.row_stride() * static_cast<std::size_t>(rows - 1) + row) * bytes(image.element());
     std::vector<std::uint8_t> content(size, 0x3e); // as a float or a half: a depth inside every range
     device.queue().enqueueWriteBuffer(image.buffer(), CL_TRUE, 0, size, content.data());
     return image;
@@ -72,6 +72,18 @@ int run(const Device& device, const Camera& camera, Storage storage) {
     }
     device.finish();
     return images;
+}
+
+/// Windows that lie inside the image need more rows than the others' images have.
+int run_normals(const Device& device, Camera camera) {
+    camera.height = 9;
+    const StoredDepth whole{filled(device, Storage::float32, camera.height), camera};
+    for (const StoredDepth& stored : {whole, whole.region(1, 1, width - 2, camera.height - 1)}) {
+        normals(stored, {.method = NormalMethod::neighbours});
+        normals(stored, {.method = NormalMethod::least_squares, .space = Space::world, .channels = 4});
+    }
+    device.finish();
+    return 4;
 }
 
 /// Stores past the cache, which only images larger than it get, on an image small enough to simulate.
@@ -105,6 +117,8 @@ int main(int count, char** arguments) {
             images += run(device, camera, Storage::float32);
         for (const Storage storage : {Storage::float16, Storage::uint16, Storage::uint24, Storage::rgb8_low_first})
             images += run(device, cameras().front(), storage);
+        images += run_normals(device, cameras().front());
+        images += run_normals(device, cameras()[2]);
         images += run_streamed(device, cameras().front());
     }
     std::cout << images << " images\n";
