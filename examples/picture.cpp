@@ -1,5 +1,6 @@
-// A picture that a person can look at: stored depth in grey, view depth in false colour, positions as RGB.
-// Each channel is stretched from its least to its greatest finite value; pixels that are no surface stay dark.
+// A picture that a person can look at: stored depth in grey, view depth in false colour, positions as RGB. Each channel is
+// stretched from its least to its greatest finite value; pixels that are no surface stay dark.
+// Visibility (occlusion) is shown as it is, 0 black and 1 white, and normals as ½n + ½.
 
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
@@ -65,7 +66,7 @@ Colour false_colour(double t) {
 
 Colour colour_at(const std::string& kind, const std::vector<Channel>& channels, int y, int x) {
     const double t = channels[0].share(y, x);
-    if (kind == "stored") {
+    if (kind == "stored" || kind == "occlusion") {
         return {t, t, t};
     }
     if (kind == "depth") {
@@ -76,14 +77,20 @@ Colour colour_at(const std::string& kind, const std::vector<Channel>& channels, 
 
 void run(const std::string& kind, const std::string& input, const std::string& output) {
     std::vector<Channel> channels;
-    if (kind == "positions") {
-        for (const char* name : {"P.X", "P.Y", "P.Z"}) {
-            channels.push_back(read(input, name));
+    if (kind == "positions" || kind == "normals") {
+        for (const char* axis : {"X", "Y", "Z"}) {
+            channels.push_back(read(input, (kind == "normals" ? "N." : "P.") + std::string(axis)));
         }
-    } else if (kind == "stored" || kind == "depth") {
-        channels.push_back(read(input, ""));
+    } else if (kind == "stored" || kind == "depth" || kind == "occlusion") {
+        channels.push_back(read(input, kind == "occlusion" ? "AO" : ""));
     } else {
-        throw std::invalid_argument("kind: '" + kind + "' is none of stored, depth, positions");
+        throw std::invalid_argument("kind: '" + kind + "' is none of stored, depth, positions, normals, occlusion");
+    }
+    for (auto& channel : channels) {
+        if (kind == "normals" || kind == "occlusion") {
+            channel.least = kind == "normals" ? -1 : 0;
+            channel.greatest = 1;
+        }
     }
     cv::Mat picture(channels[0].values.size(), CV_8UC3, cv::Scalar(32, 24, 24));
     for (int y = 0; y < picture.rows; ++y) {
@@ -111,7 +118,7 @@ void run(const std::string& kind, const std::string& input, const std::string& o
 
 int main(int argc, char* argv[]) {
     if (argc != 4) {
-        std::cerr << "usage: picture stored|depth|positions INPUT OUTPUT.png\n";
+        std::cerr << "usage: picture stored|depth|positions|normals|occlusion INPUT OUTPUT.png\n";
         return 2;
     }
     try {

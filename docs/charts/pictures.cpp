@@ -1,4 +1,5 @@
-// The pictures of docs/camera.md: fathom_charts FOLDER. Every curve is what the library answers.
+// The charts of docs/camera.md and docs/ambient-occlusion.md: fathom_charts FOLDER. Every curve is what the library
+// answers.
 
 #include "chart.hpp"
 
@@ -268,6 +269,61 @@ void draw_cancellation(const std::filesystem::path& folder) {
             {engine, ours}}});
 }
 
+// Visibility along a floor towards an endless wall, both seen from straight above, where the wall's foot is at 0.
+Series along_floor(const std::string& label, int colour, const SsaoOptions& options, Look look) {
+    constexpr int width = 272, height = 224, foot = 160;
+    constexpr double pixels = 100; // to a scene unit
+    constexpr float floor = 5, top = 1;
+    std::vector<float> depths(width * height);
+    for (std::size_t i = 0; i < depths.size(); ++i)
+        depths[i] = i % width < foot ? floor : top;
+    const double right = width / pixels / 2, up = height / pixels / 2;
+    Camera camera = camera_of(orthographic({-right, right, -up, up}, {0.5, 10}), width, height);
+    camera.encoding = Encoding::view_z;
+    const Device device = Device::open("cpu");
+    const Image visibility =
+        ssao({Image::from_host(device, Element::f32, depths.data(), {width, height}), camera}, options).visibility;
+    visibility.download(depths.data(), width);
+    Series series{label, {}, colour, look};
+    for (std::size_t x = foot - 1; x > 20; --x)
+        series.points.emplace_back((foot - 0.5 - static_cast<double>(x)) / pixels, depths[height / 2 * width + x]);
+    return series;
+}
+
+// V = 1 - (a - sin a cos a) / pi, where the radius reaches the wall at the angle a from its foot's direction.
+double beside_wall(double distance) {
+    const double a = std::acos(std::min(distance, 1.0));
+    return 1 - (a - std::sin(a) * std::cos(a)) / std::numbers::pi;
+}
+
+void draw_wall(const std::filesystem::path& folder) {
+    SsaoOptions options;
+    options.radius = 1;
+    Series thin = along_floor("a quarter thick", 3, options, Look::dashed);
+    options.thickness = infinity;
+    Chart chart{"Visibility of a floor beside a wall that is higher than the radius, from above",
+                {"distance from the wall / radius", 0, 1.4, {0, 0.25, 0.5, 0.75, 1, 1.25}},
+                {"visibility", 0.4, 1.05, {0.5, 0.6, 0.7, 0.8, 0.9, 1}},
+                {curve("exact", 0, spread(1e-3, 1.395, 400), beside_wall, Look::line)}};
+    const std::pair<const char*, Quality> qualities[] = {
+        {"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}};
+    std::puts("visibility beside an endless wall, thickness inf: worst and mean error");
+    for (const auto& [name, quality] : qualities) {
+        options.quality = quality;
+        const Series found = along_floor(name, 2, options, Look::thin);
+        double worst = 0, sum = 0;
+        for (const auto& [distance, visibility] : found.points) {
+            worst = std::max(worst, std::abs(visibility - beside_wall(distance)));
+            sum += std::abs(visibility - beside_wall(distance));
+        }
+        std::printf("  %-9s %.4f  %.4f\n", name, worst, sum / static_cast<double>(found.points.size()));
+        if (quality == Quality::balanced)
+            chart.series.push_back(found);
+    }
+    chart.series.push_back(std::move(thin));
+    write(folder / "wall.svg", {chart});
+}
+
 } // namespace
 
 int main(int argc, char* argv[]) {
@@ -279,7 +335,7 @@ int main(int argc, char* argv[]) {
         const std::filesystem::path folder = argv[1];
         std::filesystem::create_directories(folder);
         for (const auto draw :
-             {draw_rays, draw_oblique, draw_median, draw_pseudo_linear, draw_precision, draw_cancellation})
+             {draw_rays, draw_oblique, draw_median, draw_pseudo_linear, draw_precision, draw_cancellation, draw_wall})
             draw(folder);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "fathom_charts: %s\n", error.what());
