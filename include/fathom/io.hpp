@@ -35,6 +35,15 @@ struct ReadOptions {
 /// Throws: Error for a file that is missing, empty, a folder, damaged, cut short, incomplete, deep, or of any other type.
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options = {});
 
+/// Reads normals: CV_32FC3, x, y, z of length 1, (0, 0, 0) where there is none. What axes they are in the file does not say.
+///
+/// OpenEXR: a layer with channels X, Y, Z (or R, G, B), the one called `layer`, for instance "ViewLayer.Normal"; without a
+/// name the first of N, Normal, Normals, alone or at the end of a name, or the only three channels there are. TIFF and PFM:
+/// three channels of float. PNG: three channels of 8 or 16 bits that hold ½n + ½, black where there is none. An alpha is
+/// left out. Lengths that a file rounded or a renderer averaged are made 1; NaN and lengths below 0.001 are no normal.
+/// Throws: Error as `read_depth`, and for a file without such a layer or with other channels.
+cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer = {});
+
 /// A channel of an OpenEXR file.
 struct Channel {
     std::string name; ///< as `ReadOptions::channel` takes it: its part's name in front when there are several parts

@@ -16,8 +16,8 @@ namespace {
 
 using namespace fathom::cli;
 
-constexpr const Command* commands[] = {&linearize_command, &unproject_command, &ssao_command, &inspect_command,
-                                       &devices_command};
+constexpr const Command* commands[] = {&linearize_command, &unproject_command, &normals_command,
+                                       &ssao_command,      &inspect_command,   &devices_command};
 
 constexpr const char* exit_codes = R"(Exit codes:
   0    done
@@ -31,7 +31,9 @@ constexpr const char* exit_codes_in_short =
 
 // Runs what the arguments ask for.
 int run(int argc, char** argv) {
-    CLI::App program("fathom: exact view-space depth and positions from depth images, on any OpenCL device", "fathom");
+    CLI::App program("fathom: exact depth, positions, normals and ambient occlusion from depth images,\n"
+                     "on any OpenCL device",
+                     "fathom");
     program.formatter(help_layout());
     program.set_help_flag("-h,--help", "print this help, or that of a command");
     program.set_version_flag("--version", "fathom " FATHOM_VERSION, "print the version");

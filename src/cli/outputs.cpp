@@ -22,13 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string ending_of(const fs::path& file) {
-    std::string ending = file.extension().native();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending == ".tiff" ? ".tif" : ending;
-}
-
 bool is_known(const std::string& ending, const std::vector<std::string>& endings) {
     return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
@@ -123,6 +116,13 @@ std::vector<fs::path> Job::others() const {
     std::vector<fs::path> files = companions;
     files.insert(files.end(), outputs.begin(), outputs.end());
     return files;
+}
+
+std::string ending_of(const std::filesystem::path& file) {
+    std::string ending = file.extension().native();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return ending == ".tiff" ? ".tif" : ending;
 }
 
 std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,

@@ -30,6 +30,9 @@ struct Job {
     std::vector<std::filesystem::path> others() const;
 };
 
+/// A file's ending as `Product::endings` has it: in small letters, .tif for .tiff.
+std::string ending_of(const std::filesystem::path& file);
+
 /// Decides where everything lies, before anything is read or written.
 /// A target is a folder when it is one, when it ends with a slash, or when there are several inputs; a result is then
 /// <folder>/<name of the input without its ending><format>. Otherwise it is the file to write. In a folder of companions

@@ -25,6 +25,9 @@ Bytes pfm_bytes(const cv::Mat& image);     ///< 1 or 3 channels
 Bytes ply_bytes(const cv::Mat& positions); ///< 3 or 4 channels; the fourth is no part of the position
 Bytes png_bytes(const cv::Mat& image, double scale, double offset);
 
+/// An image's type for a message: "unsigned 8-bit with 3 channels".
+std::string described(const cv::Mat& image);
+
 /// Decodes unchanged with OpenCV. Throws: Error when it cannot; nothing else reaches stderr.
 cv::Mat decode_with_opencv(const std::filesystem::path& file, const Bytes& bytes);
 

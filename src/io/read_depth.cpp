@@ -10,17 +10,11 @@
 namespace fathom {
 namespace {
 
+using io::described;
 using io::refuse;
 
 bool is_three_bytes(Storage packing) {
     return packing == Storage::rgb8_low_first || packing == Storage::rgb8_high_first;
-}
-
-std::string described(const cv::Mat& image) {
-    static constexpr const char* types[] = {"unsigned 8-bit", "signed 8-bit", "unsigned 16-bit", "signed 16-bit",
-                                            "32-bit integer", "32-bit float", "64-bit float",    "16-bit float"};
-    const auto channels = std::to_string(image.channels()) + (image.channels() == 1 ? " channel" : " channels");
-    return std::string(types[image.depth()]) + " with " + channels;
 }
 
 /// Codes of 24 bits only: a buffer with a stencil beside its depth must not be decoded as if it had none.
@@ -69,6 +63,13 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
 }
 
 } // namespace
+
+std::string io::described(const cv::Mat& image) {
+    static constexpr const char* types[] = {"unsigned 8-bit", "signed 8-bit", "unsigned 16-bit", "signed 16-bit",
+                                            "32-bit integer", "32-bit float", "64-bit float",    "16-bit float"};
+    const auto channels = std::to_string(image.channels()) + (image.channels() == 1 ? " channel" : " channels");
+    return std::string(types[image.depth()]) + " with " + channels;
+}
 
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options) {
     io::check_readable(file);

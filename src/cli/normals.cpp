@@ -1,0 +1,73 @@
+// fathom normals
+#include "command.hpp"
+#include "each_depth.hpp"
+
+#include <fathom/normals.hpp>
+#include <fathom/opencv.hpp>
+
+#include <limits>
+
+namespace fathom::cli {
+namespace {
+
+struct Options : DepthOptions {
+    NormalsOptions normals;
+};
+
+// In a .png ½n + ½ would make grey of what has no normal; NaN becomes black.
+void mark_nothing(cv::Mat& normals) {
+    for (int y = 0; y < normals.rows; ++y)
+        for (int x = 0; x < normals.cols; ++x)
+            if (auto& n = normals.at<cv::Vec3f>(y, x); n == cv::Vec3f(0, 0, 0))
+                n = cv::Vec3f::all(std::numeric_limits<float>::quiet_NaN());
+}
+
+std::function<int()> configure(CLI::App& app) {
+    const Product product{.endings = {".exr", ".tif", ".pfm", ".png"},
+                          .channels = {"N.X", "N.Y", "N.Z"},
+                          .png_scale = 0.5,
+                          .png_offset = 0.5};
+    const auto options = std::make_shared<Options>();
+    NormalsOptions& normal = options->normals;
+    add_depth_options(app, *options, product);
+    add_choice(app, "--method", normal.method,
+               {{"automatic", NormalMethod::automatic},
+                {"neighbours", NormalMethod::neighbours},
+                {"least-squares", NormalMethod::least_squares}},
+               "from the neighbours on the same surface, or a plane fitted to\n"
+               "them, for quantised depth (automatic: for 16 bits and fewer)")
+        ->group("Normals");
+    app.add_option("--tolerance", normal.tolerance,
+                   "what depth may be off by, in half steps of its storage; more\n"
+                   "for a sensor that is noisier (default: 1)")
+        ->type_name("T")
+        ->check(is_a_number("number above 0", [](double t) { return t > 0; }))
+        ->group("Normals");
+    add_choice(app, "--space", normal.space, {{"view", Space::view}, {"world", Space::world}},
+               "axes of the normals: the camera's (default) or the world's,\n"
+               "which needs \"view\" in the camera file")
+        ->group("Output");
+    return [options, product] {
+        return each_depth(*options, product, {}, [&](const StoredDepth& stored, const Job& job) {
+            cv::Mat result = to_mat(normals(stored, options->normals));
+            if (ending_of(job.outputs.front()) == ".png")
+                mark_nothing(result);
+            return std::vector{result};
+        });
+    };
+}
+
+} // namespace
+
+const Command normals_command{
+    .name = "normals",
+    .summary = "Turns stored depth into surface normals, in the camera's axes or the world's.",
+    .notes = R"(The result is three float32 a pixel, of length 1 and towards the eye; an EXR holds them as N.X N.Y N.Z.
+Pixels that are no surface have 0 0 0. A .png holds ½n + ½ in 16 bits, and black where there is no normal.
+
+Example:
+  fathom normals frame.exr --camera camera.json -o frame.normals.exr --space world)",
+    .configure = configure,
+};
+
+} // namespace fathom::cli

@@ -1,0 +1,118 @@
+// fathom normals: the options reach the library, the files hold what it gives, and what is wrong is told in one line.
+#include "program.hpp"
+#include "scene/scene.hpp"
+
+#include <fathom/normals.hpp>
+#include <fathom/opencv.hpp>
+
+#include <cmath>
+#include <cstring>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+constexpr const char* view = R"(, "view": [[0,0,1,0],[0,1,0,0],[-1,0,0,5],[0,0,0,1]])";
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+    return a.type() == b.type() && a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0;
+}
+
+struct Ball {
+    Folder folder;
+    std::string camera, input;
+    StoredDepth stored;
+    cv::Mat depth;
+
+    explicit Ball(const std::string& more = view) : camera(camera_file(folder, more)) {
+        const Camera seen = camera_for(read_camera(camera), width, height);
+        Camera still = seen; // the scene lies before the eye, wherever the world is
+        still.view.reset();
+        auto image = scene::render({scene::Sphere{{0, 0, -3}, 1.2}}, still);
+        depth = cv::Mat(height, width, CV_32FC1, image.stored.data()).clone();
+        input = depth_file(folder, "ball.exr", depth);
+        stored = {to_device(Device::open(), depth), seen};
+    }
+
+    Arguments arguments(const std::string& output, const Arguments& more = {}) const {
+        Arguments all{"normals", input, "--camera", camera, "-o", output};
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    }
+    cv::Mat expected(const NormalsOptions& options = {}) const { return to_mat(normals(stored, options)); }
+};
+
+// What a layer holds, untouched.
+cv::Mat layer(const std::string& file) {
+    std::vector<cv::Mat> parts;
+    for (const char* name : {"N.X", "N.Y", "N.Z"})
+        parts.push_back(read_depth(file, {.channel = name, .packing = {}}).values);
+    cv::Mat all;
+    cv::merge(parts, all);
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("normals program: writes what the library computes, in every format") {
+    const Ball ball;
+    const cv::Mat truth = ball.expected();
+    REQUIRE(truth.at<cv::Vec3f>(0, 0) == cv::Vec3f(0, 0, 0));
+    REQUIRE(truth.at<cv::Vec3f>(height / 2, width / 2)[2] > 0.9f);
+    check_done(run(ball.arguments(ball.folder / "out/n.exr")));
+    CHECK(same(layer(ball.folder / "out/n.exr"), truth));
+    for (const std::string ending : {".exr", ".tif", ".pfm", ".png"}) {
+        const std::string output = ball.folder / ("out/n" + ending);
+        check_done(run(ball.arguments(output)));
+        INFO(ending);
+        // Reading makes lengths one again, and ½n + ½ has steps of 2/65535.
+        CHECK(cv::norm(read_normals(output), truth, cv::NORM_INF) < (ending == ".png" ? 3e-5 : 3e-7));
+    }
+    const cv::Mat codes = cv::imread(ball.folder / "out/n.png", cv::IMREAD_UNCHANGED);
+    REQUIRE(codes.type() == CV_16UC3);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const auto n = truth.at<cv::Vec3f>(y, x);
+            const auto bgr = codes.at<cv::Vec3w>(y, x);
+            for (int i = 0; i < 3; ++i)
+                REQUIRE(bgr[2 - i] == (n == cv::Vec3f(0, 0, 0) ? 0 : std::lround((0.5 * n[i] + 0.5) * 65535)));
+        }
+    }
+}
+
+TEST_CASE("normals program: every option reaches the library") {
+    Ball ball;
+    ball.input = depth_file(ball.folder, "ball.png", ball.depth);
+    cv::Mat codes;
+    ball.depth.convertTo(codes, CV_16U, 65535);
+    ball.stored.image = to_device(Device::open(), codes);
+    ball.stored.storage = Storage::uint16;
+    const std::string output = ball.folder / "out/n.exr";
+    const std::vector<std::pair<Arguments, NormalsOptions>> cases{
+        {{"--method", "neighbours"}, {.method = NormalMethod::neighbours}},
+        {{"--method", "least-squares"}, {.method = NormalMethod::least_squares}},
+        {{"--method", "automatic"}, {}},
+        {{"--tolerance", "40"}, {.tolerance = 40}},
+        {{"--space", "world"}, {.space = Space::world}},
+        {{"--space", "view"}, {}},
+    };
+    for (const auto& [arguments, options] : cases) {
+        INFO(arguments[0] << ' ' << arguments[1]);
+        check_done(run(ball.arguments(output, arguments)));
+        CHECK(same(layer(output), ball.expected(options)));
+    }
+    CHECK(!same(ball.expected({.method = NormalMethod::neighbours}), ball.expected()));
+    CHECK(!same(ball.expected({.tolerance = 40}), ball.expected()));
+    CHECK(!same(ball.expected({.space = Space::world}), ball.expected()));
+}
+
+TEST_CASE("normals program: what is wrong is told in one line") {
+    const Ball ball("");
+    check_refused(run(ball.arguments(ball.folder / "out/n.ply")), 2, ".ply");
+    check_refused(run(ball.arguments(ball.folder / "out/n.exr", {"--method", "nearest"})), 2, "'nearest' is unknown");
+    check_refused(run(ball.arguments(ball.folder / "out/n.exr", {"--tolerance", "0"})), 2, "'0' will not do");
+    check_refused(run(ball.arguments(ball.folder / "out/n.exr", {"--space", "world"})), 1, "view matrix");
+    check_refused(run(ball.arguments(ball.folder / "out/n.png", {"--png-scale", "1"})), 2, "--png-scale");
+    CHECK(ball.folder.results().empty());
+}
