@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <iostream>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -86,6 +87,28 @@ int run_normals(const Device& device, Camera camera) {
     return 4;
 }
 
+/// Every choice of the occlusion kernels: few directions, since a simulated sample is slow.
+int run_occlusion(const Device& device, const Camera& camera) {
+    const StoredDepth whole{filled(device, Storage::float32), camera};
+    const Image directions = normals(whole);
+    SsaoOptions options;
+    options.radius = 1;
+    options.slices = 1;
+    options.steps = 2;
+    ssao(whole, options);
+    options.patterns = 4;
+    options.thickness = std::numeric_limits<double>::infinity();
+    options.border = Border::clamp;
+    ssao(whole, options);
+    options.patterns = 1;
+    options.normals = directions;
+    ssao(whole, options);
+    options.normals = {};
+    ssao(whole.region(1, 1, width - 2, height - 1), options);
+    device.finish();
+    return 5;
+}
+
 /// Stores past the cache, which only images larger than it get, on an image small enough to simulate.
 int run_streamed(const Device& device, const Camera& camera) {
     const int lanes = device.options().lanes;
@@ -119,6 +142,8 @@ int main(int count, char** arguments) {
             images += run(device, cameras().front(), storage);
         images += run_normals(device, cameras().front());
         images += run_normals(device, cameras()[2]);
+        images += run_occlusion(device, cameras().front());
+        images += run_occlusion(device, cameras()[2]);
         images += run_streamed(device, cameras().front());
     }
     std::cout << images << " images\n";
