@@ -104,6 +104,11 @@ TEST_CASE("ssao program: every option reaches the library") {
     const std::string output = room.folder / "out/ao.exr";
     const std::string map = depth_file(room.folder, "thickness.pfm", thickness_map());
     const cv::Mat thickness = thickness_map();
+    const std::string view_file = room.folder / "normals.exr", world_file = room.folder / "normals.tif";
+    check_done(run({"normals", room.input, "--camera", room.camera, "-o", view_file}));
+    check_done(run({"normals", room.input, "--camera", room.camera, "-o", world_file, "--space", "world"}));
+    const cv::Mat view_normals = read_normals(view_file), world_normals = read_normals(world_file);
+    const Device& device = room.stored.image.device();
     struct Case {
         Arguments arguments;
         std::function<void(SsaoOptions&)> change;
@@ -116,8 +121,13 @@ TEST_CASE("ssao program: every option reaches the library") {
         {{"--patterns", "1"}, [](SsaoOptions& o) { o.patterns = 1; }},
         {{"--thickness", "0.05"}, [](SsaoOptions& o) { o.thickness = 0.05; }},
         {{"--thickness", "inf"}, [](SsaoOptions& o) { o.thickness = infinity; }},
-        {{"--thickness-map", map},
-         [&](SsaoOptions& o) { o.thickness_map = to_device(room.stored.image.device(), thickness); }},
+        {{"--thickness-map", map}, [&](SsaoOptions& o) { o.thickness_map = to_device(device, thickness); }},
+        {{"--normals", view_file}, [&](SsaoOptions& o) { o.normals = to_device(device, view_normals); }},
+        {{"--normals", world_file, "--normals-space", "world"},
+         [&](SsaoOptions& o) {
+             o.normals = to_device(device, world_normals);
+             o.normals_space = Space::world;
+         }},
         {{"--falloff", "0.5"}, [](SsaoOptions& o) { o.falloff = 0.5; }},
         {{"--border", "clamp"}, [](SsaoOptions& o) { o.border = Border::clamp; }},
         {{"--region", "5,3,20,10"},
@@ -165,6 +175,18 @@ TEST_CASE("ssao program: bent normals and confidence go into files of their own"
     const cv::Vec3w code = cv::imread(room.folder / "out/bent.png", cv::IMREAD_UNCHANGED).at<cv::Vec3w>(20, 30);
     for (int i = 0; i < 3; ++i)
         CHECK(code[2 - i] == std::lround((bent.at<cv::Vec3f>(20, 30)[i] * 0.5 + 0.5) * 65535.0));
+    CHECK(cv::imread(room.folder / "out/bent.png", cv::IMREAD_UNCHANGED).at<cv::Vec3w>(0, 0) == cv::Vec3w(0, 0, 0));
+}
+
+TEST_CASE("ssao program: normals of the world need the camera file's view") {
+    const Room room{std::string()};
+    const std::string normals = room.folder / "normals.pfm";
+    write_image(normals, cv::Mat(height, width, CV_32FC3, cv::Scalar(0, 0, 1)));
+    check_done(run(room.arguments(room.folder / "out/ao.exr", {"--normals", normals})));
+    check_refused(
+        run(room.arguments(room.folder / "out/world.exr", {"--normals", normals, "--normals-space", "world"})), 1,
+        room.camera);
+    CHECK(room.folder.results() == std::vector<std::string>{"ao.exr"});
 }
 
 TEST_CASE("ssao program: the radius is the camera file's unless it is given") {
@@ -226,6 +248,8 @@ TEST_CASE("ssao program: wrong usage is told before anything is done") {
         {{"--thickness", "nan"}, "--thickness: 'nan'"},
         {{"--thickness", "-0.1"}, "--thickness: '-0.1'"},
         {{"--thickness", "1", "--thickness-map", room.input}, "--thickness-map"},
+        {{"--normals-space", "world"}, "--normals"},
+        {{"--normals", room.input, "--normals-space", "eye"}, "view or world"},
         {{"--falloff", "1.5"}, "0 to 1"},
         {{"--border", "wrap"}, "open or clamp"},
         {{"--seed", "-1"}, "--seed"},
@@ -267,5 +291,10 @@ TEST_CASE("ssao program: refuses companions and regions that do not fit the imag
     const std::string codes = depth_file(room.folder, "codes.png");
     refused({"--thickness-map", codes}, {codes, "float"});
     refused({"--thickness-map", room.folder / "none.exr"}, {room.folder / "none.exr"});
+    const std::string few = room.folder / "few.pfm";
+    write_image(few, cv::Mat(20, 10, CV_32FC3, cv::Scalar(0, 0, 1)));
+    refused({"--normals", few}, {few, "10 × 20", "48 × 32"});
+    refused({"--normals", room.input}, {room.input, "normals"});
+    refused({"--normals", room.folder / "none.exr"}, {room.folder / "none.exr"});
     CHECK(room.folder.results().empty());
 }

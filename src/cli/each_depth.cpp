@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <limits>
 #include <new>
 
 namespace fathom::cli {
@@ -120,6 +121,15 @@ int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation) {
     return each_depth(options, product, {},
                       [&](const StoredDepth& stored, const Job&) { return std::vector{operation(stored)}; });
+}
+
+cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions) {
+    if (ending_of(file) == ".png")
+        for (int y = 0; y < directions.rows; ++y)
+            for (int x = 0; x < directions.cols; ++x)
+                if (auto& n = directions.at<cv::Vec3f>(y, x); n == cv::Vec3f(0, 0, 0))
+                    n = cv::Vec3f::all(std::numeric_limits<float>::quiet_NaN());
+    return directions;
 }
 
 } // namespace fathom::cli

@@ -5,22 +5,12 @@
 #include <fathom/normals.hpp>
 #include <fathom/opencv.hpp>
 
-#include <limits>
-
 namespace fathom::cli {
 namespace {
 
 struct Options : DepthOptions {
     NormalsOptions normals;
 };
-
-// In a .png ½n + ½ would make grey of what has no normal; NaN becomes black.
-void mark_nothing(cv::Mat& normals) {
-    for (int y = 0; y < normals.rows; ++y)
-        for (int x = 0; x < normals.cols; ++x)
-            if (auto& n = normals.at<cv::Vec3f>(y, x); n == cv::Vec3f(0, 0, 0))
-                n = cv::Vec3f::all(std::numeric_limits<float>::quiet_NaN());
-}
 
 std::function<int()> configure(CLI::App& app) {
     const Product product{.endings = {".exr", ".tif", ".pfm", ".png"},
@@ -49,10 +39,7 @@ std::function<int()> configure(CLI::App& app) {
         ->group("Output");
     return [options, product] {
         return each_depth(*options, product, {}, [&](const StoredDepth& stored, const Job& job) {
-            cv::Mat result = to_mat(normals(stored, options->normals));
-            if (ending_of(job.outputs.front()) == ".png")
-                mark_nothing(result);
-            return std::vector{result};
+            return std::vector{directions_for(job.outputs.front(), to_mat(normals(stored, options->normals)))};
         });
     };
 }

@@ -18,7 +18,7 @@ namespace {
 
 struct Options : DepthOptions {
     SsaoOptions ssao;
-    std::optional<std::string> thickness_map, bent_normal, confidence;
+    std::optional<std::string> normals, thickness_map, bent_normal, confidence;
 };
 
 CLI::Validator is_whole(int least, double most) {
@@ -108,6 +108,11 @@ void check_region(const std::optional<Region>& region, const StoredDepth& stored
                                 region->x, region->y, region->width, region->height, width, height));
 }
 
+cv::Mat read_directions(const std::filesystem::path& file) {
+    const StderrSilenced silenced;
+    return read_normals(file);
+}
+
 cv::Mat read_thickness(const std::filesystem::path& file) {
     const StderrSilenced silenced;
     const DepthFile read = read_depth(file);
@@ -122,7 +127,13 @@ cv::Mat read_thickness(const std::filesystem::path& file) {
 std::vector<cv::Mat> occlude(const Options& options, const StoredDepth& stored, const Job& job) {
     check_region(options.ssao.region, stored);
     SsaoOptions asked = options.ssao;
-    cv::Mat thickness; // read by the device until the results are there
+    cv::Mat normals, thickness; // read by the device until the results are there
+    if (options.normals) {
+        const std::filesystem::path& file = job.companions.front();
+        normals = read_directions(file);
+        check_same_size(file, normals, stored, job);
+        asked.normals = to_device(stored.image.device(), normals);
+    }
     if (options.thickness_map) {
         const std::filesystem::path& file = job.companions.back();
         thickness = read_thickness(file);
@@ -134,7 +145,7 @@ std::vector<cv::Mat> occlude(const Options& options, const StoredDepth& stored, 
     const Occlusion occlusion = ssao(stored, asked);
     std::vector<cv::Mat> results{to_mat(occlusion.visibility)};
     if (asked.bent_normal)
-        results.push_back(to_mat(occlusion.bent_normal));
+        results.push_back(directions_for(job.outputs[1], to_mat(occlusion.bent_normal)));
     if (asked.confidence)
         results.push_back(to_mat(occlusion.confidence));
     return results;
@@ -150,6 +161,15 @@ std::function<int()> configure(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, options->ssao);
+    CLI::Option* normals = app.add_option("--normals", options->normals,
+                                          "normals of the surfaces, as `fathom normals` writes them: EXR, PNG,\n"
+                                          "TIFF or PFM (default: from the depth)");
+    normals->type_name("FILE")->group("Input");
+    add_choice(app, "--normals-space", options->ssao.normals_space, {{"view", Space::view}, {"world", Space::world}},
+               "axes that they are in: the camera's (default) or the world's,\n"
+               "which needs \"view\" in the camera file")
+        ->needs(normals)
+        ->group("Input");
     app.add_option("--thickness-map", options->thickness_map,
                    "--thickness for each pixel: an image of floats, scene units")
         ->type_name("FILE")
@@ -179,6 +199,8 @@ std::function<int()> configure(CLI::App& app) {
     return [=] {
         use_default_radius(*options);
         More more;
+        if (options->normals)
+            more.companions.push_back({"--normals", *options->normals});
         if (options->thickness_map)
             more.companions.push_back({"--thickness-map", *options->thickness_map});
         if (options->bent_normal)
@@ -197,7 +219,7 @@ const Command ssao_command{
     .summary = "Finds how much of the hemisphere above each pixel is open: ambient occlusion.",
     .notes = R"(The result is visibility, 1 open to 0 blocked; an EXR holds it as channel AO, a .png in 16 bits as
 round(value × 65535). The background has 1; what is no surface has NaN, and 0 in a .png. The EXR channels of a bent
-normal are N.X N.Y N.Z; a .png of it holds ½n + ½.
+normal are N.X N.Y N.Z; a .png of it holds ½n + ½, black where there is none.
 
 With several inputs, every FILE above is a folder, as OUT is, and each input finds or leaves its own name there. Of
 one input's files all are written or none. What is computed: docs/ambient-occlusion.md.
