@@ -1,3 +1,6 @@
+// Slices, taps and columns as occlusion.hpp defines them. All ranges of angles are kept as cosines: no arc is taken before
+// the union of what is blocked is known.
+
 #include "occlusion.hpp"
 
 #include <Eigen/Dense>
@@ -17,37 +20,81 @@ using fathom::scene::Scene;
 using Sight = DepthLayer::Sight;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
+namespace {
+
+/// Open share of sin² of the polar angle on one azimuth. `open` answers for a polar angle.
+template <typename Open>
+double open_share(const Open& open, int samples) {
+    const auto share = [](double polar) { return std::sin(polar) * std::sin(polar); };
+    const double width = std::numbers::pi / 2 / samples;
+    double sum = 0, start = 0, polar = 1e-9;
+    bool was_open = open(polar);
+    for (int k = 1; k <= samples; ++k) {
+        const double next = k < samples ? k * width : std::numbers::pi / 2 - 1e-9;
+        if (open(next) != was_open) {
+            double before = polar, after = next;
+            while (after - before > 1e-10) {
+                const double middle = 0.5 * (before + after);
+                (open(middle) == was_open ? before : after) = middle;
+            }
+            sum += was_open ? share(after) - start : 0;
+            start = share(after);
+            was_open = !was_open;
+        }
+        polar = next;
+    }
+    return sum + (was_open ? 1 - start : 0);
+}
+
+/// What decides whether a function is straight.
+double judged(double value) {
+    return value;
+}
+double judged(const Vector2d& value) {
+    return value.x();
+}
+
+/// Integral from a to b of a function that may jump: trapezes where three values lie on a line, halves otherwise.
+template <typename Value, typename Function>
+Value integral(const Function& f, double a, const Value& at_a, double b, const Value& at_b, int halvings) {
+    const double middle = 0.5 * (a + b);
+    const Value at_middle = f(middle);
+    if (halvings == 0 || std::abs(judged(at_middle) - 0.5 * (judged(at_a) + judged(at_b))) < 2e-3) {
+        return 0.25 * (b - a) * (at_a + 2 * at_middle + at_b);
+    }
+    return integral<Value>(f, a, at_a, middle, at_middle, halvings - 1) +
+           integral<Value>(f, middle, at_middle, b, at_b, halvings - 1);
+}
+
+/// Integral over a turn, of values at `count` azimuths and of more where the function jumps.
+template <typename Function>
+auto turn(const Function& f, int count, int halvings) {
+    using Value = decltype(f(0.0));
+    const double width = 4 * std::numbers::pi / count;
+    Value value = f(0.0);
+    Value sum = 0 * value;
+    for (int i = 0; i < count / 2; ++i) {
+        const Value next = f((i + 1) * width);
+        sum += integral<Value>(f, i * width, value, (i + 1) * width, next, halvings);
+        value = next;
+    }
+    return sum;
+}
+
+} // namespace
+
 double visibility(const Scene& scene, const Vector3d& position, const Vector3d& normal, double radius, int azimuths,
                   int samples) {
     const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
-    const double width = std::numbers::pi / 2 / samples;
-    double sum = 0;
-    for (int i = 0; i < azimuths; ++i) {
-        const double azimuth = 2 * std::numbers::pi * (i + 0.5) / azimuths;
+    const auto at = [&](double azimuth) {
         const Vector3d outward = std::cos(azimuth) * across + std::sin(azimuth) * along;
-        const auto open = [&](double polar) {
-            return !blocked(scene, position, std::cos(polar) * normal + std::sin(polar) * outward, radius);
-        };
-        const auto share = [](double polar) { return std::sin(polar) * std::sin(polar); };
-        double start = 0, polar = 0.5 * width;
-        bool was_open = open(polar);
-        for (int k = 1; k < samples; ++k) {
-            const double next = (k + 0.5) * width;
-            if (open(next) != was_open) {
-                double before = polar, after = next;
-                while (after - before > 1e-9) {
-                    const double middle = 0.5 * (before + after);
-                    (open(middle) == was_open ? before : after) = middle;
-                }
-                sum += was_open ? share(after) - start : 0;
-                start = share(after);
-                was_open = !was_open;
-            }
-            polar = next;
-        }
-        sum += was_open ? 1 - start : 0;
-    }
-    return sum / azimuths;
+        return open_share(
+            [&](double polar) {
+                return !blocked(scene, position, std::cos(polar) * normal + std::sin(polar) * outward, radius);
+            },
+            samples);
+    };
+    return turn(at, azimuths, 10) / (2 * std::numbers::pi);
 }
 
 namespace {
@@ -88,9 +135,12 @@ public:
             const double reach_before = options_.thickness * before_->depth_rate;
             const bool connected = std::isinf(options_.thickness) || (column.depth <= before_->depth + reach_before &&
                                                                       before_->depth <= column.depth + reach);
-            const Vector2d link = column.front - before_->front;
-            if (connected && link.squaredNorm() > 0) {
-                block(before_->front, link.normalized(), link.norm());
+            if (connected) {
+                link(before_->front, column.front);
+            }
+            if (connected && std::isfinite(options_.thickness)) {
+                link(before_->front + options_.thickness * before_->direction,
+                     column.front + options_.thickness * column.direction);
             }
         }
         before_ = column;
@@ -115,6 +165,13 @@ public:
     }
 
 private:
+    void link(const Vector2d& from, const Vector2d& to) {
+        const Vector2d way = to - from;
+        if (way.squaredNorm() > 0) {
+            block(from, way.normalized(), way.norm());
+        }
+    }
+
     /// Blocks what a straight piece of solid spans within the ball.
     void block(const Vector2d& start, const Vector2d& direction, double length) {
         const double middle = start.dot(direction);
@@ -158,13 +215,21 @@ private:
     std::optional<Column> before_;
 };
 
-/// The line of a slice on the screen: taps at `start` + k · `step`, k = 1, 2, ...; their rays in the slice are affine in k.
+/// The line of a slice on the screen: taps at `start` + k · `step`, k > 0; their rays in the slice are affine in k.
 struct Line {
     Vector2d start, step;
     Vector2d origin, origin_step, direction, direction_step;
 
-    Vector2d origin_at(int k) const { return origin + k * origin_step; }
-    Vector2d direction_at(int k) const { return direction + k * direction_step; }
+    Vector2d place_at(double k) const { return start + k * step; }
+    Vector2d origin_at(double k) const { return origin + k * origin_step; }
+    Vector2d direction_at(double k) const { return direction + k * direction_step; }
+};
+
+/// What a tap sees: a column, or nothing. Planar is 1/w, or w where rays are parallel: affine in k along a plane.
+struct Tap {
+    double k = 0;
+    std::optional<Column> column;
+    double planar = nan;
 };
 
 /// `step_of` turns a unit vector on the screen into the step from tap to tap.
@@ -189,41 +254,137 @@ Line line_of(const Sight& sight, const Vector2d& pixel, const Vector3d& position
 }
 
 /// Does a ray come within the radius of the point? From the eye on, or anywhere if rays are parallel.
-bool within_reach(const Line& line, int k, bool parallel, double radius) {
+bool within_reach(const Line& line, double k, bool parallel, double radius) {
     const Vector2d origin = line.origin_at(k), direction = line.direction_at(k);
     const double nearest = -origin.dot(direction) / direction.squaredNorm();
     return (origin + (parallel ? nearest : std::max(0.0, nearest)) * direction).norm() <= radius;
 }
 
-/// Sums all slices. `column_at(line, k, place, tangent)` is the column that a tap at a place on the screen sees, if any.
-template <typename StepOf, typename ColumnAt>
-double visibility_of(const Sight& sight, const Vector2d& pixel, const Vector3d& position, const Vector3d& normal,
-                     const Vector2d& size, const ScreenOptions& options, const StepOf& step_of,
-                     const ColumnAt& column_at) {
+/// What a line of taps needs to know of its slice.
+struct Slice {
+    Line line;
+    Vector3d tangent, to_eye;
+    Vector2d normal; ///< first along the tangent
+    bool parallel;
+
+    /// Change of planar depth from tap to tap along the surface's own plane.
+    double slope() const {
+        return parallel ? -normal.dot(line.origin_step) / normal.dot(line.direction)
+                        : -normal.dot(line.direction_step) / normal.dot(line.origin);
+    }
+
+    /// Change of planar depth that moves a tap along its ray by as much as the next tap is aside.
+    double footprint(const Tap& tap) const {
+        const Vector2d& aside = parallel ? line.origin_step : line.direction_step;
+        return aside.norm() / line.direction_at(tap.k).norm() * (parallel ? 1 : tap.planar);
+    }
+};
+
+void put(const Tap& tap, Side& side) {
+    if (tap.column) {
+        side.add(*tap.column);
+    } else {
+        side.skip();
+    }
+}
+
+/// Where no plane explains what two taps see, more taps halve the gap, so that edges have their place to a small share
+/// of the step.
+template <typename See>
+class Edges {
+public:
+    static constexpr int halvings_of_azimuth = 8;
+
+    Edges(const Slice& slice, const See& see, double planar) : slice_(slice), see_(see), slope_(slice.slope()) {
+        before_.planar = planar;
+    }
+
+    /// Adds the taps between the last one and this one to the side, if there is an edge, and this one.
+    void add(const Tap& tap, Side& side) {
+        const double change = tap.planar - before_.planar;
+        const double footprint = slice_.footprint(tap);
+        if (std::abs(change - slope_) <= 0.1 * std::max(std::abs(change), footprint)) {
+            slope_ = change;
+        } else {
+            slope_ = halve(before_, tap, side, halvings);
+        }
+        put(tap, side);
+        before_ = tap;
+    }
+
+private:
+    static constexpr int halvings = 10;
+
+    /// Adds taps between two. Returns the slope where they end, per step.
+    double halve(const Tap& low, const Tap& high, Side& side, int times) {
+        const Tap middle = see_(slice_, 0.5 * (low.k + high.k));
+        const double span = high.k - low.k;
+        const double bend = middle.planar - 0.5 * (low.planar + high.planar);
+        const bool all_open = !middle.column && !low.column && !high.column;
+        if (times > 0 && !all_open && !(std::abs(bend) <= 0.02 * span * slice_.footprint(middle))) {
+            halve(low, middle, side, times - 1);
+            put(middle, side);
+            return halve(middle, high, side, times - 1);
+        }
+        put(middle, side);
+        return (high.planar - middle.planar) / (0.5 * span);
+    }
+
+    const Slice& slice_;
+    const See& see_;
+    double slope_;
+    Tap before_;
+};
+
+/// Takes taps as they are.
+struct Plain {
+    static constexpr int halvings_of_azimuth = 0;
+
+    template <typename... Any>
+    explicit Plain(const Any&...) {}
+
+    void add(const Tap& tap, Side& side) const { put(tap, side); }
+};
+
+/// The point whose visibility is asked, on its camera.
+struct Centre {
+    Vector2d pixel, size; ///< of the point, of the image
+    Vector3d position, normal;
+    double planar;
+};
+
+/// Sums all sides of all slices. `see(slice, k)` is what a tap sees; `Taps` hands taps on to a side.
+template <typename Taps, typename StepOf, typename See>
+double visibility_of(const Sight& sight, const Centre& centre, const ScreenOptions& options, const StepOf& step_of,
+                     const See& see) {
+    const Vector2d &pixel = centre.pixel, &size = centre.size;
+    const Vector3d &position = centre.position, &normal = centre.normal;
     const Vector3d to_eye = -sight.direction_at(pixel.x(), pixel.y()).normalized();
     const Vector3d right = to_eye.unitOrthogonal(), up = to_eye.cross(right);
     std::vector<Range> scratch;
-    double blocked = 0, whole = 0;
-    for (int i = 0; i < 2 * options.slices; ++i) {
-        const double azimuth = std::numbers::pi * (i + 0.5) / options.slices;
+    const auto blocked_and_whole = [&](double azimuth) -> Vector2d {
         const Vector3d tangent = std::cos(azimuth) * right + std::sin(azimuth) * up;
-        const Line line = line_of(sight, pixel, position, tangent, to_eye, step_of);
-        Side side({normal.dot(tangent), normal.dot(to_eye)}, options, scratch);
-        for (int k = 1; within_reach(line, k, sight.parallel, options.radius); ++k) {
-            const Vector2d place = line.start + k * line.step;
+        const Slice slice{line_of(sight, pixel, position, tangent, to_eye, step_of),
+                          tangent,
+                          to_eye,
+                          {normal.dot(tangent), normal.dot(to_eye)},
+                          sight.parallel};
+        Side side(slice.normal, options, scratch);
+        Taps taps(slice, see, centre.planar);
+        // The first tap out of reach still ends the line from the last one within.
+        bool reached = true;
+        for (int k = 1; reached; ++k) {
+            const Vector2d place = slice.line.place_at(k);
             if (!(place.x() >= 0 && place.x() <= size.x() && place.y() >= 0 && place.y() <= size.y())) {
                 break;
             }
-            if (const std::optional<Column> column = column_at(line, k, place, tangent)) {
-                side.add(*column);
-            } else {
-                side.skip();
-            }
+            reached = within_reach(slice.line, k, sight.parallel, options.radius);
+            taps.add(see(slice, k), side);
         }
-        blocked += side.blocked();
-        whole += side.whole();
-    }
-    return 1 - blocked / whole;
+        return {side.blocked(), side.whole()};
+    };
+    const Vector2d sums = turn(blocked_and_whole, 2 * options.slices, Taps::halvings_of_azimuth);
+    return 1 - sums.x() / sums.y();
 }
 
 } // namespace
@@ -248,26 +409,35 @@ Sight::Sight(const Camera& camera) {
 double screen_visibility(const Caster& caster, int x, int y, const ScreenOptions& options,
                          const std::optional<Vector3d>& normal) {
     const Vector2d pixel(x + 0.5, y + 0.5);
-    const auto centre = caster.at(pixel.x(), pixel.y());
-    if (!centre) {
+    const auto own = caster.at(pixel.x(), pixel.y());
+    if (!own) {
         return 1;
     }
     const Sight sight(caster.camera());
-    const Vector3d to_eye = -sight.direction_at(pixel.x(), pixel.y()).normalized();
-    const auto column_at = [&](const Line& line, int k, const Vector2d& place,
-                               const Vector3d& tangent) -> std::optional<Column> {
+    const auto planar_at = [&](const Vector3d& position, const Vector2d& place) {
+        const Vector3d ray = sight.direction_at(place.x(), place.y());
+        const double w = (position - sight.origin_at(place.x(), place.y())).dot(ray) / ray.squaredNorm();
+        return sight.parallel ? w : 1 / w;
+    };
+    const Centre centre{pixel, Vector2d(caster.camera().width, caster.camera().height), own->position,
+                        normal.value_or(own->normal), planar_at(own->position, pixel)};
+    const auto see = [&](const Slice& slice, double k) {
+        const Vector2d place = slice.line.place_at(k);
         const auto seen = caster.at(place.x(), place.y());
         if (!seen) {
-            return std::nullopt;
+            return Tap{k, std::nullopt, nan};
         }
-        const Vector3d away = seen->position - centre->position;
+        const Vector3d away = seen->position - own->position;
         const double rate = sight.ahead * sight.direction_at(place.x(), place.y()).normalized().z();
-        return Column{{away.dot(tangent), away.dot(to_eye)}, line.direction_at(k).normalized(), seen->z, rate};
+        return Tap{k,
+                   Column{{away.dot(slice.tangent), away.dot(slice.to_eye)},
+                          slice.line.direction_at(k).normalized(),
+                          seen->z,
+                          rate},
+                   planar_at(seen->position, place)};
     };
-    return visibility_of(
-        sight, pixel, centre->position, normal.value_or(centre->normal),
-        Vector2d(caster.camera().width, caster.camera().height), options,
-        [&](const Vector2d& along) -> Vector2d { return options.step_px * along; }, column_at);
+    return visibility_of<Edges<decltype(see)>>(
+        sight, centre, options, [&](const Vector2d& along) -> Vector2d { return options.step_px * along; }, see);
 }
 
 double screen_visibility(const Scene& scene, const Camera& camera, int x, int y, const ScreenOptions& options,
@@ -317,10 +487,14 @@ double DepthLayer::between(std::size_t start, std::size_t stride, int count, dou
     if (!std::isfinite(slope)) {
         return at(nearest);
     }
+    const double before = first > 0 ? slope - (a - at(first - 1)) : nan;
+    const double after = first + 2 < count ? at(first + 2) - b - slope : nan;
     const double allowed = std::max(0.5 * std::abs(slope), share_per_pixel * (sight_.parallel ? 1 : std::min(a, b)));
-    const bool smooth = (first > 0 && std::abs(slope - (a - at(first - 1))) <= allowed) ||
-                        (first + 2 < count && std::abs(at(first + 2) - b - slope) <= allowed);
-    return smooth ? a + (along - 0.5 - first) * slope : at(nearest);
+    if (!(std::abs(before) <= allowed || std::abs(after) <= allowed)) {
+        return at(nearest);
+    }
+    const double planar = a + (along - 0.5 - first) * slope;
+    return planar > 0 || sight_.parallel ? planar : endless;
 }
 
 double screen_visibility(const DepthLayer& layer, int x, int y, const Vector3d& normal, const ScreenOptions& options) {
@@ -333,28 +507,155 @@ double screen_visibility(const DepthLayer& layer, int x, int y, const Vector3d& 
     const auto from_planar = [&](double planar) { return sight.parallel ? planar : 1 / planar; };
     const Vector3d position =
         sight.origin_at(pixel.x(), pixel.y()) + from_planar(own) * sight.direction_at(pixel.x(), pixel.y());
-    const auto column_at = [&](const Line& line, int k, const Vector2d& place,
-                               const Vector3d&) -> std::optional<Column> {
+    const auto see = [&](const Slice& slice, int k) {
+        const Line& line = slice.line;
+        const Vector2d place = line.place_at(k);
         const bool by_column = std::abs(line.step.x()) >= std::abs(line.step.y());
         const int across = by_column ? x + (line.step.x() > 0 ? k : -k) : y + (line.step.y() > 0 ? k : -k);
         const double planar =
             by_column ? layer.between_rows(across, place.y()) : layer.between_columns(across, place.x());
-        if (!std::isfinite(planar)) {
-            return std::nullopt;
+        Tap tap{static_cast<double>(k), std::nullopt, planar};
+        if (std::isfinite(planar)) {
+            const double w = from_planar(planar);
+            const Vector2d direction = line.direction_at(k);
+            tap.column = {line.origin_at(k) + w * direction, direction.normalized(), 0, 0};
+            if (std::isfinite(options.thickness)) {
+                const Vector3d ray = sight.direction_at(place.x(), place.y());
+                tap.column->depth = sight.ahead * (sight.origin_at(place.x(), place.y()) + w * ray).z();
+                tap.column->depth_rate = sight.ahead * ray.normalized().z();
+            }
         }
-        const double w = from_planar(planar);
-        const Vector2d direction = line.direction_at(k);
-        Column column{line.origin_at(k) + w * direction, direction.normalized(), 0, 0};
-        if (std::isfinite(options.thickness)) {
-            const Vector3d ray = sight.direction_at(place.x(), place.y());
-            column.depth = sight.ahead * (sight.origin_at(place.x(), place.y()) + w * ray).z();
-            column.depth_rate = sight.ahead * ray.normalized().z();
-        }
-        return column;
+        return tap;
     };
-    return visibility_of(
-        sight, pixel, position, normal, Vector2d(layer.width(), layer.height()), options,
-        [](const Vector2d& along) -> Vector2d { return along / along.cwiseAbs().maxCoeff(); }, column_at);
+    return visibility_of<Plain>(
+        sight, {pixel, Vector2d(layer.width(), layer.height()), position, normal, own}, options,
+        [](const Vector2d& along) -> Vector2d { return along / along.cwiseAbs().maxCoeff(); }, see);
+}
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+const fathom::scene::Plane ground{{0, 0, 0}, {0, 0, 1}};
+
+/// From x = `near_x` to `far_x`, up to a height, endless along y.
+fathom::scene::Box block(double near_x, double far_x, double height) {
+    return {{0.5 * (near_x + far_x), 0, 0}, {0.5 * std::abs(far_x - near_x), endless, height}};
+}
+
+} // namespace
+
+Known open_plane(double tilt, double towards) {
+    const Vector3d normal(std::sin(tilt) * std::cos(towards), std::sin(tilt) * std::sin(towards), std::cos(tilt));
+    return {.scene = {fathom::scene::Plane{{0, 0, 0}, normal}}, .visibility = 1, .normal = normal};
+}
+
+Known crease(double alpha, double distance) {
+    const Vector3d up_the_other(-std::cos(alpha), 0, std::sin(alpha));
+    return {.scene = {ground, fathom::scene::Plane{{distance, 0, 0}, {-std::sin(alpha), 0, -std::cos(alpha)}}},
+            .visibility = 0.5 * (1 - std::cos(alpha)),
+            .from = (up_the_other - Vector3d::UnitX()).normalized()};
+}
+
+Known corner(double distance_x, double distance_y) {
+    return {.scene = {ground, fathom::scene::Plane{{distance_x, 0, 0}, {-1, 0, 0}},
+                      fathom::scene::Plane{{0, distance_y, 0}, {0, -1, 0}}},
+            .visibility = 0.25,
+            .from = Vector3d(-1, -1, 1).normalized()};
+}
+
+Known wall(double height, double distance) {
+    return {.scene = {ground, block(distance, 1.2 * distance, height)},
+            .visibility = 0.5 * (1 + distance / std::hypot(distance, height)),
+            .from = Vector3d(-1, 0, 2).normalized()};
+}
+
+Known endless_wall(double distance, double radius) {
+    Known known = crease(pi / 2, distance);
+    const double theta = std::acos(std::min(1.0, distance / radius));
+    known.visibility = 1 - (theta - std::sin(theta) * std::cos(theta)) / pi;
+    known.radius = radius;
+    return known;
+}
+
+Known trench(double left, double left_height, double right, double right_height) {
+    return {.scene = {ground, block(-left, -3 * left, left_height), block(right, 3 * right, right_height)},
+            .visibility = 0.5 * (right / std::hypot(right, right_height) + left / std::hypot(left, left_height))};
+}
+
+Known bowl(double radius, double depth, double polar) {
+    const Vector3d centre(0, 0, radius), outward(std::sin(polar), 0, -std::cos(polar));
+    return {.scene = {fathom::scene::Bowl{centre, radius, {0, 0, 1}, depth}},
+            .visibility = 1 - depth / (2 * radius),
+            .position = centre + radius * outward,
+            .normal = -outward};
+}
+
+Known uniform_horizon(double elevation) {
+    const double rim = std::tan(elevation);
+    return {.scene = {fathom::scene::Bowl{{0, 0, rim}, 1, {0, 0, 1}, 1},
+                      fathom::scene::Disk{{0, 0, 0}, {0, 0, 1}, std::sqrt(std::max(0.0, 1 - rim * rim))}},
+            .visibility = std::cos(elevation) * std::cos(elevation)};
+}
+
+Known resting_sphere(double radius, double distance) {
+    const double ratio = distance / radius;
+    return {.scene = {ground, fathom::scene::Sphere{{distance, 0, radius}, radius}},
+            .visibility = 1 - std::pow(1 + ratio * ratio, -1.5)};
+}
+
+Known floating_disk(double radius, double height, double aside) {
+    const double a = radius * radius, h = height * height, rho = aside * aside;
+    return {.scene = {ground, fathom::scene::Disk{{aside, 0, height}, {0, 0, 1}, radius}},
+            .visibility = 0.5 * (1 + (rho + h - a) / std::sqrt((rho + h + a) * (rho + h + a) - 4 * a * rho))};
+}
+
+std::vector<View> views(const Placement& placement) {
+    using namespace fathom;
+    const Vector3d& back = placement.from;
+    const Vector3d up = std::abs(back.y()) < 0.9 ? Vector3d::UnitY() : Vector3d::UnitZ();
+    const Vector3d right = up.cross(back).normalized();
+    Eigen::Matrix4d look = Eigen::Matrix4d::Identity();
+    look.row(0).head<3>() = right;
+    look.row(1).head<3>() = back.cross(right);
+    look.row(2).head<3>() = back;
+    look.col(3).head<3>() = -look.topLeftCorner<3, 3>() * (placement.target + placement.distance * back);
+
+    const double d = placement.distance, x = 0.5 * placement.extent, y = x * placement.height / placement.width;
+    const double near = 0.05 * d, far = 50 * d, at_near = near / d;
+    const auto edges = [](double left, double right_edge, double bottom, double top, double scale) {
+        return FrustumEdges{left * scale, right_edge * scale, bottom * scale, top * scale};
+    };
+    const auto view = [&](const char* name, const Projection& projection, Rows rows) {
+        const ViewAxes axes = projection.convention.view_axes;
+        const Eigen::Vector4d own(1, axes == ViewAxes::opencv ? -1 : 1, axes == ViewAxes::opengl ? 1 : -1, 1);
+        Camera camera;
+        camera.projection = projection;
+        camera.width = placement.width;
+        camera.height = placement.height;
+        camera.rows = rows;
+        camera.view = own.asDiagonal() * look;
+        return View{name, camera};
+    };
+    const Convention opencv{ClipZ::zero_to_one, ClipY::down, ViewAxes::opencv};
+    const Projection plain = perspective(edges(-x, x, -y, y, at_near), {near, far});
+    return {
+        view("perspective", plain, Rows::top_down),
+        view("off-centre", perspective(edges(-0.5 * x, 1.5 * x, -1.4 * y, 0.6 * y, at_near), {near, far}, opencv),
+             Rows::top_down),
+        view("oblique", with_oblique_near_plane(plain, {0.2, 0.1, -1, -2 * near}), Rows::bottom_up),
+        view("infinite reversed",
+             perspective(edges(-x, x, -y, y, at_near), {near, endless, DepthOrder::reversed}, Convention::vulkan()),
+             Rows::top_down),
+        view("orthographic", orthographic(edges(-x, x, -y, y, 1), {0, far}, Convention::direct3d()), Rows::bottom_up)};
+}
+
+Vector2d pixel_of(const Camera& camera, const Vector3d& world) {
+    const Eigen::Vector4d in_view = fathom::scene::to_world(camera).inverse() * world.homogeneous();
+    const Eigen::Vector4d clip = camera.projection.matrix.cast<double>() * in_view;
+    const double x = clip.x() / clip.w(), y = clip.y() / clip.w();
+    const bool grows_down =
+        (camera.projection.convention.clip_y == fathom::ClipY::down) == (camera.rows == fathom::Rows::top_down);
+    return {0.5 * (1 + x) * camera.width, 0.5 * (1 + (grows_down ? y : -y)) * camera.height};
 }
 
 } // namespace oracle

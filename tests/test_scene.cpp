@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 
 using namespace fathom;
 using Eigen::Vector3d;
@@ -121,6 +122,57 @@ TEST_CASE("scene: hills are met where the ray's height is theirs", "[scene]") {
             y += wave.amplitude * std::sin(wave.kx * p.x() + wave.kz * p.z() + wave.phase);
         }
         REQUIRE((std::isnan(p.y()) || std::abs(p.y() - y) < rounding * p.norm()));
+    }
+}
+
+TEST_CASE("scene: a bowl is the part of a sphere below its rim", "[scene]") {
+    // Open towards the eye, its lowest point at z = 7, its rim 1.5 above.
+    const scene::Bowl bowl{{0, 0, -5}, 2, {0, 0, 1}, 1.5};
+    const double rim = std::sqrt(2 * 2 - 0.5 * 0.5);
+    const auto seen = [&](double x) {
+        return scene::cast({bowl}, with(orthographic({-4, 4, -4, 4}, {0, 20})), x, 11.5);
+    };
+    const auto pixel = [](double x) { return (x / 8 + 0.5) * 31; };
+    REQUIRE(seen(pixel(0)));
+    CHECK(seen(pixel(0))->z == Approx(7));
+    CHECK((seen(pixel(0))->normal - Vector3d(0, 0, 1)).norm() < rounding);
+    REQUIRE(seen(pixel(rim - 1e-6)));
+    CHECK(seen(pixel(rim - 1e-6))->z == Approx(5.5));
+    CHECK_FALSE(seen(pixel(rim + 1e-6)));
+}
+
+TEST_CASE("scene: a free ray is blocked within its length, from either side of a surface", "[scene]") {
+    const scene::Scene scene{scene::Plane{{0, 0, -5}, {0, 0, 1}}, scene::Sphere{{0, 3, 0}, 1},
+                             scene::Bowl{{0, -5, 0}, 2, {0, 1, 0}, 1}};
+    const Vector3d ahead(0, 0, -1), up(0, 1, 0);
+    CHECK(scene::blocked(scene, {0, 0, 0}, ahead, 5));
+    CHECK_FALSE(scene::blocked(scene, {0, 0, 0}, ahead, 4.999));
+    CHECK(scene::blocked(scene, {0, 0, -7}, -ahead, 2.1));
+    CHECK_FALSE(scene::blocked(scene, {0, 0, -7}, ahead));
+    CHECK_FALSE(scene::blocked(scene, {0, 0, -5}, -ahead)); // starts on the plane
+    CHECK(scene::blocked(scene, {0, 0, -5}, -ahead, 1, -1e-9));
+    CHECK(scene::blocked(scene, {0, 3, 0}, up, 1)); // from within the sphere
+    CHECK_FALSE(scene::blocked(scene, {0, 3, 0}, up, 0.999));
+    CHECK_FALSE(scene::blocked(scene, {0, -6.5, 0}, up, 4)); // out of the bowl
+    CHECK(scene::blocked(scene, {0, -6.5, 0}, -up));
+    CHECK(scene::blocked(scene, {0, -8, 0}, up, 1)); // into its outside
+}
+
+TEST_CASE("scene: a caster's rays lead to what it sees", "[scene]") {
+    for (const Camera& camera : cameras()) {
+        const scene::Caster caster(scene::room(), camera);
+        for (const auto& [x, y] : {std::pair{3.25, 7.5}, {15.5, 11.5}, {30.9, 0.1}}) {
+            const scene::Ray ray = caster.ray(x, y);
+            const auto seen = caster.at(x, y);
+            const auto cast = scene::cast(scene::room(), camera, x, y);
+            REQUIRE(seen.has_value() == cast.has_value());
+            if (seen) {
+                CHECK(seen->position == cast->position);
+                CHECK((seen->position - ray.origin).cross(ray.direction.normalized()).norm() < rounding * 10);
+                const double t = (seen->position - ray.origin).dot(ray.direction) / ray.direction.squaredNorm();
+                CHECK((ray.first <= t && t <= ray.last));
+            }
+        }
     }
 }
 

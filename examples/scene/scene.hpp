@@ -87,7 +87,7 @@ std::optional<Surface> cast(const Scene& scene, const Camera& camera, double x, 
 
 /// A line of sight: the points origin + t · direction, in the view volume while first ≤ t ≤ last.
 /// Direction is not of unit length. Under a perspective all rays start in the eye and the direction is affine in the
-/// pixel position; parallel rays have one direction, and the origin is affine.
+/// pixel position; parallel rays have one direction, and an origin within the view volume that is affine.
 struct Ray {
     Eigen::Vector3d origin, direction;
     double first, last;
