@@ -36,8 +36,11 @@ for lanes in 1 4 8 16; do
                 check ssao_planes.cl -DV=$lanes -DPERSPECTIVE=$perspective -DTHICKNESS=$thickness -DGIVEN_NORMALS=$choice \
                     -DCLAMP=$choice
             done
-            check ssao.cl -DV=$lanes -DPERSPECTIVE=$perspective
-            check denoise.cl -DV=$lanes -DPERSPECTIVE=$perspective -DREACH=$((2 * choice))
+            check ssao.cl -DV=$lanes -DPERSPECTIVE=$perspective -DCONFIDENCE=$choice -DBENT=$choice
+            for output in 0 1 2; do
+                check denoise.cl -DV=$lanes -DPERSPECTIVE=$perspective -DREACH=$((2 * choice)) -DOUTPUT=$output \
+                    -DCLAMP=$choice
+            done
         done
     done
 done

@@ -88,13 +88,28 @@ typedef struct {
     u32 plane;           // elements from plane to plane
 } split_params;
 
+// A place that the pixels of one sampling pattern look at, along a slice: the nearest pixel, and the stretch of the slice
+// that it stands for. Distances in pixels along the slice.
+typedef struct {
+    int offset;               // elements from the pixel to it, in the split image
+    int rows_columns;         // the same, rows in the high half and columns in the low one
+    float distance;           // of its centre
+    float inverse_distance;
+    float square_distance;
+    float aside;              // from the pixel's centre to the slice
+    float inner, outer;       // from the pixel's centre to the ends of the stretch
+    float inverse_inner, inverse_outer; // of the ends' distances
+} tap_params;
+
 // How positions lie around a pixel, for the occlusion kernels. See EyeRays in src/camera/eye_rays.hpp.
 typedef struct {
     float direction[3][3]; // of the ray through pixel (x, y): rows x, y, z; columns multiply (x, y, 1)
     float step[3][2];      // what one pixel to the right and one down adds: to the direction (perspective), to the
                            // place where the ray starts (parallel rays)
+    float normals[3][3];   // given normals to view space
     float radius;
     float thickness;
+    float slope_errors;    // of the tangent plane, in errors of planar depth per pixel
     float error_constant, error_linear, error_quadratic; // of planar depth, see PlanarError
     float pixel;           // a pixel's width: at distance one (perspective), or anywhere
     float edge;            // how many of them a neighbour may lie off the tangent plane

@@ -15,7 +15,45 @@
 #error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
 #endif
 
+#ifndef CONFIDENCE
+#error "CONFIDENCE is not defined: 1 to sum how much of the slices lay on known pixels, 0 otherwise"
+#endif
+#ifndef BENT
+#error "BENT is not defined: 1 to sum the open directions, 0 otherwise"
+#endif
+
 #define SECTORS 31.0f
+#define STEEP 0.25f // of the radius from pixel to pixel: what is steeper is an edge, and not followed
+
+#if BENT
+#define BENT_ANGLES 24 // cosine and sine of (i + 1/2) pi / 24
+__constant float bent_angles[BENT_ANGLES][2] = {
+    {0.997858923f, 0.065403129f},
+    {0.980785280f, 0.195090322f},
+    {0.946930129f, 0.321439465f},
+    {0.896872742f, 0.442288690f},
+    {0.831469612f, 0.555570233f},
+    {0.751839807f, 0.659345815f},
+    {0.659345815f, 0.751839807f},
+    {0.555570233f, 0.831469612f},
+    {0.442288690f, 0.896872742f},
+    {0.321439465f, 0.946930129f},
+    {0.195090322f, 0.980785280f},
+    {0.065403129f, 0.997858923f},
+    {-0.065403129f, 0.997858923f},
+    {-0.195090322f, 0.980785280f},
+    {-0.321439465f, 0.946930129f},
+    {-0.442288690f, 0.896872742f},
+    {-0.555570233f, 0.831469612f},
+    {-0.659345815f, 0.751839807f},
+    {-0.751839807f, 0.659345815f},
+    {-0.831469612f, 0.555570233f},
+    {-0.896872742f, 0.442288690f},
+    {-0.946930129f, 0.321439465f},
+    {-0.980785280f, 0.195090322f},
+    {-0.997858923f, 0.065403129f},
+};
+#endif
 
 // 1 / sqrt(a) to 1.8e-3: one step of Newton.
 INLINE floatV rough_inverse_root(floatV a) {
@@ -23,13 +61,11 @@ INLINE floatV rough_inverse_root(floatV a) {
     return guess * fma(-0.5f * a * guess, guess, (floatV)1.5f);
 }
 
-// asin c + c sqrt(1 - c^2) to 5.2e-4.
+// asin c + c sqrt(1 - c^2) to 1.4e-3, exact at 0 and 1.
 INLINE floatV lens(floatV c) {
     const floatV c2 = c * c;
-    floatV h = fma(c2, (floatV)-0.281868368f, (floatV)0.484938663f);
-    h = fma(c2, h, (floatV)-0.369869089f);
-    h = fma(c2, h, (floatV)-0.256940177f);
-    return c * fma(c2, h, (floatV)1.99504886f);
+    const floatV h = fma(c2, fma(c2, (floatV)-0.211485824f, (floatV)0.210784609f), (floatV)-0.439477174f);
+    return c * fma(c2, h, (floatV)2.01097472f);
 }
 
 // Twice the measure from the view ray to the angle of cosine c.
@@ -41,12 +77,16 @@ INLINE int greatest(intV a) {
 #if V == 1
     return a;
 #else
-    int lanes[V];
-    *(intV*)lanes = a;
-    int most = lanes[0];
-    for (int i = 1; i < V; ++i)
-        most = max(most, lanes[i]);
-    return most;
+#if V == 16
+    const int8 half_of = max(a.lo, a.hi);
+    const int4 quarter = max(half_of.lo, half_of.hi);
+#elif V == 8
+    const int4 quarter = max(a.lo, a.hi);
+#else
+    const int4 quarter = a;
+#endif
+    const int2 two = max(quarter.lo, quarter.hi);
+    return max(two.x, two.y);
 #endif
 }
 
@@ -59,6 +99,7 @@ typedef struct {
     floatV reach, reach_step, cut; // its half length there is root((reach - s reach_step)^2 - s^2 cut) / per_depth
     floatV per_depth;
     floatV nearest;                // the ball's near end is at least here: the eye may be inside
+    floatV steepest;               // slope that a tap's surface is followed with
     floatV lowest;                 // cosine of the tangent plane
     floatV sectors_square, sectors_nu, sectors_offset;
 } sideV;
@@ -67,19 +108,37 @@ typedef struct {
     floatV low, high; // q less q_c between which a column counts
 } ballV;
 
-INLINE ballV ball_at(const sideV* side, float s) {
-    const floatV reach = fma((floatV)-s, side->reach_step, side->reach);
-    const floatV square = max(fma((floatV)(-s * s), side->cut, reach * reach), 0.0f);
+INLINE ballV ball_at(const sideV* side, const tap_params* tap) {
+    const floatV reach = fma((floatV)-tap->distance, side->reach_step, side->reach);
+    const floatV square = max(fma((floatV)-tap->square_distance, side->cut, reach * reach), 0.0f);
     const floatV half_length = square * rough_inverse_root(square);
-    const floatV middle = fma((floatV)-s, side->middle_step, side->middle);
+    const floatV middle = fma((floatV)-tap->distance, side->middle_step, side->middle);
     return (ballV){fma(-half_length, side->per_depth, middle),
                    max(fma(half_length, side->per_depth, middle), side->nearest)};
 }
 
-INLINE intV sector(floatV cotangent, const sideV* side, float rounding) {
+// Sectors between the tangent plane and an angle, as a count.
+INLINE intV sectors_to(floatV cotangent, const sideV* side) {
     const floatV c = max(cotangent * rough_inverse_root(fma(cotangent, cotangent, (floatV)1.0f)), side->lowest);
-    const floatV turned = fma(c * c, side->sectors_square, fma(lens(c), side->sectors_nu, side->sectors_offset));
-    return convert_intV(clamp(turned, 0.0f, SECTORS) + rounding);
+    return convert_intV(fma(c * c, side->sectors_square, fma(lens(c), side->sectors_nu, side->sectors_offset)));
+}
+
+// The sectors that a tap's column blocks: from its back to the higher end of its front, inside the ball. The front is
+// followed along its own tangent plane over the stretch that the tap stands for.
+INLINE intV sectors_of(const sideV* side, const tap_params* tap, floatV front, floatV back, floatV tilt) {
+    const floatV base = fma(side->across, (floatV)tap->aside, -side->q);
+    const ballV ball = ball_at(side, tap);
+    const floatV scale = side->scale * tap->inverse_distance;
+    const floatV lowest = fma(scale, ball.low, side->offset), highest = fma(scale, ball.high, side->offset);
+    const floatV centre = front + base;
+    tilt = max(min(tilt, side->steepest), -side->steepest);
+    const floatV inner = fma(side->scale * tap->inverse_inner, fma(tilt, (floatV)tap->inner, centre), side->offset);
+    const floatV outer = fma(side->scale * tap->inverse_outer, fma(tilt, (floatV)tap->outer, centre), side->offset);
+    const floatV behind = fma(scale, back + base, side->offset);
+    const floatV top = max(min(max(inner, outer), highest), lowest);
+    const floatV bottom = max(min(min(min(inner, outer), behind), highest), lowest);
+    const intV from = max(sectors_to(bottom, side), 0), to = min(max(sectors_to(top, side), from), (int)SECTORS);
+    return ((intV)1 << to) - ((intV)1 << from);
 }
 
 __kernel void ssao(__global const float* fronts, __global const float* backs, __global const float* slopes,
@@ -117,20 +176,27 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
     const floatV error = fma(size, fma(size, (floatV)p.error_quadratic, (floatV)p.error_linear), (floatV)p.error_constant);
 #if PERSPECTIVE
     const floatV distance = length / q;
-    const floatV beyond = fma(distance, distance, (floatV)(-p.radius * p.radius));
-    const floatV safe = select(beyond, (floatV)(1e-5f * p.radius * p.radius), fabs(beyond) < 1e-5f * p.radius * p.radius);
-    const floatV per_depth = 1.0f / safe;
     const floatV depth_scale = distance;
-    const floatV nearest = select((floatV)-1e30f, (floatV)1e30f, safe < 0.0f);
 #else
-    const floatV per_depth = inverse_length;
     const floatV depth_scale = length;
-    const floatV nearest = (floatV)-1e30f;
 #endif
 
+    sideV side;
+#if PERSPECTIVE
+    side.steepest = q * q * (STEEP * p.radius) * inverse_length;
+#else
+    side.steepest = STEEP * p.radius * inverse_length;
+#endif
     floatV blocked = 0.0f, whole = 0.0f;
+#if CONFIDENCE
+    floatV known = 0.0f;
+#endif
+#if BENT
+    floatV bent[3] = {0.0f, 0.0f, 0.0f};
+#endif
     for (uint k = 0; k < p.slices; ++k) {
-        const float turn_x = turns[2 * (pattern * p.slices + k)], turn_y = turns[2 * (pattern * p.slices + k) + 1];
+        __global const float* turn = turns + 4 * (pattern * p.slices + k);
+        const float turn_x = turn[0], turn_y = turn[1], radius = p.radius * turn[2], rounding = turn[3];
         const floatV step_along = fma((floatV)turn_x, along[0], turn_y * along[1]);
         const float step_square = turn_x * turn_x * step_xx + turn_y * turn_y * step_yy + 2 * turn_x * turn_y * step_xy;
         const floatV across_square = fma(-step_along, step_along, (floatV)step_square);
@@ -138,27 +204,30 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
         const floatV weight = inverse_across * inverse_across;
         const floatV slope_along = fma((floatV)turn_x, right, turn_y * down);
 
-        sideV side;
         side.q = q + 2.0f * error;
         side.across = fma((floatV)-turn_y, right, turn_x * down);
         side.scale = depth_scale * inverse_across;
-        side.per_depth = per_depth;
-        side.nearest = nearest;
 #if PERSPECTIVE
-        side.cut = safe * across_square;
-        side.middle = q * per_depth * (p.radius * p.radius);
-        side.reach = p.radius * length;
+        const floatV beyond = fma(distance, distance, (floatV)(-radius * radius)), least = 1e-5f * radius * radius;
+        const floatV outside = select(beyond, least, fabs(beyond) < least); // of the eye from the ball
+        side.per_depth = 1.0f / outside;
+        side.nearest = select((floatV)-1e30f, (floatV)1e30f, outside < 0.0f);
+        side.cut = outside * across_square;
+        side.middle = q * side.per_depth * (radius * radius);
+        side.reach = radius * length;
 #else
+        side.per_depth = inverse_length;
+        side.nearest = -1e30f;
         side.cut = across_square;
         side.middle = 0.0f;
-        side.reach = p.radius;
+        side.reach = radius;
 #endif
         for (int sign = 1; sign >= -1; sign -= 2) {
             const floatV toward = (float)sign * step_along;
             side.offset = toward * inverse_across;
 #if PERSPECTIVE
-            side.middle_step = distance * per_depth * toward;
-            side.reach_step = p.radius * toward;
+            side.middle_step = distance * side.per_depth * toward;
+            side.reach_step = radius * toward;
 #else
             side.middle_step = toward * inverse_length;
             side.reach_step = 0.0f;
@@ -166,11 +235,12 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
             const floatV tangent = fma(side.scale, (float)sign * slope_along, side.offset);
             side.lowest = tangent / sqrt(fma(tangent, tangent, (floatV)1.0f));
             const floatV nu = -tangent;
+            side.offset -= side.scale * (p.slope_errors * error); // what is higher for certain
             const floatV full = max(measure(side.lowest, nu), 1e-6f);
             const floatV per_sector = SECTORS / full;
             side.sectors_square = per_sector;
             side.sectors_nu = per_sector * nu;
-            side.sectors_offset = SECTORS - per_sector * fma(nu, (floatV)M_PI_2_F, (floatV)1.0f);
+            side.sectors_offset = SECTORS + rounding - per_sector * fma(nu, (floatV)M_PI_2_F, (floatV)1.0f);
 
             // How far the ball reaches on the screen: where its half length ends.
             const floatV falls = sqrt(max(side.cut, 0.0f)) + side.reach_step;
@@ -179,44 +249,75 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
             const intV level = select((intV)0, min(((as_intV(extent * extent) + 0x7fffff) >> 23) - 127, (intV)(int)p.levels), surface);
 
             intV found = 0;
+#if CONFIDENCE
+            floatV share = 1.0f;
+#endif
             intV left_over = level;
             for (int now = greatest(left_over); now > 0; now = greatest(left_over)) {
                 intV covered = 0;
+#if CONFIDENCE
+                floatV asked = 0.0f, answered = 0.0f;
+#endif
+                const int reach = (int)counts[p.levels + now];
+                const bool inside = column >= reach && column + V + reach <= (int)split.columns && row >= reach && row + reach < (int)split.rows;
                 const uint table = (((uint)(now - 1) * 16 + (uint)pattern) * p.slices + k) * 2 + (sign < 0 ? 1 : 0);
-                __global const float* tap = taps + 8 * p.steps * table;
-                const uint count = counts[now];
-                for (uint i = 0; i < count; ++i, tap += 8) {
-                    const int place = as_int(tap[0]), offset = as_int(tap[1]);
-                    const float s = tap[2], aside = tap[3];
-                    const int tap_column = clamp(column + ((offset << 16) >> 16), -MARGIN, (int)split.columns);
-                    const int tap_row = clamp(row + (offset >> 16), -1, (int)split.rows);
-                    const uint at = in_plane(&split, place, tap_column, tap_row);
-                    const floatV base = fma(side.across, (floatV)aside, -side.q);
-                    const ballV ball = ball_at(&side, s);
+                __global const tap_params* tap = (__global const tap_params*)taps + p.steps * table;
+                for (const __global tap_params* end = tap + counts[now]; tap != end; ++tap) {
+                    const tap_params t = *tap;
+                    uint at = here + (uint)t.offset;
+                    if (!inside) {
+                        const int tap_column = column + ((t.rows_columns << 16) >> 16), tap_row = row + (t.rows_columns >> 16);
+                        at += (uint)((clamp(tap_row, -1, (int)split.rows) - tap_row) * (int)split.stride +
+                                     clamp(tap_column, -MARGIN, (int)split.columns) - tap_column);
+                    }
                     const floatV tilt = fma((floatV)turn_x, LOAD(float, slopes + at), turn_y * LOAD(float, slopes + all + at));
-                    const floatV here_q = LOAD(float, fronts + at) + base;
-                    const floatV inner = clamp(fma(tilt, (floatV)tap[4], here_q), ball.low, ball.high);
-                    const floatV outer = clamp(fma(tilt, (floatV)tap[5], here_q), ball.low, ball.high);
-                    const floatV inner_cot = fma(side.scale * tap[6], inner, side.offset);
-                    const floatV outer_cot = fma(side.scale * tap[7], outer, side.offset);
-                    const floatV top = max(inner_cot, outer_cot);
-                    const floatV farther = clamp(LOAD(float, backs + at) + base, ball.low, ball.high);
-                    const floatV back_cot = fma(side.scale * (1.0f / s), farther, side.offset);
-                    const floatV bottom = min(back_cot, min(inner_cot, outer_cot));
-                    const intV hit = (here_q > ball.low) & (farther < ball.high) & (ball.high > ball.low);
-                    const intV from = sector(bottom, &side, 0.5f);
-                    const intV to = sector(top, &side, 0.5f);
-                    covered |= select((intV)0, ((intV)1 << max(from, to)) - ((intV)1 << from), hit);
+                    const floatV tap_front = LOAD(float, fronts + at);
+#if CONFIDENCE
+                    const floatV near = select((floatV)0.0f, (floatV)1.0f, t.distance <= extent);
+                    asked += near;
+                    answered += select((floatV)0.0f, near, tap_front > 1.5f * NOTHING);
+#endif
+                    covered |= sectors_of(&side, &t, tap_front, LOAD(float, backs + at), tilt);
                 }
                 const intV active = left_over == now;
+#if CONFIDENCE
+                share = select(share, answered / max(asked, 1e-9f), active & (asked > 0.0f));
+#endif
                 found = select(found, covered, active);
                 left_over = select(left_over, (intV)0, active);
             }
             const floatV weighted = weight * full;
             whole += weighted;
+#if CONFIDENCE
+            known = fma(weighted, share, known);
+#endif
+#if BENT
+            floatV open_along = 0.0f, open_across = 0.0f;
+            for (int i = 0; i < BENT_ANGLES; ++i) {
+                const float cosine = bent_angles[i][0], sine = bent_angles[i][1];
+                const floatV share_of = max(fma(nu, (floatV)sine, (floatV)cosine), 0.0f) * sine;
+                const floatV turned = fma((floatV)(cosine * cosine), side.sectors_square, fma(lens((floatV)cosine), side.sectors_nu, side.sectors_offset));
+                const intV bit = clamp(convert_intV(clamp(turned, 0.0f, SECTORS)), 0, 30);
+                const floatV open = select(share_of, (floatV)0.0f, ((found >> bit) & 1) != 0);
+                open_along = fma(open, (floatV)cosine, open_along);
+                open_across = fma(open, (floatV)sine, open_across);
+            }
+            // The view ray, and the slice's tangent: what of the step is across it.
+            const floatV on_step = (float)sign * open_across * inverse_across * weight;
+            const floatV on_ray = -inverse_length * fma(-on_step, step_along, open_along * weight);
+            for (int i = 0; i < 3; ++i)
+                bent[i] += fma(on_ray, direction[i], on_step * fma(turn_x, p.step[i][0], turn_y * p.step[i][1]));
+#endif
             blocked = fma(weighted * (1.0f / SECTORS), convert_floatV(popcount(found)), blocked);
         }
     }
     *(__global float_lanes*)(sums + here) = select((floatV)0.0f, blocked, surface);
     *(__global float_lanes*)(sums + all + here) = select((floatV)0.0f, whole, surface);
+#if CONFIDENCE
+    *(__global float_lanes*)(sums + 2 * all + here) = select((floatV)0.0f, known, surface);
+#endif
+#if BENT
+    for (uint i = 0; i < 3; ++i)
+        *(__global float_lanes*)(sums + (3 + i) * all + here) = select((floatV)0.0f, bent[i], surface);
+#endif
 }

@@ -64,6 +64,9 @@ INLINE void slopes_of(__global const float* normals, const split_params* split, 
         }
         n[c] = *(const float_lanes*)lanes;
     }
+    const floatV given[3] = {n[0], n[1], n[2]};
+    for (int c = 0; c < 3; ++c)
+        n[c] = fma(given[0], (floatV)p->normals[c][0], fma(given[1], (floatV)p->normals[c][1], given[2] * p->normals[c][2]));
     const floatV facing = fma(n[0], direction_at(p, 0, fx, fy),
                               fma(n[1], direction_at(p, 1, fx, fy), n[2] * direction_at(p, 2, fx, fy)));
     const floatV scale = (PERSPECTIVE ? q : (floatV)1.0f) / facing;

@@ -28,23 +28,24 @@ struct Region {
 struct SsaoOptions {
     double radius = 0; ///< length of the rays, scene units: what is farther away occludes nothing. Must be given
     Quality quality = Quality::balanced;
-    std::optional<int> slices;   ///< instead of the quality's: planes through the view ray, 1 to 64
-    std::optional<int> steps;    ///< instead of the quality's: places looked at on either side of a slice, 1 to 256
-    std::optional<int> patterns; ///< instead of the quality's: 1, 4 or 16 shifts of slices and steps among neighbouring
-                                 ///< pixels, averaged over as many afterwards; 1: every pixel alike, nothing averaged
+    std::optional<int> slices = {}; ///< instead of the quality's: planes through the view ray, 1 to 64
+    std::optional<int> steps = {};  ///< instead of the quality's: places looked at on either side of a slice, 1 to 256
+    std::optional<int> patterns =
+        {}; ///< instead of the quality's: 1, 4 or 16 shifts of slices and steps among neighbouring
+            ///< pixels, averaged over as many afterwards; 1: every pixel alike, nothing averaged
 
     std::optional<double>
-        thickness;       ///< what is solid behind a surface, along its ray, scene units; default: a quarter of
-                         ///< the radius; infinity: all that lies behind it, a height field
-    Image thickness_map; ///< the same for each pixel: one float, same size as the depth
-    std::optional<StoredDepth> back; ///< where each pixel's solid ends: a second layer of depth, same size
+        thickness;            ///< what is solid behind a surface, along its ray, scene units; default: a quarter of
+                              ///< the radius; infinity: all that lies behind it, a height field
+    Image thickness_map = {}; ///< the same for each pixel: one float, same size as the depth
+    std::optional<StoredDepth> back = {}; ///< where each pixel's solid ends: a second layer of depth, same size
 
     double falloff = 0; ///< 0 to 1: share of the radius, at its end, over which occluders fade out; 0: a hard end
     Border border = Border::open;
-    std::uint32_t seed = 0;       ///< turns the patterns
-    std::optional<Region> region; ///< what is wanted of the image; the rest of it is looked at all the same
+    std::uint32_t seed = 0;            ///< turns the patterns
+    std::optional<Region> region = {}; ///< what is wanted of the image; the rest of it is looked at all the same
 
-    Image normals;                     ///< 3 or 4 floats a pixel, (0, 0, 0) where there is none; default: from depth
+    Image normals = {};                ///< 3 or 4 floats a pixel, (0, 0, 0) where there is none; default: from depth
     Space normals_space = Space::view; ///< axes that they are in
     bool bent_normal = false;          ///< wanted?
     bool confidence = false;           ///< wanted?

@@ -34,15 +34,17 @@ struct Step {
     int x, y;
 };
 
-float packed(std::int32_t value) {
-    return std::bit_cast<float>(value);
+float single(double value) {
+    return static_cast<float>(value);
 }
 
 } // namespace
 
-double tap_power = 1.5;
+// Distances grow with this power of their number.
+constexpr double tap_power = 1.5;
 
-SliceTable slice_table(int slices, int steps, int largest_radius, int patterns_used, std::uint32_t seed) {
+SliceTable slice_table(int slices, int steps, int largest_radius, int patterns_used, double falloff, std::uint32_t seed,
+                       PlaneLayout place) {
     SliceTable table{.slices = slices, .steps = steps, .levels = 1, .taps = {}, .turns = {}, .counts = {0}};
     while (std::exp2(table.levels / 2.0) < largest_radius)
         ++table.levels;
@@ -53,6 +55,11 @@ SliceTable slice_table(int slices, int steps, int largest_radius, int patterns_u
             const double angle = std::numbers::pi * (k + shift) / slices;
             table.turns.push_back(static_cast<float>(std::cos(angle)));
             table.turns.push_back(static_cast<float>(std::sin(angle)));
+            const double spread =
+                fraction((rank(pattern, patterns_used) * 7 % 16 + 0.5) / patterns + (k + 1) * 0.754877666246693);
+            table.turns.push_back(static_cast<float>(1 - falloff * (patterns_used > 1 ? spread : (k + 0.5) / slices)));
+            const double rounding = patterns_used > 1 ? fraction(spread * 7) : 0.5;
+            table.turns.push_back(static_cast<float>(1.0 / 16 + rounding * 7 / 8));
         }
     }
     for (int level = 1; level <= table.levels; ++level) {
@@ -61,11 +68,13 @@ SliceTable slice_table(int slices, int steps, int largest_radius, int patterns_u
         table.counts.push_back(static_cast<std::uint32_t>(count));
         for (int pattern = 0; pattern < patterns; ++pattern) {
             for (int k = 0; k < slices; ++k) {
-                const double cosine = table.turns[static_cast<std::size_t>(2 * (pattern * slices + k))];
-                const double sine = table.turns[static_cast<std::size_t>(2 * (pattern * slices + k) + 1)];
+                const double cosine = table.turns[static_cast<std::size_t>(4 * (pattern * slices + k))];
+                const double sine = table.turns[static_cast<std::size_t>(4 * (pattern * slices + k) + 1)];
                 for (int side = 0; side < 2; ++side) {
-                    const double shift = fraction((reversed4(rank(pattern, patterns_used)) + 0.5) / patterns +
-                                                  (2 * k + side) * 0.618033988749895);
+                    const double shift = patterns_used == 1
+                                             ? 0.5
+                                             : fraction((reversed4(rank(pattern, patterns_used)) + 0.5) / patterns +
+                                                        (2 * k + side) * 0.618033988749895);
                     std::vector<double> distance;
                     for (int i = 0; i < steps; ++i)
                         distance.push_back(std::max(i + 1.0, radius * std::pow((i + shift) / count, tap_power)));
@@ -79,19 +88,24 @@ SliceTable slice_table(int slices, int steps, int largest_radius, int patterns_u
                         const double inner = i == 0 ? s / 2 : (s + distance[at - 1]) / 2;
                         const double outer = i + 1 < count ? (s + distance[at + 1]) / 2 : s + (s - inner);
                         const double there = sign * (dx * cosine + dy * sine);
-                        table.taps.push_back(packed((py & 3) * 4 + (px & 3)));
-                        table.taps.push_back(packed((py >> 2) * 65536 + ((px >> 2) & 0xffff)));
-                        table.taps.push_back(static_cast<float>(there));
-                        table.taps.push_back(static_cast<float>(dx * sine - dy * cosine));
-                        table.taps.push_back(static_cast<float>(sign * (inner - there)));
-                        table.taps.push_back(static_cast<float>(sign * (outer - there)));
-                        table.taps.push_back(static_cast<float>(1 / inner));
-                        table.taps.push_back(static_cast<float>(1 / outer));
+                        const int plane = (py & 3) * 4 + (px & 3) - pattern;
+                        table.taps.push_back({.offset = plane * place.plane + (py >> 2) * place.stride + (px >> 2),
+                                              .rows_columns = (py >> 2) * 65536 + ((px >> 2) & 0xffff),
+                                              .distance = single(there),
+                                              .inverse_distance = single(1 / there),
+                                              .square_distance = single(there * there),
+                                              .aside = single(dx * sine - dy * cosine),
+                                              .inner = single(sign * (inner - there)),
+                                              .outer = single(sign * (outer - there)),
+                                              .inverse_inner = single(1 / inner),
+                                              .inverse_outer = single(1 / outer)});
                     }
                 }
             }
         }
     }
+    for (int level = 1; level <= table.levels; ++level) // the farthest plane's row or column that is looked at
+        table.counts.push_back(static_cast<std::uint32_t>(std::ceil(std::exp2(level / 2.0) / 4)) + 2);
     return table;
 }
 

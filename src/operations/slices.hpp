@@ -1,5 +1,7 @@
 #pragma once
 
+#include "params.h"
+
 #include <cstdint>
 #include <vector>
 
@@ -9,13 +11,21 @@ namespace fathom {
 struct SliceTable {
     int slices;
     int steps;
-    int levels;                        ///< radii of 2^(level/2) pixels, from 1 to `levels`
-    std::vector<float> taps;           ///< [level − 1][pattern][slice][side][step]: plane, offset, distance, aside
-    std::vector<float> turns;          ///< [pattern][slice]: cosine and sine of the slice's direction on the screen
-    std::vector<std::uint32_t> counts; ///< [level]: steps of a side
+    int levels;                           ///< radii of 2^(level/2) pixels, from 1 to `levels`
+    std::vector<params::tap_params> taps; ///< [level − 1][pattern][slice][side][step]
+    std::vector<float>
+        turns; ///< [pattern][slice]: cosine and sine of the slice's direction on the screen, share of the
+               ///< radius, rounding of its sectors
+    std::vector<std::uint32_t> counts; ///< [level]: steps of a side; then the same: planes' rows or columns they reach
+};
+
+/// How a split image lies in memory: elements from row to row and from plane to plane.
+struct PlaneLayout {
+    int stride, plane;
 };
 
 /// Pure: no device. Even numbers of slices without noise are invariant under quarter turns and mirrors.
-SliceTable slice_table(int slices, int steps, int largest_radius, int patterns, std::uint32_t seed);
+SliceTable slice_table(int slices, int steps, int largest_radius, int patterns, double falloff, std::uint32_t seed,
+                       PlaneLayout place);
 
 } // namespace fathom

@@ -2,10 +2,16 @@
 
 #include <fathom/ssao.hpp>
 
+#include <fathom/normals.hpp>
+
 #include "operations/parameters.hpp"
 #include "operations/planar.hpp"
 #include "operations/slices.hpp"
 #include "runtime/scratch.hpp"
+
+#include "text.hpp"
+
+#include <Eigen/LU>
 
 #include <cmath>
 #include <limits>
@@ -16,8 +22,9 @@ namespace {
 
 constexpr int margin = 16; // MARGIN of kernels/split.h
 
-// Of the bound of a pixel's slopes from neighbouring depths: each is the difference of two.
-constexpr float slope_errors = 2;
+// What a slope may be off by, in errors of planar depth: one neighbour's difference, or a fit over a window of seven.
+constexpr float slope_errors_neighbours = 2;
+constexpr float slope_errors_fitted = 0.6f;
 
 // Pixels that a neighbour may lie off the tangent plane and still be of the same surface.
 constexpr float filter_edge = 0.5f;
@@ -25,6 +32,73 @@ constexpr float filter_edge = 0.5f;
 struct Preset {
     int slices, steps, patterns;
 };
+
+void require(bool condition, const std::string& message) {
+    if (!condition)
+        throw std::invalid_argument(message);
+}
+
+std::string size_of(int width, int height) {
+    return text(width, " x ", height);
+}
+
+void check_size(const Image& image, const StoredDepth& stored, const char* what) {
+    const int width = stored.image.width(), height = stored.image.height();
+    require(image.width() == width && image.height() == height,
+            text("the ", what, " are ", size_of(image.width(), image.height()), " pixels, the depth ",
+                 size_of(width, height)));
+    require(image.element() == Element::f32, text("the ", what, " must be floats"));
+}
+
+void check(const StoredDepth& stored, const SsaoOptions& options) {
+    check_stored(stored);
+    require(std::isfinite(options.radius) && options.radius > 0,
+            text("radius = ", options.radius, " must be finite and greater than 0"));
+    const int slices = options.slices.value_or(1), steps = options.steps.value_or(1);
+    require(slices >= 1 && slices <= 64, text("slices = ", slices, " must be 1 to 64"));
+    require(steps >= 1 && steps <= 256, text("steps = ", steps, " must be 1 to 256"));
+    const int patterns = options.patterns.value_or(1);
+    require(patterns == 1 || patterns == 4 || patterns == 16, text("patterns = ", patterns, " must be 1, 4 or 16"));
+    const double thickness = options.thickness.value_or(1);
+    require(thickness >= 0, text("thickness = ", thickness, " must be 0 or greater, infinity included"));
+    require(options.falloff >= 0 && options.falloff <= 1, text("falloff = ", options.falloff, " must be 0 to 1"));
+    require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) + options.back.has_value() <= 1,
+            "thickness, thickness_map and back exclude each other");
+    if (options.thickness_map) {
+        check_size(options.thickness_map, stored, "thicknesses");
+        require(options.thickness_map.channels() == 1, "the thickness map must have one channel");
+    }
+    if (options.back) {
+        check_stored(*options.back);
+        require(options.back->image.width() == stored.image.width() &&
+                    options.back->image.height() == stored.image.height(),
+                text("the second layer is ", size_of(options.back->image.width(), options.back->image.height()),
+                     " pixels, the depth ", size_of(stored.image.width(), stored.image.height())));
+    }
+    if (options.normals) {
+        check_size(options.normals, stored, "normals");
+        require(options.normals.channels() == 3 || options.normals.channels() == 4,
+                "normals must have three or four channels");
+        require(options.normals_space == Space::view || stored.camera.view,
+                "normals in the world need the camera's view matrix, and it has none");
+    }
+    if (options.region) {
+        const Region& r = *options.region;
+        require(r.x >= 0 && r.y >= 0 && r.width > 0 && r.height > 0 && r.x <= stored.image.width() - r.width &&
+                    r.y <= stored.image.height() - r.height,
+                text("region ", size_of(r.width, r.height), " at (", r.x, ", ", r.y, ") does not lie in ",
+                     size_of(stored.image.width(), stored.image.height()), " pixels"));
+    }
+}
+
+// Normals that the slopes come from: given ones, or fitted ones where single neighbours tell of the storage's steps only.
+Image normals_for(const StoredDepth& stored, const SsaoOptions& options) {
+    if (options.normals)
+        return options.normals;
+    const bool coarse = stored.storage == Storage::uint16 || stored.storage == Storage::float16 ||
+                        stored.camera.depth_bits.value_or(32) == 16;
+    return coarse ? normals(stored) : Image();
+}
 
 Preset preset(const SsaoOptions& options) {
     constexpr Preset presets[] = {{1, 6, 16}, {2, 8, 16}, {6, 12, 4}};
@@ -48,8 +122,8 @@ params::split_params split_parameters(const StoredDepth& stored) {
             u32(columns), u32(rows),   u32(stride),   u32(stride * (rows + 2))};
 }
 
-params::occlusion_params occlusion_parameters(const EyeRays& eye, const PlanarError& error, const SsaoOptions& options,
-                                              const SliceTable& table) {
+params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRays& eye, const PlanarError& error,
+                                              const SsaoOptions& options, const SliceTable& table) {
     params::occlusion_params p{};
     const Rays::Matrix& moving = eye.perspective ? eye.direction : eye.origin;
     for (int i = 0; i < 3; ++i) {
@@ -57,6 +131,13 @@ params::occlusion_params occlusion_parameters(const EyeRays& eye, const PlanarEr
             p.direction[i][j] = static_cast<float>(eye.direction(i, j));
         for (int j = 0; j < 2; ++j)
             p.step[i][j] = static_cast<float>(moving(i, j));
+    }
+    const bool world = options.normals && options.normals_space == Space::world;
+    const Eigen::Matrix3d turn =
+        world ? Eigen::Matrix3d(camera.view->topLeftCorner<3, 3>().inverse().transpose()) : Eigen::Matrix3d::Identity();
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j)
+            p.normals[i][j] = static_cast<float>(turn(i, j));
     }
     p.radius = static_cast<float>(options.radius);
     p.thickness = static_cast<float>(options.thickness.value_or(options.radius / 4));
@@ -71,73 +152,116 @@ params::occlusion_params occlusion_parameters(const EyeRays& eye, const PlanarEr
     return p;
 }
 
-params::grid_params grid(const Image& source, const Image& target, const StoredDepth& stored) {
-    return {source.offset(),
-            target.offset(),
-            u32(source.row_stride()),
-            u32(target.row_stride()),
-            0,
-            u32(source.width()),
-            u32(source.height()),
-            u32(stored.x),
-            u32(stored.y),
-            u32(source.channels())};
+params::grid_params grid(const Image& source, const StoredDepth& stored) {
+    return {.source_offset = source.offset(),
+            .target_offset = 0,
+            .source_stride = u32(source.row_stride()),
+            .target_stride = 0,
+            .x_begin = 0,
+            .x_end = u32(source.width()),
+            .height = u32(source.height()),
+            .pixel_x = u32(stored.x),
+            .pixel_y = u32(stored.y),
+            .reserved = u32(source.channels())};
+}
+
+// Where the result of the filter goes: the region's columns, from its first row on.
+params::grid_params grid(const Image& target, const Region& region) {
+    return {.source_offset = 0,
+            .target_offset = target.offset(),
+            .source_stride = 0,
+            .target_stride = u32(target.row_stride()),
+            .x_begin = u32(region.x),
+            .x_end = u32(region.x + region.width),
+            .height = u32(region.height),
+            .pixel_x = 0,
+            .pixel_y = 0,
+            .reserved = u32(region.y)};
+}
+
+// THICKNESS of kernels/ssao_planes.cl.
+int thickness_kind(const SsaoOptions& options) {
+    if (options.back)
+        return 3;
+    if (options.thickness_map)
+        return 2;
+    return std::isfinite(options.thickness.value_or(0)) ? 1 : 0;
 }
 
 } // namespace
 
 Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options) {
-    check_stored(stored);
+    check(stored, options);
     const Device& device = stored.image.device();
     const EyeRays eye = eye_rays(rays(stored.camera));
     const int width = stored.image.width(), height = stored.image.height();
     runtime::Scratch scratch(device);
     const Image depth = scratch.image(Element::f32, {width, height});
     planar(stored, eye, depth);
+    Image extra = depth;
+    if (options.back) {
+        extra = scratch.image(Element::f32, {width, height});
+        planar(*options.back, eye_rays(rays(options.back->camera)), extra);
+    } else if (options.thickness_map) {
+        extra = options.thickness_map;
+    }
+    const Image given = normals_for(stored, options), normals = given ? given : depth;
 
     const Preset chosen = preset(options);
-    const SliceTable table =
-        slice_table(chosen.slices, chosen.steps, std::max(width, height), chosen.patterns, options.seed);
     const params::split_params split = split_parameters(stored);
-    const params::occlusion_params occlusion =
-        occlusion_parameters(eye, planar_error(stored.camera, stored.storage), options, table);
-    const Layout planes{static_cast<int>(split.stride), static_cast<int>(16 * (split.rows + 2))};
-    const Layout two_planes{planes.width, 2 * planes.height};
-    const Image fronts = scratch.image(Element::f32, planes), backs = scratch.image(Element::f32, planes);
-    const Image slopes = scratch.image(Element::f32, two_planes), sums = scratch.image(Element::f32, two_planes);
-    const Image result(device, Element::f32, {width, height});
+    const SliceTable table =
+        slice_table(chosen.slices, chosen.steps, std::max(width, height), chosen.patterns, options.falloff,
+                    options.seed, {static_cast<int>(split.stride), static_cast<int>(split.plane)});
+    params::occlusion_params occlusion =
+        occlusion_parameters(stored.camera, eye, planar_error(stored.camera, stored.storage), options, table);
+    occlusion.slope_errors = options.normals ? 0 : given ? slope_errors_fitted : slope_errors_neighbours;
+
+    const int quantities = options.bent_normal ? 6 : options.confidence ? 3 : 2;
+    const auto planes = [&](int count) {
+        return scratch.image(Element::f32,
+                             {static_cast<int>(split.stride), count * 16 * static_cast<int>(split.rows + 2)});
+    };
+    const Image fronts = planes(1), backs = planes(1), slopes = planes(2), sums = planes(quantities);
     const auto upload = [&](const auto& values, Element element) {
-        return Image::from_host(device, element, values.data(), {static_cast<int>(values.size()), 1});
+        const Layout layout{static_cast<int>(values.size() * sizeof(values[0]) / 4), 1};
+        return Image::from_host(device, element, values.data(), layout);
     };
     const Image taps = upload(table.taps, Element::f32), turns = upload(table.turns, Element::f32);
     const Image counts = upload(table.counts, Element::u32);
 
     const int lanes = device.options().lanes;
-    const auto vectors = [&](auto columns) {
-        return static_cast<std::size_t>(columns) / static_cast<std::size_t>(lanes);
+    const auto vectors = [&](params::u32 columns) { return std::size_t{columns} / static_cast<std::size_t>(lanes); };
+    const auto kernel = [&](const char* name, runtime::Choices choices) -> runtime::Kernel& {
+        choices.insert(choices.end(), {{"V", lanes}, {"STREAM", 0}, {"PERSPECTIVE", eye.perspective}});
+        return runtime::kernel(device, name, choices);
     };
-    const auto choices = [&](std::initializer_list<std::pair<const char*, int>> more) {
-        runtime::Choices all{{"V", lanes}, {"STREAM", 0}, {"PERSPECTIVE", eye.perspective}};
-        all.insert(all.end(), more);
-        return all;
-    };
-    const params::grid_params depth_grid = grid(depth, result, stored);
-    const Image normals = options.normals ? options.normals : depth;
+    const bool clamped = options.border == Border::clamp;
     runtime::launch(device,
-                    runtime::kernel(device, "ssao_planes",
-                                    choices({{"THICKNESS", std::isfinite(occlusion.thickness)},
-                                             {"GIVEN_NORMALS", static_cast<bool>(options.normals)},
-                                             {"CLAMP", options.border == Border::clamp}})),
-                    {vectors(split.stride), 4 * (split.rows + 2)}, depth, depth, normals, fronts, backs, slopes,
-                    depth_grid, depth_grid, grid(normals, result, stored), split, occlusion);
-    runtime::launch(device, runtime::kernel(device, "ssao", choices({})), {vectors(split.columns), 16 * split.rows},
-                    fronts, backs, slopes, taps, turns, counts, sums, split, occlusion);
+                    kernel("ssao_planes", {{"THICKNESS", thickness_kind(options)},
+                                           {"GIVEN_NORMALS", static_cast<bool>(given)},
+                                           {"CLAMP", clamped}}),
+                    {vectors(split.stride), 4 * (split.rows + 2)}, depth, extra, normals, fronts, backs, slopes,
+                    grid(depth, stored), grid(extra, stored), grid(normals, stored), split, occlusion);
+    runtime::launch(device, kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}}),
+                    {vectors(split.columns), 16 * split.rows}, fronts, backs, slopes, taps, turns, counts, sums, split,
+                    occlusion);
+
+    const Region region = options.region.value_or(Region{0, 0, width, height});
     const int reach = chosen.patterns == 16 ? 2 : chosen.patterns == 4 ? 1 : 0;
-    runtime::launch(device, runtime::kernel(device, "denoise", choices({{"REACH", reach}})),
-                    {vectors(split.columns), static_cast<std::size_t>(height)}, fronts, slopes, sums, result,
-                    depth_grid, split, occlusion);
-    device.finish();
-    return {.visibility = result, .bent_normal = {}, .confidence = {}};
+    const auto filtered = [&](int output, int channels) {
+        const Image result(device, Element::f32, {region.width, region.height, channels});
+        runtime::launch(device, kernel("denoise", {{"REACH", reach}, {"OUTPUT", output}, {"CLAMP", clamped}}),
+                        {vectors(split.columns), static_cast<std::size_t>(region.height)}, fronts, slopes, sums, result,
+                        grid(result, region), split, occlusion);
+        return result;
+    };
+    Occlusion result{.visibility = filtered(0, 1), .bent_normal = {}, .confidence = {}};
+    if (options.confidence)
+        result.confidence = filtered(1, 1);
+    if (options.bent_normal)
+        result.bent_normal = filtered(2, 3);
+    device.finish(); // the tables are the host's
+    return result;
 }
 
 } // namespace fathom

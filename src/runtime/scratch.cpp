@@ -3,14 +3,47 @@
 #include "runtime/scratch.hpp"
 
 #include "runtime/state.hpp"
+#include "text.hpp"
 
 #include <algorithm>
+#include <cstdlib>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 namespace fathom::runtime {
 namespace {
 
 // An operation has fewer images than this between its passes; what is left over from other sizes is given back.
 constexpr std::size_t most_kept = 12;
+
+// Kernels that look far around themselves wait for address translation more than for data when pages are small.
+constexpr std::size_t huge_page = std::size_t{2} << 20;
+
+void CL_CALLBACK free_memory(cl_mem, void* memory) {
+    std::free(memory);
+}
+
+// Memory in huge pages where the system hands them out; the driver's own otherwise.
+cl::Buffer in_huge_pages(const Device& device, std::size_t size) {
+    void* memory = std::aligned_alloc(huge_page, (size + huge_page - 1) / huge_page * huge_page);
+    if (!memory)
+        throw Error(text("no room for ", size, " bytes between the passes of an operation"));
+#ifdef __linux__
+    madvise(memory, size, MADV_HUGEPAGE);
+#endif
+    cl::Buffer buffer;
+    try {
+        buffer = cl::Buffer(device.context(), CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, memory);
+        buffer.setDestructorCallback(free_memory, memory);
+    } catch (const cl::Error& error) {
+        std::free(memory);
+        throw Error(
+            text(device.info().name, " cannot use ", size, " bytes: ", error.what(), " returned ", error.err()));
+    }
+    return buffer;
+}
 
 std::size_t size_of(const cl::Buffer& buffer) {
     return buffer.getInfo<CL_MEM_SIZE>();
@@ -33,7 +66,8 @@ Image Scratch::image(Element element, Layout layout) {
         used_.push_back(*found);
         pool.erase(found);
     } else {
-        used_.push_back(Image(device_, element, layout).buffer());
+        const bool huge = device_.info().cpu && size >= huge_page;
+        used_.push_back(huge ? in_huge_pages(device_, size) : Image(device_, element, layout).buffer());
     }
     return Image(device_, used_.back(), element, layout);
 }
