@@ -23,7 +23,7 @@
 #endif
 
 #define SECTORS 31.0f
-#define STEEP 0.25f // of the radius from pixel to pixel: what is steeper is an edge, and not followed
+#define STEEP 0.5f // of the radius from pixel to pixel: what is steeper, and than the tangent plane too, is an edge
 
 #if BENT
 #define BENT_ANGLES 24 // cosine and sine of (i + 1/2) pi / 24
@@ -99,7 +99,7 @@ typedef struct {
     floatV reach, reach_step, cut; // its half length there is root((reach - s reach_step)^2 - s^2 cut) / per_depth
     floatV per_depth;
     floatV nearest;                // the ball's near end is at least here: the eye may be inside
-    floatV steepest;               // slope that a tap's surface is followed with
+    floatV rises, falls;           // steepest slopes that a tap's surface is followed along
     floatV lowest;                 // cosine of the tangent plane
     floatV sectors_square, sectors_nu, sectors_offset;
 } sideV;
@@ -131,7 +131,7 @@ INLINE intV sectors_of(const sideV* side, const tap_params* tap, floatV front, f
     const floatV scale = side->scale * tap->inverse_distance;
     const floatV lowest = fma(scale, ball.low, side->offset), highest = fma(scale, ball.high, side->offset);
     const floatV centre = front + base;
-    tilt = max(min(tilt, side->steepest), -side->steepest);
+    tilt = max(min(tilt, side->rises), side->falls);
     const floatV inner = fma(side->scale * tap->inverse_inner, fma(tilt, (floatV)tap->inner, centre), side->offset);
     const floatV outer = fma(side->scale * tap->inverse_outer, fma(tilt, (floatV)tap->outer, centre), side->offset);
     const floatV behind = fma(scale, back + base, side->offset);
@@ -183,9 +183,9 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
 
     sideV side;
 #if PERSPECTIVE
-    side.steepest = q * q * (STEEP * p.radius) * inverse_length;
+    const floatV steepest = q * q * (STEEP * p.radius) * inverse_length;
 #else
-    side.steepest = STEEP * p.radius * inverse_length;
+    const floatV steepest = STEEP * p.radius * inverse_length;
 #endif
     floatV blocked = 0.0f, whole = 0.0f;
 #if CONFIDENCE
@@ -205,6 +205,8 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
         const floatV slope_along = fma((floatV)turn_x, right, turn_y * down);
 
         side.q = q + 2.0f * error;
+        side.rises = max(slope_along, steepest);
+        side.falls = min(slope_along, -steepest);
         side.across = fma((floatV)-turn_y, right, turn_x * down);
         side.scale = depth_scale * inverse_across;
 #if PERSPECTIVE
