@@ -101,7 +101,7 @@ Image normals_for(const StoredDepth& stored, const SsaoOptions& options) {
 }
 
 Preset preset(const SsaoOptions& options) {
-    constexpr Preset presets[] = {{1, 6, 16}, {2, 10, 16}, {6, 16, 4}};
+    constexpr Preset presets[] = {{1, 6, 16}, {2, 8, 16}, {6, 12, 4}};
     Preset chosen = presets[static_cast<int>(options.quality)];
     chosen.slices = options.slices.value_or(chosen.slices);
     chosen.steps = options.steps.value_or(chosen.steps);
