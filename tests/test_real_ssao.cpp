@@ -1,0 +1,74 @@
+// Ambient occlusion from Blender's depth against the path tracer's own, rays of one unit. What a single layer of depth
+// cannot know, behind poles and outside the frame, is part of the difference: brute force over all slices and pixels of
+// the perspective frame, with the path tracer's normals, leaves 0.049 at the same thickness.
+
+#include "catch.hpp"
+
+#include <fathom/fathom.hpp>
+#include <fathom/io.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <vector>
+
+using namespace fathom;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double ray_length = 1, thickness = 0.25;
+
+// Measured, with a margin of 3%. Not yet what is wanted of the perspective frame, which is 0.060 for balanced and 0.052 for
+// accurate, and 0.01 more for the orthographic one.
+struct Known {
+    const char* frame;
+    double fast, balanced, accurate;
+};
+constexpr Known known[] = {{"perspective", 0.069, 0.063, 0.058}, {"orthographic", 0.090, 0.081, 0.074}};
+
+double rms_error(const fs::path& folder, Quality quality) {
+    const DepthFile depth = read_depth(folder / "sharp.exr");
+    const cv::Mat truth = read_depth(folder / "sharp.exr", {.channel = "ViewLayer.AO.R"}).values;
+    const int width = depth.values.cols, height = depth.values.rows;
+    const Camera camera = camera_for(read_camera(folder / "camera.json"), width, height);
+    const Device device = Device::open("cpu");
+    SsaoOptions options;
+    options.radius = ray_length;
+    options.thickness = thickness;
+    options.quality = quality;
+    const Image stored = Image::from_host(device, Element::f32, depth.values.data, {width, height});
+    std::vector<float> visibility(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    ssao({stored, camera}, options).visibility.download(visibility.data());
+    double sum = 0;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+            const double difference = static_cast<double>(visibility[at]) - static_cast<double>(truth.at<float>(y, x));
+            REQUIRE(std::isfinite(difference));
+            sum += difference * difference;
+        }
+    }
+    return std::sqrt(sum / static_cast<double>(visibility.size()));
+}
+
+} // namespace
+
+TEST_CASE("real: ambient occlusion from Blender's depth against the path tracer's", "[ssao][real]") {
+    const fs::path blender = fs::path(FATHOM_SHARED_DATA) / "blender";
+    if (!fs::exists(blender)) {
+        std::cout << "no real inputs: " << blender << " is absent\n";
+        return;
+    }
+    for (const Known& frame : known) {
+        const fs::path folder = blender / frame.frame;
+        const double fast = rms_error(folder, Quality::fast), balanced = rms_error(folder, Quality::balanced);
+        const double accurate = rms_error(folder, Quality::accurate);
+        std::cout << "ambient occlusion, Blender " << frame.frame << ", RMSE: fast " << fast << ", balanced "
+                  << balanced << ", accurate " << accurate << '\n';
+        CHECK(fast <= frame.fast);
+        CHECK(balanced <= frame.balanced);
+        CHECK(accurate <= frame.accurate);
+    }
+}
