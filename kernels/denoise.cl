@@ -3,6 +3,7 @@
 // A 5 x 5 window whose outermost rows and columns count half holds every pattern equally often. A neighbour counts by how
 // far it lies from the pixel's tangent plane, in planar depth, so that nothing is mixed across an edge.
 
+#include "ray.h"
 #include "split.h"
 
 #ifndef PERSPECTIVE
@@ -51,7 +52,7 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
         const floatV right = LOAD(float, slopes + here), down = LOAD(float, slopes + all + here);
         // A pixel's width on the surface, as planar depth: what a face at 45 degrees would differ by.
         const floatV size = PERSPECTIVE ? fabs(q) * p.pixel : (floatV)p.pixel;
-        const floatV error = fma(fabs(q), fma(fabs(q), (floatV)p.error_quadratic, (floatV)p.error_linear), (floatV)p.error_constant);
+        const floatV error = depth_error(&p, q);
         const floatV steep = fma(right, right, down * down);
         const floatV inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * error);
         for (int i = 0; i < SUMS; ++i)

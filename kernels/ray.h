@@ -14,4 +14,10 @@ INLINE floatV ray_length(const occlusion_params* p, floatV x, float y) {
     return sqrt(fma(dx, dx, fma(dy, dy, dz * dz)));
 }
 
+// Bound of the error of planar depth, see PlanarError.
+INLINE floatV depth_error(const occlusion_params* p, floatV q) {
+    const floatV size = fabs(q);
+    return fma(size, fma(size, (floatV)p->error_quadratic, (floatV)p->error_linear), (floatV)p->error_constant);
+}
+
 #endif

@@ -4,11 +4,12 @@
 //   G(t) = 1/2 [sin^2 t + nu (t - sin t cos t)],  nu = n.T / n.V,  t from the view ray to the tangent plane
 // is blocked by what neighbouring pixels show: columns along their own rays, from the surface to `back`, cut off at the
 // ball of the radius. In planar depth the cotangent of t is affine in (q - q_c) / s, s pixels away: no square root but
-// that of the ball, no angle, and the tangent plane is exact under every camera. With a finite thickness a side of a
-// slice is 31 sectors of the same measure, one bit each; without one the horizon itself is enough.
+// that of the ball, no angle, and the tangent plane is exact under every camera. A side of a slice is 31 sectors of the same
+// measure, one bit each: one maximum a side, the horizon, would block what lies below a far column's chord of the ball.
 // Jimenez et al. 2016 (slices, the measure); Therrien et al. 2023 (bits); Mara et al. 2013 (split planes). Slices are
 // weighted to be uniform around the view ray, not on the screen.
 
+#include "ray.h"
 #include "split.h"
 
 #ifndef PERSPECTIVE
@@ -160,9 +161,7 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
     const float y = (float)(4 * row + pattern / 4 + (int)(split.pixel_y & ~3u)) + 0.5f;
     const floatV x =
         fma((floatV)4.0f, convert_floatV((intV)column + LANE_INDEX(int)), (float)(pattern % 4 + (int)(split.pixel_x & ~3u)) + 0.5f);
-    floatV direction[3];
-    for (int i = 0; i < 3; ++i)
-        direction[i] = fma((floatV)p.direction[i][0], x, fma(p.direction[i][1], y, p.direction[i][2]));
+    const floatV direction[3] = {direction_at(&p, 0, x, y), direction_at(&p, 1, x, y), direction_at(&p, 2, x, y)};
     const floatV length_square = fma(direction[0], direction[0], fma(direction[1], direction[1], direction[2] * direction[2]));
     const floatV inverse_length = 1.0f / sqrt(length_square), length = length_square * inverse_length;
     floatV along[2]; // towards the eye
@@ -172,8 +171,7 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
     const float step_yy = p.step[0][1] * p.step[0][1] + p.step[1][1] * p.step[1][1] + p.step[2][1] * p.step[2][1];
     const float step_xy = p.step[0][0] * p.step[0][1] + p.step[1][0] * p.step[1][1] + p.step[2][0] * p.step[2][1];
 
-    const floatV size = fabs(q);
-    const floatV error = fma(size, fma(size, (floatV)p.error_quadratic, (floatV)p.error_linear), (floatV)p.error_constant);
+    const floatV error = depth_error(&p, q);
 #if PERSPECTIVE
     const floatV distance = length / q;
     const floatV depth_scale = distance;

@@ -123,8 +123,7 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
         slopes_of(normals, &split, &occlusion, x, y, normals_grid.source_offset, normals_grid.source_stride,
                   normals_grid.reserved, q, fx, fy, &right[j], &down[j]);
 #else
-        const floatV error = fma(fabs(q), fma(fabs(q), (floatV)occlusion.error_quadratic, (floatV)occlusion.error_linear),
-                                 (floatV)occlusion.error_constant);
+        const floatV error = depth_error(&occlusion, q);
         right[j] = slope(neighbours_at(depth, &grid, x - 2, y), neighbours_at(depth, &grid, x - 1, y), q,
                          neighbours_at(depth, &grid, x + 1, y), neighbours_at(depth, &grid, x + 2, y), 4.0f * error);
         down[j] = slope(neighbours_at(depth, &grid, x, y - 2), neighbours_at(depth, &grid, x, y - 1), q,

@@ -31,7 +31,7 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 constexpr int width = 161, height = 121;
-constexpr double plane_error = 0.002;   // of a plane's visibility, from 1
+constexpr double plane_error = ssao_plane_error;
 constexpr double symmetry_error = 1e-6; // on average: rounding. Of a pixel, a sector of 31
 constexpr double reach = 1;             // radius of the rays in height fields, about 20 pixels
 

@@ -25,7 +25,7 @@ using stability::not_a_number;
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-constexpr double plane_error = 0.002;          // of a plane's visibility, from 1
+constexpr double plane_error = ssao_plane_error;
 constexpr double quantised_plane_error = 0.02; // of a plane in few bits of depth
 
 constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};

@@ -51,6 +51,9 @@ struct SsaoOptions {
     bool confidence = false;           ///< wanted?
 };
 
+/// What the visibility of a plane that nothing rises above may differ from 1 by.
+inline constexpr double ssao_plane_error = 0.002;
+
 /// What `ssao` gives. All of the size of the depth image, or of the region.
 struct Occlusion {
     Image visibility;  ///< one float: 1 open, 0 blocked
@@ -62,8 +65,8 @@ struct Occlusion {
 /// in which a ray of length `radius` meets nothing that the image shows.
 ///
 /// In: one stored value a pixel. Out: visibility in 0..1; 1 for the background, NaN for what is no surface, as in every
-/// other output, whose background is (0, 0, 0) and 1. A surface that nothing rises above has exactly 1, under every
-/// camera and at every tilt. A radius of less than a pixel gives 1.
+/// other output, whose background is (0, 0, 0) and 1. A surface that nothing rises above has 1 to within
+/// `ssao_plane_error`, under every camera and at tilts to 80°. A radius of less than a pixel gives 1.
 /// Throws: std::invalid_argument for options out of range and for images whose size does not fit; Error from the device.
 /// Source: slices and their measure, Jimenez et al. 2016; sectors as bits, Therrien et al. 2023.
 Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options);
