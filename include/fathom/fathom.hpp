@@ -5,6 +5,7 @@
 #include <fathom/device.hpp>
 #include <fathom/error.hpp>
 #include <fathom/image.hpp>
+#include <fathom/lens.hpp>
 #include <fathom/linearize.hpp>
 #include <fathom/normals.hpp>
 #include <fathom/precision.hpp>

@@ -1,0 +1,163 @@
+// The circle of confusion of a thin lens.
+//   c = A f/(S − f) (1 − S/z)                      diameter on the sensor, z and S from the lens, positive behind the focus
+// affine in 1/z, so k and g say all of it. Potmesil and Chakravarty 1981. Parallel rays are a lens moved away to −L with
+// A/L and A/(S + L)·fx kept: what is left is affine in z.
+
+#include <fathom/lens.hpp>
+
+#include "camera/eye_rays.hpp"
+#include "text.hpp"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace fathom {
+namespace {
+
+using Real = long double;
+using Vector3 = Eigen::Matrix<Real, 3, 1>;
+
+constexpr Real infinity = std::numeric_limits<Real>::infinity();
+
+void require(bool condition, const std::string& message) {
+    if (!condition)
+        throw std::invalid_argument(message);
+}
+
+void require_length(double value, const char* key) {
+    require(std::isfinite(value) && value > 0, text(key, " = ", value, " must be a number greater than 0"));
+}
+
+void require_acceptable(double acceptable_px) {
+    require_length(acceptable_px, "acceptable_px");
+}
+
+// Lengths in scene units, but for the scale of the image.
+struct Optics {
+    EyeRays eye;
+    Real aperture;
+    Real focal_length; // 0 for parallel rays, where only the aperture counts
+    Real image_scale;  // thin lens: pixels per scene unit on the sensor; otherwise the projection's, see PixelScale
+    bool thin_lens;    // is k that of focal length and sensor, not the projection's?
+};
+
+PixelScale scale_of(const EyeRays& eye, const Camera& camera) {
+    const Vector3 middle(camera.width / Real{2}, camera.height / Real{2}, 1);
+    if (!eye.perspective)
+        return {1 / eye.origin.col(0).norm(), 1 / eye.origin.col(1).norm()};
+    const Vector3 direction = eye.direction * middle;
+    const Real depth = eye.depth.dot(middle);
+    require(depth > 0, "the image's middle lies beyond the horizon of the tilted image plane: it has no pixel scale");
+    const auto slope = [&](int i) {
+        const Vector3 moved = (eye.direction.col(i) * depth - direction * eye.depth(i)) / (depth * depth);
+        return moved.head<2>().norm();
+    };
+    return {1 / slope(0), 1 / slope(1)};
+}
+
+Optics optics(const Lens& lens, const Camera& camera) {
+    require(lens.f_number > 0, text("f_number = ", lens.f_number, " must be greater than 0"));
+    require_length(lens.mm_per_unit, "mm_per_unit");
+    if (lens.focal_length_mm)
+        require_length(*lens.focal_length_mm, "focal_length_mm");
+    if (lens.sensor_width_mm)
+        require_length(*lens.sensor_width_mm, "sensor_width_mm");
+    Optics result{eye_rays(rays(camera)), 0, 0, 0, false};
+    const Real unit = lens.mm_per_unit, number = lens.f_number;
+    result.image_scale = scale_of(result.eye, camera).x;
+    if (!result.eye.perspective) {
+        require(lens.focal_length_mm.has_value(),
+                "parallel rays have no focal length: the lens needs focal_length_mm for its aperture");
+        result.aperture = *lens.focal_length_mm / (number * unit);
+        return result;
+    }
+    require(lens.focal_length_mm || lens.sensor_width_mm,
+            "the lens needs focal_length_mm or sensor_width_mm: the projection gives the other one");
+    const Real focal_mm = lens.focal_length_mm ? static_cast<Real>(*lens.focal_length_mm)
+                                               : result.image_scale * *lens.sensor_width_mm / camera.width;
+    result.focal_length = focal_mm / unit;
+    result.aperture = result.focal_length / number;
+    result.thin_lens = lens.focal_length_mm && lens.sensor_width_mm;
+    if (result.thin_lens)
+        result.image_scale = unit * camera.width / *lens.sensor_width_mm;
+    return result;
+}
+
+} // namespace
+
+PixelScale pixel_scale(const Camera& camera) {
+    return scale_of(eye_rays(rays(camera)), camera);
+}
+
+Circle circle_of_confusion(const Lens& lens, const Camera& camera) {
+    const Optics o = optics(lens, camera);
+    const Real focus = lens.focus - o.eye.eye_depth;
+    require(!std::isnan(lens.focus) && focus > 0,
+            text("focus = ", lens.focus, " must lie in front of the lens, which is at depth ", o.eye.eye_depth));
+    require(focus > o.focal_length,
+            text("focus = ", lens.focus, " must be farther away than the focal length, which is ", o.focal_length,
+                 " scene units"));
+    const Real full = o.aperture * o.image_scale;
+    if (!o.eye.perspective)
+        return {full, full / focus, 0, true};
+    const Real lens_depth = o.eye.eye_depth;
+    if (!o.thin_lens)
+        return {full / focus, full, lens_depth, false};
+    const Real image = full * o.focal_length;
+    return {image / (focus - o.focal_length), std::isinf(focus) ? image : image / (1 - o.focal_length / focus),
+            lens_depth, false};
+}
+
+long double circle_at(const Circle& circle, long double z) {
+    if (circle.telecentric)
+        return circle.g == 0 ? -circle.k : circle.g * z - circle.k;
+    const Real distance = z - circle.lens_depth;
+    return distance > 0 ? circle.k - circle.g / distance : std::numeric_limits<Real>::quiet_NaN();
+}
+
+std::optional<long double> depth_with_circle(const Circle& circle, long double diameter_px) {
+    if (circle.g == 0 || std::isnan(diameter_px))
+        return std::nullopt;
+    if (circle.telecentric)
+        return (diameter_px + circle.k) / circle.g;
+    const Real distance = circle.g / (circle.k - diameter_px);
+    if (diameter_px == circle.k)
+        return infinity;
+    return distance > 0 ? std::optional<long double>(circle.lens_depth + distance) : std::nullopt;
+}
+
+SharpRange sharp_range(const Circle& circle, double acceptable_px) {
+    require_acceptable(acceptable_px);
+    const auto bound = [&](Real diameter_px, Real otherwise) {
+        return static_cast<double>(depth_with_circle(circle, diameter_px).value_or(otherwise));
+    };
+    const bool same_everywhere = circle.g == 0;
+    if (same_everywhere && std::abs(circle.k) > acceptable_px) {
+        const double nowhere = std::numeric_limits<double>::quiet_NaN();
+        return {nowhere, nowhere};
+    }
+    const Real nearest = circle.telecentric ? -infinity : circle.lens_depth;
+    return {bound(-static_cast<Real>(acceptable_px), nearest), bound(acceptable_px, infinity)};
+}
+
+double hyperfocal_distance(const Lens& lens, const Camera& camera, double acceptable_px) {
+    require_acceptable(acceptable_px);
+    const Optics o = optics(lens, camera);
+    require(o.eye.perspective, "parallel rays have no hyperfocal distance: their circles grow without end");
+    const Real full = o.aperture * o.image_scale / acceptable_px;
+    const Real distance = o.thin_lens ? o.focal_length + full * o.focal_length : full;
+    return static_cast<double>(o.eye.eye_depth + distance);
+}
+
+double depth_along_ray(const Camera& camera, double x, double y, double distance) {
+    const EyeRays eye = eye_rays(rays(camera));
+    require(!std::isnan(distance) && (!eye.perspective || distance > 0),
+            text("distance = ", distance, " must be greater than 0"));
+    const Vector3 pixel(x, y, 1), direction = eye.direction * pixel;
+    const Real ahead = eye.depth.dot(pixel) / direction.norm();
+    require(ahead > 0, text("the ray of pixel position (", x, ", ", y, ") does not point ahead"));
+    return static_cast<double>(eye.eye_depth + distance * ahead);
+}
+
+} // namespace fathom
