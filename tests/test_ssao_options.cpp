@@ -25,7 +25,6 @@
 #include <vector>
 
 using namespace fathom;
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {
@@ -395,8 +394,8 @@ TEST_CASE("ssao: falloff is the mean over radii", "[ssao]") {
                                        normal = to_world.topLeftCorner<3, 3>() * seen.image.normal[i];
                         constexpr int radii = 12;
                         double truth = 0;
-                        const auto with = [&](double radius) {
-                            return oracle::visibility(known.scene, position, normal, radius, 64, 32);
+                        const auto with = [&, &scene = known.scene](double radius) {
+                            return oracle::visibility(scene, position, normal, radius, 64, 32);
                         };
                         for (int k = 0; k < radii; ++k)
                             truth += with(1 - falloff * (k + 0.5) / radii) / radii;
