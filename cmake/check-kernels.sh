@@ -20,6 +20,12 @@ for lanes in 1 4 8 16; do
         check planar.cl -DV=$lanes -DFORM=$form -DSTORAGE=0 -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2)) \
             -DPERSPECTIVE=$((form / 3))
     done
+    for choices in 000 011 112 022 123 034 135; do # telecentric or not, CIRCLE, and a FORM that it comes from
+        telecentric=${choices%??} form=${choices#??}
+        circle=${choices#?}
+        check dof_masks.cl -DV=$lanes -DCIRCLE=${circle%?} -DFORM=$form -DSTORAGE=$((form % 5)) -DTELECENTRIC=$telecentric \
+            -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2)) -DWEIGHTS=$((form % 2))
+    done
     for storage in 1 2 3 4; do
         check linearize.cl -DV=$lanes -DFORM=0 -DSTORAGE=$storage -DPIXEL_TERMS=0 -DPARALLEL_DEPTH=1
     done
@@ -46,7 +52,7 @@ for lanes in 1 4 8 16; do
 done
 for file in *.cl; do
     case $file in
-    denoise.cl | linearize.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
+    denoise.cl | dof_masks.cl | linearize.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
     *)
         echo "check-kernels.sh does not know the choices of $file" >&2
         exit 1

@@ -118,6 +118,22 @@ typedef struct {
     u32 levels;            // of radii on the screen, each the square root of two times the last
 } occlusion_params;
 
+// The circle of confusion of a stored value: see Circle in include/fathom/lens.hpp and kernels/circle.h.
+typedef struct {
+    wide numerator[4];   // sum: c, or 1/(z - lens_depth) under a perspective; quotient: c = numerator / denominator
+    wide denominator[4];
+    wide in_front[4];    // quotient under a perspective: has the denominator's sign for what lies before the lens
+    wide k, g;           // of the depth beyond the lens
+    float sign, end;     // recentred: t = sign v + end >= 0, c = slope t + at_end
+    float slope_high, slope_low;
+    float at_end;
+    float sky;      // of the background: NaN where it is left out
+    float infinite; // of a stored value that is infinite
+    float largest;  // no circle is larger, on either side
+    float sharp;    // up to this |c| all is in focus
+    float inverse_transition; // of the pixels from there to none
+} circle_params;
+
 #ifndef __OPENCL_C_VERSION__
 } // namespace fathom::params
 #endif

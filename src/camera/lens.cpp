@@ -95,7 +95,7 @@ Circle circle_of_confusion(const Lens& lens, const Camera& camera) {
     const Real focus = lens.focus - o.eye.eye_depth;
     require(!std::isnan(lens.focus) && focus > 0,
             text("focus = ", lens.focus, " must lie in front of the lens, which is at depth ", o.eye.eye_depth));
-    require(focus > o.focal_length,
+    require(static_cast<double>(focus) > static_cast<double>(o.focal_length),
             text("focus = ", lens.focus, " must be farther away than the focal length, which is ", o.focal_length,
                  " scene units"));
     const Real full = o.aperture * o.image_scale;

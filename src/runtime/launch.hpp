@@ -47,6 +47,9 @@ inline std::string argument_type(const params::split_params&) {
 inline std::string argument_type(const params::occlusion_params&) {
     return "occlusion_params";
 }
+inline std::string argument_type(const params::circle_params&) {
+    return "circle_params";
+}
 
 inline const cl::Buffer& argument_value(const Image& image) {
     return image.buffer();

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <fathom/image.hpp>
+#include <fathom/lens.hpp>
+
+#include <limits>
+
+namespace fathom {
+
+/// What becomes of the background.
+enum class Sky {
+    blur,    ///< it is infinitely far: its circle is exactly k; of a telecentric lens, the largest asked for
+    sharp,   ///< it stays sharp: its circle is 0
+    exclude, ///< it is left out, like what is no surface
+};
+
+struct DofMasksOptions {
+    Circle circle;            ///< the lens: `circle_of_confusion` makes it. Must be given
+    double sharp_px = 1;      ///< circles up to this are wholly in focus; from 0
+    double transition_px = 1; ///< circles larger by this are not at all; from 0, a hard edge
+    Sky sky = Sky::blur;
+    double largest_px = std::numeric_limits<double>::infinity(); ///< circles are clamped to ± this; above 0
+    bool weights = true;                                         ///< wanted, as well as the circle?
+};
+
+/// The circle is within this many units in the last place of the larger of |c| and k of the exact one of the stored number.
+/// Where stored depth is summed with the pixel or encoded otherwise there comes on top what any sum of these terms loses:
+/// `sum_condition_fp64` (or `_two_float`) times the condition κ of the depth's own sum, times k + g/(z − lens_depth).
+inline constexpr double circle_ulp = 4.0;
+
+/// What `dof_masks` gives: one float a pixel each, all of the depth's size.
+struct DofMasks {
+    Image circle; ///< diameter in horizontal pixels, positive behind the focus; NaN for what is no surface
+    Image near;   ///< 1 before the focus, 0 in it and behind it
+    Image focus;  ///< 1 in focus
+    Image far;    ///< 1 behind the focus, 0 in it and before it
+};
+
+/// Circle of confusion and the weights of what is near, in focus and far, from stored depth in one pass.
+///
+/// In: one stored value a pixel. Out: see DofMasks. With a = clamp((|c| − sharp_px) / transition_px, 0, 1), rounded to a
+/// multiple of 2⁻²³: near = a where c < 0, far = a where c > 0, focus = 1 − a. The three sum to exactly 1, in any order,
+/// and one of near and far is 0. What is no surface has a circle of NaN and no weight at all, so that the sum of the weights
+/// is also the validity. The background is `sky`. Same bits for any lane count, group size or region.
+/// Accuracy: `circle_ulp`. From window depth under a perspective there is no division, oblique near planes included.
+/// Throws: std::invalid_argument for options out of range and a circle that is not this camera's; Error from the device.
+/// Source: Potmesil and Chakravarty 1981; affine in stored depth as Popov 2016, eq. 5, 6: docs/depth-of-field.md.
+DofMasks dof_masks(const StoredDepth& stored, const DofMasksOptions& options);
+
+/// The depth of the surface at a pixel of the image, for `Lens::focus`; infinity for the background.
+/// Throws: std::invalid_argument for a pixel outside the image, or whose stored value is no surface.
+double depth_at(const StoredDepth& stored, int x, int y);
+
+} // namespace fathom

@@ -1,0 +1,104 @@
+// The signed circle of confusion of a stored value at a pixel, without a depth in between where there is another way.
+//   c = k - g/(z - lens)        under a perspective, where 1/(z - lens) of window depth is affine in (v, x, y)
+//   c = g z - k                 under parallel rays
+// Potmesil and Chakravarty 1981; the affine form follows from Popov 2016, eq. 5 and 6. Host side: src/operations/circle.cpp.
+
+#ifndef FATHOM_CIRCLE_H
+#define FATHOM_CIRCLE_H
+
+#include "camera.h"
+
+#define CIRCLE_RECENTRED 0 // affine in the stored value, counted from the far end of its range
+#define CIRCLE_SUM 1       // affine in the stored value and the pixel
+#define CIRCLE_QUOTIENT 2  // of two such sums
+#define CIRCLE_OF_DEPTH 3  // the depth is decoded first
+
+#if !defined(CIRCLE) || CIRCLE < CIRCLE_RECENTRED || CIRCLE > CIRCLE_OF_DEPTH
+#error "CIRCLE is not defined: one of the CIRCLE_ constants above"
+#endif
+#ifndef TELECENTRIC
+#error "TELECENTRIC is not defined: 1 where rays are parallel, 0 under a perspective"
+#endif
+
+// a / b, to twice a float's precision where there is no double.
+INLINE wideV wide_ratio(wideV a, wideV b) {
+#if FP64
+    return a / b;
+#else
+    const floatV inverse = 1.0f / b.high;
+    const floatV guess = a.high * inverse;
+    floatV rest = fma(-guess, b.high, a.high);
+    rest = fma(-guess, b.low, rest) + a.low;
+    return renormalised(guess, rest * inverse);
+#endif
+}
+
+// k - g s
+INLINE floatV circle_of_inverse(wideV s, const circle_params* p) {
+    return wide_to_float(wide_add(wide_constant(p->k), wide_negative(wide_product(wide_constant(p->g), s))));
+}
+
+// The law itself, and whether the surface lies before the lens.
+#if CIRCLE == CIRCLE_RECENTRED
+// At the far end 1/z is smallest, so at_end is no larger than k unless the focus lies beyond it, and neither term exceeds
+// |c| and k together: four roundings of these are all there is. t is exact in the far half of the range.
+INLINE floatV circle_law(floatV v, uint x, uint y, const depth_params* depth, const ray_params* rays,
+                         const circle_params* p, intV* surface) {
+    const floatV t = fma((floatV)p->sign, v, (floatV)p->end);
+    return fma((floatV)p->slope_high, t, fma((floatV)p->slope_low, t, (floatV)p->at_end));
+}
+#elif CIRCLE == CIRCLE_SUM
+INLINE floatV circle_law(floatV v, uint x, uint y, const depth_params* depth, const ray_params* rays,
+                         const circle_params* p, intV* surface) {
+    const wideV sum = affine(p->numerator, v, x, y);
+#if TELECENTRIC
+    return wide_to_float(sum);
+#else
+    *surface &= as_intV(wide_to_float(sum)) >= 0;
+    return circle_of_inverse(sum, p);
+#endif
+}
+#elif CIRCLE == CIRCLE_QUOTIENT
+INLINE floatV circle_law(floatV v, uint x, uint y, const depth_params* depth, const ray_params* rays,
+                         const circle_params* p, intV* surface) {
+    const wideV below = affine(p->denominator, v, x, y);
+#if !TELECENTRIC
+    const floatV single = wide_to_float(below);
+    *surface &= ((as_intV(single) ^ as_intV(wide_to_float(affine(p->in_front, v, x, y)))) >= 0) & (single != 0.0f);
+#endif
+    return wide_quotient(affine(p->numerator, v, x, y), below);
+}
+#else
+INLINE floatV circle_law(floatV v, uint x, uint y, const depth_params* depth, const ray_params* rays,
+                         const circle_params* p, intV* surface) {
+    const floatV z = decode_form(v, x, y, depth, rays); // the host makes it count from the lens
+#if TELECENTRIC
+    return wide_to_float(wide_add(wide_multiply(wide_constant(p->g), z), wide_negative(wide_constant(p->k))));
+#else
+    *surface &= z > depth->least_depth;
+    return circle_of_inverse(wide_ratio(wide_from((floatV)1.0f), wide_from(z)), p);
+#endif
+}
+#endif
+
+// Circles of V pixels: the background's is what the host says, that of no surface NaN.
+INLINE floatV circle_of_confusion(sampleV sample, uint x, uint y, const depth_params* depth, const ray_params* rays,
+                                  const circle_params* p) {
+    const floatV v = sample.value;
+    intV in_range = (v >= depth->lowest) & (v <= depth->highest);
+#if FORM >= FORM_AFFINE // metric values may be infinite, and sums of them are not a number
+    in_range &= v > -INFINITY;
+#endif
+    intV surface = in_range;
+    floatV c = circle_law(v, x, y, depth, rays, p, &surface);
+    c = select((floatV)-p->largest, min(c, (floatV)p->largest),
+               c > -p->largest); // beyond the floats it is not a number
+#if FORM >= FORM_AFFINE
+    const intV infinite = v == INFINITY;
+    c = select(c, (floatV)p->infinite, infinite);
+    surface |= in_range & infinite;
+#endif
+    return select(select((floatV)NAN, c, surface), (floatV)p->sky, sample.background);
+}
+
+#endif

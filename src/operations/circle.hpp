@@ -1,0 +1,37 @@
+#pragma once
+
+#include "params.h"
+#include "runtime/launch.hpp"
+
+#include <fathom/camera.hpp>
+#include <fathom/device.hpp>
+#include <fathom/dof_masks.hpp>
+#include <fathom/lens.hpp>
+
+namespace fathom {
+
+/// How kernels/circle.h comes by a circle; the values are those of its CIRCLE_ constants.
+enum class CircleForm {
+    recentred = 0, ///< affine in the stored value, in floats
+    sum = 1,       ///< affine in the stored value and the pixel, in double or two floats
+    quotient = 2,  ///< of two such sums
+    of_depth = 3,  ///< the depth is decoded first
+};
+
+/// The simplest form that is exact for this decoder and lens. Pure: no device.
+CircleForm circle_form(const DepthForm& form, const Circle& circle);
+
+/// Where the depth is decoded first, makes the decoder count it from the lens: the sum of the two would cancel again.
+void count_from_lens(DepthForm& form, Rays& rays, const Circle& circle);
+
+/// Constants of kernels/circle.h; of the weights those of dof_masks.cl. Pure: no device.
+params::circle_params circle_parameters(const DepthForm& form, const DofMasksOptions& options, Arithmetic arithmetic);
+
+/// Finite choices of a kernel that includes circle.h.
+runtime::Choices circle_choices(const DepthForm& form, const Circle& circle, const Rays& rays, Storage storage,
+                                int lanes, bool stream);
+
+/// Throws: std::invalid_argument for a circle that is no lens, or none of this camera.
+void check_circle(const Circle& circle, const DepthForm& form);
+
+} // namespace fathom

@@ -1,0 +1,740 @@
+// dof_masks: circles against __float128 for every form, encoding and storage; weights, sky and validity by definition; the
+// same scene through other cameras.
+
+#include "catch.hpp"
+#include "judge.hpp"
+#include "quad.hpp"
+
+#include "operations/circle.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <sstream>
+#include <tuple>
+
+using namespace fathom;
+using oracle::Quad;
+using oracle::Subject;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr float nan_f = std::numeric_limits<float>::quiet_NaN();
+constexpr DepthOrder orders[] = {DepthOrder::standard, DepthOrder::reversed};
+constexpr double no_background = -5e30; // a stored value that no image here has
+
+const std::pair<const char*, Convention> conventions[] = {
+    {"OpenGL", Convention::opengl()}, {"Direct3D", Convention::direct3d()}, {"Vulkan", Convention::vulkan()}};
+
+std::string text_of(const char* what, const char* convention, DepthSpan span) {
+    std::ostringstream text;
+    text << what << ' ' << convention << (span.order == DepthOrder::reversed ? " reversed" : "") << " near "
+         << span.near << " far " << span.far;
+    return text.str();
+}
+
+// Every convention with every range of depths, infinite ones included, in alternating order.
+template <typename Make>
+std::vector<Subject> everywhere(const char* what, const Make& make) {
+    constexpr std::pair<double, double> spans[] = {{0.1, 0.2}, {1e-6, 1e-5}, {3.7, 3.7e3},
+                                                   {1e3, 1e9}, {0.01, 1e7},  {0.1, infinity}};
+    std::vector<Subject> subjects;
+    for (const auto& [name, convention] : conventions)
+        for (const auto& [near, far] : spans) {
+            const DepthSpan span{near, far, orders[subjects.size() % 2 ^ subjects.size() / 6 % 2]};
+            subjects.push_back(oracle::named(make(span, convention), text_of(what, name, span)));
+        }
+    return subjects;
+}
+
+// Focus within the range of depths, at its ends, beyond them and at infinity.
+std::vector<double> focuses(const Subject& subject) {
+    double near = 0.1, far = 1e4;
+    if (subject.frustum && subject.camera.encoding == Encoding::window) {
+        near = std::abs(static_cast<double>(subject.frustum->near));
+        far = std::abs(static_cast<double>(subject.frustum->far));
+    }
+    near = std::max(near, 1e-6);
+    if (!std::isfinite(far))
+        far = 1e4 * near;
+    return {1.7 * near, std::sqrt(near * far), 3 * far, infinity, near};
+}
+
+// A lens whose circle is about 20 pixels wide at infinity (perspective) or at twice the focus.
+Circle lens_of(const Camera& camera, const DepthForm& form, double focus) {
+    const bool infinite = std::isinf(focus);
+    if (!form.perspective)
+        return {20.3, infinite ? 0 : 20.3 / focus, 0, true};
+    const long double eye = static_cast<long double>(rays(camera).eye_depth);
+    return {infinite ? 0 : 20.3, infinite ? 37.1 : 20.3 * focus, eye, false};
+}
+
+Quad exact_circle(const Circle& circle, Quad z) {
+    if (circle.telecentric)
+        return circle.g * z - circle.k;
+    return isinfq(z) ? Quad(circle.k) : circle.k - circle.g / (z - Quad(circle.lens_depth));
+}
+
+struct Found {
+    double worst = 0, share = 0; ///< in ulp of max(|c|, k), the condition's part taken off; of the bound
+    long checked = 0;
+    std::string where{};
+
+    void print(const std::string& label) const {
+        std::printf("%-44s %9ld circles  worst %.3f ulp of max(|c|, k), %.3f of the bound  %s\n", label.c_str(),
+                    checked, worst, share, where.c_str());
+    }
+};
+
+double condition_of(Form form, Arithmetic arithmetic) {
+    if (form == Form::reciprocal)
+        return 0;
+    if (form == Form::ray_distance)
+        return sum_condition_ray_distance;
+    return arithmetic == Arithmetic::fp64 ? sum_condition_fp64 : sum_condition_two_float;
+}
+
+std::string judge(const Subject& subject, const oracle::Truth& truth, const DepthForm& form, const Circle& circle,
+                  Arithmetic arithmetic, double v, double x, double y, float got, Found& error) {
+    const auto fault = [&](const std::string& what) {
+        std::ostringstream message;
+        message << std::hexfloat << subject.name << ", v = " << v << std::defaultfloat << " at (" << x << ", " << y
+                << "): " << got << " but " << what << '\n';
+        return message.str();
+    };
+    if (form.form == Form::exponential && arithmetic == Arithmetic::two_float && v != 0 &&
+        std::abs(v) < exponential_least_two_float)
+        return {};
+    if (!truth.in_range(v))
+        return std::isnan(got) ? std::string() : fault("the value is outside the range");
+    const double epsilon = condition_of(form.form, arithmetic);
+    const Quad z = truth.depth(v, x, y), condition = epsilon == 0 ? Quad(1) : truth.condition(form.form, v, x, y);
+    if (!(epsilon * condition < Quad(0.125)))
+        return {}; // not even the sign is promised
+    const Quad slack_z = isinfq(z) ? Quad(0) : epsilon * condition * fabsq(z) + oracle::ulp(z);
+    const bool in_front = circle.telecentric || truth.in_front(z - slack_z);
+    if (std::isnan(got))
+        return in_front ? fault("the exact depth is " + oracle::text_of(z)) : std::string();
+    if (!circle.telecentric && !truth.in_front(z + slack_z))
+        return fault("the exact depth, " + oracle::text_of(z) + ", is not in front of the eye");
+    const Quad exact = exact_circle(circle, z), k = circle.k;
+    const Quad terms = circle.telecentric ? k + fabsq(circle.g * z) : fabsq(exact) + k;
+    const double unit = oracle::ulp(fabsq(exact) > k ? exact : k);
+    const auto slack = isinfq(z) ? 0.0 : static_cast<double>(epsilon * condition * (terms + k) / unit);
+    const double off = std::isinf(got) && fabsq(exact) > Quad(3.4e38) && (got < 0) == (exact < 0)
+                           ? 0
+                           : static_cast<double>(fabsq(got - exact) / unit);
+    ++error.checked;
+    if (slack < 1.0 / 64 && off > error.worst) {
+        error.worst = off;
+        error.where = subject.name;
+    }
+    error.share = std::max(error.share, off / (circle_ulp + slack));
+    if (off <= circle_ulp + slack)
+        return {};
+    std::ostringstream message;
+    message << "the exact circle is " << oracle::text_of(exact) << ": " << off << " ulp, allowed "
+            << circle_ulp + slack;
+    return fault(message.str());
+}
+
+std::vector<float> circles(const StoredDepth& stored, DofMasksOptions options) {
+    std::vector<float> result(static_cast<std::size_t>(stored.image.width() * stored.image.height()));
+    options.weights = false;
+    dof_masks(stored, options).circle.download(result.data());
+    return result;
+}
+
+void check(const std::string& label, const std::vector<Subject>& subjects) {
+    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        std::mt19937 random(11);
+        Found error;
+        oracle::Faults faults;
+        std::array<long, 4> forms{};
+        std::size_t turn = 0;
+        for (Subject subject : subjects) {
+            subject.camera.background = no_background;
+            const oracle::Truth truth(subject, Storage::float32);
+            const DepthForm form = depth_form(subject.camera);
+            for (const oracle::Patch& patch : oracle::default_patches) {
+                const std::vector<double> all = focuses(subject);
+                const Circle circle = lens_of(subject.camera, form, all[turn++ % all.size()]);
+                ++forms[static_cast<std::size_t>(circle_form(form, circle))];
+                std::vector<float> values = oracle::stored_values(subject, truth, patch, random);
+                const Image image = Image::from_host(oracle::device(arithmetic), Element::f32, values.data(),
+                                                     {patch.width, patch.height});
+                const std::vector<float> got =
+                    circles({image, subject.camera, Storage::float32, patch.x, patch.y}, {.circle = circle});
+                for (std::size_t i = 0; i < values.size(); ++i) {
+                    const auto column = static_cast<double>(i % static_cast<std::size_t>(patch.width)),
+                               row = static_cast<double>(i / static_cast<std::size_t>(patch.width));
+                    faults.add(judge(subject, truth, form, circle, arithmetic, static_cast<double>(values[i]),
+                                     patch.x + column + 0.5, patch.y + row + 0.5, got[i], error));
+                }
+            }
+        }
+        error.print(label + ", " + oracle::name(arithmetic));
+        std::printf("%-44s %ld recentred, %ld sums, %ld quotients, %ld of depth\n", "", forms[0], forms[1], forms[2],
+                    forms[3]);
+        CHECK(error.checked > 1000);
+        CHECK(faults.text() == "");
+    }
+}
+
+Subject encoded(Encoding encoding, double scale = 0.001) {
+    Subject subject = oracle::named(oracle::from_field_of_view(1.1, 1.5, {0.1, 1e4}), fathom::name(encoding));
+    subject.camera.encoding = encoding;
+    subject.camera.near = 0.1;
+    subject.camera.far = 1e4;
+    subject.camera.median = 4;
+    subject.camera.scale = scale;
+    return subject;
+}
+
+constexpr Encoding encodings[] = {Encoding::window, Encoding::view_z,        Encoding::ray_distance,
+                                  Encoding::linear, Encoding::logarithmic,   Encoding::exponential,
+                                  Encoding::median, Encoding::pseudo_linear, Encoding::inverse};
+
+} // namespace
+
+TEST_CASE("dof_masks: circles from window depth of a perspective are within their bound", "[dof_masks][exact]") {
+    auto subjects = everywhere("perspective", [](DepthSpan span, Convention convention) {
+        return oracle::from_field_of_view(1.1, 1.5, span, convention);
+    });
+    for (const auto& range : {std::array{1.0, 0.0}, std::array{-1.0, 1.0}, std::array{0.0, 0.5}, std::array{0.1, 0.9},
+                              std::array{3.0, 7.5}})
+        for (const DepthOrder order : orders) {
+            Subject subject =
+                oracle::named(oracle::from_edges({-0.1, 0.3, -0.2, 0.1}, {0.1, 1e4, order}), "depth range");
+            subject.camera.depth_range = range;
+            subjects.push_back(subject);
+        }
+    check("circles, perspective", subjects);
+}
+
+TEST_CASE("dof_masks: circles from oblique depth are within their bound", "[dof_masks][exact]") {
+    for (const Eigen::Vector4d& tilt : {Eigen::Vector4d(0.1, -0.2, -1, -2), Eigen::Vector4d(0.6, 0.5, -0.7, -1.2)}) {
+        check("circles, oblique " + std::to_string(tilt[0]),
+              everywhere("oblique", [&](DepthSpan span, Convention convention) {
+                  Eigen::Vector4d plane = tilt;
+                  plane[3] *= span.near;
+                  if (convention.view_axes != ViewAxes::opengl)
+                      plane[2] = -plane[2];
+                  return with_oblique_near_plane(
+                      oracle::from_edges({-0.7 * span.near, 0.9 * span.near, -0.4 * span.near, 0.5 * span.near}, span,
+                                         convention),
+                      plane);
+              }));
+    }
+}
+
+TEST_CASE("dof_masks: circles under parallel rays are within their bound", "[dof_masks][exact]") {
+    std::vector<Subject> subjects;
+    for (const auto& [name, convention] : conventions)
+        for (const DepthOrder order : orders)
+            for (const auto& [near, far] : {std::pair{0.1, 1e8}, {1e-6, 1e3}, {-5.0, 20.0}, {1e6, 1e6 + 1}}) {
+                const DepthSpan span{near, far, order};
+                subjects.push_back(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, span, convention),
+                                                 text_of("orthographic", name, span)));
+                Eigen::Vector4d plane(0.3, -0.2, -1, -2);
+                if (convention.view_axes != ViewAxes::opengl)
+                    plane[2] = -plane[2];
+                if (far < 1e5)
+                    subjects.push_back(oracle::named(
+                        with_oblique_near_plane(oracle::from_parallel({-5, 7, -4, 3}, span, convention), plane),
+                        text_of("oblique orthographic", name, span)));
+            }
+    for (const Encoding encoding : encodings) {
+        Subject subject = oracle::named(oracle::from_parallel({-5, 7, -4, 3}, {0.1, 1e4}), "orthographic");
+        subject.name += std::string(" ") + fathom::name(encoding);
+        subject.camera.encoding = encoding;
+        subject.camera.near = 0.1;
+        subject.camera.far = 1e4;
+        subject.camera.median = 4;
+        subjects.push_back(subject);
+    }
+    check("circles, telecentric", subjects);
+}
+
+TEST_CASE("dof_masks: circles from given matrices are within their bound", "[dof_masks][exact]") {
+    std::vector<Subject> subjects;
+    for (const double near : {0.1, 1e-6, 1e3})
+        for (const double ratio : {10.0, 1e6}) {
+            const Eigen::Matrix4d matrix = oracle::perspective_matrix(0.7, 0.5, near, near * ratio);
+            const std::string name = text_of("matrix", "", {near, near * ratio});
+            subjects.push_back(oracle::named(oracle::from_matrix(matrix), name));
+            subjects.push_back(oracle::named(oracle::from_matrix(oracle::tilted(matrix, 0.2, -0.1)), name + " tilted"));
+            subjects.push_back(oracle::named(oracle::from_matrix(oracle::moved(matrix, {3 * near, near, -2 * near})),
+                                             name + " eye moved ahead"));
+            subjects.push_back(oracle::named(oracle::from_matrix(oracle::moved(matrix, {0, near, 0.3 * near})),
+                                             name + " eye moved back"));
+        }
+    check("circles, matrices", subjects);
+}
+
+TEST_CASE("dof_masks: circles from every encoding are within their bound", "[dof_masks][exact]") {
+    std::vector<Subject> subjects;
+    for (const Encoding encoding : encodings)
+        for (const double scale : {0.001, 1.0, 0.1234567})
+            subjects.push_back(encoded(encoding, scale));
+    for (const Encoding encoding : {Encoding::linear, Encoding::ray_distance, Encoding::logarithmic}) {
+        Subject subject = oracle::from_matrix(oracle::moved(oracle::perspective_matrix(0.7, 0.5, 0.1, 1e4), {1, 2, 3}));
+        const Camera like = encoded(encoding).camera;
+        subject = oracle::named(subject, std::string("eye moved, ") + name(encoding));
+        subject.camera.encoding = encoding;
+        subject.camera.near = like.near;
+        subject.camera.far = like.far;
+        subjects.push_back(subject);
+    }
+    check("circles, encodings", subjects);
+}
+
+TEST_CASE("dof_masks: circles from integer codes and halves are within their bound", "[dof_masks][exact]") {
+    std::vector<Subject> subjects;
+    for (const Encoding encoding : encodings)
+        subjects.push_back(encoded(encoding));
+    subjects.push_back(oracle::named(
+        oracle::from_field_of_view(1, 1, {0.1, infinity, DepthOrder::reversed}, Convention::vulkan()), "reversed"));
+    subjects.push_back(oracle::named(
+        with_oblique_near_plane(oracle::from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}), "oblique"));
+    subjects.push_back(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, {-3, 100}), "orthographic"));
+    const std::vector<Subject> plain(1, subjects.front());
+    for (const Storage storage :
+         {Storage::uint16, Storage::uint24, Storage::uint24_high, Storage::float16, Storage::rgb8_low_first}) {
+        const bool same_codes =
+            storage == Storage::uint24_high || storage == Storage::rgb8_low_first; // as uint24 holds
+        for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+            if (arithmetic == Arithmetic::two_float && storage != Storage::uint24)
+                continue; // the numbers that the codes are do not depend on it
+            Found error;
+            oracle::Faults faults;
+            std::size_t turn = 0;
+            for (Subject subject : same_codes ? plain : subjects) {
+                const bool is_half = storage == Storage::float16, is_short = is_half || storage == Storage::uint16;
+                const int side = 128;
+                std::mt19937 random(5);
+                std::vector<std::uint32_t> codes(static_cast<std::size_t>(side * side));
+                for (std::size_t i = 0; i < codes.size(); ++i) {
+                    const auto code = static_cast<std::uint32_t>(i);
+                    codes[i] = is_short ? 4 * code + random() % 4 : code < 64 ? code : random() & 0xffffff;
+                    codes[i] = !is_short && i % 64 == 1 ? 0xffffff - code : codes[i];
+                }
+                std::vector<unsigned char> bytes;
+                std::vector<double> values;
+                for (const std::uint32_t code : codes) {
+                    const std::uint32_t bits = storage == Storage::uint24_high ? code << 8 : code;
+                    for (int i = 0; i < (is_short ? 2 : storage == Storage::rgb8_low_first ? 3 : 4); ++i)
+                        bytes.push_back(static_cast<unsigned char>(bits >> (8 * i)));
+                    const double fraction = static_cast<double>(code & 1023), sign = code & 0x8000 ? -1 : 1;
+                    const int exponent = static_cast<int>(code >> 10 & 31);
+                    values.push_back(!is_half         ? static_cast<double>(code)
+                                     : exponent == 31 ? (fraction == 0 ? sign * infinity : NAN)
+                                     : exponent == 0  ? sign * std::ldexp(fraction, -24)
+                                                      : sign * std::ldexp(fraction + 1024, exponent - 25));
+                }
+                if (is_half)
+                    subject.camera.background = -2; // outside every range
+                const oracle::Truth truth(subject, storage);
+                const DepthForm form = depth_form(subject.camera, storage);
+                const std::vector<double> all = focuses(subject);
+                const Circle circle = lens_of(subject.camera, form, all[turn++ % all.size()]);
+                const Image image = Image::from_host(oracle::device(arithmetic), element_of(storage), bytes.data(),
+                                                     {side, side, channels_of(storage)});
+                const std::vector<float> got = circles({image, subject.camera, storage, 77, 99}, {.circle = circle});
+                for (std::size_t i = 0; i < got.size(); ++i)
+                    if (!(form.background && !is_half && codes[i] == *form.background) && values[i] != -2)
+                        faults.add(judge(subject, truth, form, circle, arithmetic, values[i],
+                                         77.5 + static_cast<double>(i % side), 99.5 + static_cast<double>(i / side),
+                                         got[i], error));
+            }
+            error.print(std::string("circles, ") + name(storage) + ", " + oracle::name(arithmetic));
+            CHECK(error.checked > 10000);
+            CHECK(faults.text() == "");
+        }
+    }
+}
+
+namespace {
+
+Camera window_camera(int width, int height, DepthSpan span = {0.1, 100}) {
+    Camera camera;
+    camera.projection = perspective(1.0, static_cast<double>(width) / height, span);
+    camera.width = width;
+    camera.height = height;
+    return camera;
+}
+
+const Device& cpu() {
+    return oracle::device(Arithmetic::fp64);
+}
+
+struct Planes {
+    std::vector<float> circle, near, focus, far;
+};
+
+Planes download(const DofMasks& masks) {
+    const auto values = [](const Image& image) {
+        std::vector<float> result(static_cast<std::size_t>(image.width() * image.height()));
+        image.download(result.data());
+        return result;
+    };
+    return {values(masks.circle), values(masks.near), values(masks.focus), values(masks.far)};
+}
+
+Planes masks_of(std::vector<float>& values, const Camera& camera, const DofMasksOptions& options) {
+    const Layout layout{camera.width, camera.height};
+    return download(dof_masks({Image::from_host(cpu(), Element::f32, values.data(), layout), camera}, options));
+}
+
+std::string message_of(const DofMasksOptions& options, const Camera& camera) {
+    std::vector<float> values(static_cast<std::size_t>(camera.width * camera.height), 0.5f);
+    try {
+        masks_of(values, camera, options);
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+} // namespace
+
+TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[dof_masks]") {
+    const Circle circle{20.3, 137, 0, false};
+    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        std::vector<Subject> subjects;
+        for (const Encoding encoding : encodings)
+            subjects.push_back(encoded(encoding));
+        subjects.push_back(oracle::from_field_of_view(1, 1, {0.1, infinity, DepthOrder::reversed}));
+        subjects.push_back(with_oblique_near_plane(oracle::from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}));
+        for (const Subject& subject : subjects) {
+            INFO(subject.name);
+            const DepthForm form = depth_form(subject.camera);
+            std::vector<float> values(35, std::bit_cast<float>(*form.background));
+            const StoredDepth stored{Image::from_host(oracle::device(arithmetic), Element::f32, values.data(), {35, 1}),
+                                     subject.camera};
+            const Planes blur = download(dof_masks(stored, {.circle = circle}));
+            const Planes sharp = download(dof_masks(stored, {.circle = circle, .sky = Sky::sharp}));
+            const Planes none = download(dof_masks(stored, {.circle = circle, .sky = Sky::exclude}));
+            const Planes clamped = download(dof_masks(stored, {.circle = circle, .largest_px = 8}));
+            for (std::size_t i = 0; i < values.size(); ++i) {
+                REQUIRE(blur.circle[i] == 20.3f);
+                REQUIRE((blur.near[i] == 0 && blur.focus[i] == 0 && blur.far[i] == 1));
+                REQUIRE((sharp.circle[i] == 0 && sharp.near[i] == 0 && sharp.focus[i] == 1 && sharp.far[i] == 0));
+                REQUIRE((std::isnan(none.circle[i]) && none.near[i] == 0 && none.focus[i] == 0 && none.far[i] == 0));
+                REQUIRE(clamped.circle[i] == 8);
+            }
+        }
+    }
+    Camera parallel;
+    parallel.projection = orthographic({-1, 1, -1, 1}, {0, 10});
+    parallel.width = 3;
+    parallel.height = 1;
+    std::vector<float> values{1, 0.5f, 0};
+    const Circle telecentric{.k = 20, .g = 10, .telecentric = true};
+    const Planes endless = masks_of(values, parallel, {.circle = telecentric});
+    CHECK(endless.circle == std::vector<float>{HUGE_VALF, 30, -20});
+    CHECK(endless.far == std::vector<float>{1, 1, 0});
+    CHECK(masks_of(values, parallel, {.circle = telecentric, .largest_px = 25}).circle ==
+          std::vector<float>{25, 25, -20});
+}
+
+TEST_CASE("dof_masks: what is no surface has no circle and no weight, and nothing spreads from it", "[dof_masks]") {
+    Camera camera = window_camera(7, 1);
+    const Circle circle{20, 100, 0, false};
+    std::vector<float> values{0.5f, nan_f, 1.5f, 0.5f, -0.1f, HUGE_VALF, 0.5f};
+    const Planes window = masks_of(values, camera, {.circle = circle});
+    camera.encoding = Encoding::view_z;
+    std::vector<float> depths{5, nan_f, 0, -1, -HUGE_VALF, 1e-44f, HUGE_VALF};
+    const Planes metric = masks_of(depths, camera, {.circle = circle});
+    for (const std::size_t i : {1, 2, 4, 5})
+        CHECK((std::isnan(window.circle[i]) && window.near[i] == 0 && window.focus[i] == 0 && window.far[i] == 0));
+    for (const std::size_t i : {0, 3, 6})
+        CHECK((window.circle[i] == window.circle[0] && window.near[i] + window.focus[i] + window.far[i] == 1));
+    for (const std::size_t i : {1, 2, 3, 4})
+        CHECK((std::isnan(metric.circle[i]) && metric.near[i] == 0 && metric.focus[i] == 0 && metric.far[i] == 0));
+    CHECK(metric.circle[0] == 0);
+    CHECK(metric.circle[5] == -HUGE_VALF);
+    CHECK(metric.circle[6] == 20);
+    CHECK(masks_of(depths, camera, {.circle = circle, .largest_px = 64}).circle[5] == -64);
+    for (const Encoding encoding :
+         {Encoding::view_z, Encoding::ray_distance}) { // infinitely far without being the background
+        camera.encoding = encoding;
+        camera.background = -1;
+        const Planes far = masks_of(depths, camera, {.circle = circle, .sky = Sky::exclude});
+        CHECK((far.circle[6] == 20 && far.far[6] == 1));
+        CHECK((std::isnan(far.circle[3]) && std::isnan(far.circle[4])));
+    }
+}
+
+TEST_CASE("dof_masks: weights are the ramp of the circle and sum to exactly one", "[dof_masks]") {
+    Camera camera = window_camera(4099, 3);
+    camera.encoding = Encoding::view_z;
+    const Circle circle{20, 140, 0, false};
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> where(-3, 3);
+    std::vector<float> depths(4099 * 3);
+    for (float& z : depths)
+        z = 7 * std::exp2(std::abs(where(random)) < 2 ? where(random) / 16 : where(random));
+    double worst = 0;
+    for (const double sharp : {0.0, 0.5, 1.0, 3.0})
+        for (const double transition : {0.0, 0.25, 1.0, 7.0}) {
+            const Planes got =
+                masks_of(depths, camera, {.circle = circle, .sharp_px = sharp, .transition_px = transition});
+            const double allowed = 0x1p-22 + (transition > 0 ? 0x1p-24 * sharp / transition : 0);
+            std::array<long, 3> kinds{};
+            for (std::size_t i = 0; i < depths.size(); ++i) {
+                const auto c = static_cast<double>(got.circle[i]);
+                const double away = transition > 0 ? std::clamp((std::abs(c) - sharp) / transition, 0.0, 1.0)
+                                                   : (std::abs(c) > sharp ? 1 : 0);
+                const double off = std::max({std::abs(static_cast<double>(got.near[i]) - (c < 0 ? away : 0)),
+                                             std::abs(static_cast<double>(got.far[i]) - (c > 0 ? away : 0)),
+                                             std::abs(static_cast<double>(got.focus[i]) - (1 - away))});
+                worst = std::max(worst, off / allowed);
+                REQUIRE(off <= allowed);
+                REQUIRE(got.near[i] + got.focus[i] + got.far[i] == 1.0f);
+                REQUIRE(got.far[i] + got.focus[i] + got.near[i] == 1.0f);
+                REQUIRE(static_cast<double>(got.near[i]) + static_cast<double>(got.focus[i]) +
+                            static_cast<double>(got.far[i]) ==
+                        1.0);
+                REQUIRE(got.near[i] * got.far[i] == 0);
+                ++kinds[away == 0 ? 0 : away == 1 ? 2 : 1];
+            }
+            CHECK((sharp == 0 || kinds[0] > 10));
+            CHECK((transition == 0 || kinds[1] > 10));
+            CHECK(kinds[2] > 10);
+        }
+    std::printf("weights: worst %.3f of the bound\n", worst);
+}
+
+// Depth of one scene as each camera stores it: circles differ by what storing moves them, and no more.
+TEST_CASE("dof_masks: one scene through other cameras has one map", "[dof_masks]") {
+    const int width = 48, height = 32;
+    const FrustumEdges edges{-0.06, 0.06, -0.04, 0.04};
+    const auto depth_of = [](double x, double y) { // of a point of the whole image
+        return 2 + 30 * (0.5 + 0.5 * std::sin(x / 4) * std::cos(y / 3));
+    };
+    struct Other {
+        const char* name;
+        Projection projection;
+        int x, y, width, height; // the part of the image that it shows
+    };
+    const double infinite = infinity;
+    const FrustumEdges crop{-0.03, 0.05, -0.04, 0.01};
+    const auto reversed = DepthOrder::reversed;
+    const std::vector<Other> others{
+        {"standard", perspective(edges, {0.1, 100}), 0, 0, width, height},
+        {"Vulkan", perspective(edges, {0.1, 100}, Convention::vulkan()), 0, 0, width, height},
+        {"Direct3D", perspective(edges, {0.1, 1e6}, Convention::direct3d()), 0, 0, width, height},
+        {"reversed", perspective(edges, {0.1, 100, reversed}, Convention::direct3d()), 0, 0, width, height},
+        {"infinite", perspective(edges, {0.1, infinite}), 0, 0, width, height},
+        {"reversed infinite", perspective(edges, {0.1, infinite, reversed}, Convention::vulkan()), 0, 0, width, height},
+        {"oblique", with_oblique_near_plane(perspective(edges, {0.1, 100}), {0.2, 0.1, -1, -0.5}), 0, 0, width, height},
+        {"off-centre", perspective(crop, {0.1, 100}), 12, 12, 32, 20},
+        {"off-centre oblique", with_oblique_near_plane(perspective(crop, {0.1, 100}), {-0.1, 0.3, -1, -0.5}), 12, 12,
+         32, 20},
+    };
+    const Lens lens{.f_number = 2, .focus = 9, .focal_length_mm = 50, .mm_per_unit = 30};
+    double first_k = 0;
+    for (const Other& other : others) {
+        Camera camera;
+        camera.projection = other.projection;
+        camera.width = other.width;
+        camera.height = other.height;
+        const Circle circle = circle_of_confusion(lens, camera);
+        if (first_k == 0)
+            first_k = static_cast<double>(circle.k);
+        INFO(other.name);
+        CHECK(std::abs(static_cast<double>(circle.k) - first_k) < 1e-14 * first_k);
+        std::vector<float> values;
+        std::vector<double> depths;
+        for (int y = 0; y < other.height; ++y)
+            for (int x = 0; x < other.width; ++x) {
+                depths.push_back(depth_of(other.x + x + 0.5, other.y + y + 0.5));
+                values.push_back(
+                    static_cast<float>(stored_depth(camera, Storage::float32, x + 0.5, y + 0.5, depths.back())));
+            }
+        const std::vector<float> got = masks_of(values, camera, {.circle = circle}).circle;
+        double worst = 0, worst_px = 0;
+        for (std::size_t i = 0; i < got.size(); ++i) {
+            const double x = static_cast<double>(i % static_cast<std::size_t>(other.width)) + 0.5,
+                         y = static_cast<double>(i / static_cast<std::size_t>(other.width)) + 0.5, z = depths[i];
+            const auto exact = static_cast<double>(circle_at(circle, z)), k = static_cast<double>(circle.k);
+            const double stored = depth_error_bound(camera, DepthBits::d32f, x, y, z);
+            const double bound = 1.001 * static_cast<double>(circle.g) * stored / (z * z) +
+                                 circle_ulp * oracle::quick_ulp(std::max(std::abs(exact), k));
+            const double off = std::abs(static_cast<double>(got[i]) - exact);
+            worst = std::max(worst, off / bound);
+            worst_px = std::max(worst_px, off);
+        }
+        std::printf("one scene, %-20s k = %.4f px, worst %.2e px, %.3f of what storing moves it\n", other.name, first_k,
+                    worst_px, worst);
+        CHECK(worst <= 1);
+    }
+}
+
+TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thousandth of a pixel", "[dof_masks]") {
+    const int width = 160, height = 120;
+    const auto reversed = DepthOrder::reversed;
+    const std::pair<const char*, Projection> cameras[] = {
+        {"reversed infinite", perspective(1.0, 4.0 / 3, {0.1, infinity, reversed}, Convention::direct3d())},
+        {"standard", perspective(1.0, 4.0 / 3, {1, 50})},
+        {"oblique", with_oblique_near_plane(perspective(1.0, 4.0 / 3, {0.5, 50}), {0.2, 0.1, -1, -0.6})},
+    };
+    for (const auto& [name, projection] : cameras) {
+        Camera camera;
+        camera.projection = projection;
+        camera.width = width;
+        camera.height = height;
+        const double a = 0.16 / width, b = 0.05 / height, one = 0.03, focus = 8.3; // 1/z = a x + b y + one
+        const Circle circle = circle_of_confusion({.f_number = 1.4, .focus = focus, .sensor_width_mm = 36}, camera);
+        std::vector<float> values;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                values.push_back(static_cast<float>(stored_depth(camera, Storage::float32, x + 0.5, y + 0.5,
+                                                                 1 / (a * (x + 0.5) + b * (y + 0.5) + one))));
+        const std::vector<float> got = masks_of(values, camera, {.circle = circle}).circle;
+        double worst = 0;
+        int rows = 0;
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x + 1 < width; ++x) {
+                const auto at = static_cast<std::size_t>(y * width + x);
+                const auto left = static_cast<double>(got[at]), right = static_cast<double>(got[at + 1]);
+                if (!(left > 0 && right <= 0))
+                    continue;
+                const double crossing = x + 0.5 + left / (left - right);
+                const double line = (1 / focus - b * (y + 0.5) - one) / a;
+                worst = std::max(worst, std::abs(crossing - line));
+                ++rows;
+            }
+        }
+        std::printf("slanted plane, %-18s focus off its line by at most %.2e px in %d rows\n", name, worst, rows);
+        CHECK(rows == height);
+        CHECK(worst < 1e-3);
+    }
+}
+
+TEST_CASE("dof_masks: same bits for every lane count, group size and region, of any size", "[dof_masks][same-bits]") {
+    std::vector<Subject> subjects{
+        oracle::from_field_of_view(1.1, 1.5, {0.1, 1e6}),
+        with_oblique_near_plane(oracle::from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}),
+        oracle::from_parallel({-5, 7, -4, 3}, {-3, 100}),
+        encoded(Encoding::median),
+        encoded(Encoding::logarithmic),
+        encoded(Encoding::ray_distance)};
+    std::mt19937 random(8);
+    for (const auto& [width, height] : {std::pair{1, 1}, {1, 37}, {53, 1}, {67, 41}, {64, 16}}) {
+        for (Subject subject : subjects) {
+            subject.camera.width = width;
+            subject.camera.height = height;
+            std::vector<float> values(static_cast<std::size_t>(width * height));
+            for (float& value : values)
+                value = static_cast<float>(random() >> 8) * 0x1p-24f * (random() % 20 == 0 ? 3.0f : 1.0f);
+            values[values.size() / 2] = nan_f;
+            const DepthForm form = depth_form(subject.camera);
+            const DofMasksOptions options{.circle = lens_of(subject.camera, form, 3), .transition_px = 4};
+            for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+                if (arithmetic == Arithmetic::two_float && circle_form(form, options.circle) == CircleForm::recentred)
+                    continue; // in floats either way
+                Planes first;
+                for (const auto& [lanes, group] : {std::pair{16, 64}, {8, 7}, {4, 64}, {1, 64}, {1, 1}}) {
+                    const bool every_choice = width == 67 && circle_form(form, options.circle) != CircleForm::quotient;
+                    if (!every_choice && (group != 64 || lanes == 8))
+                        continue; // each is another build of the kernel
+                    static std::map<std::tuple<Arithmetic, int, int>, Device> devices;
+                    const auto [place, is_new] = devices.try_emplace({arithmetic, lanes, group});
+                    if (is_new)
+                        place->second = Device::open("cpu", {arithmetic, lanes, group});
+                    const Device& device = place->second;
+                    const StoredDepth stored{Image::from_host(device, Element::f32, values.data(), {width, height}),
+                                             subject.camera};
+                    const Planes got = download(dof_masks(stored, options));
+                    if (first.circle.empty())
+                        first = got;
+                    INFO(subject.name << ", " << width << " x " << height << ", lanes " << lanes);
+                    const std::size_t bytes = 4 * values.size();
+                    REQUIRE(std::memcmp(got.circle.data(), first.circle.data(), bytes) == 0);
+                    REQUIRE(std::memcmp(got.near.data(), first.near.data(), bytes) == 0);
+                    REQUIRE(std::memcmp(got.focus.data(), first.focus.data(), bytes) == 0);
+                    REQUIRE(std::memcmp(got.far.data(), first.far.data(), bytes) == 0);
+                    if (width < 3 || height < 3)
+                        continue;
+                    const int left = 1, top = 2, w = width - 2, h = height - 2;
+                    const std::vector<float> part = circles(stored.region(left, top, w, h), options);
+                    for (int y = 0; y < h; ++y)
+                        REQUIRE(std::memcmp(&part[static_cast<std::size_t>(y * w)],
+                                            &first.circle[static_cast<std::size_t>((top + y) * width + left)],
+                                            4 * static_cast<std::size_t>(w)) == 0);
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("dof_masks: large results, which are written past the cache, have the same bits", "[dof_masks][same-bits]") {
+    const int width = 2048, height = 2049;
+    Camera camera = window_camera(width, height);
+    std::vector<float> values(static_cast<std::size_t>(width) * height);
+    std::mt19937 random(20);
+    for (float& value : values)
+        value = static_cast<float>(random() >> 8) * 0x1p-24f;
+    const DofMasksOptions options{.circle = {20, 140, 0, false}};
+    const Planes all = masks_of(values, camera, options);
+    const StoredDepth stored{Image::from_host(cpu(), Element::f32, values.data(), {width, height}), camera};
+    for (const int x : {0, 1021}) {
+        const Planes part = download(dof_masks(stored.region(x, 100, 1003, 57), options));
+        for (int y = 0; y < 57; ++y) {
+            const auto here = static_cast<std::size_t>(y) * 1003,
+                       there = static_cast<std::size_t>(100 + y) * width + static_cast<std::size_t>(x);
+            REQUIRE(std::memcmp(&part.circle[here], &all.circle[there], 4 * 1003) == 0);
+            REQUIRE(std::memcmp(&part.near[here], &all.near[there], 4 * 1003) == 0);
+            REQUIRE(std::memcmp(&part.focus[here], &all.focus[there], 4 * 1003) == 0);
+            REQUIRE(std::memcmp(&part.far[here], &all.far[there], 4 * 1003) == 0);
+        }
+    }
+}
+
+TEST_CASE("dof_masks: bad options are refused in one line", "[dof_masks]") {
+    const Camera camera = window_camera(4, 3);
+    const Circle circle{20, 140, 0, false};
+    CHECK(message_of({.circle = circle}, camera) == "accepted");
+    CHECK(message_of({.circle = circle, .sharp_px = -1}, camera) == "sharp_px = -1 must be 0 or greater");
+    CHECK(message_of({.circle = circle, .sharp_px = infinity}, camera) == "sharp_px = inf must be 0 or greater");
+    CHECK(message_of({.circle = circle, .transition_px = NAN}, camera) == "transition_px = nan must be 0 or greater");
+    CHECK(message_of({.circle = circle, .largest_px = 0}, camera) == "largest_px = 0 must be greater than 0");
+    CHECK(message_of({.circle = circle, .largest_px = NAN}, camera) == "largest_px = nan must be greater than 0");
+    CHECK(message_of({.circle = {-1, 1, 0, false}}, camera) == "the circle's k = -1 must be 0 or greater");
+    CHECK(message_of({.circle = {1, infinity, 0, false}}, camera) == "the circle's g = inf must be 0 or greater");
+    CHECK(message_of({.circle = {1, 1, NAN, false}}, camera) == "the circle's lens_depth = nan must be finite");
+    CHECK(message_of({.circle = {1, 1, 0, true}}, camera) ==
+          "a telecentric circle does not belong to a perspective camera");
+    Camera parallel = camera;
+    parallel.projection = orthographic({-1, 1, -1, 1}, {0, 10});
+    CHECK(message_of({.circle = circle}, parallel) == "a camera of parallel rays needs a telecentric circle");
+    Camera larger = camera;
+    larger.width = 3; // than the image says
+    std::vector<float> values(12, 0.5f);
+    CHECK_THROWS_AS(
+        dof_masks({Image::from_host(cpu(), Element::f32, values.data(), {4, 3}), larger}, {.circle = circle}),
+        std::invalid_argument);
+    CHECK_THROWS_AS(dof_masks({Image(), camera}, {.circle = circle}), std::invalid_argument);
+}
+
+TEST_CASE("dof_masks: the depth under a pixel is what to focus on", "[dof_masks]") {
+    Camera camera = window_camera(3, 2);
+    camera.encoding = Encoding::view_z;
+    std::vector<float> values{1, 2, 3, 4, HUGE_VALF, nan_f};
+    const StoredDepth stored{Image::from_host(cpu(), Element::f32, values.data(), {3, 2}), camera};
+    CHECK(depth_at(stored, 2, 0) == 3);
+    CHECK(depth_at(stored, 0, 1) == 4);
+    CHECK(depth_at(stored, 1, 1) == infinity);
+    CHECK_THROWS_WITH(depth_at(stored, 2, 1), "pixel (2, 1) is no surface: it has no depth to focus on");
+    CHECK_THROWS_WITH(depth_at(stored, 3, 0), "pixel (3, 0) lies outside the image of 3 x 2");
+    CHECK_THROWS_WITH(depth_at(stored, 0, -1), "pixel (0, -1) lies outside the image of 3 x 2");
+}
