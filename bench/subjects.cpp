@@ -2,8 +2,11 @@
 
 #include "quad.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
+#include <memory>
 #include <thread>
 
 namespace fathom::bench {
@@ -66,134 +69,189 @@ Quad ray_depth(const Frames& frames, int px, int py, float stored) {
     return stored / sqrtq(1 + x * x + y * y);
 }
 
-} // namespace
+using Truth = std::function<Quad(int, int, float)>;
 
-std::vector<Subject> subjects(Frames& frames, Baselines& plain, Baselines& streaming) {
+// The rows, and what they run on.
+struct Rows {
+    Frames& frames;
+    Baselines& plain;
+    Baselines& streaming;
     std::vector<Subject> list;
+
+    void add(std::string name, std::string floor, std::function<void()> run, Truth truth = {},
+             std::function<void()> after = {}) {
+        list.push_back({.name = std::move(name),
+                        .floor = std::move(floor),
+                        .run = std::move(run),
+                        .after = std::move(after),
+                        .truth = std::move(truth)});
+    }
+};
+
+Camera perspective_camera(const Frames& frames) {
+    return camera(frames, centred());
+}
+
+Camera parallel_camera(const Frames& frames) {
+    return camera(frames, orthographic({-8, 8, -4.5, 4.5}, span));
+}
+
+Camera oblique_camera(const Frames& frames) {
+    const Eigen::Vector4d plane(oblique_plane.a, oblique_plane.b, oblique_plane.c, oblique_plane.d);
+    return camera(frames, with_oblique_near_plane(centred(), plane));
+}
+
+// A centred perspective with depth stored in another way.
+Camera encoded_camera(const Frames& frames, Encoding encoding) {
+    Camera c = perspective_camera(frames);
+    c.encoding = encoding;
+    if (encoding == Encoding::exponential || encoding == Encoding::logarithmic) {
+        c.near = bench_near;
+        c.far = bench_far;
+    }
+    if (encoding == Encoding::median)
+        c.median = 5;
+    return c;
+}
+
+Quad exponential_depth(int, int, float stored) {
+    return Quad{bench_near} * powq(Quad{bench_far} / Quad{bench_near}, stored);
+}
+
+Quad reciprocal_depth(int, int, float stored) {
+    return perspective_depth(stored);
+}
+
+void add_copies(Rows& rows) {
+    Frames& frames = rows.frames;
+    Baselines &plain = rows.plain, &streaming = rows.streaming;
+    rows.add("copy", "copy", [&] { plain.launch("copy", frames.stored(), frames.result()); });
+    rows.add("copy (control)", "copy", [&] { plain.launch("copy", frames.stored(), frames.result()); });
+    rows.add("copy, streaming stores", "copy", [&] { streaming.launch("copy", frames.stored(), frames.result()); });
+    if (!frames.device().info().cpu)
+        return;
+    // Plain memory of the same size: what the device's images lie in is the driver's business.
+    struct Memory {
+        std::vector<float> from, to;
+    };
+    const std::size_t size = static_cast<std::size_t>(frames.width()) * static_cast<std::size_t>(frames.height());
+    auto memory = std::make_shared<std::vector<Memory>>(frames.count(),
+                                                        Memory{std::vector<float>(size, 1), std::vector<float>(size)});
+    rows.add("memcpy, all threads", "copy", [&frames, memory, size] {
+        Memory& m = (*memory)[frames.current()];
+        copy_on_threads(m.from.data(), m.to.data(), size);
+    });
+}
+
+void add_linearize(Rows& rows) {
+    Frames& frames = rows.frames;
     const LinearizeOptions decode{Background::decode};
-    const auto add = [&](std::string name, std::string floor, std::function<void()> run,
-                         std::function<Quad(int, int, float)> truth = {}, std::function<void()> after = {}) {
-        list.push_back({std::move(name), std::move(floor), std::move(run), std::move(after), std::move(truth)});
-    };
-    const auto baseline = [&](std::string name, const char* kernel, std::vector<float> extra,
-                              std::function<Quad(int, int, float)> truth) {
-        add(
+    const auto add = [&](std::string name, const Camera& c, Truth truth) {
+        rows.add(
             std::move(name), "copy",
-            [&, kernel, extra] {
-                if (extra.size() == 2) {
-                    plain.launch(kernel, frames.stored(), frames.result(), {extra[0], extra[1]});
-                } else {
-                    plain.launch(kernel, frames.stored(), frames.result());
-                }
-            },
-            std::move(truth));
-    };
-    const auto decoder = [&](std::string name, const Camera& c, std::function<Quad(int, int, float)> truth) {
-        add(
-            std::move(name), "copy",
-            [&, c, decode] {
+            [&frames, c, decode] {
                 linearize({frames.stored(), c}, frames.result(), decode);
             },
             std::move(truth));
     };
-    const auto reciprocal = [](int, int, float d) { return perspective_depth(d); };
-
-    add("copy", "copy", [&] { plain.launch("copy", frames.stored(), frames.result()); });
-    add("copy (control)", "copy", [&] { plain.launch("copy", frames.stored(), frames.result()); });
-    add("copy, streaming stores", "copy", [&] { streaming.launch("copy", frames.stored(), frames.result()); });
-    if (frames.device().info().cpu) {
-        // Plain memory of the same size: what the device's images lie in is the driver's business.
-        struct Memory {
-            std::vector<float> from, to;
-        };
-        const std::size_t size = static_cast<std::size_t>(frames.width()) * static_cast<std::size_t>(frames.height());
-        auto memory = std::make_shared<std::vector<Memory>>(
-            frames.count(), Memory{std::vector<float>(size, 1), std::vector<float>(size)});
-        add("memcpy, all threads", "copy", [&frames, memory, size] {
-            Memory& m = (*memory)[frames.current()];
-            copy_on_threads(m.from.data(), m.to.data(), size);
-        });
-    }
-
-    const Camera perspective_camera = camera(frames, centred());
-    decoder("linearize reciprocal", perspective_camera, reciprocal);
-    Camera parallel = camera(frames, orthographic({-8, 8, -4.5, 4.5}, span));
-    decoder("linearize affine", parallel, [](int, int, float d) {
+    add("linearize reciprocal", perspective_camera(frames), reciprocal_depth);
+    add("linearize affine", parallel_camera(frames), [](int, int, float d) {
         return Quad{bench_near} + static_cast<Quad>(d) * (Quad{bench_far} - Quad{bench_near});
     });
-    const Eigen::Vector4d plane(oblique_plane.a, oblique_plane.b, oblique_plane.c, oblique_plane.d);
-    decoder("linearize oblique", camera(frames, with_oblique_near_plane(centred(), plane)),
-            [&](int x, int y, float d) { return oblique_depth(frames, x, y, d); });
-    Camera exponential = perspective_camera;
-    exponential.encoding = Encoding::exponential;
-    exponential.near = bench_near;
-    exponential.far = bench_far;
-    const auto exponential_depth = [](int, int, float d) {
-        return Quad{bench_near} * powq(Quad{bench_far} / Quad{bench_near}, d);
-    };
-    decoder("linearize exponential", exponential, exponential_depth);
-    Camera logarithmic = exponential;
-    logarithmic.encoding = Encoding::logarithmic;
-    decoder("linearize logarithmic", logarithmic,
-            [](int, int, float d) { return expm1q(log1pq(Quad{bench_far}) * static_cast<Quad>(d)); });
-    Camera ray = perspective_camera;
-    ray.encoding = Encoding::ray_distance;
-    decoder("linearize ray distance", ray, [&](int x, int y, float d) { return ray_depth(frames, x, y, d); });
-    Camera median = perspective_camera;
-    median.encoding = Encoding::median;
-    median.median = 5;
-    decoder("linearize rational (median)", median,
-            [](int, int, float d) { return Quad{5} * static_cast<Quad>(d) / (1 - static_cast<Quad>(d)); });
-    add("linearize reciprocal, uint16", "copy", [&, perspective_camera, decode] {
-        linearize({frames.stored16(), perspective_camera, Storage::uint16}, frames.result(), decode);
+    add("linearize oblique", oblique_camera(frames),
+        [&](int x, int y, float d) { return oblique_depth(frames, x, y, d); });
+    add("linearize exponential", encoded_camera(frames, Encoding::exponential), exponential_depth);
+    add("linearize logarithmic", encoded_camera(frames, Encoding::logarithmic),
+        [](int, int, float d) { return expm1q(log1pq(Quad{bench_far}) * static_cast<Quad>(d)); });
+    add("linearize ray distance", encoded_camera(frames, Encoding::ray_distance),
+        [&](int x, int y, float d) { return ray_depth(frames, x, y, d); });
+    add("linearize rational (median)", encoded_camera(frames, Encoding::median),
+        [](int, int, float d) { return Quad{5} * static_cast<Quad>(d) / (1 - static_cast<Quad>(d)); });
+    rows.add("linearize reciprocal, uint16", "copy", [&frames, c = perspective_camera(frames), decode] {
+        linearize({frames.stored16(), c, Storage::uint16}, frames.result(), decode);
     });
-    const auto in_place = [&](std::string name, const Camera& c) {
-        add(
-            std::move(name), "copy",
-            [&, c, decode] {
-                linearize_in_place({frames.in_place(), c}, decode);
-            },
-            {}, [&] { frames.restore_in_place(); });
+}
+
+void add_linearize_in_place(Rows& rows) {
+    Frames& frames = rows.frames;
+    const auto restore = [&] { frames.restore_in_place(); };
+    const auto add = [&](std::string name, const Camera& c) {
+        const auto run = [&frames, c] { linearize_in_place({frames.in_place(), c}, {Background::decode}); };
+        rows.add(std::move(name), "copy", run, {}, restore);
     };
-    in_place("linearize reciprocal, in place", perspective_camera);
-    in_place("linearize affine, in place", parallel);
-    in_place("linearize oblique, in place", camera(frames, with_oblique_near_plane(centred(), plane)));
-
-    add(
+    add("linearize reciprocal, in place", perspective_camera(frames));
+    add("linearize affine, in place", parallel_camera(frames));
+    add("linearize oblique, in place", oblique_camera(frames));
+    Baselines& plain = rows.plain;
+    rows.add(
         "halve, in place (ceiling)", "copy", [&] { plain.launch("rewrite", frames.in_place(), frames.in_place()); }, {},
-        [&] { frames.restore_in_place(); });
+        restore);
+}
 
+void add_formulas(Rows& rows) {
+    Frames& frames = rows.frames;
+    Baselines& plain = rows.plain;
+    const auto add = [&](std::string name, const char* kernel, float first, float second, Truth truth) {
+        rows.add(
+            std::move(name), "copy",
+            [&, kernel, first, second] {
+                plain.launch(kernel, frames.stored(), frames.result(), {first, second});
+            },
+            std::move(truth));
+    };
     const auto near = static_cast<float>(bench_near), far = static_cast<float>(bench_far);
-    baseline("engine 1/(Zd+W)", "engine_fma", {1 / far - 1 / near, 1 / near}, reciprocal);
-    baseline("tutorial 2nf/(f+n-z(f-n))", "tutorial_ndc", {near, far}, reciprocal);
-    baseline("simulator nf/(f-(f-n)d)", "simulator_ratio", {near, far}, reciprocal);
-    baseline("exponential, exp2 builtin", "builtin_exponential", {near, std::log2(far / near)}, exponential_depth);
+    add("engine 1/(Zd+W)", "engine_fma", 1 / far - 1 / near, 1 / near, reciprocal_depth);
+    add("tutorial 2nf/(f+n-z(f-n))", "tutorial_ndc", near, far, reciprocal_depth);
+    add("simulator nf/(f-(f-n)d)", "simulator_ratio", near, far, reciprocal_depth);
+    add("exponential, exp2 builtin", "builtin_exponential", near, std::log2(far / near), exponential_depth);
+}
 
-    add("spread", "spread", [&] { plain.launch("spread", frames.stored(), frames.positions()); });
-    add("spread (control)", "spread", [&] { plain.launch("spread", frames.stored(), frames.positions()); });
-    const auto positions = [&](std::string name, const Camera& c, const UnprojectOptions& options) {
-        add(std::move(name), "spread", [&, c, options] {
+void add_unproject(Rows& rows) {
+    Frames& frames = rows.frames;
+    Baselines& plain = rows.plain;
+    rows.add("spread", "spread", [&] { plain.launch("spread", frames.stored(), frames.positions()); });
+    rows.add("spread (control)", "spread", [&] { plain.launch("spread", frames.stored(), frames.positions()); });
+    const auto add = [&](std::string name, const Camera& c, const UnprojectOptions& options) {
+        rows.add(std::move(name), "spread", [&frames, c, options] {
             unproject({frames.stored(), c}, frames.positions(), options);
         });
     };
     const UnprojectOptions view{.background = Background::decode};
     UnprojectOptions world = view;
     world.space = Space::world;
-    Camera moved = perspective_camera;
+    Camera moved = perspective_camera(frames);
     moved.view = Eigen::Matrix4d::Identity();
     moved.view->topRightCorner<3, 1>() = Eigen::Vector3d(1, 2, 3);
-    positions("unproject perspective", perspective_camera, view);
-    positions("unproject perspective, world", moved, world);
-    positions("unproject orthographic", parallel, view);
-    positions("unproject oblique", camera(frames, with_oblique_near_plane(centred(), plane)), view);
+    add("unproject perspective", perspective_camera(frames), view);
+    add("unproject perspective, world", moved, world);
+    add("unproject orthographic", parallel_camera(frames), view);
+    add("unproject oblique", oblique_camera(frames), view);
+}
 
-    const auto normals_of = [&](std::string name, const Camera& c, const NormalsOptions& options) {
-        add(std::move(name), "spread", [&, c, options] { normals({frames.stored(), c}, frames.positions(), options); });
+void add_normals(Rows& rows) {
+    Frames& frames = rows.frames;
+    const auto add = [&](std::string name, const Camera& c, NormalMethod method) {
+        rows.add(std::move(name), "spread", [&frames, c, method] {
+            normals({frames.stored(), c}, frames.positions(), {.method = method});
+        });
     };
-    normals_of("normals neighbours", perspective_camera, {.method = NormalMethod::neighbours});
-    normals_of("normals neighbours, ortho.", parallel, {.method = NormalMethod::neighbours});
-    normals_of("normals least squares", perspective_camera, {.method = NormalMethod::least_squares});
-    return list;
+    add("normals neighbours", perspective_camera(frames), NormalMethod::neighbours);
+    add("normals neighbours, ortho.", parallel_camera(frames), NormalMethod::neighbours);
+    add("normals least squares", perspective_camera(frames), NormalMethod::least_squares);
+}
+
+} // namespace
+
+std::vector<Subject> subjects(Frames& frames, Baselines& plain, Baselines& streaming) {
+    Rows rows{frames, plain, streaming, {}};
+    add_copies(rows);
+    add_linearize(rows);
+    add_linearize_in_place(rows);
+    add_formulas(rows);
+    add_unproject(rows);
+    add_normals(rows);
+    std::ranges::move(ssao_subjects(frames.device(), frames.width(), frames.height()), std::back_inserter(rows.list));
+    return std::move(rows.list);
 }
 
 } // namespace fathom::bench

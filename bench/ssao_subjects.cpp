@@ -1,0 +1,226 @@
+// ssao in a room: presets, two radii, two cameras; the same kernels a pixel at a time; and the same samples in a loop per
+// pixel.
+
+#include "scalar_ssao.hpp"
+#include "subjects.hpp"
+
+#include "scene/scene.hpp"
+#include "text.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <thread>
+
+namespace fathom::bench {
+namespace {
+
+constexpr double fov_y = 1.0;
+constexpr DepthSpan room_span{0.1, 100};
+
+// What the scalar loop may differ from the library by: in the mean, and root mean square over the means of 4 × 4 pixels,
+// which hold every sampling pattern once. The library's filter looks farther, and not across edges.
+constexpr double mean_tolerance = 0.02, box_tolerance = 0.02;
+
+// Float32 window depth of the room.
+std::vector<float> room_depth(const Camera& camera) {
+    const auto width = static_cast<std::size_t>(camera.width);
+    std::vector<float> stored(width * static_cast<std::size_t>(camera.height));
+    const scene::Caster caster(scene::room(), camera);
+    std::atomic<int> next = 0;
+    const auto rows = [&] {
+        for (int y = next++; y < camera.height; y = next++) {
+            for (std::size_t x = 0; x < width; ++x) {
+                const auto surface = caster.at(static_cast<double>(x) + 0.5, y + 0.5);
+                stored[static_cast<std::size_t>(y) * width + x] = surface ? static_cast<float>(surface->stored) : 1.0f;
+            }
+        }
+    };
+    std::vector<std::jthread> workers;
+    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
+        workers.emplace_back(rows);
+    return stored;
+}
+
+double median_depth(const Camera& camera, std::vector<float> stored) {
+    const auto middle = stored.begin() + static_cast<std::ptrdiff_t>(stored.size() / 2);
+    std::ranges::nth_element(stored, middle);
+    return static_cast<double>(view_depth(camera, Storage::float32, 0.5, 0.5, *middle));
+}
+
+Image uploaded(const Device& device, int width, int height, const std::vector<float>& values) {
+    const Image image(device, Element::f32, {width, height});
+    const std::size_t row = static_cast<std::size_t>(width) * sizeof(float);
+    device.queue().enqueueWriteBufferRect(image.buffer(), CL_TRUE, {0, 0, 0}, {0, 0, 0},
+                                          {row, static_cast<std::size_t>(height), 1},
+                                          image.row_stride() * sizeof(float), 0, row, 0, values.data());
+    return image;
+}
+
+// The room through one camera.
+struct View {
+    StoredDepth depth;
+    double width; // of the image at the median depth, scene units
+};
+
+// The room through both cameras and what is computed from it, each made when it is first asked for.
+class Room {
+public:
+    Room(const Device& device, int width, int height) : device_(device), width_(width), height_(height) {}
+
+    const View& perspective_view() {
+        if (!perspective_)
+            perspective_ = view(perspective(fov_y, 1.0 * width_ / height_, room_span));
+        return *perspective_;
+    }
+
+    const View& orthographic_view() {
+        const double half_width = std::min(3.9, 1.45 * width_ / height_), half_height = half_width * height_ / width_;
+        if (!orthographic_)
+            orthographic_ = view(orthographic({-half_width, half_width, -half_height, half_height}, room_span));
+        return *orthographic_;
+    }
+
+    /// The perspective view on a device that is the same but for its lanes.
+    const View& one_lane_view() {
+        if (!one_lane_) {
+            const View& usual = perspective_view();
+            DeviceOptions one = device_.options();
+            one.lanes = 1;
+            const cl::CommandQueue& queue = device_.queue();
+            const Device device(device_.context(), queue.getInfo<CL_QUEUE_DEVICE>(), queue, one);
+            const Image image(device, usual.depth.image.buffer(), Element::f32, {width_, height_});
+            one_lane_ = {{image, usual.depth.camera}, usual.width};
+        }
+        return *one_lane_;
+    }
+
+    /// For rays of this share of the image's width.
+    ScalarSsao& scalar(double share) {
+        const View& view = perspective_view();
+        const double radius = share * view.width;
+        if (!scalar_)
+            scalar_.emplace(view.depth.image, fov_y, room_span, radius, radius / 4);
+        return *scalar_;
+    }
+
+    const Image& visibility() {
+        if (!visibility_)
+            visibility_ = Image(device_, Element::f32, {width_, height_});
+        return visibility_;
+    }
+
+private:
+    View view(Projection projection) const {
+        Camera camera;
+        camera.projection = std::move(projection);
+        camera.width = width_;
+        camera.height = height_;
+        const std::vector<float> stored = room_depth(camera);
+        const double scale = static_cast<double>(camera.projection.matrix(0, 0));
+        const double depth = camera.projection.matrix(3, 2) == 0 ? 1 : median_depth(camera, stored);
+        return {{uploaded(device_, width_, height_, stored), camera}, 2 * depth / scale};
+    }
+
+    Device device_;
+    int width_, height_;
+    std::optional<View> perspective_, orthographic_, one_lane_;
+    std::optional<ScalarSsao> scalar_;
+    Image visibility_;
+};
+
+// `share`: radius in image widths at the median depth.
+SsaoOptions options(const View& view, Quality quality, double share) {
+    SsaoOptions options;
+    options.radius = share * view.width;
+    options.quality = quality;
+    return options;
+}
+
+std::vector<float> pixels(const Image& image) {
+    std::vector<float> values(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()));
+    image.download(values.data());
+    return values;
+}
+
+double mean(const std::vector<float>& values) {
+    double sum = 0;
+    for (const float value : values)
+        sum += static_cast<double>(value);
+    return sum / static_cast<double>(values.size());
+}
+
+// Root mean square of the difference of the means of 4 × 4 pixels.
+double box_difference(const std::vector<float>& a, const std::vector<float>& b, std::size_t width) {
+    const std::size_t rows = a.size() / width;
+    double squares = 0;
+    std::size_t boxes = 0;
+    for (std::size_t y = 0; y + 4 <= rows; y += 4) {
+        for (std::size_t x = 0; x + 4 <= width; x += 4) {
+            double difference = 0;
+            for (std::size_t i = 0; i < 16; ++i) {
+                const std::size_t at = (y + i / 4) * width + x + i % 4;
+                difference += static_cast<double>(a[at]) - static_cast<double>(b[at]);
+            }
+            squares += difference * difference / 256;
+            ++boxes;
+        }
+    }
+    return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(boxes, 1)));
+}
+
+Comparison compare_scalar(Room& room, double share) {
+    const View& view = room.perspective_view();
+    const SsaoOptions balanced = options(view, Quality::balanced, share);
+    SsaoOptions counted = balanced;
+    counted.slices = ScalarSsao::slices;
+    counted.steps = ScalarSsao::steps;
+    counted.patterns = 16;
+    const std::vector<float> library = pixels(ssao(view.depth, balanced).visibility);
+    if (pixels(ssao(view.depth, counted).visibility) != library)
+        return {false, text("balanced is no longer ", ScalarSsao::slices, " slices of ", ScalarSsao::steps, " steps")};
+
+    room.scalar(share).run(room.visibility());
+    const std::vector<float> scalar = pixels(room.visibility());
+    const double difference = box_difference(scalar, library, static_cast<std::size_t>(room.visibility().width()));
+    const bool same = std::abs(mean(scalar) - mean(library)) <= mean_tolerance && difference <= box_tolerance;
+    return {same,
+            text("mean visibility ", mean(scalar), ", the library's ", mean(library), " (to differ by no more than ",
+                 mean_tolerance, "); RMSE of 4 x 4 means ", difference, " (no more than ", box_tolerance, ")")};
+}
+
+} // namespace
+
+std::vector<Subject> ssao_subjects(const Device& device, int width, int height) {
+    constexpr double usual = 0.05, large = 0.4; // radius in image widths at the median depth
+    const auto room = std::make_shared<Room>(device, width, height);
+    std::vector<Subject> list;
+    const auto add = [&](std::string name, std::function<void()> run) -> Subject& {
+        return list.emplace_back(Subject{.name = std::move(name), .floor = "copy", .run = std::move(run), .every = 4});
+    };
+    const auto library = [&](std::string name, const View& (Room::*camera)(), Quality quality,
+                             double share) -> Subject& {
+        return add(std::move(name), [=] {
+            const View& view = ((*room).*camera)();
+            ssao(view.depth, options(view, quality, share));
+        });
+    };
+    library("ssao fast, 5 %", &Room::perspective_view, Quality::fast, usual);
+    library("ssao balanced, 5 %", &Room::perspective_view, Quality::balanced, usual);
+    library("ssao accurate, 5 %", &Room::perspective_view, Quality::accurate, usual);
+    library("ssao fast, 40 %", &Room::perspective_view, Quality::fast, large);
+    library("ssao balanced, 40 %", &Room::perspective_view, Quality::balanced, large);
+    library("ssao accurate, 40 %", &Room::perspective_view, Quality::accurate, large);
+    library("ssao balanced, 5 %, ortho.", &Room::orthographic_view, Quality::balanced, usual);
+    if (device.options().lanes > 1)
+        library("ssao balanced, 5 %, one lane", &Room::one_lane_view, Quality::balanced, usual).rival =
+            "ssao balanced, 5 %";
+    Subject& scalar = add("ssao balanced, 5 %, scalar loop", [=] { room->scalar(usual).run(room->visibility()); });
+    scalar.rival = "ssao balanced, 5 %";
+    scalar.comparison = [=] { return compare_scalar(*room, usual); };
+    return list;
+}
+
+} // namespace fathom::bench
