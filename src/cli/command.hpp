@@ -26,6 +26,7 @@ extern const Command linearize_command;
 extern const Command unproject_command;
 extern const Command normals_command;
 extern const Command ssao_command;
+extern const Command dof_masks_command;
 extern const Command inspect_command;
 extern const Command devices_command;
 

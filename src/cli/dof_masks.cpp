@@ -1,0 +1,117 @@
+// fathom dof-masks
+#include "command.hpp"
+#include "each_depth.hpp"
+#include "lens.hpp"
+
+#include <fathom/dof_masks.hpp>
+#include <fathom/opencv.hpp>
+
+#include <fmt/format.h>
+
+#include <opencv2/core.hpp>
+
+namespace fathom::cli {
+namespace {
+
+enum class Mask { circle, near, focus, far };
+
+struct Options : DepthOptions {
+    LensOptions lens;
+    DofMasksOptions masks;
+    std::optional<Mask> mask;
+};
+
+const std::vector<std::string> channels{"coc", "near", "focus", "far"};
+
+CLI::Validator is_a_width() {
+    return is_a_number("number from 0", [](double pixels) { return pixels >= 0; });
+}
+
+// What is written: all masks, which only an EXR holds, or the one that was asked for.
+Product product_of(const Options& options) {
+    if (!options.mask) {
+        const std::string ending = options.format.empty() ? ending_of(options.output) : options.format;
+        if (ending == ".tif" || ending == ".pfm" || ending == ".png")
+            throw UsageError(fmt::format("{}: a {} holds one mask; choose it with --mask {}, or write .exr",
+                                         options.output, ending, CLI::detail::join(channels, "|")));
+        return {.endings = {".exr"}, .channels = channels};
+    }
+    Product product{.endings = {".exr", ".tif", ".pfm", ".png"},
+                    .channels = {channels[static_cast<std::size_t>(*options.mask)]}};
+    product.png_scale = options.png_scale;
+    if (options.mask != Mask::circle && !product.png_scale)
+        product.png_scale = 1;
+    return product;
+}
+
+cv::Mat masks_of(const Options& options, const StoredDepth& stored) {
+    DofMasksOptions asked = options.masks;
+    asked.circle = circle_for(options.lens, stored);
+    asked.weights = options.mask != Mask::circle;
+    const DofMasks masks = dof_masks(stored, asked);
+    if (!options.mask) {
+        cv::Mat all;
+        cv::merge(std::vector{to_mat(masks.circle), to_mat(masks.near), to_mat(masks.focus), to_mat(masks.far)}, all);
+        return all;
+    }
+    const Image* images[] = {&masks.circle, &masks.near, &masks.focus, &masks.far};
+    return to_mat(*images[static_cast<std::size_t>(*options.mask)]);
+}
+
+std::function<int()> configure(CLI::App& app) {
+    const auto options = std::make_shared<Options>();
+    add_depth_options(app, *options, {.endings = {".exr", ".tif", ".pfm", ".png"}, .channels = channels});
+    add_lens_options(app, options->lens);
+    const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
+                         const char* description) {
+        app.add_option(name, target, description)->type_name(value)->check(check)->group("Masks");
+    };
+    add("--sharp", "PX", is_a_width(), options->masks.sharp_px,
+        "circles up to this are wholly in focus, pixels (default: 1)");
+    add("--transition", "PX", is_a_width(), options->masks.transition_px,
+        "circles larger than that by so much are not at all (default: 1)");
+    add_choice(app, "--sky", options->masks.sky,
+               {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
+               "the background: infinitely far (default), in focus, or left out\nlike what is no surface")
+        ->group("Masks");
+    add("--largest", "PX", is_a_number("number above 0", [](double pixels) { return pixels > 0; }),
+        options->masks.largest_px, "no circle is larger, on either side of the focus (default: none)");
+    app.add_option_function<std::string>(
+           "--mask",
+           [options](const std::string& name) {
+               for (std::size_t i = 0; i < channels.size(); ++i)
+                   if (channels[i] == name)
+                       options->mask = static_cast<Mask>(i);
+           },
+           "write one of them only, which any type of file holds")
+        ->type_name(CLI::detail::join(channels, "|"))
+        ->check(is_one_of(channels))
+        ->group("Output");
+    return [=] {
+        complete(options->lens, options->camera);
+        const Product product = product_of(*options);
+        return each_depth(*options, product, [&](const StoredDepth& stored) { return masks_of(*options, stored); });
+    };
+}
+
+} // namespace
+
+const Command dof_masks_command{
+    .name = "dof-masks",
+    .summary = "Finds the circle of confusion of each pixel, and what is near, in focus and far.",
+    .notes =
+        R"(An EXR holds four channels: coc, the diameter of the circle in pixels, positive behind the focus, and the
+weights near, focus and far, which sum to 1. What is no surface has a coc of NaN and no weight. A .png of a weight
+holds round(value × 65535); a coc has no such range and needs --png-scale.
+
+The lens: from its focal length and sensor, or with one of them the other from the projection. Under parallel rays
+circles grow with the distance from the focus without end (telecentric); --largest ends them.
+
+Example:
+  fathom dof-masks frame.exr --camera camera.json -o frame.masks.exr --focus-at 640,360 --f-stop 2.8 \
+      --focal-length-mm 50 --sensor-mm 36
+  fathom dof-masks frame.exr --camera camera.json -o frame.near.png --mask near --focus 7 --f-stop 2 --sensor-mm 36)",
+    .configure = configure,
+};
+
+} // namespace fathom::cli

@@ -1,0 +1,178 @@
+// The lens of `fathom dof-masks` and `fathom dof`.
+#include "lens.hpp"
+
+#include "command.hpp"
+#include "messages.hpp"
+
+#include <fathom/dof_masks.hpp>
+#include <fathom/error.hpp>
+#include <fathom/io.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace fathom::cli {
+namespace {
+
+constexpr const char* group = "Lens";
+
+CLI::Validator is_above_0_or_inf() {
+    return CLI::Validator(
+        [](std::string& text) {
+            double value;
+            const bool good = CLI::detail::lexical_cast(text, value) && value > 0;
+            return good ? std::string() : "'" + text + "' will not do; it is a number above 0, or inf";
+        },
+        "");
+}
+
+CLI::Validator is_above_0() {
+    return is_a_number("number above 0", [](double value) { return value > 0; });
+}
+
+// Numbers between commas; none when there are others than `count`, or one is no number or not finite.
+std::vector<double> numbers(const std::string& text, std::size_t count) {
+    std::vector<double> values;
+    for (const std::string& part : CLI::detail::split(text, ',')) {
+        double value;
+        if (!CLI::detail::lexical_cast(part, value) || !std::isfinite(value))
+            return {};
+        values.push_back(value);
+    }
+    return values.size() == count ? values : std::vector<double>{};
+}
+
+bool is_pixel(const std::vector<double>& values) {
+    const auto good = [](double n) { return n == std::floor(n) && n >= 0 && n < 1e9; };
+    return values.size() >= 2 && good(values[0]) && good(values[1]);
+}
+
+LensOptions::Pixel pixel_of(const std::vector<double>& values) {
+    return {static_cast<int>(values[0]), static_cast<int>(values[1])};
+}
+
+// An option of numbers between commas.
+CLI::Option* add_list(CLI::App& app, const char* name, const char* form, std::size_t count,
+                      const std::function<bool(const std::vector<double>&)>& accepted,
+                      const std::function<void(const std::vector<double>&)>& take, const char* what,
+                      const char* description) {
+    const auto check = [=](std::string& text) {
+        const std::vector<double> values = numbers(text, count);
+        return !values.empty() && accepted(values) ? std::string() : "'" + text + "' will not do; it is " + what;
+    };
+    return app
+        .add_option_function<std::string>(
+            name, [=](const std::string& text) { take(numbers(text, count)); }, description)
+        ->type_name(form)
+        ->check(CLI::Validator(check, ""))
+        ->group(group);
+}
+
+template <typename Value>
+void use_default(std::optional<Value>& value, const std::optional<double>& from_file, const char* key,
+                 const std::string& file, bool infinity_will_do) {
+    if (value || !from_file)
+        return;
+    if (!(*from_file > 0) || (std::isinf(*from_file) && !infinity_will_do))
+        throw UsageError(
+            fmt::format("{}: \"{}\" is {}, which is none of a lens; it is above 0", file, key, number(*from_file)));
+    value = *from_file;
+}
+
+} // namespace
+
+void add_lens_options(CLI::App& app, LensOptions& lens) {
+    const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
+                         const char* description) {
+        return app.add_option(name, target, description)->type_name(value)->check(check)->group(group);
+    };
+    CLI::Option* focus = add("--focus", "S|inf", is_above_0_or_inf(), lens.focus,
+                             "what is sharp: distance along the view axis, scene units\n"
+                             "(default: \"focus_distance\" of the camera file)");
+    CLI::Option* at = add_list(
+        app, "--focus-at", "X,Y", 2, is_pixel,
+        [&lens](const std::vector<double>& values) { lens.focus_at = pixel_of(values); },
+        "a pixel X,Y, whole numbers from the first pixel of the file",
+        "focus on what is under a pixel, counted from the first one of\nthe file");
+    CLI::Option* along = add_list(
+        app, "--focus-along", "X,Y,D", 3, [](const auto& values) { return is_pixel(values) && values[2] > 0; },
+        [&lens](const std::vector<double>& values) {
+            lens.focus_along = LensOptions::AlongRay{pixel_of(values), values[2]};
+        },
+        "a pixel and a distance X,Y,D", "focus on the depth that lies D away along a pixel's ray");
+    at->excludes(focus);
+    along->excludes(focus)->excludes(at);
+    add("--f-stop", "N|inf", is_above_0_or_inf(), lens.f_stop,
+        "focal length over aperture (default: \"f_stop\" of the camera file)");
+    add("--focal-length-mm", "F", is_above_0(), lens.focal_length_mm,
+        "(default: \"lens_mm\" of the camera file, or from the projection,\nwhich then needs the sensor)");
+    add("--sensor-mm", "W", is_above_0(), lens.sensor_mm,
+        "width of the sensor (default: \"sensor_mm\" of the camera file, or\nfrom the projection and the focal "
+        "length)");
+    add("--mm-per-unit", "M", is_above_0(), lens.mm_per_unit, "millimetres in a scene unit (default: 1000)");
+    CLI::Option* circle = add_list(
+        app, "--circle", "K,G", 2, [](const auto& values) { return values[0] >= 0 && values[1] >= 0; },
+        [&lens](const std::vector<double>& values) {
+            lens.circle = {values[0], values[1]};
+        },
+        "two numbers K,G from 0",
+        "instead of a lens: circles are K - G/z pixels wide, or G z - K\nunder parallel rays");
+    for (const char* other : {"--focus", "--focus-at", "--focus-along", "--f-stop", "--focal-length-mm", "--sensor-mm"})
+        circle->excludes(other);
+}
+
+void complete(LensOptions& lens, const std::string& camera_file) {
+    if (lens.circle)
+        return;
+    const LensDefaults defaults = read_camera(camera_file).lens;
+    if (!lens.focus_at && !lens.focus_along)
+        use_default(lens.focus, defaults.focus_distance, "focus_distance", camera_file, true);
+    use_default(lens.f_stop, defaults.f_stop, "f_stop", camera_file, true);
+    use_default(lens.focal_length_mm, defaults.lens_mm, "lens_mm", camera_file, false);
+    use_default(lens.sensor_mm, defaults.sensor_mm, "sensor_mm", camera_file, false);
+    const auto missing = [&](const char* option, const char* key, const char* what) {
+        throw UsageError(fmt::format("{}: missing, and {} has no \"{}\"; give {}", option, camera_file, key, what));
+    };
+    if (!lens.f_stop)
+        missing("--f-stop", "f_stop", "the f-number");
+    if (!lens.focus && !lens.focus_at && !lens.focus_along)
+        missing("--focus", "focus_distance", "a length in scene units, or --focus-at X,Y");
+    if (!lens.focal_length_mm && !lens.sensor_mm)
+        missing("--focal-length-mm", "lens_mm", "it or --sensor-mm, or both");
+    if (lens.focus && lens.focal_length_mm && *lens.focus * lens.mm_per_unit <= *lens.focal_length_mm)
+        throw UsageError(fmt::format("--focus: {} is {} mm, within the focal length of {} mm; focus farther away, or "
+                                     "say with --mm-per-unit how long a scene unit is",
+                                     number(*lens.focus), number(*lens.focus * lens.mm_per_unit),
+                                     number(*lens.focal_length_mm)));
+}
+
+Circle circle_for(const LensOptions& lens, const StoredDepth& stored) {
+    const Camera& camera = stored.camera;
+    if (lens.circle) {
+        const bool perspective = depth_form(camera, stored.storage).perspective;
+        return {(*lens.circle)[0], (*lens.circle)[1], perspective ? rays(camera).eye_depth : 0, !perspective};
+    }
+    try {
+        double focus = lens.focus.value_or(0);
+        if (lens.focus_at)
+            focus = depth_at(stored, lens.focus_at->x, lens.focus_at->y);
+        if (lens.focus_along) {
+            const auto [x, y] = lens.focus_along->pixel;
+            if (x >= camera.width || y >= camera.height)
+                throw std::invalid_argument(
+                    fmt::format("pixel ({}, {}) lies outside the image of {} x {}", x, y, camera.width, camera.height));
+            focus = depth_along_ray(camera, x + 0.5, y + 0.5, lens.focus_along->distance);
+        }
+        return circle_of_confusion({.f_number = *lens.f_stop,
+                                    .focus = focus,
+                                    .focal_length_mm = lens.focal_length_mm,
+                                    .sensor_width_mm = lens.sensor_mm,
+                                    .mm_per_unit = lens.mm_per_unit},
+                                   camera);
+    } catch (const std::invalid_argument& error) { // of the lens, not of the camera file
+        throw Error(fmt::format("the lens does not fit: {}", error.what()));
+    }
+}
+
+} // namespace fathom::cli

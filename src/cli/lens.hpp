@@ -1,0 +1,40 @@
+#pragma once
+
+#include "options.hpp"
+
+#include <fathom/image.hpp>
+#include <fathom/lens.hpp>
+
+#include <optional>
+#include <string>
+
+namespace fathom::cli {
+
+/// A lens as the arguments and the camera file give it.
+struct LensOptions {
+    struct Pixel {
+        int x, y;
+    };
+    struct AlongRay {
+        Pixel pixel;
+        double distance;
+    };
+    std::optional<double> focus; ///< z, scene units
+    std::optional<Pixel> focus_at;
+    std::optional<AlongRay> focus_along;
+    std::optional<double> f_stop, focal_length_mm, sensor_mm;
+    double mm_per_unit = 1000;
+    std::optional<std::array<double, 2>> circle; ///< k and g, instead of all of these
+};
+
+void add_lens_options(CLI::App& app, LensOptions& lens);
+
+/// Takes what is not given from the camera file, and refuses what is then still missing or cannot be.
+/// Throws: UsageError, and Error for the camera file.
+void complete(LensOptions& lens, const std::string& camera_file);
+
+/// What the lens amounts to for this image, which may say what is in focus.
+/// Throws: Error, for a pixel without depth say.
+Circle circle_for(const LensOptions& lens, const StoredDepth& stored);
+
+} // namespace fathom::cli

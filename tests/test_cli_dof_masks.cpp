@@ -1,0 +1,273 @@
+// fathom dof-masks: the options reach the library, the files hold what it gives, and what is wrong is told in one line.
+#include "program.hpp"
+
+#include <fathom/dof_masks.hpp>
+#include <fathom/opencv.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+    if (a.size() != b.size() || a.type() != b.type())
+        return false;
+    for (int y = 0; y < a.rows; ++y)
+        if (std::memcmp(a.ptr(y), b.ptr(y), static_cast<std::size_t>(a.cols) * a.elemSize()) != 0)
+            return false;
+    return true;
+}
+
+cv::Mat channel(const std::string& file, const std::string& name = {}) {
+    return read_depth(file, {.channel = name, .packing = {}}).values;
+}
+
+// A ramp of depths from 0.5 to 100 as the program and as the library sees it.
+struct Scene {
+    Folder folder;
+    std::string camera, input;
+    cv::Mat depth = ramp();
+    StoredDepth stored;
+    Lens lens{.f_number = 0.4, .focus = 3, .focal_length_mm = 50, .sensor_width_mm = 36};
+
+    explicit Scene(const std::string& more = {}) : camera(camera_file(folder, more)) {
+        depth.at<float>(0, 1) = NAN; // no surface
+        for (int x = 0; x < width; ++x)
+            depth.at<float>(7, x) = 0.1f + 0.004f * static_cast<float>(x); // before the focus
+        input = depth_file(folder, "frame.exr", depth);
+        stored = {to_device(Device::open(), depth), camera_for(read_camera(camera), width, height)};
+    }
+
+    Arguments arguments(const std::string& output, const Arguments& more = {}) const {
+        Arguments all{"dof-masks", input, "--camera", camera, "-o", output};
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    }
+    Arguments with_lens(const std::string& output, const Arguments& more = {}) const {
+        Arguments all =
+            arguments(output, {"--focus", "3", "--f-stop", "0.4", "--focal-length-mm", "50", "--sensor-mm", "36"});
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    }
+
+    std::vector<cv::Mat> expected(const Lens& of, const std::function<void(DofMasksOptions&)>& change = {}) const {
+        DofMasksOptions options{.circle = circle_of_confusion(of, stored.camera)};
+        if (change)
+            change(options);
+        const DofMasks masks = dof_masks(stored, options);
+        return {to_mat(masks.circle).clone(), to_mat(masks.near).clone(), to_mat(masks.focus).clone(),
+                to_mat(masks.far).clone()};
+    }
+};
+
+const std::vector<std::string> names{"coc", "near", "focus", "far"};
+
+bool holds(const std::string& file, const std::vector<cv::Mat>& masks) {
+    for (std::size_t i = 0; i < 4; ++i)
+        if (!same(channel(file, names[i]), masks[i]))
+            return false;
+    return true;
+}
+
+} // namespace
+
+TEST_CASE("dof-masks program: writes what the library computes") {
+    const Scene scene;
+    const std::vector<cv::Mat> truth = scene.expected(scene.lens);
+    double least, greatest;
+    cv::minMaxLoc(truth[0], &least, &greatest, nullptr, nullptr, truth[0] == truth[0]);
+    CHECK(least < -5);
+    CHECK(greatest > 2);
+    CHECK(std::isnan(truth[0].at<float>(0, 1)));
+    const std::string all = scene.folder / "out/masks.exr";
+    check_done(run(scene.with_lens(all)));
+    CHECK(holds(all, truth));
+    for (std::size_t i = 0; i < 4; ++i)
+        for (const std::string ending : {".exr", ".tif", ".pfm"}) {
+            const std::string output = scene.folder / ("out/" + names[i] + ending);
+            check_done(run(scene.with_lens(output, {"--mask", names[i]})));
+            CHECK(same(channel(output, ending == ".exr" ? names[i] : ""), truth[i]));
+        }
+    for (const std::size_t i : {1u, 2u, 3u}) {
+        const std::string output = scene.folder / ("out/" + names[i] + ".png");
+        check_done(run(scene.with_lens(output, {"--mask", names[i]})));
+        const cv::Mat codes = channel(output);
+        REQUIRE(codes.type() == CV_16UC1);
+        for (int at = 0; at < width * height; ++at)
+            CHECK(codes.at<ushort>(at / width, at % width) ==
+                  std::lround(truth[i].at<float>(at / width, at % width) * 65535.0));
+    }
+    const std::string circle = scene.folder / "out/coc.png";
+    check_refused(run(scene.with_lens(circle, {"--mask", "coc"})), 2, "--png-scale");
+    check_done(run(scene.with_lens(circle, {"--mask", "coc", "--png-scale", "0.01"})));
+    CHECK(channel(circle).at<ushort>(31, 0) == std::lround(truth[0].at<float>(31, 0) * 0.01 * 65535));
+}
+
+TEST_CASE("dof-masks program: every option reaches the library") {
+    const Scene scene;
+    const std::string output = scene.folder / "out/masks.exr";
+    struct Case {
+        Arguments arguments;
+        std::function<void(DofMasksOptions&)> change;
+    };
+    const std::vector<Case> masks{
+        {{"--sharp", "0"}, [](DofMasksOptions& o) { o.sharp_px = 0; }},
+        {{"--sharp", "2.5"}, [](DofMasksOptions& o) { o.sharp_px = 2.5; }},
+        {{"--transition", "0"}, [](DofMasksOptions& o) { o.transition_px = 0; }},
+        {{"--transition", "4"}, [](DofMasksOptions& o) { o.transition_px = 4; }},
+        {{"--sky", "sharp"}, [](DofMasksOptions& o) { o.sky = Sky::sharp; }},
+        {{"--sky", "exclude"}, [](DofMasksOptions& o) { o.sky = Sky::exclude; }},
+        {{"--largest", "1.5"}, [](DofMasksOptions& o) { o.largest_px = 1.5; }},
+    };
+    const std::vector<cv::Mat> plain = scene.expected(scene.lens);
+    for (const Case& c : masks) {
+        INFO(c.arguments[0] << ' ' << c.arguments[1]);
+        check_done(run(scene.with_lens(output, c.arguments)));
+        const std::vector<cv::Mat> expected = scene.expected(scene.lens, c.change);
+        CHECK(holds(output, expected));
+        CHECK(!(same(expected[0], plain[0]) && same(expected[2], plain[2])));
+    }
+    const auto lens = [&](const Arguments& arguments, const Lens& of) {
+        INFO(arguments[0] << ' ' << arguments[1]);
+        check_done(run(scene.arguments(output, arguments)));
+        CHECK(holds(output, scene.expected(of)));
+    };
+    lens({"--focus", "inf", "--f-stop", "4", "--focal-length-mm", "50", "--sensor-mm", "24"},
+         {.f_number = 4, .focus = infinity, .focal_length_mm = 50, .sensor_width_mm = 24});
+    lens({"--f-stop", "4", "--focus", "5", "--sensor-mm", "24"}, {.f_number = 4, .focus = 5, .sensor_width_mm = 24});
+    lens({"--f-stop", "4", "--focus", "5", "--focal-length-mm", "24", "--mm-per-unit", "10"},
+         {.f_number = 4, .focus = 5, .focal_length_mm = 24, .mm_per_unit = 10});
+    lens({"--f-stop", "inf", "--focus", "5", "--focal-length-mm", "24"},
+         {.f_number = infinity, .focus = 5, .focal_length_mm = 24});
+    const double z = depth_at(scene.stored, 20, 7);
+    lens({"--focus-at", "20,7", "--f-stop", "2", "--focal-length-mm", "24"},
+         {.f_number = 2, .focus = z, .focal_length_mm = 24});
+    lens({"--focus-at", "47,31", "--f-stop", "2", "--focal-length-mm", "24"}, // the sky
+         {.f_number = 2, .focus = infinity, .focal_length_mm = 24});
+    lens({"--focus-along", "3,4,5.5", "--f-stop", "2", "--focal-length-mm", "24"},
+         {.f_number = 2, .focus = depth_along_ray(scene.stored.camera, 3.5, 4.5, 5.5), .focal_length_mm = 24});
+    check_done(run(scene.arguments(output, {"--circle", "20,60"})));
+    CHECK(holds(output, scene.expected(scene.lens, [](DofMasksOptions& o) { o.circle = {20, 60, 0, false}; })));
+}
+
+TEST_CASE("dof-masks program: the lens is the camera file's unless it is given") {
+    const Scene scene(R"(, "lens_mm": 50, "sensor_mm": 36, "f_stop": 0.4, "focus_distance": 3)");
+    const std::string output = scene.folder / "out/masks.exr";
+    check_done(run(scene.arguments(output)));
+    CHECK(holds(output, scene.expected(scene.lens)));
+    const std::vector<std::pair<Arguments, std::function<void(Lens&)>>> changes{
+        {{"--focus", "7"}, [](Lens& l) { l.focus = 7; }},
+        {{"--focus-at", "20,7"}, [&](Lens& l) { l.focus = depth_at(scene.stored, 20, 7); }},
+        {{"--f-stop", "5.6"}, [](Lens& l) { l.f_number = 5.6; }},
+        {{"--focal-length-mm", "85"}, [](Lens& l) { l.focal_length_mm = 85; }},
+        {{"--sensor-mm", "24"}, [](Lens& l) { l.sensor_width_mm = 24; }},
+    };
+    for (const auto& [arguments, change] : changes) {
+        INFO(arguments[0]);
+        Lens lens = scene.lens;
+        change(lens);
+        check_done(run(scene.arguments(output, arguments)));
+        CHECK(holds(output, scene.expected(lens)));
+    }
+}
+
+TEST_CASE("dof-masks program: parallel rays have a telecentric lens") {
+    const Scene scene;
+    const std::string file = scene.folder / "parallel.json", output = scene.folder / "out/masks.exr";
+    write(file, R"({"orthographic": {"left": -2, "right": 2, "bottom": -1, "top": 1, "near": 1, "far": 9}})");
+    Scene parallel;
+    parallel.camera = file;
+    parallel.stored.camera = camera_for(read_camera(file), width, height);
+    check_done(run(parallel.with_lens(output, {"--largest", "30"})));
+    CHECK(holds(output, parallel.expected(parallel.lens, [](DofMasksOptions& o) { o.largest_px = 30; })));
+    check_done(run(parallel.arguments(output, {"--circle", "20,4"})));
+    CHECK(holds(output, parallel.expected(parallel.lens, [](DofMasksOptions& o) {
+        o.circle = {.k = 20, .g = 4, .telecentric = true};
+    })));
+    check_refused(run(parallel.arguments(output, {"--focus", "3", "--f-stop", "2", "--sensor-mm", "36"})), 1,
+                  "parallel rays have no focal length");
+}
+
+TEST_CASE("dof-masks program: several inputs go into a folder") {
+    const Scene scene;
+    const std::string other = depth_file(scene.folder, "other.png", scene.depth);
+    const auto ask = [&](const Arguments& more) {
+        Arguments all{"dof-masks", scene.input, other, "--camera", scene.camera, "-o", scene.folder / "out/masks",
+                      "--circle",  "20,60"};
+        all.insert(all.end(), more.begin(), more.end());
+        return run(all);
+    };
+    check_refused(ask({"--format", "png"}), 2, "--mask");
+    check_done(ask({}));
+    check_done(ask({"--format", "png", "--mask", "near"}));
+    CHECK(scene.folder.results() ==
+          std::vector<std::string>{"frame.exr", "frame.png", "masks", "other.exr", "other.png"});
+}
+
+TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
+    const Scene scene;
+    const std::string output = scene.folder / "out/masks.exr";
+    const std::vector<std::pair<Arguments, std::string>> cases{
+        {{"--f-stop", "0"}, "--f-stop: '0'"},
+        {{"--f-stop", "-1"}, "--f-stop: '-1'"},
+        {{"--f-stop", "nan"}, "--f-stop: 'nan'"},
+        {{"--focus", "0"}, "--focus: '0'"},
+        {{"--focus", "nan"}, "--focus: 'nan'"},
+        {{"--focal-length-mm", "inf"}, "--focal-length-mm: 'inf'"},
+        {{"--sensor-mm", "-3"}, "--sensor-mm: '-3'"},
+        {{"--mm-per-unit", "0"}, "--mm-per-unit: '0'"},
+        {{"--focus", "2", "--focus-at", "1,2"}, "--focus"},
+        {{"--focus-at", "1,2", "--focus-along", "1,2,3"}, "--focus-a"},
+        {{"--focus-at", "1"}, "X,Y"},
+        {{"--focus-at", "1.5,2"}, "X,Y"},
+        {{"--focus-at", "-1,2"}, "X,Y"},
+        {{"--focus-along", "1,2,0"}, "X,Y,D"},
+        {{"--focus-along", "1,2"}, "X,Y,D"},
+        {{"--circle", "1"}, "K,G"},
+        {{"--circle", "1,-2"}, "K,G"},
+        {{"--circle", "1,inf"}, "K,G"},
+        {{"--circle", "1,2", "--f-stop", "2"}, "--circle"},
+        {{"--sharp", "-1"}, "--sharp: '-1'"},
+        {{"--transition", "nan"}, "--transition: 'nan'"},
+        {{"--largest", "0"}, "--largest: '0'"},
+        {{"--sky", "black"}, "blur, sharp or exclude"},
+        {{"--mask", "all"}, "coc, near, focus or far"},
+        {{"--transitoin", "1"}, "did you mean --transition?"},
+        {{"--f-stop", "2", "--focus", "3"}, "--focal-length-mm: missing"},
+        {{"--f-stop", "2", "--sensor-mm", "36"}, "--focus: missing"},
+        {{"--focus", "3", "--sensor-mm", "36"}, "--f-stop: missing"},
+        {{"--f-stop", "2", "--focus", "0.05", "--focal-length-mm", "50"}, "--focus: 0.05 is 50 mm"},
+    };
+    for (const auto& [arguments, named] : cases) {
+        INFO(arguments[0] << ' ' << arguments[1]);
+        check_refused(run(scene.arguments(output, arguments)), 2, named);
+    }
+    for (const std::string ending : {".png", ".tif", ".pfm"})
+        check_refused(run(scene.with_lens(scene.folder / ("out/masks" + ending))), 2, "--mask coc|near|focus|far");
+    check_refused(run(scene.with_lens(scene.folder / "out/masks.ply", {"--mask", "near"})), 2, ".ply");
+    camera_file(scene.folder, R"(, "lens_mm": 50, "f_stop": -2, "focus_distance": 3)");
+    check_refused(run(scene.arguments(output)), 2, "\"f_stop\" is -2");
+    CHECK(scene.folder.results().empty());
+}
+
+TEST_CASE("dof-masks program: a focus that the image has not is refused") {
+    const Scene scene;
+    const std::string output = scene.folder / "out/masks.exr";
+    const auto refused = [&](const Arguments& focus, const std::string& named) {
+        Arguments all = scene.arguments(output, {"--f-stop", "2", "--focal-length-mm", "50"});
+        all.insert(all.end(), focus.begin(), focus.end());
+        check_refused(run(all), 1, named);
+    };
+    refused({"--focus-at", "48,0"}, "pixel (48, 0) lies outside the image of 48 x 32");
+    refused({"--focus-at", "1,0"}, "pixel (1, 0) is no surface");
+    refused({"--focus-along", "0,32,2"}, "pixel (0, 32) lies outside the image of 48 x 32");
+    refused({"--focus-along", "5,5,0.01"}, "focal length");
+    CHECK(scene.folder.results().empty());
+}
