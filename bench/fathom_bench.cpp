@@ -222,12 +222,13 @@ int run(const Arguments& a) {
     const Device device = Device::open(a.device, a.options);
     Frames frames(device, a.width, a.height, a.frames);
     Baselines plain(device, false), streaming(device, true);
+    std::vector<Subject> list = chosen(subjects(frames, plain, streaming), a.only);
     std::printf("%s, %s, %d lanes, %s\n%d x %d pixels, %d frames in turn, %d rounds; x floor: speed of the copy that "
                 "moves the same bytes = 1\nfar/near = %.0e\n\n",
                 device.info().name.c_str(), device.info().platform.c_str(), device.options().lanes,
                 device.options().arithmetic == Arithmetic::fp64 ? "fp64" : "two-float", a.width, a.height, a.frames,
                 a.rounds, bench_far / bench_near);
-    const std::vector<Subject> list = comparable(chosen(subjects(frames, plain, streaming), a.only));
+    list = comparable(std::move(list));
     std::map<std::string, Figure> figures = measured(list, frames, a);
     std::FILE* csv = a.csv.empty() ? nullptr : std::fopen(a.csv.c_str(), "w");
     if (!a.csv.empty() && !csv)

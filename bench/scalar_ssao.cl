@@ -1,9 +1,10 @@
 // Ambient occlusion with its loop over samples written per pixel, as engines write it: what `ssao` is compared with.
-// The samples of `balanced`, their arithmetic and its approximations are those of kernels/ssao.cl, where the equations
-// stand; what is not are its lanes, its planes of one sampling pattern each and its table of places: one work-item a
+// The samples of `balanced` and their arithmetic are those of kernels/ssao.cl, where the equations stand, but for what is
+// faster here; what is not are its lanes, its planes of one sampling pattern each and its table of places: one work-item a
 // pixel, neighbours in memory look into different directions, and places are computed on the way. Visibility is not
 // filtered. For a centred perspective of square pixels in a closed scene.
 
+#define INLINE static inline __attribute__((always_inline)) // a tenth faster than without
 #define SECTORS 31.0f
 #define STEEP 0.5f
 
@@ -26,7 +27,7 @@ typedef struct {
     float sectors_square, sectors_nu, sectors_offset;
 } half_slice;
 
-inline float slope_of(float before2, float before1, float centre, float after1, float after2) {
+INLINE float slope_of(float before2, float before1, float centre, float after1, float after2) {
     const float before = fabs(2 * before1 - before2 - centre), after = fabs(2 * after1 - after2 - centre);
     if (max(before, after) <= 4 * min(before, after) + 1e-6f)
         return 0.5f * (after1 - before1);
@@ -34,7 +35,7 @@ inline float slope_of(float before2, float before1, float centre, float after1, 
 }
 
 // Planar depth 1/z, affine in what is stored; far beyond everything outside the image.
-inline float planar_at(__global const float* row, int x, int end, float z, float w) {
+INLINE float planar_at(__global const float* row, int x, int end, float z, float w) {
     return x >= 0 && x < end ? fma(z, row[x], w) : 1e9f;
 }
 
@@ -58,32 +59,27 @@ __kernel void scalar_surfaces(__global const float* stored, __global float4* sur
     surfaces[y * width + x] = (float4)(q, back, right, down);
 }
 
-// The library's approximations: on PoCL rsqrt is a square root and a division.
-inline float rough_inverse_root(float a) {
-    const float guess = as_float(0x5f375a86 - (as_int(a) >> 1));
-    return guess * fma(-0.5f * a * guess, guess, 1.5f);
-}
-
-inline float lens(float c) {
+// asin c + c sqrt(1 - c^2), the library's approximation.
+INLINE float lens(float c) {
     const float c2 = c * c;
     const float h = fma(c2, fma(c2, -0.211485824f, 0.210784609f), -0.439477174f);
     return c * fma(c2, h, 2.01097472f);
 }
 
-inline int sectors_to(float cotangent, const half_slice* side) {
-    const float c = max(cotangent * rough_inverse_root(fma(cotangent, cotangent, 1.0f)), side->lowest);
+INLINE int sectors_to(float cotangent, const half_slice* side) {
+    const float c = max(cotangent * rsqrt(fma(cotangent, cotangent, 1.0f)), side->lowest);
     return (int)fma(c * c, side->sectors_square, fma(lens(c), side->sectors_nu, side->sectors_offset));
 }
 
 // The sectors that one sample's column blocks. (dx, dy) is its pixel's place, `inner` and `outer` are the ends of the
 // stretch of the slice that it stands for.
-inline int sectors_of(const half_slice* side, float4 there, float dx, float dy, float inner, float outer,
+INLINE int sectors_of(const half_slice* side, float4 there, float dx, float dy, float inner, float outer,
                       float inverse_inner, float inverse_outer) {
     const float s = fma(dx, side->turn_x, dy * side->turn_y), aside = fma(dx, side->turn_y, -dy * side->turn_x);
     const float base = fma(side->across, aside, -side->q);
     const float reach = fma(-s, side->reach_step, side->reach);
     const float square = max(fma(-s * s, side->cut, reach * reach), 0.0f);
-    const float half_length = square * rough_inverse_root(square) * side->per_depth;
+    const float half_length = sqrt(square) * side->per_depth;
     const float middle = fma(-s, side->middle_step, side->middle);
     const float scale = side->scale / s;
     const float lowest = fma(scale, middle - half_length, side->offset);
@@ -101,7 +97,7 @@ inline int sectors_of(const half_slice* side, float4 there, float dx, float dy, 
 }
 
 // Sectors blocked by the samples of one side.
-inline int blocked_by(const half_slice* side, __global const float4* surfaces, __global const float* shares, int x,
+INLINE int blocked_by(const half_slice* side, __global const float4* surfaces, __global const float* shares, int x,
                       int y, int width, int height) {
     const float falls = sqrt(max(side->cut, 0.0f)) + side->reach_step;
     const float limit = (float)max(width, height);
