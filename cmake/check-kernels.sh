@@ -26,6 +26,11 @@ for lanes in 1 4 8 16; do
         check dof_masks.cl -DV=$lanes -DCIRCLE=${circle%?} -DFORM=$form -DSTORAGE=$((form % 5)) -DTELECENTRIC=$telecentric \
             -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2)) -DWEIGHTS=$((form % 2))
     done
+    check near_tiles.cl -DV=$lanes
+    check near_share.cl -DV=$lanes
+    for output in 0 1 2; do
+        check near_layer.cl -DV=$lanes -DOUTPUT=$output
+    done
     for storage in 1 2 3 4; do
         check linearize.cl -DV=$lanes -DFORM=0 -DSTORAGE=$storage -DPIXEL_TERMS=0 -DPARALLEL_DEPTH=1
     done
@@ -52,7 +57,7 @@ for lanes in 1 4 8 16; do
 done
 for file in *.cl; do
     case $file in
-    denoise.cl | dof_masks.cl | linearize.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
+    denoise.cl | dof_masks.cl | linearize.cl | near_layer.cl | near_share.cl | near_tiles.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
     *)
         echo "check-kernels.sh does not know the choices of $file" >&2
         exit 1

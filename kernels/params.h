@@ -134,6 +134,22 @@ typedef struct {
     float inverse_transition; // of the pixels from there to none
 } circle_params;
 
+// An image of circles in tiles, and tiles in blocks of 16 x 16, each with the least and the greatest circle in it. All images
+// start at their buffer's first element.
+typedef struct {
+    u32 width, height;   // pixels
+    u32 stride;          // elements from row to row of whatever has a value a pixel
+    u32 tile;            // pixels across
+    u32 columns, rows;   // tiles
+    u32 tile_stride;     // elements from row to row of what has a value a tile
+    u32 block_columns, block_rows;
+    u32 block_stride;
+    float vertical;      // horizontal pixels that a vertical one is high
+    float sharp;         // as in circle_params
+    float inverse_transition;
+    float shows;         // a near layer that covers less than this lets something through
+} near_params;
+
 #ifndef __OPENCL_C_VERSION__
 } // namespace fathom::params
 #endif

@@ -21,6 +21,10 @@ struct DofMasksOptions {
     Sky sky = Sky::blur;
     double largest_px = std::numeric_limits<double>::infinity(); ///< circles are clamped to ± this; above 0
     bool weights = true;                                         ///< wanted, as well as the circle?
+    bool near_reach = false;                                     ///< wanted?
+    bool near_coverage = false;                                  ///< wanted?
+    bool hidden_background = false;                              ///< wanted?
+    int tile_px = 0; ///< pixels across of the tiles whose extremes are wanted, 0: none; 1 to 65536
 };
 
 /// The circle is within this many units in the last place of the larger of |c| and k of the exact one of the stored number.
@@ -28,12 +32,31 @@ struct DofMasksOptions {
 /// `sum_condition_fp64` (or `_two_float`) times the condition κ of the depth's own sum, times k + g/(z − lens_depth).
 inline constexpr double circle_ulp = 4.0;
 
+/// A near layer that covers a pixel by this much less than wholly lets something be seen through it.
+inline constexpr double dof_shows_through = 0x1p-10;
+
+/// Coverage is within this of its definition in exact arithmetic.
+inline constexpr double near_coverage_error = 1e-5;
+
 /// What `dof_masks` gives: one float a pixel each, all of the depth's size.
+///
+/// The last five are passes of their own, on request. A pixel x lies within the disc of a pixel p where the distance of
+/// their centres, in horizontal pixels, is at most |c_p|/2; pixels outside the image and what is no surface have none.
 struct DofMasks {
     Image circle; ///< diameter in horizontal pixels, positive behind the focus; NaN for what is no surface
     Image near;   ///< 1 before the focus, 0 in it and behind it
     Image focus;  ///< 1 in focus
     Image far;    ///< 1 behind the focus, 0 in it and before it
+
+    Image near_reach;    ///< the largest |c_p| of all near discs (c_p < 0) that x lies within; 0 where there is none
+    Image near_coverage; ///< min(1, Σ near_p / n_p) over the discs that x lies within, n_p the pixels that lie within
+                         ///< p's where nothing ends the image; of discs wider than 1024 pixels the area
+    Image
+        hidden_background; ///< 1 where a blur needs what the near layer (c_p < −sharp_px) hides: x belongs to it and is
+                           ///< covered less than wholly, by `dof_shows_through`; or x does not, and some of it lies
+                           ///< within the disc of x. 0 elsewhere, and for what is no surface
+    Image tile_least;    ///< the least circle of each tile of tile_px × tile_px pixels, the last ones being narrower;
+    Image tile_greatest; ///< and the greatest. NaN for a tile without any
 };
 
 /// Circle of confusion and the weights of what is near, in focus and far, from stored depth in one pass.

@@ -1,10 +1,11 @@
-// Masks for depth of field: one pass of kernels/dof_masks.cl.
+// Masks for depth of field: one pass of kernels/dof_masks.cl, and those of near_layer.cpp where they are asked for.
 
 #include <fathom/dof_masks.hpp>
 
 #include <fathom/linearize.hpp>
 
 #include "operations/circle.hpp"
+#include "operations/near_layer.hpp"
 #include "operations/parameters.hpp"
 
 #include <cmath>
@@ -25,6 +26,8 @@ void check(const DofMasksOptions& options, const DepthForm& form) {
     require(std::isfinite(options.transition_px) && options.transition_px >= 0,
             text("transition_px = ", options.transition_px, " must be 0 or greater"));
     require(options.largest_px > 0, text("largest_px = ", options.largest_px, " must be greater than 0"));
+    require(options.tile_px >= 0 && options.tile_px <= 65536,
+            text("tile_px = ", options.tile_px, " must be 1 to 65536, or 0 for no tiles"));
 }
 
 } // namespace
@@ -41,7 +44,8 @@ DofMasks dof_masks(const StoredDepth& stored, const DofMasksOptions& options) {
 
     const Layout layout{width, height};
     const auto image = [&] { return Image(device, Element::f32, layout); };
-    DofMasks masks{.circle = image(), .near = {}, .focus = {}, .far = {}};
+    DofMasks masks;
+    masks.circle = image();
     const int lanes = lanes_for(device, width);
     runtime::Choices choices =
         circle_choices(form, options.circle, view, stored.storage, lanes, worth_streaming(masks.circle, lanes));
@@ -62,6 +66,7 @@ DofMasks dof_masks(const StoredDepth& stored, const DofMasksOptions& options) {
     } else {
         launch(masks.circle);
     }
+    near_layer(stored, options, masks);
     return masks;
 }
 

@@ -50,6 +50,9 @@ inline std::string argument_type(const params::occlusion_params&) {
 inline std::string argument_type(const params::circle_params&) {
     return "circle_params";
 }
+inline std::string argument_type(const params::near_params&) {
+    return "near_params";
+}
 
 inline const cl::Buffer& argument_value(const Image& image) {
     return image.buffer();

@@ -1,0 +1,25 @@
+// The least and the greatest circle of confusion in each tile of an image, or of each block in an image of tiles. What is
+// no number counts for nothing; a tile without any number has NaN.
+
+#include "lanes.h"
+
+__kernel void near_tiles(__global const float* least, __global const float* greatest, __global float* tile_least,
+                         __global float* tile_greatest, const near_params p) {
+    const uint column = get_global_id(0), row = get_global_id(1);
+    if (column >= p.columns || row >= p.rows)
+        return;
+
+    const uint right = min((column + 1) * p.tile, p.width), bottom = min((row + 1) * p.tile, p.height);
+    float low = INFINITY, high = -INFINITY;
+    for (uint y = row * p.tile; y < bottom; ++y) {
+        for (uint x = column * p.tile; x < right; ++x) {
+            const size_t at = (size_t)y * p.stride + x;
+            low = least[at] < low ? least[at] : low;
+            high = greatest[at] > high ? greatest[at] : high;
+        }
+    }
+    const size_t there = (size_t)row * p.tile_stride + column;
+    const int none = low > high; // not where all are infinite
+    tile_least[there] = none ? NAN : low;
+    tile_greatest[there] = none ? NAN : high;
+}

@@ -1,0 +1,131 @@
+// What the discs of near pixels do to those around them: tiles, then kernels/near_share.cl and kernels/near_layer.cl.
+
+#include "operations/near_layer.hpp"
+
+#include "operations/parameters.hpp"
+#include "runtime/scratch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace fathom {
+namespace {
+
+constexpr int tile_px = 16; // a tile as wide as the most lanes
+constexpr int block = 16;   // BLOCK of near_layer.cl
+
+enum class Output { reach = 0, coverage = 1, hidden = 2 };
+
+int parts(int whole, int part) {
+    return (whole - 1) / part + 1;
+}
+
+params::u32 u32(std::size_t value) {
+    return static_cast<params::u32>(value);
+}
+params::u32 u32(int value) {
+    return static_cast<params::u32>(value);
+}
+
+// The least and the greatest of each tile, or of each block of tiles.
+struct Extremes {
+    Image least, greatest;
+};
+
+runtime::Range range_of(const Image& image, int lanes = 1) {
+    return {static_cast<std::size_t>(parts(image.width(), lanes)), static_cast<std::size_t>(image.height())};
+}
+
+void find_extremes(const Extremes& from, int across, const Extremes& result) {
+    params::near_params p{};
+    p.width = u32(from.least.width());
+    p.height = u32(from.least.height());
+    p.stride = u32(from.least.row_stride());
+    p.tile = u32(across);
+    p.columns = u32(result.least.width());
+    p.rows = u32(result.least.height());
+    p.tile_stride = u32(result.least.row_stride());
+    const Device& device = from.least.device();
+    runtime::launch(device, runtime::kernel(device, "near_tiles", {{"V", 1}, {"STREAM", 0}}), range_of(result.least),
+                    from.least, from.greatest, result.least, result.greatest, p);
+}
+
+params::near_params near_parameters(const Extremes& tiles, const Extremes& blocks, const Image& circle,
+                                    const Camera& camera, const DofMasksOptions& options) {
+    params::near_params p{};
+    p.width = u32(circle.width());
+    p.height = u32(circle.height());
+    p.stride = u32(circle.row_stride());
+    p.tile = u32(tile_px);
+    p.columns = u32(tiles.least.width());
+    p.rows = u32(tiles.least.height());
+    p.tile_stride = u32(tiles.least.row_stride());
+    p.block_columns = u32(blocks.least.width());
+    p.block_rows = u32(blocks.least.height());
+    p.block_stride = u32(blocks.least.row_stride());
+    const PixelScale scale = pixel_scale(camera);
+    p.vertical = static_cast<float>(scale.x / scale.y);
+    p.sharp = static_cast<float>(options.sharp_px);
+    p.inverse_transition = static_cast<float>(std::min(1 / static_cast<long double>(options.transition_px),
+                                                       static_cast<long double>(std::numeric_limits<float>::max())));
+    p.shows = static_cast<float>(1 - dof_shows_through);
+    return p;
+}
+
+} // namespace
+
+void near_layer(const StoredDepth& stored, const DofMasksOptions& options, DofMasks& masks) {
+    const Image& circle = masks.circle;
+    const Device& device = circle.device();
+    const int width = circle.width(), height = circle.height();
+    if (options.tile_px > 0) {
+        const Layout layout{parts(width, options.tile_px), parts(height, options.tile_px)};
+        masks.tile_least = Image(device, Element::f32, layout);
+        masks.tile_greatest = Image(device, Element::f32, layout);
+        find_extremes({circle, circle}, options.tile_px, {masks.tile_least, masks.tile_greatest});
+    }
+    const bool covered = options.near_coverage || options.hidden_background;
+    if (!options.near_reach && !covered)
+        return;
+
+    runtime::Scratch scratch(device);
+    const auto extremes = [&](int columns, int rows) {
+        const Layout layout{columns, rows};
+        return Extremes{scratch.image(Element::f32, layout), scratch.image(Element::f32, layout)};
+    };
+    const int columns = parts(width, tile_px), rows = parts(height, tile_px);
+    const Extremes tiles = extremes(columns, rows), blocks = extremes(parts(columns, block), parts(rows, block));
+    find_extremes({circle, circle}, tile_px, tiles);
+    find_extremes(tiles, block, blocks);
+
+    const params::near_params p = near_parameters(tiles, blocks, circle, stored.camera, options);
+    const int lanes = lanes_for(device, width);
+    const Layout layout{width, height};
+    const auto gather = [&](Output output, const Image& share, const Image& result) {
+        runtime::launch(
+            device,
+            runtime::kernel(device, "near_layer", {{"V", lanes}, {"STREAM", 0}, {"OUTPUT", static_cast<int>(output)}}),
+            range_of(circle, lanes), circle, share, tiles.least, blocks.least, result, p);
+    };
+    if (options.near_reach) {
+        masks.near_reach = Image(device, Element::f32, layout);
+        gather(Output::reach, circle, masks.near_reach);
+    }
+    if (!covered)
+        return;
+    const Image share = scratch.image(Element::f32, layout);
+    runtime::launch(device, runtime::kernel(device, "near_share", {{"V", lanes}, {"STREAM", 0}}),
+                    range_of(circle, lanes), circle, share, p);
+    const Image coverage =
+        options.near_coverage ? Image(device, Element::f32, layout) : scratch.image(Element::f32, layout);
+    gather(Output::coverage, share, coverage);
+    if (options.near_coverage)
+        masks.near_coverage = coverage;
+    if (options.hidden_background) {
+        masks.hidden_background = Image(device, Element::f32, layout);
+        gather(Output::hidden, coverage, masks.hidden_background);
+    }
+}
+
+} // namespace fathom

@@ -1,0 +1,283 @@
+// The near layer's masks of dof_masks against their definitions, evaluated in double over all pairs of pixels.
+
+#include "catch.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <random>
+
+using namespace fathom;
+
+namespace {
+
+constexpr float nan_f = std::numeric_limits<float>::quiet_NaN();
+constexpr Circle circle{20, 100, 0, false};
+
+Camera camera_of(int width, int height, double pixel_aspect = 1) { // rows so many times as high as columns are wide
+    Camera camera;
+    const double half = 0.5, tall = half * height * pixel_aspect / width;
+    camera.projection = perspective(FrustumEdges{-half, half, -tall, tall}, {1, 100});
+    camera.width = width;
+    camera.height = height;
+    camera.encoding = Encoding::view_z;
+    return camera;
+}
+
+struct Picture {
+    int width, height;
+    double aspect = 1;
+    std::vector<float> depth{};
+
+    std::size_t size() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+};
+
+// Near blobs and single pixels before a background, holes and sky among them. Circles of the near ones to `widest`.
+Picture blobs(int width, int height, double widest, unsigned seed, double aspect = 1) {
+    Picture picture{width, height, aspect};
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(0, 1);
+    const auto depth_with = [](double c) { return static_cast<float>(static_cast<double>(circle.g) / (20 - c)); };
+    picture.depth.resize(picture.size());
+    for (float& z : picture.depth)
+        z = depth_with(18 * unit(random) * unit(random) - 0.5);
+    for (int blob = 0; blob < 4; ++blob) {
+        const double x0 = width * unit(random), y0 = height * unit(random), r = 1 + 0.2 * height * unit(random);
+        const double c = -widest * unit(random);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                if (std::hypot(x - x0, y - y0) < r)
+                    picture.depth[static_cast<std::size_t>(y * width + x)] = depth_with(c * (1 + 0.1 * unit(random)));
+    }
+    for (int i = 0; i < 5; ++i) {
+        picture.depth[random() % picture.size()] = depth_with(-widest * unit(random));
+        picture.depth[random() % picture.size()] = nan_f;
+        picture.depth[random() % picture.size()] = HUGE_VALF;
+    }
+    return picture;
+}
+
+DofMasksOptions everything(double sharp = 1, double transition = 1) {
+    return {.circle = circle,
+            .sharp_px = sharp,
+            .transition_px = transition,
+            .near_reach = true,
+            .near_coverage = true,
+            .hidden_background = true,
+            .tile_px = 7};
+}
+
+std::vector<float> values(const Image& image) {
+    std::vector<float> result(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()));
+    image.download(result.data());
+    return result;
+}
+
+struct Masks {
+    std::vector<float> circle, near, reach, coverage, hidden, least, greatest;
+};
+
+Masks masks_of(Picture& picture, const DofMasksOptions& options, const DeviceOptions& on = {}) {
+    static std::map<std::pair<int, int>, Device> devices;
+    const auto [place, is_new] = devices.try_emplace({on.lanes, on.group_size});
+    if (is_new)
+        place->second = Device::open("cpu", on);
+    const Image depth =
+        Image::from_host(place->second, Element::f32, picture.depth.data(), {picture.width, picture.height});
+    const DofMasks got = dof_masks({depth, camera_of(picture.width, picture.height, picture.aspect)}, options);
+    return {values(got.circle),
+            values(got.near),
+            values(got.near_reach),
+            values(got.near_coverage),
+            values(got.hidden_background),
+            values(got.tile_least),
+            values(got.tile_greatest)};
+}
+
+// Pixels of an endless image within a disc; diameters as floats have them, so that ties are the same.
+double pixels_within(double diameter, double aspect) {
+    if (diameter > 1024)
+        return std::numbers::pi / 4 * diameter * diameter / aspect;
+    long count = 0;
+    const int reach = static_cast<int>(diameter / 2 / std::min(1.0, aspect)) + 2;
+    for (int j = -reach; j <= reach; ++j)
+        for (int i = -reach; i <= reach; ++i)
+            count += std::pow(2.0 * i, 2) + std::pow(2.0 * j * aspect, 2) <= diameter * diameter;
+    return static_cast<double>(count);
+}
+
+struct Worst {
+    double coverage = 0;
+    long hidden = 0, partly = 0, reached = 0, undecided = 0;
+};
+
+void check(Picture& picture, const DofMasksOptions& options, Worst& worst) {
+    const Masks got = masks_of(picture, options);
+    const int width = picture.width, height = picture.height;
+    const auto at = [&](int x, int y) { return static_cast<std::size_t>(y * width + x); };
+    const auto c = [&](int x, int y) { return static_cast<double>(got.circle[at(x, y)]); };
+    std::vector<double> share(picture.size(), 0);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            if (got.near[at(x, y)] > 0)
+                share[at(x, y)] = static_cast<double>(got.near[at(x, y)]) / pixels_within(-c(x, y), picture.aspect);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            double reach = 0, coverage = 0;
+            bool meets_near = false;
+            for (int py = 0; py < height; ++py)
+                for (int px = 0; px < width; ++px) {
+                    const double square = std::pow(2.0 * (px - x), 2) + std::pow(2.0 * (py - y) * picture.aspect, 2);
+                    const double there = c(px, py);
+                    if (there < 0 && square <= there * there) {
+                        reach = std::max(reach, -there);
+                        coverage += share[at(px, py)];
+                    }
+                    meets_near = meets_near || (there < -options.sharp_px && square <= c(x, y) * c(x, y));
+                }
+            coverage = std::min(1.0, coverage);
+            INFO(width << " x " << height << ", pixel " << x << ", " << y << ", circle " << c(x, y));
+            REQUIRE(static_cast<double>(got.reach[at(x, y)]) == reach);
+            const double off = std::abs(static_cast<double>(got.coverage[at(x, y)]) - coverage);
+            REQUIRE(off <= near_coverage_error);
+            worst.coverage = std::max(worst.coverage, off);
+            const bool near = c(x, y) < -options.sharp_px;
+            const bool undecided = near && std::abs(coverage - (1 - dof_shows_through)) <= near_coverage_error;
+            const bool hidden = near ? coverage < 1 - dof_shows_through : meets_near; // NaN meets nothing
+            if (!undecided)
+                REQUIRE(static_cast<double>(got.hidden[at(x, y)]) == (hidden ? 1 : 0));
+            worst.hidden += hidden;
+            worst.partly += coverage > 0.01 && coverage < 0.99;
+            worst.reached += reach > 0 && !(c(x, y) < 0);
+            worst.undecided += undecided;
+        }
+    const int across = options.tile_px, columns = (width - 1) / across + 1, rows = (height - 1) / across + 1;
+    REQUIRE(static_cast<int>(got.least.size()) == columns * rows);
+    for (int row = 0; row < rows; ++row)
+        for (int column = 0; column < columns; ++column) {
+            float least = nan_f, greatest = nan_f;
+            for (int y = row * across; y < std::min(height, (row + 1) * across); ++y)
+                for (int x = column * across; x < std::min(width, (column + 1) * across); ++x) {
+                    least = std::fmin(least, got.circle[at(x, y)]);
+                    greatest = std::fmax(greatest, got.circle[at(x, y)]);
+                }
+            const auto tile = static_cast<std::size_t>(row * columns + column);
+            const auto same = [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+            REQUIRE(same(got.least[tile], least));
+            REQUIRE(same(got.greatest[tile], greatest));
+        }
+}
+
+void print(const char* what, const Worst& worst) {
+    std::printf("near layer, %-24s coverage off by at most %.1e; %ld partly covered, %ld reached, %ld hidden, %ld "
+                "undecided\n",
+                what, worst.coverage, worst.partly, worst.reached, worst.hidden, worst.undecided);
+}
+
+} // namespace
+
+TEST_CASE("near layer: reach, coverage, what is hidden and tiles are what their definitions say", "[near_layer]") {
+    Worst worst;
+    unsigned seed = 1;
+    for (const double widest : {3.0, 12.0, 40.0})
+        for (const double sharp : {0.0, 1.0, 4.0}) {
+            Picture picture = blobs(67, 41, widest, seed++);
+            check(picture, everything(sharp, sharp), worst);
+        }
+    print("67 x 41", worst);
+    CHECK(worst.partly > 500);
+    CHECK(worst.reached > 500);
+    CHECK(worst.hidden > 500);
+}
+
+TEST_CASE("near layer: pixels that are not square have elliptic discs", "[near_layer]") {
+    Worst worst;
+    for (const double aspect : {0.5, 1.7}) {
+        Picture picture = blobs(53, 37, 20, 40, aspect);
+        check(picture, everything(), worst);
+    }
+    print("aspect 0.5 and 1.7", worst);
+    CHECK(worst.partly > 200);
+}
+
+TEST_CASE("near layer: tiny images, single rows and columns, and discs wider than the image", "[near_layer]") {
+    Worst worst;
+    for (const auto& [width, height] : {std::pair{1, 1}, {1, 29}, {43, 1}, {5, 3}, {19, 17}}) {
+        Picture picture = blobs(width, height, 300, static_cast<unsigned>(width));
+        check(picture, everything(), worst);
+    }
+    print("tiny, wide discs", worst);
+    Picture nothing{9, 5, 1, std::vector<float>(45, nan_f)};
+    check(nothing, everything(), worst);
+    Picture endless{9, 5, 1, std::vector<float>(45, 1e-44f)}; // circles of −infinity
+    const Masks got = masks_of(endless, everything());
+    CHECK(got.circle[0] == -HUGE_VALF);
+    CHECK(got.reach[22] == HUGE_VALF);
+    CHECK(got.coverage[22] == 0); // spread over everything there is
+    CHECK(got.least[0] == -HUGE_VALF);
+    CHECK(got.greatest[0] == -HUGE_VALF);
+}
+
+TEST_CASE("near layer: a plane covers itself once, and its edge as a blurred half-plane does", "[near_layer]") {
+    const int width = 160, height = 80, edge = 80;
+    for (const double r : {4.0, 12.0, 30.0}) {
+        Picture picture{width, height, 1, {}};
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                picture.depth.push_back(x < edge ? static_cast<float>(100 / (20 + 2 * r)) : 5.0f);
+        const Masks got = masks_of(picture, everything());
+        double worst = 0;
+        for (int x = 0; x < width; ++x) {
+            const double t = std::clamp((x + 0.5 - edge) / r, -1.0, 1.0); // half the disc and a bit lies beyond
+            const double exact = 0.5 - (t * std::sqrt(1 - t * t) + std::asin(t)) / std::numbers::pi;
+            const double got_here = static_cast<double>(got.coverage[static_cast<std::size_t>(height / 2 * width + x)]);
+            if (x > r + 1) // the left border is an edge, too
+                worst = std::max(worst, std::abs(got_here - exact));
+            if (x > r + 1 && x < edge - r - 1)
+                CHECK(got_here > 1 - near_coverage_error);
+        }
+        // A disc of whole pixels is off the round one by fractions of a pixel in its columns, of either sign.
+        std::printf("near layer, half-plane of r = %-4g coverage off by at most %.4f, allowed %.4f\n", r, worst,
+                    0.1 / r);
+        CHECK(worst < 0.1 / r);
+    }
+}
+
+TEST_CASE("near layer: same bits for every lane count and group size", "[near_layer][same-bits]") {
+    for (const auto& [width, height] : {std::pair{67, 41}, {300, 270}}) {
+        Picture picture = blobs(width, height, 30, 77);
+        const Masks first = masks_of(picture, everything(), {.lanes = 16, .group_size = 64});
+        for (const auto& [lanes, group] : {std::pair{8, 7}, {4, 64}, {1, 64}}) {
+            const Masks got = masks_of(picture, everything(), {.lanes = lanes, .group_size = group});
+            INFO(width << " x " << height << ", lanes " << lanes);
+            const std::size_t bytes = 4 * picture.size();
+            CHECK(std::memcmp(got.reach.data(), first.reach.data(), bytes) == 0);
+            CHECK(std::memcmp(got.coverage.data(), first.coverage.data(), bytes) == 0);
+            CHECK(std::memcmp(got.hidden.data(), first.hidden.data(), bytes) == 0);
+        }
+    }
+}
+
+TEST_CASE("near layer: only what is asked for is there, and bad tiles are refused", "[near_layer]") {
+    Picture picture = blobs(9, 5, 10, 3);
+    const Device device = Device::open("cpu");
+    const StoredDepth stored{Image::from_host(device, Element::f32, picture.depth.data(), {9, 5}), camera_of(9, 5)};
+    const DofMasks plain = dof_masks(stored, {.circle = circle});
+    CHECK(!plain.near_reach);
+    CHECK(!plain.near_coverage);
+    CHECK(!plain.hidden_background);
+    CHECK(!plain.tile_least);
+    const DofMasks hidden = dof_masks(stored, {.circle = circle, .weights = false, .hidden_background = true});
+    CHECK(!hidden.near_coverage);
+    CHECK(!hidden.near);
+    CHECK(values(hidden.hidden_background) == masks_of(picture, everything()).hidden);
+    CHECK_THROWS_WITH(dof_masks(stored, {.circle = circle, .tile_px = -1}),
+                      "tile_px = -1 must be 1 to 65536, or 0 for no tiles");
+    CHECK_THROWS_AS(dof_masks(stored, {.circle = circle, .tile_px = 65537}), std::invalid_argument);
+}
