@@ -271,3 +271,35 @@ TEST_CASE("dof-masks program: a focus that the image has not is refused") {
     refused({"--focus-along", "5,5,0.01"}, "focal length");
     CHECK(scene.folder.results().empty());
 }
+
+TEST_CASE("dof-masks program: the near layer and tiles go into files of their own") {
+    const Scene scene;
+    DofMasksOptions options{.circle = circle_of_confusion(scene.lens, scene.stored.camera)};
+    options.near_reach = options.near_coverage = options.hidden_background = true;
+    options.tile_px = 5;
+    const DofMasks truth = dof_masks(scene.stored, options);
+    const auto file = [&](const std::string& name) { return scene.folder / ("out/" + name); };
+    check_done(run(scene.with_lens(file("masks.exr"),
+                                   {"--hidden-background", file("hidden.exr"), "--near-coverage", file("coverage.tif"),
+                                    "--near-reach", file("reach.pfm"), "--tiles", file("tiles.exr"), "--tile", "5"})));
+    CHECK(holds(file("masks.exr"), scene.expected(scene.lens)));
+    CHECK(same(channel(file("reach.pfm")), to_mat(truth.near_reach)));
+    CHECK(same(channel(file("coverage.tif")), to_mat(truth.near_coverage)));
+    CHECK(same(channel(file("hidden.exr"), "hidden"), to_mat(truth.hidden_background)));
+    CHECK(same(channel(file("tiles.exr"), "least"), to_mat(truth.tile_least)));
+    CHECK(same(channel(file("tiles.exr"), "greatest"), to_mat(truth.tile_greatest)));
+    CHECK(channel(file("tiles.exr"), "least").size() == cv::Size(10, 7));
+    CHECK(cv::countNonZero(to_mat(truth.hidden_background)) > 10);
+
+    check_done(run(scene.with_lens(file("near.png"), {"--mask", "near", "--near-coverage", file("coverage.png")})));
+    CHECK(channel(file("coverage.png")).at<ushort>(7, 3) ==
+          std::lround(to_mat(truth.near_coverage).at<float>(7, 3) * 65535.0));
+
+    const std::string other = file("other.exr");
+    check_refused(run(scene.with_lens(other, {"--tile", "5"})), 2, "--tile");
+    check_refused(run(scene.with_lens(other, {"--tiles", file("t.exr"), "--tile", "0"})), 2, "--tile: '0'");
+    check_refused(run(scene.with_lens(other, {"--tiles", file("t.tif")})), 2, ".tif");
+    check_refused(run(scene.with_lens(other, {"--near-reach", file("t.png")})), 2, ".png");
+    check_refused(run(scene.with_lens(other, {"--near-coverage", other})), 2, "--near-coverage");
+    CHECK(!fs::exists(other));
+}

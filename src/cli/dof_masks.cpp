@@ -10,6 +10,8 @@
 
 #include <opencv2/core.hpp>
 
+#include <cmath>
+
 namespace fathom::cli {
 namespace {
 
@@ -19,6 +21,7 @@ struct Options : DepthOptions {
     LensOptions lens;
     DofMasksOptions masks;
     std::optional<Mask> mask;
+    std::optional<std::string> near_reach, near_coverage, hidden_background, tiles;
 };
 
 const std::vector<std::string> channels{"coc", "near", "focus", "far"};
@@ -44,18 +47,68 @@ Product product_of(const Options& options) {
     return product;
 }
 
-cv::Mat masks_of(const Options& options, const StoredDepth& stored) {
+cv::Mat side_by_side(const std::vector<Image>& images) {
+    std::vector<cv::Mat> parts;
+    for (const Image& image : images)
+        parts.push_back(to_mat(image));
+    cv::Mat all;
+    cv::merge(parts, all);
+    return all;
+}
+
+// The masks, then what else was asked for, in the order of `more_of`.
+std::vector<cv::Mat> masks_of(const Options& options, const StoredDepth& stored) {
     DofMasksOptions asked = options.masks;
     asked.circle = circle_for(options.lens, stored);
     asked.weights = options.mask != Mask::circle;
+    asked.near_reach = options.near_reach.has_value();
+    asked.near_coverage = options.near_coverage.has_value();
+    asked.hidden_background = options.hidden_background.has_value();
+    if (!options.tiles)
+        asked.tile_px = 0;
     const DofMasks masks = dof_masks(stored, asked);
-    if (!options.mask) {
-        cv::Mat all;
-        cv::merge(std::vector{to_mat(masks.circle), to_mat(masks.near), to_mat(masks.focus), to_mat(masks.far)}, all);
-        return all;
-    }
-    const Image* images[] = {&masks.circle, &masks.near, &masks.focus, &masks.far};
-    return to_mat(*images[static_cast<std::size_t>(*options.mask)]);
+    const std::vector<Image> all{masks.circle, masks.near, masks.focus, masks.far};
+    std::vector<cv::Mat> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
+                                              : side_by_side(all)};
+    for (const Image& image : {masks.near_reach, masks.near_coverage, masks.hidden_background})
+        if (image)
+            results.push_back(to_mat(image));
+    if (options.tiles)
+        results.push_back(side_by_side({masks.tile_least, masks.tile_greatest}));
+    return results;
+}
+
+More more_of(const Options& options) {
+    const std::vector<std::string> endings{".exr", ".tif", ".pfm", ".png"};
+    More more;
+    const auto add = [&](const char* option, const std::optional<std::string>& target, const Product& product) {
+        if (target)
+            more.outputs.push_back({option, *target, product});
+    };
+    add("--near-reach", options.near_reach, {.endings = {".exr", ".tif", ".pfm"}, .channels = {"coc"}});
+    add("--near-coverage", options.near_coverage, {.endings = endings, .channels = {"near"}, .png_scale = 1});
+    add("--hidden-background", options.hidden_background, {.endings = endings, .channels = {"hidden"}, .png_scale = 1});
+    add("--tiles", options.tiles, {.endings = {".exr"}, .channels = {"least", "greatest"}});
+    return more;
+}
+
+void add_more_options(CLI::App& app, Options& options) {
+    const auto add = [&](const char* name, std::optional<std::string>& target, const char* description) {
+        return app.add_option(name, target, description)->type_name("FILE")->group("Output");
+    };
+    add("--near-reach", options.near_reach,
+        "also write the diameter of the largest near circle that reaches\neach pixel");
+    add("--near-coverage", options.near_coverage, "also write how much of each pixel near circles cover");
+    add("--hidden-background", options.hidden_background,
+        "also write where a blur needs what lies behind the near layer");
+    CLI::Option* tiles = add("--tiles", options.tiles, "also write the least and the greatest coc of each tile");
+    options.masks.tile_px = 16;
+    app.add_option("--tile", options.masks.tile_px, "pixels across of a tile, 1 to 65536 (default: 16)")
+        ->type_name("PX")
+        ->check(is_a_number("whole number from 1 to 65536",
+                            [](double n) { return n == std::floor(n) && n >= 1 && n <= 65536; }))
+        ->needs(tiles)
+        ->group("Output");
 }
 
 std::function<int()> configure(CLI::App& app) {
@@ -87,10 +140,12 @@ std::function<int()> configure(CLI::App& app) {
         ->type_name(CLI::detail::join(channels, "|"))
         ->check(is_one_of(channels))
         ->group("Output");
+    add_more_options(app, *options);
     return [=] {
         complete(options->lens, options->camera);
         const Product product = product_of(*options);
-        return each_depth(*options, product, [&](const StoredDepth& stored) { return masks_of(*options, stored); });
+        return each_depth(*options, product, more_of(*options),
+                          [&](const StoredDepth& stored, const Job&) { return masks_of(*options, stored); });
     };
 }
 
@@ -102,10 +157,13 @@ const Command dof_masks_command{
     .notes =
         R"(An EXR holds four channels: coc, the diameter of the circle in pixels, positive behind the focus, and the
 weights near, focus and far, which sum to 1. What is no surface has a coc of NaN and no weight. A .png of a weight
-holds round(value × 65535); a coc has no such range and needs --png-scale.
+holds round(value × 65535); a coc has no such range, needs --png-scale and loses what is near.
 
 The lens: from its focal length and sensor, or with one of them the other from the projection. Under parallel rays
 circles grow with the distance from the focus without end (telecentric); --largest ends them.
+
+With several inputs every FILE above is a folder, as OUT is. The EXR channels are coc (--near-reach), near
+(--near-coverage), hidden (--hidden-background), least and greatest (--tiles).
 
 Example:
   fathom dof-masks frame.exr --camera camera.json -o frame.masks.exr --focus-at 640,360 --f-stop 2.8 \
