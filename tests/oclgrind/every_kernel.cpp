@@ -109,6 +109,20 @@ int run_occlusion(const Device& device, const Camera& camera) {
     return 5;
 }
 
+/// Circles of every form, and what looks around a pixel.
+int run_masks(const Device& device, const Camera& camera, bool around) {
+    const StoredDepth whole{filled(device, Storage::float32), camera};
+    DofMasksOptions options;
+    options.circle = depth_form(camera).perspective ? Circle{4, 8, 0, false} : Circle{4, 1, 0, true};
+    dof_masks(whole, options);
+    options.weights = false;
+    options.near_reach = options.near_coverage = options.hidden_background = around;
+    options.tile_px = around ? 5 : 0;
+    dof_masks(whole.region(1, 1, width - 2, height - 1), options);
+    device.finish();
+    return 2;
+}
+
 /// Stores past the cache, which only images larger than it get, on an image small enough to simulate.
 int run_streamed(const Device& device, const Camera& camera) {
     const int lanes = device.options().lanes;
@@ -138,12 +152,15 @@ int main(int count, char** arguments) {
             std::cout << device.info().name << '\n';
         for (const Camera& camera : cameras())
             images += run(device, camera, Storage::float32);
+        for (const Camera& camera : cameras())
+            images += run_masks(device, camera, false);
         for (const Storage storage : {Storage::float16, Storage::uint16, Storage::uint24, Storage::rgb8_low_first})
             images += run(device, cameras().front(), storage);
         images += run_normals(device, cameras().front());
         images += run_normals(device, cameras()[2]);
         images += run_occlusion(device, cameras().front());
         images += run_occlusion(device, cameras()[2]);
+        images += run_masks(device, cameras().front(), true);
         images += run_streamed(device, cameras().front());
     }
     std::cout << images << " images\n";
