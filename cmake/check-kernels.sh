@@ -41,6 +41,19 @@ for lanes in 1 4 8 16; do
             check normals.cl -DV=$lanes -DPERSPECTIVE=$((channels - 3)) -DCHANNELS=$channels -DRADIUS=$radius
         done
     done
+    for channels in 3 4; do
+        check dof_tiles.cl -DV=$lanes -DCHANNELS=$channels
+        for element in 0 1 2 3; do
+            check dof_planes.cl -DV=$lanes -DCHANNELS=$channels -DELEMENT=$element
+            check dof.cl -DV=$lanes -DCHANNELS=$channels -DELEMENT=$element
+        done
+        for fill in 0 1; do
+            for bright in 0 1; do
+                check dof_strips.cl -DV=$lanes -DCHANNELS=$channels -DFILL=$fill -DBRIGHT=$bright
+                check dof_gather.cl -DV=$lanes -DCHANNELS=$channels -DFILL=$fill -DBRIGHT=$bright -DDIRECT=$((1 - bright))
+            done
+        done
+    done
     for perspective in 0 1; do
         for choice in 0 1; do
             for thickness in 0 1 2 3; do
@@ -57,7 +70,7 @@ for lanes in 1 4 8 16; do
 done
 for file in *.cl; do
     case $file in
-    denoise.cl | dof_masks.cl | linearize.cl | near_layer.cl | near_share.cl | near_tiles.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
+    denoise.cl | dof.cl | dof_gather.cl | dof_masks.cl | dof_planes.cl | dof_strips.cl | dof_tiles.cl | linearize.cl | near_layer.cl | near_share.cl | near_tiles.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
     *)
         echo "check-kernels.sh does not know the choices of $file" >&2
         exit 1

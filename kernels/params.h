@@ -150,6 +150,41 @@ typedef struct {
     float shows;         // a near layer that covers less than this lets something through
 } near_params;
 
+// An image cut into tiles of 64 x 16 pixels that are anchored at the camera's image; planes hold whole tiles, with a margin
+// of 16 columns on either side.
+typedef struct {
+    u32 width, height; // of the image, pixels
+    u32 left, top;     // columns and rows of the first tile before the image's first pixel
+    u32 columns, rows; // of a plane, without margins
+    u32 stride;        // elements from row to row of a plane
+    u32 plane;         // elements from plane to plane
+    u32 middle;        // the slice of what is in focus
+    float per_octave;  // slices in which a circle doubles
+    float largest;     // circle, pixels
+    float knee;        // colours beyond this are summed apart
+} blur_params;
+
+// One slice of circle of confusion, and the tiles that it is worked out for at once.
+typedef struct {
+    float slice;
+    u32 tiles, list;  // how many there are, and where the list of them begins
+    u32 starts;       // where the table of spans by row begins
+    u32 first;        // row of tiles of the first strips
+    u32 pitch;        // rows of pixels summed into a row of a strip: 1, 2, 4, 8 or 16
+    u32 pad;          // columns of a strip on either side of its tile
+    u32 strip_plane;  // elements from plane to plane of a strip's row
+    u32 strip_row;    // elements from row to row
+    u32 strip_column; // elements from a column of tiles to the next
+    int reach;        // rows of strips above and below that the aperture covers
+    u32 reserved;
+} slice_params;
+
+// Pixels from `low` to before `high` of a row, and what each counts.
+typedef struct {
+    int low, high;
+    float weight;
+} span_params;
+
 #ifndef __OPENCL_C_VERSION__
 } // namespace fathom::params
 #endif

@@ -53,6 +53,12 @@ inline std::string argument_type(const params::circle_params&) {
 inline std::string argument_type(const params::near_params&) {
     return "near_params";
 }
+inline std::string argument_type(const params::blur_params&) {
+    return "blur_params";
+}
+inline std::string argument_type(const params::slice_params&) {
+    return "slice_params";
+}
 
 inline const cl::Buffer& argument_value(const Image& image) {
     return image.buffer();

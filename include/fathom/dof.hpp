@@ -1,0 +1,56 @@
+#pragma once
+
+#include <fathom/dof_masks.hpp>
+#include <fathom/image.hpp>
+#include <fathom/lens.hpp>
+
+namespace fathom {
+
+/// The hole that light comes through, inscribed in the circle of confusion.
+struct Aperture {
+    int blades = 0;              ///< corners of a regular polygon, 3 to 64; 0: a circle
+    double rotation_degrees = 0; ///< counter-clockwise as seen behind the focus; at 0 a corner is on top
+};
+
+/// How finely circles are told apart and how finely the aperture is drawn.
+enum class BlurQuality { fast, standard };
+
+struct DofOptions {
+    Circle circle = {}; ///< the lens: `circle_of_confusion` makes it. Must be given
+    Aperture aperture = {};
+    BlurQuality quality = BlurQuality::standard;
+    Sky sky = Sky::blur;
+    double largest_px = 512; ///< circles are clamped to ± this; 1 to 512
+};
+
+/// What a region needs on every side, besides half the largest circle, to have the bits of the whole within.
+inline constexpr int dof_halo_columns = 96, dof_halo_rows = 32;
+
+/// What the standard quality's blur differs from the lens's by, as a share of the step between two plain colours: a straight
+/// edge in one surface or of one before another, circles of 2 to 256 pixels, at its worst pixel and as the root of the mean
+/// square over the pixels that the edge's circle covers. For circles and polygons of five corners or more; the sharper
+/// corners of a triangle make it up to 0.017 and 0.005.
+inline constexpr double dof_edge_error = 0.01;
+inline constexpr double dof_edge_rms_error = 0.003;
+
+/// Depth of field: what a lens of a finite aperture makes of a sharp image.
+///
+/// In: RGB, or RGBA with the alpha multiplied in, as floats, halves, or 16 or 8 bits that count from 0 to 1; and one stored
+/// depth a pixel. Out: the same size and type. Every pixel's light is spread over its circle of confusion, nearer over
+/// farther, and what lies beyond the image's border is taken to be like what lies inside. Where a blurred foreground hides
+/// what is sharper, that is taken to be like the mean of what lies behind within the foreground's circle. A pixel whose
+/// circle is at most one pixel, and that no other's reaches, keeps its colour, as do all with a circle of k = g = 0, bit for
+/// bit. What is no surface, or has a colour that is no finite number, takes part in nothing and shows what reaches it: NaN
+/// where nothing does (0 in integers). Same bits for any lane count or group size, and in a region but near its border:
+/// `dof_halo_columns`.
+/// Accuracy: `dof_edge_error`, `dof_edge_rms_error` for one edge. Not where an edge before another hides a part of it that
+/// has another colour: which part that is, shares of a layer do not tell, and it is off by up to a quarter of the step.
+/// Throws: std::invalid_argument for options out of range and images that do not fit; Error from the device.
+/// Source: thin lens, Potmesil and Chakravarty 1981; layers by circle of confusion, Scofield 1992, Kraus and Strengert 2007;
+/// the share of a layer and the colour of what is hidden as derived in docs/depth-of-field.md.
+Image dof(const StoredDepth& stored, const Image& colour, const DofOptions& options);
+
+/// The same into an image of the caller's: of the colour's type, not sharing memory with the inputs.
+void dof(const StoredDepth& stored, const Image& colour, const Image& result, const DofOptions& options);
+
+} // namespace fathom

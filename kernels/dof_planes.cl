@@ -1,0 +1,42 @@
+// Circles become slices and colours become planes, cut into tiles: what the passes of dof read.
+//   s = middle + sign(c) n (log2-like of |c|): per octave of |c| beyond one pixel n slices, evenly spaced within the octave
+// A pixel lies in the two slices around s, the nearer one the more; s is a multiple of 1/128, so that the two shares, and
+// any sum of them, are exact. What has no circle, or a colour that is no number, takes part in nothing.
+
+#include "lanes.h"
+#include "pixels.h"
+#include "tiles.h"
+
+__kernel void dof_planes(__global const float* circles, __global const ELEMENT_TYPE* colour, __global float* planes,
+                         const grid_params circle_grid, const grid_params colour_grid, const blur_params p) {
+    const uint column = get_global_id(0) * V, row = get_global_id(1);
+    if (column >= p.stride)
+        return;
+    const int x = (int)column - MARGIN - (int)p.left, y = (int)row - (int)p.top;
+    const size_t here = (size_t)row * p.stride + column;
+    float circle[V], channel[CHANNELS][V];
+    for (int i = 0; i < V; ++i) {
+        const bool there = y >= 0 && y < (int)p.height && x + i >= 0 && x + i < (int)p.width;
+        const size_t nth = there ? x + i : 0, line = there ? y : 0;
+        const float c = circles[circle_grid.source_offset + line * circle_grid.source_stride + nth];
+        circle[i] = there ? c : NAN;
+        const size_t at = colour_grid.source_offset + line * colour_grid.source_stride + CHANNELS * nth;
+        for (int k = 0; k < CHANNELS; ++k)
+            channel[k][i] = read_element(colour, at + k);
+    }
+
+    const floatV c = *(const float_lanes*)circle;
+    intV known = c == c;
+    floatV value[CHANNELS];
+    for (int k = 0; k < CHANNELS; ++k) {
+        value[k] = *(const float_lanes*)channel[k];
+        known &= fabs(value[k]) <= 3e38f;
+    }
+    const floatV size = min(max(fabs(c), 1.0f), p.largest);
+    const floatV octaves = convert_floatV(as_intV(size) - 0x3f800000) * 0x1p-23f; // even within an octave
+    const floatV away = convert_floatV(convert_intV(fma(octaves, (floatV)(128.0f * p.per_octave), (floatV)0.5f))) * 0x1p-7f;
+    const floatV slice = (float)p.middle + select(away, -away, c < 0.0f);
+    *(__global float_lanes*)(planes + here) = select((floatV)NOWHERE, slice, known);
+    for (int k = 0; k < CHANNELS; ++k)
+        *(__global float_lanes*)(planes + (k + 1) * p.plane + here) = select((floatV)0.0f, value[k], known);
+}

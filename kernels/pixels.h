@@ -1,0 +1,48 @@
+// Colours as they lie in memory: floats, halves, or integers that count from 0 to 1.
+
+#ifndef FATHOM_PIXELS_H
+#define FATHOM_PIXELS_H
+
+#define ELEMENT_FLOAT 0
+#define ELEMENT_HALF 1
+#define ELEMENT_U16 2
+#define ELEMENT_U8 3
+
+#if !defined(ELEMENT) || ELEMENT < ELEMENT_FLOAT || ELEMENT > ELEMENT_U8
+#error "ELEMENT is not defined: one of the ELEMENT_ constants above"
+#endif
+
+#if ELEMENT == ELEMENT_FLOAT
+#define ELEMENT_TYPE float
+#elif ELEMENT == ELEMENT_U8
+#define ELEMENT_TYPE uchar
+#else
+#define ELEMENT_TYPE ushort
+#endif
+
+static inline float read_element(__global const ELEMENT_TYPE* source, size_t at) {
+#if ELEMENT == ELEMENT_FLOAT
+    return source[at];
+#elif ELEMENT == ELEMENT_HALF
+    return vload_half(at, (__global const half*)source);
+#elif ELEMENT == ELEMENT_U16
+    return (float)source[at] / 65535.0f;
+#else
+    return (float)source[at] / 255.0f;
+#endif
+}
+
+// Integers are rounded to the nearest and end at 0 and 1.
+static inline void write_element(float value, __global ELEMENT_TYPE* target, size_t at) {
+#if ELEMENT == ELEMENT_FLOAT
+    target[at] = value;
+#elif ELEMENT == ELEMENT_HALF
+    vstore_half_rte(value, at, (__global half*)target);
+#elif ELEMENT == ELEMENT_U16
+    target[at] = (ushort)(min(max(value, 0.0f), 1.0f) * 65535.0f + 0.5f);
+#else
+    target[at] = (uchar)(min(max(value, 0.0f), 1.0f) * 255.0f + 0.5f);
+#endif
+}
+
+#endif

@@ -1,0 +1,225 @@
+// Depth of field: circles, planes of slice and colour, then slice by slice from front to back.
+
+#include <fathom/dof.hpp>
+
+#include "operations/dof_slices.hpp"
+#include "operations/parameters.hpp"
+#include "runtime/scratch.hpp"
+
+#include "text.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace fathom {
+namespace {
+
+using params::u32;
+
+constexpr int margin = 16; // MARGIN of kernels/tiles.h
+
+// Running sums of colours up to this are off by 2^-24 of it times some hundred pixels at most.
+constexpr float knee = 4;
+
+void require(bool condition, const std::string& message) {
+    if (!condition)
+        throw std::invalid_argument(message);
+}
+
+void check_colour(const Image& colour, const Image& depth, const char* what) {
+    require(colour.width() == depth.width() && colour.height() == depth.height(),
+            text("the ", what, " is ", colour.width(), " x ", colour.height(), " pixels, the depth ", depth.width(),
+                 " x ", depth.height()));
+    require(colour.channels() == 3 || colour.channels() == 4,
+            text("the ", what, " has ", colour.channels(), " channels; it must have 3, or 4 with an alpha"));
+    require(colour.element() != Element::u32, text("the ", what, " must be floats, halves, or of 8 or 16 bits"));
+}
+
+void check(const StoredDepth& stored, const Image& colour, const DofOptions& options) {
+    check_stored(stored);
+    check_colour(colour, stored.image, "colour");
+    const int blades = options.aperture.blades;
+    require(blades == 0 || (blades >= 3 && blades <= 64), text("blades = ", blades, " must be 0, or 3 to 64"));
+    require(std::isfinite(options.aperture.rotation_degrees),
+            text("rotation_degrees = ", options.aperture.rotation_degrees, " must be finite"));
+    require(options.largest_px >= 1 && options.largest_px <= 512,
+            text("largest_px = ", options.largest_px, " must be 1 to 512"));
+}
+
+int element_choice(Element element) { // ELEMENT of kernels/pixels.h
+    switch (element) {
+    case Element::f16:
+        return 1;
+    case Element::u16:
+        return 2;
+    case Element::u8:
+        return 3;
+    default:
+        return 0;
+    }
+}
+
+void copy(const Image& from, const Image& to) {
+    const auto width = static_cast<std::size_t>(from.width() * from.channels()) * bytes(from.element());
+    const auto corner = [](const Image& image) {
+        const std::size_t size = bytes(image.element());
+        return std::array<cl::size_type, 3>{image.offset() % image.row_stride() * size,
+                                            image.offset() / image.row_stride(), 0};
+    };
+    from.device().queue().enqueueCopyBufferRect(
+        from.buffer(), to.buffer(), corner(from), corner(to), {width, static_cast<std::size_t>(from.height()), 1},
+        from.row_stride() * bytes(from.element()), 0, to.row_stride() * bytes(to.element()), 0);
+}
+
+params::blur_params blur_parameters(const StoredDepth& stored, const SliceScale& scale, double largest) {
+    const int left = stored.x % tile_columns, top = stored.y % tile_rows;
+    const auto whole = [](int size, int tile) { return (size + tile - 1) / tile * tile; };
+    const int columns = whole(stored.image.width() + left, tile_columns);
+    const int rows = whole(stored.image.height() + top, tile_rows), stride = columns + 2 * margin;
+    return {.width = static_cast<u32>(stored.image.width()),
+            .height = static_cast<u32>(stored.image.height()),
+            .left = static_cast<u32>(left),
+            .top = static_cast<u32>(top),
+            .columns = static_cast<u32>(columns),
+            .rows = static_cast<u32>(rows),
+            .stride = static_cast<u32>(stride),
+            .plane = static_cast<u32>(stride * rows),
+            .middle = static_cast<u32>(scale.middle),
+            .per_octave = static_cast<float>(scale.per_octave),
+            .largest = static_cast<float>(largest),
+            .knee = knee};
+}
+
+params::grid_params grid(const Image& source, const Image& target) {
+    return {.source_offset = source.offset(),
+            .target_offset = target.offset(),
+            .source_stride = static_cast<u32>(source.row_stride()),
+            .target_stride = static_cast<u32>(target.row_stride()),
+            .x_begin = 0,
+            .x_end = static_cast<u32>(source.width()),
+            .height = static_cast<u32>(source.height()),
+            .pixel_x = 0,
+            .pixel_y = 0,
+            .reserved = 0};
+}
+
+// The device's images of one call, and what every kernel of it is built for.
+struct Blur {
+    Device device;
+    params::blur_params p;
+    int channels, element, lanes;
+    Image planes, state, tiles;
+
+    runtime::Kernel& kernel(const char* name, runtime::Choices choices) const {
+        choices.insert(choices.end(), {{"V", lanes}, {"STREAM", 0}, {"CHANNELS", channels}});
+        return runtime::kernel(device, name, choices);
+    }
+    std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(lanes); }
+    int across() const { return static_cast<int>(p.columns) / tile_columns; }
+    int down() const { return static_cast<int>(p.rows) / tile_rows; }
+};
+
+std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, const Image& colour) {
+    runtime::launch(blur.device, blur.kernel("dof_planes", {{"ELEMENT", blur.element}}),
+                    {blur.vectors(blur.p.stride), blur.p.rows}, circles, colour, blur.planes, grid(circles, circles),
+                    grid(colour, colour), blur.p);
+    runtime::launch(blur.device, blur.kernel("dof_tiles", {}),
+                    {static_cast<std::size_t>(blur.across()), static_cast<std::size_t>(blur.down())}, blur.planes,
+                    blur.tiles, blur.p);
+    std::vector<TileBits> bits(static_cast<std::size_t>(blur.across() * blur.down()));
+    blur.tiles.download(bits.data());
+    return bits;
+}
+
+// Nothing seen yet, and all of it through.
+void clear(const Blur& blur) {
+    const std::size_t plane = blur.p.plane * sizeof(float);
+    const auto planes = static_cast<std::size_t>(2 * blur.channels + 2);
+    blur.device.queue().enqueueFillBuffer(blur.state.buffer(), 1.0f, 0, plane);
+    blur.device.queue().enqueueFillBuffer(blur.state.buffer(), 0.0f, plane, (planes - 1) * plane);
+}
+
+void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
+    const auto upload = [&](const auto& values, Element element) {
+        const Layout layout{static_cast<int>(values.size() * sizeof(values[0]) / 4), 1};
+        return Image::from_host(blur.device, element, values.data(), layout);
+    };
+    if (plan.passes.empty())
+        return;
+    const Image lists = upload(plan.lists, Element::u32), starts = upload(plan.starts, Element::u32);
+    const Image spans = upload(plan.spans, Element::f32);
+    constexpr int row = 4096;
+    const Image strips =
+        scratch.image(Element::f32, {row, static_cast<int>((plan.strip_elements + row - 1) / row) + 1});
+    for (const SlicePass& pass : plan.passes) {
+        const runtime::Choices sums{{"FILL", pass.fill}, {"BRIGHT", pass.bright}};
+        if (!pass.direct)
+            runtime::launch(blur.device, blur.kernel("dof_strips", sums),
+                            {pass.strips.tiles, static_cast<std::size_t>(tile_rows) / pass.strips.pitch}, blur.planes,
+                            lists, strips, blur.p, pass.strips);
+        runtime::Choices gathered = sums;
+        gathered.emplace_back("DIRECT", pass.direct);
+        runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
+                        {pass.gather.tiles * blur.vectors(tile_columns), tile_rows}, pass.direct ? blur.planes : strips,
+                        lists, starts, spans, blur.state, blur.p, pass.gather);
+    }
+    blur.device.finish(); // the tables are the host's
+}
+
+} // namespace
+
+void dof(const StoredDepth& stored, const Image& colour, const Image& result, const DofOptions& options) {
+    check(stored, colour, options);
+    check_colour(result, stored.image, "result");
+    require(result.channels() == colour.channels() && result.element() == colour.element(),
+            "the result must be of the colour's type");
+    require(!result.overlaps(colour) && !result.overlaps(stored.image), "the result shares memory with an input");
+    const Image circles =
+        dof_masks(stored,
+                  {.circle = options.circle, .sky = options.sky, .largest_px = options.largest_px, .weights = false})
+            .circle;
+    if (options.circle.k == 0 && options.circle.g == 0)
+        return copy(colour, result);
+
+    const Device& device = stored.image.device();
+    const bool fast = options.quality == BlurQuality::fast;
+    const SliceScale scale = slice_scale(fast ? 3 : 6, options.largest_px);
+    const params::blur_params p = blur_parameters(stored, scale, options.largest_px);
+    runtime::Scratch scratch(device);
+    const auto planes = [&](int count) {
+        return scratch.image(Element::f32, {static_cast<int>(p.stride), count * static_cast<int>(p.rows)});
+    };
+    const int channels = colour.channels();
+    Blur blur{device,
+              p,
+              channels,
+              element_choice(colour.element()),
+              device.options().lanes,
+              planes(channels + 1),
+              planes(2 * channels + 3),
+              {}};
+    blur.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * blur.across() * blur.down(), 1});
+    const std::vector<TileBits> tiles = cut_into_tiles(blur, circles, colour);
+    clear(blur);
+    const PixelScale pixels = pixel_scale(stored.camera);
+    run(blur,
+        slice_plan(tiles, blur.across(),
+                   {.aperture = options.aperture,
+                    .scale = scale,
+                    .aspect = static_cast<double>(pixels.y / pixels.x),
+                    .upright = stored.camera.rows == Rows::top_down,
+                    .fast = fast,
+                    .channels = channels}),
+        scratch);
+    runtime::launch(device, blur.kernel("dof", {{"ELEMENT", blur.element}}), {blur.vectors(p.columns), p.rows},
+                    blur.state, result, grid(colour, result), p);
+}
+
+Image dof(const StoredDepth& stored, const Image& colour, const DofOptions& options) {
+    check(stored, colour, options);
+    const Image result(stored.image.device(), colour.element(), {colour.width(), colour.height(), colour.channels()});
+    dof(stored, colour, result, options);
+    return result;
+}
+
+} // namespace fathom

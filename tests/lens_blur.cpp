@@ -1,0 +1,64 @@
+#include "lens_blur.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <stdexcept>
+
+namespace lens_blur {
+
+bool Hole::open(double x, double y) const {
+    if (corners == 0)
+        return x * x + y * y < 1;
+    // Inside of every side: the sides' normals point half way between two corners.
+    const double half = std::numbers::pi / corners, inner = std::cos(half);
+    for (int i = 0; i < corners; ++i) {
+        const double angle = (90 + turned_degrees) * std::numbers::pi / 180 + half * (2 * i + 1);
+        if (x * std::cos(angle) + y * std::sin(angle) >= inner)
+            return false;
+    }
+    return true;
+}
+
+std::vector<double> shares(const Hole& hole, bool down, int positions) {
+    constexpr int across = 1024;
+    std::vector<double> shares(static_cast<std::size_t>(positions));
+    double sum = 0;
+    for (int i = 0; i < positions; ++i) {
+        const double along = (2 * i + 1.0) / positions - 1;
+        int open = 0;
+        for (int j = 0; j < across; ++j) {
+            const double aside = (2 * j + 1.0) / across - 1;
+            open += down ? hole.open(aside, -along) : hole.open(along, aside);
+        }
+        shares[static_cast<std::size_t>(i)] = open;
+        sum += open;
+    }
+    for (double& share : shares)
+        share /= sum;
+    return shares;
+}
+
+double light(const std::vector<Layer>& nearest_first, const std::vector<double>& shares, double position) {
+    double sum = 0;
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+        const double along = (2 * static_cast<double>(i) + 1) / static_cast<double>(shares.size()) - 1;
+        // Light of a point q behind the focus arrives at q + r u: the circle is the lens's own picture, upright.
+        const auto from = [&](const Layer& layer) { return position - layer.circle / 2 * along; };
+        const auto met = std::find_if(nearest_first.begin(), nearest_first.end(),
+                                      [&](const Layer& layer) { return layer.here(from(layer)); });
+        if (met == nearest_first.end())
+            throw std::logic_error("a ray meets no layer");
+        sum += shares[i] * met->colour(from(*met));
+    }
+    return sum;
+}
+
+double half_plane(double t) {
+    if (std::abs(t) >= 1)
+        return t > 0 ? 1 : 0;
+    return 0.5 + (t * std::sqrt(1 - t * t) + std::asin(t)) / std::numbers::pi;
+}
+
+} // namespace lens_blur

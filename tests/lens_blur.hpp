@@ -1,0 +1,36 @@
+#pragma once
+
+// What a lens makes of flat layers that face it, in double, by quadrature over the lens. Shares nothing with the library.
+
+#include <functional>
+#include <vector>
+
+namespace lens_blur {
+
+/// A hole in the unit disc: a circle, or a regular polygon with a corner on top, turned counter-clockwise.
+struct Hole {
+    int corners = 0; ///< 0: a circle
+    double turned_degrees = 0;
+
+    bool open(double x, double y) const; ///< y up
+};
+
+/// How much of a hole lies at each of many positions from -1 to 1 along an axis: to the right, or down an image.
+/// Sums to 1.
+std::vector<double> shares(const Hole& hole, bool down, int positions = 4096);
+
+/// A layer at one depth that changes along one axis only. Positions are pixels of the sharp image.
+struct Layer {
+    double circle;                    ///< diameter in pixels, positive behind the focus
+    std::function<bool(double)> here; ///< does the layer block light there?
+    std::function<double(double)> colour;
+};
+
+/// The light that reaches a position: for each part of the lens that of the first layer that its rays meet, nearest first.
+/// The last layer must be everywhere.
+double light(const std::vector<Layer>& nearest_first, const std::vector<double>& shares, double position);
+
+/// Share of a blurred half-plane's light at distance d into it, of radius r: t = d/r, 1/2 + (t root(1 - t^2) + asin t)/pi.
+double half_plane(double t);
+
+} // namespace lens_blur

@@ -1,0 +1,645 @@
+// dof against the truth: edges, points, plain, ramp and bent images, layers before one another, in circles and polygons;
+// then what it does where there is nothing to blur, or nothing to know, and that its bits depend on nothing.
+
+#include "catch.hpp"
+#include "judge.hpp"
+#include "lens_blur.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <map>
+#include <random>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+using namespace fathom;
+using lens_blur::half_plane;
+using lens_blur::Layer;
+
+namespace {
+
+// A lens whose circle is 1000 - 1000/z pixels: any circle below 1000 has its depth.
+constexpr double k = 1000, g = 1000;
+const Circle lens{.k = k, .g = g};
+
+float depth_of(double circle) {
+    return static_cast<float>(g / (k - circle));
+}
+
+/// An image and its depth, as functions of the pixel.
+struct Picture {
+    int width, height;
+    std::vector<float> depth, colour; // three channels
+
+    Picture(int across, int down, const std::function<double(int, int)>& circle,
+            const std::function<double(int, int)>& value)
+        : width(across), height(down) {
+        for (int y = 0; y < down; ++y) {
+            for (int x = 0; x < across; ++x) {
+                depth.push_back(depth_of(circle(x, y)));
+                const auto v = static_cast<float>(value(x, y));
+                colour.insert(colour.end(), {v, 0.5f * v, 1 - v});
+            }
+        }
+    }
+};
+
+Camera camera_of(int width, int height) {
+    Camera camera;
+    camera.projection = perspective(1.0, static_cast<double>(width) / height, {0.01, 100});
+    camera.width = width;
+    camera.height = height;
+    camera.encoding = Encoding::view_z;
+    return camera;
+}
+
+const Device& default_device() {
+    return oracle::device(Arithmetic::fp64);
+}
+
+/// All channels of the blurred picture.
+std::vector<float> blurred(const Picture& picture, DofOptions options = {}, const Device& device = default_device()) {
+    if (options.circle.k == 0)
+        options.circle = lens;
+    const Image depth = Image::from_host(device, Element::f32, picture.depth.data(), {picture.width, picture.height});
+    const int channels = static_cast<int>(picture.colour.size() / picture.depth.size());
+    const Image colour =
+        Image::from_host(device, Element::f32, picture.colour.data(), {picture.width, picture.height, channels});
+    std::vector<float> result(picture.colour.size());
+    dof({depth, camera_of(picture.width, picture.height)}, colour, options).download(result.data());
+    return result;
+}
+
+double first_channel(const std::vector<float>& image, int width, int x, int y) {
+    return static_cast<double>(
+        image[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x))]);
+}
+
+/// The worst difference, and the root of the mean square, of a row of pixels.
+struct Off {
+    double largest = 0, square = 0;
+    long count = 0;
+
+    void add(double difference) {
+        largest = std::max(largest, std::abs(difference));
+        square += difference * difference;
+        ++count;
+    }
+    double rms() const { return std::sqrt(square / static_cast<double>(std::max(count, 1L))); }
+    void add(const Off& other) {
+        largest = std::max(largest, other.largest);
+        square += other.square;
+        count += other.count;
+    }
+};
+
+struct Shape {
+    const char* name;
+    Aperture aperture;
+    lens_blur::Hole hole;
+};
+const Shape shapes[] = {
+    {"circle", {}, {}}, {"triangle", {3, 0}, {3, 0}}, {"pentagon", {5, 17}, {5, 17}}, {"hexagon", {6, 10}, {6, 10}}};
+
+const std::pair<const char*, BlurQuality> qualities[] = {{"standard", BlurQuality::standard},
+                                                         {"fast", BlurQuality::fast}};
+
+/// Layers whose edges run down or across the image, `at` the pixel border, and what the truth makes of them: the value of the
+/// layer nearest to the lens is the picture's.
+struct Stack {
+    std::vector<Layer> layers; // of x only
+    int half;                  // pixels from the middle to the sides
+
+    Picture picture(bool across) const {
+        const auto front = [this, across](int x, int y) -> const Layer& {
+            const double at = (across ? y : x) + 0.5 - half;
+            for (const Layer& layer : layers)
+                if (layer.here(at))
+                    return layer;
+            return layers.back();
+        };
+        return Picture(
+            2 * half, 2 * half, [&](int x, int y) { return front(x, y).circle; },
+            [&](int x, int y) { return front(x, y).colour((across ? y : x) + 0.5 - half); });
+    }
+};
+
+/// How a stack's middle row (column) differs from the truth, where that is not plain, and by how much elsewhere.
+Off judge(const Stack& stack, bool across, const DofOptions& options, const std::function<double(double)>& truth,
+          int reach, bool print = false) {
+    const Picture picture = stack.picture(across);
+    const auto got = blurred(picture, options);
+    Off off;
+    for (int i = stack.half - reach; i < stack.half + reach; ++i) {
+        const double value = first_channel(got, picture.width, across ? stack.half : i, across ? i : stack.half);
+        off.add(value - truth(i + 0.5 - stack.half));
+        if (print)
+            std::printf("%d %.4f %.4f\n", i - stack.half, value, truth(i + 0.5 - stack.half));
+    }
+    return off;
+}
+
+Layer everywhere(double circle, const std::function<double(double)>& colour) {
+    return {circle, [](double) { return true; }, colour};
+}
+Layer left_of(double edge, double circle, double colour) {
+    return {circle, [edge](double x) { return x < edge; }, [colour](double) { return colour; }};
+}
+
+/// The truth along one axis.
+std::function<double(double)> truth_of(const Stack& stack, bool across, const lens_blur::Hole& hole) {
+    static std::map<std::tuple<int, double, bool>, std::vector<double>> known;
+    auto& shares = known[{hole.corners, hole.turned_degrees, across}];
+    if (shares.empty())
+        shares = lens_blur::shares(hole, across);
+    return [layers = stack.layers, &shares](double x) { return lens_blur::light(layers, shares, x); };
+}
+
+} // namespace
+
+TEST_CASE("dof: the truth by quadrature is the formula's", "[dof]") {
+    const double radius = 10;
+    const Stack edge{{everywhere(2 * radius, [](double x) { return x > 0 ? 1 : 0; })}, 0};
+    const Stack two{{left_of(0, -8, 3), everywhere(12, [](double x) { return x > 3 ? 1 : 0.25; })}, 0};
+    double worst = 0;
+    for (double x = -11; x <= 11; x += 0.37) {
+        worst = std::max(worst, std::abs(truth_of(edge, false, {})(x) - half_plane(x / radius)));
+        const double a = -x / 4, b = (x - 3) / 6, m = std::max(a, b);
+        const double stacked = 3 * half_plane(a) + 1 * (half_plane(m) - half_plane(a)) + 0.25 * (1 - half_plane(m));
+        worst = std::max(worst, std::abs(truth_of(two, false, {})(x) - stacked));
+    }
+    std::printf("dof, quadrature against the formulas: %.1e\n", worst);
+    CHECK(worst < 5e-4); // 4096 positions along the lens
+}
+
+TEST_CASE("dof: a straight edge is spread as the aperture says", "[dof]") {
+    for (const auto& [quality_name, quality] : qualities) {
+        std::printf("dof, %s, edge: radius: largest error, root mean square\n", quality_name);
+        const bool promised = quality == BlurQuality::standard;
+        for (const Shape& shape : shapes) {
+            std::printf("  %-9s", shape.name);
+            for (const double radius :
+                 {1.0, 1.3, 2.0, 2.7, 4.0, 5.6, 8.0, 11.0, 15.9, 16.0, 22.6, 32.0, 45.3, 64.0, 128.0}) {
+                if (shape.aperture.blades && radius > 64)
+                    continue;
+                Off off;
+                for (const double sign : {1.0, -1.0}) {
+                    for (const bool across : {false, true}) {
+                        const int reach = static_cast<int>(radius) + 2;
+                        const Stack edge{{everywhere(2 * sign * radius, [](double x) { return x > 0 ? 1 : 0; })},
+                                         2 * reach}; // borders stay out of it
+                        off.add(judge(edge, across, {.aperture = shape.aperture, .quality = quality},
+                                      truth_of(edge, across, shape.hole), reach));
+                    }
+                }
+                std::printf("  %g: %.4f %.4f", radius, off.largest, off.rms());
+                INFO(shape.name << ", " << quality_name << ", radius " << radius);
+                if (promised && shape.aperture.blades != 3) {
+                    CHECK(off.largest <= dof_edge_error);
+                    CHECK(off.rms() <= dof_edge_rms_error);
+                } else {
+                    CHECK(off.rms() <= (shape.aperture.blades == 3 ? promised ? 0.005 : 0.025 : 0.01));
+                }
+            }
+            std::printf("\n");
+        }
+    }
+}
+
+TEST_CASE("dof: one layer before another bleeds nowhere", "[dof]") {
+    const auto plain = [](double) { return 0.0; };
+    for (const auto& [quality_name, quality] : qualities) {
+        std::printf(
+            "dof, %s, radius: sharp before blurred, blurred before sharp, both before the focus, both behind it, "
+            "across it: largest error, root mean square\n",
+            quality_name);
+        const bool promised = quality == BlurQuality::standard;
+        for (const double radius : {1.0, 2.0, 3.3, 8.0, 16.0, 27.0, 64.0}) {
+            const int reach = 2 * static_cast<int>(radius) + 2, half = 2 * reach + 8;
+            const std::pair<double, double> circles[] = {
+                {0, 2 * radius}, {-2 * radius, 0}, {-2 * radius, -radius}, {radius, 2 * radius}, {-radius, 2 * radius}};
+            std::printf("  %-4g", radius);
+            for (const auto& [front, back] : circles) {
+                const Stack stack{{left_of(0, front, 1), everywhere(back, plain)}, half};
+                Off off;
+                for (const bool across : {false, true})
+                    off.add(judge(stack, across, {.quality = quality}, truth_of(stack, across, {}), reach));
+                std::printf("  %.4f %.4f", off.largest, off.rms());
+                INFO(quality_name << ", radius " << radius << ", circles " << front << " and " << back);
+                CHECK(off.largest <= (promised ? dof_edge_error : 0.02));
+                CHECK(off.rms() <= (promised ? dof_edge_rms_error : 0.006));
+                if (front == 0)
+                    CHECK(off.largest <= 1e-6);
+            }
+            std::printf("\n");
+        }
+    }
+}
+
+// What part of a layer the one before it hides depends on where in the lens it is hidden: shares alone cannot know. Where the
+// hidden part has another colour than the rest, the error is of the order of what is hidden.
+TEST_CASE("dof: two edges before one another are known to be off", "[dof]") {
+    for (const auto& [quality_name, quality] : qualities) {
+        std::printf("dof, %s, two edges: sharp behind, across the focus, both before it, both behind it\n",
+                    quality_name);
+        for (const double radius : {2.0, 8.0, 32.0}) {
+            const int reach = 2 * static_cast<int>(radius) + 2, half = 2 * reach + 8;
+            const auto step = [radius](double x) { return x > radius / 2 ? 1.0 : 0.0; };
+            std::printf("  %-4g", radius);
+            for (const auto& [front, back] :
+                 {std::pair{-2 * radius, 0.0}, {-2 * radius, radius}, {-2 * radius, -radius}, {radius, 2 * radius}}) {
+                const Stack stack{{left_of(0, front, 1), everywhere(back, step)}, half};
+                Off off;
+                for (const bool across : {false, true})
+                    off.add(judge(stack, across, {.quality = quality}, truth_of(stack, across, {}), reach));
+                std::printf("  %.4f %.4f", off.largest, off.rms());
+                CHECK(off.largest <= 0.25);
+                CHECK(off.rms() <= 0.06);
+            }
+            std::printf("\n");
+        }
+    }
+}
+
+namespace {
+
+/// Along one axis, of a disc cut into columns of a pixel: a pixel of the image is a square. Nearly r^2/4 + 1/12.
+double variance_of_disc(double radius) {
+    double sum = 0;
+    for (int x = 1; x <= radius + 1; ++x)
+        sum += 2 * x * x * (half_plane((x + 0.5) / radius) - half_plane((x - 0.5) / radius));
+    return sum;
+}
+
+} // namespace
+
+TEST_CASE("dof: a point's light becomes the aperture, all of it", "[dof]") {
+    std::printf("dof, point: radius: energy - 1, variance across and down over the disc's\n");
+    for (const auto& [quality_name, quality] : qualities) {
+        std::printf("  %s:", quality_name);
+        for (const double radius : {1.0, 2.7, 6.0, 11.0, 16.0, 23.0, 40.0, 64.0}) {
+            for (const double sign : {1.0, -1.0}) {
+                const int half = 2 * static_cast<int>(radius) + 16, side = 2 * half + 1;
+                const Picture point(
+                    side, side, [&](int, int) { return 2 * sign * radius; },
+                    [&](int x, int y) { return x == half && y == half ? 1e4 : 0; });
+                const auto got = blurred(point, {.quality = quality});
+                double energy = 0, across = 0, down = 0;
+                for (int y = 0; y < side; ++y) {
+                    for (int x = 0; x < side; ++x) {
+                        const double value = first_channel(got, side, x, y) / 1e4;
+                        energy += value;
+                        across += value * (x - half) * (x - half);
+                        down += value * (y - half) * (y - half);
+                    }
+                }
+                const double expected = variance_of_disc(radius);
+                if (sign > 0)
+                    std::printf("  %g: %+.1e %.4f %.4f", radius, energy - 1, across / expected, down / expected);
+                const double variance_error = quality == BlurQuality::standard ? 0.02 : 0.08;
+                INFO(quality_name << ", radius " << radius);
+                CHECK(std::abs(energy - 1) <= 1e-5);
+                CHECK(std::abs(across / expected - 1) <= variance_error);
+                CHECK(std::abs(down / expected - 1) <= variance_error);
+            }
+        }
+        std::printf("\n");
+    }
+}
+
+TEST_CASE("dof: plain, sloping and bent images", "[dof]") {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> any(-40, 40);
+    for (const auto& [quality_name, quality] : qualities) {
+        const Picture plain(
+            150, 90, [&](int, int) { return any(random); }, [](int, int) { return 0.7; });
+        const auto got = blurred(plain, {.quality = quality});
+        double worst = 0;
+        for (std::size_t i = 0; i < got.size(); ++i)
+            worst = std::max(worst, std::abs(static_cast<double>(got[i]) / static_cast<double>(plain.colour[i]) - 1));
+        std::printf("dof, %s, any depth, one colour: off by %.1e\n", quality_name, worst);
+        CHECK(worst <= 1e-5);
+
+        Off slope, bend;
+        for (const double radius : {1.0, 3.0, 9.0, 20.0}) {
+            const int half = 2 * static_cast<int>(radius) + 3, side = 2 * half + 1;
+            const auto circle = [radius](int, int) { return 2 * radius; };
+            const Picture ramp(side, side, circle, [&](int x, int y) { return (x + 2 * y) / (3.0 * side); });
+            const Picture bowl(side, side, circle,
+                               [&](int x, int) { return (x - half) * (x - half) / (radius * radius); });
+            const auto ramped = blurred(ramp, {.quality = quality}), bowled = blurred(bowl, {.quality = quality});
+            for (int i = half - 2; i <= half + 2; ++i) {
+                slope.add(first_channel(ramped, side, i, half) - (i + 2 * half) / (3.0 * side));
+                const double expected = (i - half) * (i - half) + variance_of_disc(radius);
+                bend.add(first_channel(bowled, side, i, half) - expected / (radius * radius));
+            }
+        }
+        std::printf("dof, %s: ramp off by %.1e of its height, parabola by %.1e of that at the radius\n", quality_name,
+                    slope.largest, bend.largest);
+        CHECK(slope.largest <= (quality == BlurQuality::standard ? 1e-3 : 5e-3));
+        CHECK(bend.largest <= (quality == BlurQuality::standard ? 5e-3 : 2e-2));
+    }
+}
+
+namespace {
+
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+
+/// A picture with every circle from -30 to 30 pixels, sky, holes, edges and highlights.
+Picture mixed(int width = 150, int height = 70) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> any(0, 1);
+    Picture picture(
+        width, height,
+        [&](int x, int y) {
+            return (x / 20 + y / 15) % 3 == 0 ? -15 + 0.1 * x : (x / 20 + y / 15) % 3 == 1 ? 0.2 * y : 30 - 0.1 * x;
+        },
+        [&](int, int) { return any(random); });
+    const auto at = [&](int x, int y) { return static_cast<std::size_t>(y * width + x); };
+    for (int y = 5; y < 9 && y < height; ++y)
+        for (int x = 20; x < 27 && x < width; ++x)
+            picture.depth[at(x, y)] = x < 23 ? inf : not_a_number;
+    for (int i = 0; i < 3 && width > 60 && height > 30; ++i) {
+        picture.colour[3 * at(40, 30) + static_cast<std::size_t>(i)] = 1e4f;
+        picture.colour[3 * at(60, 20) + static_cast<std::size_t>(i)] = i == 1 ? not_a_number : inf;
+    }
+    return picture;
+}
+
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](float x, float y) {
+               return std::bit_cast<std::uint32_t>(x) == std::bit_cast<std::uint32_t>(y);
+           });
+}
+
+} // namespace
+
+TEST_CASE("dof: the same bits whatever the lanes and the groups, and every time", "[dof]") {
+    const Picture picture = mixed();
+    for (const auto& [name, quality] : qualities) {
+        std::vector<float> first;
+        for (const auto& [lanes, group_size] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}, {1, 1}}) {
+            const Device device = Device::open("cpu", {Arithmetic::fp64, lanes, group_size});
+            for (int run = 0; run < 2; ++run) {
+                const auto got = blurred(picture, {.quality = quality}, device);
+                if (first.empty())
+                    first = got;
+                INFO(name << ", lanes " << lanes << ", groups of " << group_size << ", run " << run);
+                CHECK(same_bits(got, first));
+            }
+        }
+    }
+}
+
+TEST_CASE("dof: a tile with a halo equals the whole in its middle", "[dof]") {
+    const Picture picture = mixed(380, 140);
+    const Device& device = default_device();
+    const Camera camera = camera_of(picture.width, picture.height);
+    const StoredDepth depth{
+        Image::from_host(device, Element::f32, picture.depth.data(), {picture.width, picture.height}), camera};
+    const Image colour =
+        Image::from_host(device, Element::f32, picture.colour.data(), {picture.width, picture.height, 3});
+    for (const auto& [name, quality] : qualities) {
+        const DofOptions options{.circle = lens, .quality = quality, .largest_px = 30};
+        std::vector<float> whole(picture.colour.size());
+        dof(depth, colour, options).download(whole.data());
+        // A circle's radius, and to where running sums start before it.
+        constexpr int aside = 15 + dof_halo_columns, above = 15 + dof_halo_rows, across = 281, down = 95;
+        for (const auto& [left, top] : {std::pair{0, 0}, {1, 0}, {13, 7}, {64, 16}, {99, 45}}) {
+            std::vector<float> tile(3 * across * down);
+            dof(depth.region(left, top, across, down), colour.region(left, top, across, down), options)
+                .download(tile.data());
+            long differ = 0;
+            for (int y = above; y < down - above; ++y)
+                for (int x = 3 * aside; x < 3 * (across - aside); ++x)
+                    differ += std::bit_cast<std::uint32_t>(tile[static_cast<std::size_t>(3 * across * y + x)]) !=
+                              std::bit_cast<std::uint32_t>(
+                                  whole[static_cast<std::size_t>(3 * (picture.width * (y + top) + left) + x)]);
+            INFO(name << ", tile at " << left << ", " << top);
+            CHECK(differ == 0);
+        }
+    }
+}
+
+TEST_CASE("dof: a pinhole changes no bit, and neither do circles up to a pixel", "[dof]") {
+    const Picture picture = mixed();
+    const Device& device = default_device();
+    const Camera camera = camera_of(picture.width, picture.height);
+    const Image depth = Image::from_host(device, Element::f32, picture.depth.data(), {picture.width, picture.height});
+    const Image colour =
+        Image::from_host(device, Element::f32, picture.colour.data(), {picture.width, picture.height, 3});
+    std::vector<float> got(picture.colour.size());
+    const Circle pinhole = circle_of_confusion(
+        {.f_number = std::numeric_limits<double>::infinity(), .focus = 2, .focal_length_mm = 50, .sensor_width_mm = 36},
+        camera);
+    dof({depth, camera}, colour, {.circle = pinhole}).download(got.data());
+    CHECK(same_bits(got, picture.colour));
+
+    const Picture sharp(
+        150, 70, [](int x, int y) { return ((x + y) % 21 - 10) / 10.0; },
+        [](int x, int y) { return (x * 37 + y * 11) % 101 / 50.0; });
+    for (const auto& [name, quality] : qualities)
+        CHECK(same_bits(blurred(sharp, {.quality = quality}), sharp.colour));
+}
+
+TEST_CASE("dof: highlights do not wash out what is dark beside them", "[dof]") {
+    // A disc of 1e4 in the middle of 1e-3, alike in depth: beyond the disc's reach nothing changes.
+    constexpr int side = 161, half = side / 2;
+    std::printf("dof, highlight of 1e4 in 1e-3: radius: worst relative error beyond its reach\n");
+    for (const auto& [name, quality] : qualities) {
+        std::printf("  %s:", name);
+        for (const double radius : {1.0, 3.0, 4.0, 9.0, 20.0, 30.0}) {
+            for (const double sign : {1.0, -1.0}) {
+                Picture picture(
+                    side, side, [&](int, int) { return 2 * sign * radius; }, [](int, int) { return 1e-3; });
+                for (int y = half - 2; y <= half + 2; ++y)
+                    for (int x = half - 2; x <= half + 2; ++x)
+                        picture.colour[static_cast<std::size_t>(3 * (y * side + x))] = 1e4f;
+                const auto got = blurred(picture, {.quality = quality});
+                double worst = 0;
+                for (int y = 0; y < side; ++y)
+                    for (int x = 0; x < side; ++x)
+                        if (std::hypot(x - half, y - half) > radius * 1.2 + 12)
+                            worst = std::max(worst, std::abs(first_channel(got, side, x, y) / 1e-3 - 1));
+                std::printf("  %g: %.1e", radius, worst);
+                CHECK(worst <= 1e-3); // 2^-24 of a running sum of some 20, over a chord of 1e-3
+                CHECK(first_channel(got, side, half, half) > 1);
+            }
+        }
+        std::printf("\n");
+    }
+}
+
+TEST_CASE("dof: what is no number in colour or depth goes nowhere", "[dof]") {
+    constexpr int side = 90;
+    for (const auto& [name, quality] : qualities) {
+        for (const double circle : {0.0, 3.0, 14.0, -14.0, 40.0}) {
+            Picture clean(
+                side, side, [&](int, int) { return circle; }, [](int x, int y) { return (x + y) % 7 / 7.0; });
+            Picture damaged = clean;
+            const std::size_t at = 45 * side + 45;
+            damaged.colour[3 * at] = not_a_number;
+            damaged.colour[3 * (at + 1) + 1] = inf;
+            damaged.colour[3 * (at + 2) + 2] = -inf;
+            damaged.depth[at + 3] = not_a_number;
+            damaged.depth[at + 4] = -1;
+            const auto before = blurred(clean, {.quality = quality}), after = blurred(damaged, {.quality = quality});
+            long spread = 0, beyond = 0;
+            for (int y = 0; y < side; ++y) {
+                for (int x = 0; x < side; ++x) {
+                    const auto i = static_cast<std::size_t>(3 * (y * side + x));
+                    const bool reached =
+                        std::hypot(std::max({45 - x, x - 49, 0}), y - 45) <= std::abs(circle) / 2 * 1.2 + 9;
+                    const bool damaged_itself = y == 45 && x >= 45 && x <= 49;
+                    for (std::size_t c = i; c < i + 3; ++c) {
+                        spread += !std::isfinite(after[c]) && !damaged_itself;
+                        beyond += !reached && !(std::abs(after[c] - before[c]) <= 1e-6f); // a rounding of running sums
+                    }
+                    if (damaged_itself)
+                        CHECK(std::isfinite(after[i]) == (std::abs(circle) > 1));
+                }
+            }
+            INFO(name << ", circle " << circle);
+            CHECK(spread == 0);
+            CHECK(beyond == 0);
+        }
+    }
+}
+
+TEST_CASE("dof: alpha is spread like colour, and none stays none", "[dof]") {
+    Picture picture = mixed();
+    std::vector<float> colour;
+    for (std::size_t i = 0; i < picture.depth.size(); ++i)
+        for (std::size_t c = 0; c < 4; ++c)
+            colour.push_back(c < 3 ? picture.colour[3 * i + c] : picture.colour[3 * i]);
+    const auto three = blurred(picture);
+    Picture four = picture;
+    four.colour = colour;
+    const auto with_alpha = blurred(four);
+    for (std::size_t i = 0; i < picture.depth.size(); ++i) {
+        for (std::size_t c = 0; c < 3; ++c)
+            REQUIRE(std::bit_cast<std::uint32_t>(with_alpha[4 * i + c]) ==
+                    std::bit_cast<std::uint32_t>(three[3 * i + c]));
+        REQUIRE(std::bit_cast<std::uint32_t>(with_alpha[4 * i + 3]) == std::bit_cast<std::uint32_t>(three[3 * i]));
+    }
+    std::fill(four.colour.begin(), four.colour.end(), 0.0f);
+    for (const float value : blurred(four))
+        REQUIRE((value == 0 || std::isnan(value)));
+}
+
+TEST_CASE("dof: odd, tiny and one-row images, and circles larger than the image", "[dof]") {
+    for (const auto& [name, quality] : qualities) {
+        for (const auto& [width, height] :
+             {std::pair{1, 1}, {2, 1}, {1, 2}, {17, 1}, {1, 33}, {63, 5}, {65, 17}, {3, 3}}) {
+            for (const double circle : {0.0, 2.0, -9.0, 60.0, -500.0, 512.0}) {
+                const Picture picture(
+                    width, height, [&](int, int) { return circle; }, [](int, int) { return 0.25; });
+                const auto got = blurred(picture, {.quality = quality});
+                INFO(name << ", " << width << " x " << height << ", circle " << circle);
+                for (std::size_t i = 0; i < got.size(); ++i)
+                    REQUIRE(std::abs(got[i] - picture.colour[i]) <= 1e-5f);
+            }
+        }
+    }
+}
+
+TEST_CASE("dof: borders are not darkened", "[dof]") {
+    const Picture picture(
+        100, 60, [](int x, int) { return x < 50 ? -30.0 : 30.0; }, [](int, int) { return 1.0; });
+    for (const auto& [name, quality] : qualities) {
+        const auto got = blurred(picture, {.quality = quality});
+        for (const float value : got)
+            REQUIRE(((std::abs(value - 1) < 1e-5f) || (std::abs(value - 0.5f) < 1e-5f) || std::abs(value) < 1e-5f));
+    }
+}
+
+TEST_CASE("dof: halves and integers are what their floats would be", "[dof]") {
+    const Picture picture(
+        130, 50, [](int x, int y) { return (x / 13 + y / 10) % 2 ? -7.0 : 12.0; },
+        [](int x, int y) { return (x * 7 + y * 13) % 256 / 255.0; });
+    const Device& device = default_device();
+    const StoredDepth depth{
+        Image::from_host(device, Element::f32, picture.depth.data(), {picture.width, picture.height}),
+        camera_of(picture.width, picture.height)};
+    std::vector<std::uint8_t> bytes;
+    std::vector<std::uint16_t> shorts;
+    Picture of_bytes = picture, of_shorts = picture;
+    for (std::size_t i = 0; i < picture.colour.size(); ++i) {
+        bytes.push_back(static_cast<std::uint8_t>(std::lround(picture.colour[i] * 255)));
+        shorts.push_back(static_cast<std::uint16_t>(std::lround(picture.colour[i] * 65535)));
+        of_bytes.colour[i] = static_cast<float>(bytes[i]) / 255.0f;
+        of_shorts.colour[i] = static_cast<float>(shorts[i]) / 65535.0f;
+    }
+    const Layout layout{picture.width, picture.height, 3};
+    std::vector<std::uint8_t> got_bytes(bytes.size());
+    dof(depth, Image::from_host(device, Element::u8, bytes.data(), layout), {.circle = lens})
+        .download(got_bytes.data());
+    std::vector<std::uint16_t> got_shorts(shorts.size());
+    dof(depth, Image::from_host(device, Element::u16, shorts.data(), layout), {.circle = lens})
+        .download(got_shorts.data());
+    const auto from_bytes = blurred(of_bytes), from_shorts = blurred(of_shorts);
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        REQUIRE(std::abs(from_bytes[i] * 255 - static_cast<float>(got_bytes[i])) <= 0.501f);
+        REQUIRE(std::abs(from_shorts[i] * 65535 - static_cast<float>(got_shorts[i])) <= 0.51f);
+    }
+    // Halves that are exact: multiples of 1/1024 up to 1.
+    std::vector<std::uint16_t> halves;
+    for (const float value : picture.colour)
+        halves.push_back(value > 0.5f ? 0x3c00 : 0x3400); // 1 and 0.25
+    Picture of_halves = picture;
+    for (std::size_t i = 0; i < halves.size(); ++i)
+        of_halves.colour[i] = halves[i] == 0x3c00 ? 1.0f : 0.25f;
+    std::vector<std::uint16_t> got_halves(halves.size());
+    dof(depth, Image::from_host(device, Element::f16, halves.data(), layout), {.circle = lens})
+        .download(got_halves.data());
+    const auto from_halves = blurred(of_halves);
+    for (std::size_t i = 0; i < halves.size(); ++i) {
+        const int exponent = (got_halves[i] >> 10 & 31) - 25;
+        const float value = std::ldexp(static_cast<float>((got_halves[i] & 1023) + 1024), exponent);
+        REQUIRE(std::abs(from_halves[i] - value) <= 0x1p-11f * value * 1.001f);
+    }
+}
+
+TEST_CASE("dof: focus near, at infinity and behind everything", "[dof]") {
+    const Camera camera = camera_of(80, 60);
+    Picture picture(
+        80, 60, [](int, int) { return 0.0; }, [](int x, int y) { return (x + y) % 5 / 4.0; });
+    for (std::size_t i = 0; i < picture.depth.size(); ++i)
+        picture.depth[i] = 0.5f + static_cast<float>(i % 80) / 20;
+    for (const double focus : {0.2, 0.5, 2.0, 30.0, std::numeric_limits<double>::infinity()}) {
+        const Circle circle =
+            circle_of_confusion({.f_number = 2, .focus = focus, .focal_length_mm = 50, .sensor_width_mm = 36}, camera);
+        for (const float value : blurred(picture, {.circle = circle}))
+            REQUIRE(std::isfinite(value));
+    }
+}
+
+TEST_CASE("dof: options out of range and images that do not fit are refused", "[dof]") {
+    const Device& device = default_device();
+    const StoredDepth depth{Image(device, Element::f32, {20, 10}), camera_of(20, 10)};
+    const auto refused = [&](const Image& colour, const DofOptions& options) {
+        CHECK_THROWS_AS(dof(depth, colour, options), std::invalid_argument);
+    };
+    const Image colour(device, Element::f32, {20, 10, 3});
+    refused(Image(device, Element::f32, {20, 11, 3}), {.circle = lens});
+    refused(Image(device, Element::f32, {20, 10, 1}), {.circle = lens});
+    refused(Image(device, Element::u32, {20, 10, 3}), {.circle = lens});
+    refused(colour, {.circle = lens, .aperture = {2, 0}});
+    refused(colour, {.circle = lens, .aperture = {65, 0}});
+    refused(colour, {.circle = lens, .aperture = {5, std::nan("")}});
+    refused(colour, {.circle = lens, .largest_px = 0.5});
+    refused(colour, {.circle = lens, .largest_px = 513});
+    refused(colour, {.circle = {.k = std::nan(""), .g = 1}});
+    CHECK_THROWS_AS(dof(depth, colour, colour, {.circle = lens}), std::invalid_argument);
+    CHECK_THROWS_AS(dof(depth, colour, Image(device, Element::u8, {20, 10, 3}), {.circle = lens}),
+                    std::invalid_argument);
+}
