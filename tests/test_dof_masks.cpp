@@ -67,14 +67,17 @@ std::vector<double> focuses(const Subject& subject) {
     return {1.7 * near, std::sqrt(near * far), 3 * far, infinity, near};
 }
 
-// A lens whose circle is about 20 pixels wide at infinity (perspective) or at twice the focus.
-Circle lens_of(const Camera& camera, const DepthForm& form, double focus) {
+// A lens whose circle is k pixels wide at infinity (perspective) or at twice the focus.
+Circle lens_of(const Camera& camera, const DepthForm& form, double focus, double k = 20.3) {
     const bool infinite = std::isinf(focus);
     if (!form.perspective)
-        return {20.3, infinite ? 0 : 20.3 / focus, 0, true};
+        return {k, infinite ? 0 : k / focus, 0, true};
     const long double eye = static_cast<long double>(rays(camera).eye_depth);
-    return {infinite ? 0 : 20.3, infinite ? 37.1 : 20.3 * focus, eye, false};
+    return {infinite ? 0 : k, infinite ? 1.8 * k : k * focus, eye, false};
 }
+
+// Just above and just below a power of two, where an ulp is largest and smallest against its number.
+constexpr double widths[] = {20.3, 16.001, 31.999, 0.00391, 511.7};
 
 Quad exact_circle(const Circle& circle, Quad z) {
     if (circle.telecentric)
@@ -125,9 +128,9 @@ std::string judge(const Subject& subject, const oracle::Truth& truth, const Dept
     if (!circle.telecentric && !truth.in_front(z + slack_z))
         return fault("the exact depth, " + oracle::text_of(z) + ", is not in front of the eye");
     const Quad exact = exact_circle(circle, z), k = circle.k;
-    const Quad terms = circle.telecentric ? k + fabsq(circle.g * z) : fabsq(exact) + k;
+    const Quad terms = k + fabsq(circle.telecentric ? circle.g * z : k - exact); // k and g z, or g/(z − lens_depth)
     const double unit = oracle::ulp(fabsq(exact) > k ? exact : k);
-    const auto slack = isinfq(z) ? 0.0 : static_cast<double>(epsilon * condition * (terms + k) / unit);
+    const auto slack = isinfq(z) ? 0.0 : static_cast<double>(epsilon * condition * terms / unit);
     const double off = std::isinf(got) && fabsq(exact) > Quad(3.4e38) && (got < 0) == (exact < 0)
                            ? 0
                            : static_cast<double>(fabsq(got - exact) / unit);
@@ -165,7 +168,8 @@ void check(const std::string& label, const std::vector<Subject>& subjects) {
             const DepthForm form = depth_form(subject.camera);
             for (const oracle::Patch& patch : oracle::default_patches) {
                 const std::vector<double> all = focuses(subject);
-                const Circle circle = lens_of(subject.camera, form, all[turn++ % all.size()]);
+                const double k = widths[(turn / all.size() + turn) % std::size(widths)];
+                const Circle circle = lens_of(subject.camera, form, all[turn++ % all.size()], k);
                 ++forms[static_cast<std::size_t>(circle_form(form, circle))];
                 std::vector<float> values = oracle::stored_values(subject, truth, patch, random);
                 const Image image = Image::from_host(oracle::device(arithmetic), Element::f32, values.data(),
@@ -318,13 +322,14 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
             std::size_t turn = 0;
             for (Subject subject : same_codes ? plain : subjects) {
                 const bool is_half = storage == Storage::float16, is_short = is_half || storage == Storage::uint16;
-                const int side = 128;
+                const int side = is_short ? 256 : 128; // all codes of 16 bits
                 std::mt19937 random(5);
                 std::vector<std::uint32_t> codes(static_cast<std::size_t>(side * side));
                 for (std::size_t i = 0; i < codes.size(); ++i) {
                     const auto code = static_cast<std::uint32_t>(i);
-                    codes[i] = is_short ? 4 * code + random() % 4 : code < 64 ? code : random() & 0xffffff;
-                    codes[i] = !is_short && i % 64 == 1 ? 0xffffff - code : codes[i];
+                    codes[i] = is_short || code < 64 ? code : random() & 0xffffff;
+                    if (!is_short && i % 64 == 1)
+                        codes[i] = 0xffffff - code;
                 }
                 std::vector<unsigned char> bytes;
                 std::vector<double> values;
@@ -351,8 +356,9 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
                 for (std::size_t i = 0; i < got.size(); ++i)
                     if (!(form.background && !is_half && codes[i] == *form.background) && values[i] != -2)
                         faults.add(judge(subject, truth, form, circle, arithmetic, values[i],
-                                         77.5 + static_cast<double>(i % side), 99.5 + static_cast<double>(i / side),
-                                         got[i], error));
+                                         77.5 + static_cast<double>(i % static_cast<std::size_t>(side)),
+                                         99.5 + static_cast<double>(i / static_cast<std::size_t>(side)), got[i],
+                                         error));
             }
             error.print(std::string("circles, ") + name(storage) + ", " + oracle::name(arithmetic));
             CHECK(error.checked > 10000);

@@ -29,7 +29,7 @@ struct DofMasksOptions {
 
 /// The circle is within this many units in the last place of the larger of |c| and k of the exact one of the stored number.
 /// Where stored depth is summed with the pixel or encoded otherwise there comes on top what any sum of these terms loses:
-/// `sum_condition_fp64` (or `_two_float`) times the condition κ of the depth's own sum, times k + g/(z − lens_depth).
+/// `sum_condition_fp64` (or `_two_float`) times the condition κ of the depth's own sum, times k + g/(z − lens_depth), or k + g |z|.
 inline constexpr double circle_ulp = 4.0;
 
 /// A near layer that covers a pixel by this much less than wholly lets something be seen through it.
