@@ -303,3 +303,13 @@ TEST_CASE("dof-masks program: the near layer and tiles go into files of their ow
     check_refused(run(scene.with_lens(other, {"--near-coverage", other})), 2, "--near-coverage");
     CHECK(!fs::exists(other));
 }
+
+TEST_CASE("dof-masks program: --help has examples, every option and the exit codes") {
+    const Outcome outcome = run({"dof-masks", "--help"});
+    check_done(outcome);
+    for (const char* text :
+         {"Usage: fathom dof-masks DEPTH", "Example:\n  fathom dof-masks ", "Exit codes:", "--focus S|inf",
+          "--focus-at X,Y", "--focus-along X,Y,D", "--f-stop N|inf", "--mm-per-unit M", "--circle K,G",
+          "--sky blur|sharp|exclude", "--mask coc|near|focus|far", "--tile PX"})
+        CHECK(outcome.out.find(text) != std::string::npos);
+}
