@@ -64,7 +64,9 @@ struct DofMasks {
 /// In: one stored value a pixel. Out: see DofMasks. With a = clamp((|c| − sharp_px) / transition_px, 0, 1), rounded to a
 /// multiple of 2⁻²³: near = a where c < 0, far = a where c > 0, focus = 1 − a. The three sum to exactly 1, in any order,
 /// and one of near and far is 0. What is no surface has a circle of NaN and no weight at all, so that the sum of the weights
-/// is also the validity. The background is `sky`. Same bits for any lane count, group size or region.
+/// is also the validity. The background is `sky`. Same bits for any lane count and group size, and for any region but of
+/// the masks that look around a pixel: they see no farther than the image that they are given, and cost as much as the discs
+/// are large.
 /// Accuracy: `circle_ulp`. From window depth under a perspective there is no division, oblique near planes included.
 /// Throws: std::invalid_argument for options out of range and a circle that is not this camera's; Error from the device.
 /// Source: Potmesil and Chakravarty 1981; affine in stored depth as Popov 2016, eq. 5, 6: docs/depth-of-field.md.
