@@ -15,72 +15,52 @@
 #endif
 #define PLANES (2 + CHANNELS + FILL * (1 + CHANNELS) + BRIGHT * CHANNELS)
 
-__kernel void dof_gather(__global const float* source, __global const uint* list, __global const uint* starts,
-                         __global const float* spans, __global float* state, const blur_params p, const slice_params s) {
-    const uint index = get_global_id(0) / (TILE_COLUMNS / V), x = get_global_id(0) % (TILE_COLUMNS / V) * V;
-    if (index >= s.tiles)
-        return;
-    const uint entry = list[s.list + index], across = entry & 0xffffu, down = entry >> 16 & 0x7fffu;
-    const int y = (int)(down * TILE_ROWS + get_global_id(1));
-    const int pitch = (int)s.pitch, middle = y / pitch, phase = y % pitch, rows = (int)p.rows / pitch;
-    const size_t at = in_planes(&p, across, x, y);
+// Rows of pixels at once, which read nearly the same strips.
+#define ROWS 2
 
-    floatV sum[PLANES];
-    for (int k = 0; k < PLANES; ++k)
-        sum[k] = 0.0f;
-    const int begin = max(middle - s.reach, 0), end = min(middle + s.reach + 1, rows);
-#if !DIRECT
-    const int first = (int)(s.first * TILE_ROWS) / pitch;
-    __global const float* block = source + (size_t)across * s.strip_column + s.pad + x;
-#endif
-    for (int row = begin; row < end; ++row) {
-        const uint which = s.starts + (uint)(phase * (2 * s.reach + 1) + row - middle + s.reach);
 #if DIRECT
-        __global const float* from = source + at + (long)(row - y) * (long)p.stride;
-#else
-        __global const float* from = block + (size_t)(row - first) * s.strip_row;
-#endif
-        for (uint i = starts[which]; i < starts[which + 1]; ++i) {
-            const span_params span = ((__global const span_params*)spans)[i];
-            const floatV weight = span.weight;
-#if DIRECT
-            for (int column = span.low; column < span.high; ++column) {
-                const floatV off = LOAD(float, from + column) - s.slice;
-                const floatV own = weight * max(1.0f - fabs(off), 0.0f);
-                sum[0] += own;
-                sum[1] = fma(weight, min(max(off + 2.0f, 0.0f), 1.0f), sum[1]);
+INLINE void add_span(__global const float* from, const span_params* span, const blur_params* p, float slice, floatV* sum) {
+    const floatV weight = span->weight;
+    for (int column = span->low; column < span->high; ++column) {
+        const floatV off = LOAD(float, from + column) - slice;
+        const floatV own = weight * max(1.0f - fabs(off), 0.0f);
+        sum[0] += own;
+        sum[1] = fma(weight, min(max(off + 2.0f, 0.0f), 1.0f), sum[1]);
 #if FILL
-                const floatV beyond = weight * min(max(off - 1.0f, 0.0f), 1.0f);
-                sum[2 + CHANNELS] += beyond;
+        const floatV beyond = weight * min(max(off - 1.0f, 0.0f), 1.0f);
+        sum[2 + CHANNELS] += beyond;
 #endif
-                for (int k = 0; k < CHANNELS; ++k) {
-                    const floatV value = LOAD(float, from + (k + 1) * p.plane + column);
-                    sum[2 + k] = fma(own, value, sum[2 + k]);
+        for (int k = 0; k < CHANNELS; ++k) {
+            const floatV value = LOAD(float, from + (k + 1) * p->plane + column);
+            sum[2 + k] = fma(own, value, sum[2 + k]);
 #if FILL
-                    sum[3 + CHANNELS + k] = fma(beyond, value, sum[3 + CHANNELS + k]);
-#endif
-                }
-            }
-#else
-            __global const float* low = from + span.low;
-            __global const float* high = from + span.high;
-#pragma unroll
-            for (int k = 0; k < PLANES; ++k)
-                sum[k] = fma(weight, LOAD(float, high + k * s.strip_plane) - LOAD(float, low + k * s.strip_plane), sum[k]);
+            sum[3 + CHANNELS + k] = fma(beyond, value, sum[3 + CHANNELS + k]);
 #endif
         }
     }
+}
+#else
+INLINE void add_span(__global const float* from, const span_params* span, uint plane, floatV* sum) {
+    __global const float* low = from + span->low;
+    __global const float* high = from + span->high;
+    const floatV weight = span->weight;
+#pragma unroll
+    for (int k = 0; k < PLANES; ++k)
+        sum[k] = fma(weight, LOAD(float, high + k * plane) - LOAD(float, low + k * plane), sum[k]);
+}
+#endif
 
-    __global float* here = state + at;
-    __global float* before = here + (2 * CHANNELS + 2) * p.plane;
-    const floatV through = LOAD(float, here), through_far = entry >> 31 ? LOAD(float, before) : through;
+// Lays the slice's share of a row of pixels over what was seen before it.
+INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum) {
+    __global float* before = here + (2 * CHANNELS + 2) * plane;
+    const floatV through = LOAD(float, here), through_far = follows ? LOAD(float, before) : through;
     const intV some = sum[0] > 0.0f;
     const floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / sum[1])), some);
     const floatV share = select((floatV)0.0f, seen / sum[0], some);
     *(__global float_lanes*)before = through;
     *(__global float_lanes*)here = through - seen;
     for (int k = 0; k < CHANNELS; ++k) {
-        __global float* to = here + (k + 1) * p.plane;
+        __global float* to = here + (k + 1) * plane;
 #if BRIGHT
         const floatV colour = sum[2 + k] + sum[PLANES - CHANNELS + k];
 #else
@@ -89,11 +69,59 @@ __kernel void dof_gather(__global const float* source, __global const uint* list
         *(__global float_lanes*)to = fma(share, colour, LOAD(float, to));
     }
 #if FILL
-    __global float* hidden = here + (CHANNELS + 1) * p.plane;
+    __global float* hidden = here + (CHANNELS + 1) * plane;
     *(__global float_lanes*)hidden = fma(share, sum[2 + CHANNELS], LOAD(float, hidden));
     for (int k = 0; k < CHANNELS; ++k) {
-        __global float* to = hidden + (k + 1) * p.plane;
+        __global float* to = hidden + (k + 1) * plane;
         *(__global float_lanes*)to = fma(share, sum[3 + CHANNELS + k], LOAD(float, to));
     }
 #endif
+}
+
+__kernel void dof_gather(__global const float* source, __global const uint* list, __global const uint* starts,
+                         __global const float* spans, __global float* state, const blur_params p, const slice_params s) {
+    // Neighbours share a group, and what they read its memory.
+    const uint item = get_global_id(0), x = item % (TILE_COLUMNS / V) * V;
+    const uint index = item / (TILE_COLUMNS / V) / (TILE_ROWS / ROWS);
+    if (index >= s.tiles)
+        return;
+    const uint entry = list[s.list + index], across = entry & 0xffffu, down = entry >> 16 & 0x7fffu;
+    const int y = (int)(down * TILE_ROWS + item / (TILE_COLUMNS / V) % (TILE_ROWS / ROWS) * ROWS);
+    const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
+    const size_t at = in_planes(&p, across, x, y);
+
+    floatV sum[ROWS][PLANES];
+    for (int i = 0; i < ROWS; ++i)
+        for (int k = 0; k < PLANES; ++k)
+            sum[i][k] = 0.0f;
+    const int begin = max(y / pitch - s.reach, 0), end = min((y + ROWS - 1) / pitch + s.reach + 1, rows);
+#if !DIRECT
+    const int first = (int)(s.first * TILE_ROWS) / pitch;
+    __global const float* block = source + (size_t)across * s.strip_column + s.pad + x;
+#endif
+    for (int row = begin; row < end; ++row) {
+#if DIRECT
+        __global const float* from = source + at + (long)(row - y) * (long)p.stride;
+#else
+        __global const float* from = block + (size_t)(row - first) * s.strip_row;
+#endif
+#pragma unroll
+        for (int i = 0; i < ROWS; ++i) {
+            const int which = row - (y + i) / pitch + s.reach;
+            if (which < 0 || which >= height)
+                continue;
+            const uint entry_of_row = s.starts + (uint)((y + i) % pitch * height + which);
+            const uint last = starts[entry_of_row + 1];
+            for (uint j = starts[entry_of_row]; j < last; ++j) {
+                const span_params span = ((__global const span_params*)spans)[j];
+#if DIRECT
+                add_span(from, &span, &p, s.slice, sum[i]);
+#else
+                add_span(from, &span, s.strip_plane, sum[i]);
+#endif
+            }
+        }
+    }
+    for (int i = 0; i < ROWS; ++i)
+        composite(state + at + (size_t)i * p.stride, p.plane, entry >> 31, sum[i]);
 }

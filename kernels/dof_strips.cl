@@ -12,6 +12,37 @@
 #endif
 #define PLANES (2 + CHANNELS + FILL * (1 + CHANNELS) + BRIGHT * CHANNELS)
 
+// Sums over the lanes before each one, and over all of them, always in the same order.
+#ifdef __has_builtin
+#if __has_builtin(__builtin_shufflevector)
+#define LATER(v, ...) __builtin_shufflevector(v, (float16)0.0f, __VA_ARGS__)
+#define LATER_1(v) LATER(v, 16, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14)
+#define LATER_2(v) LATER(v, 16, 16, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13)
+#define LATER_4(v) LATER(v, 16, 16, 16, 16, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11)
+#define LATER_8(v) LATER(v, 16, 16, 16, 16, 16, 16, 16, 16, 0, 1, 2, 3, 4, 5, 6, 7)
+#endif
+#endif
+#ifndef LATER_1
+#define LATER_1(v) (float16)(0.0f, v.s0123, v.s4567, v.s89ab, v.sc, v.sd, v.se)
+#define LATER_2(v) (float16)((float2)0.0f, v.s01234567, v.s89ab, v.scd)
+#define LATER_4(v) (float16)((float4)0.0f, v.s01234567, v.s89ab)
+#define LATER_8(v) (float16)((float8)0.0f, v.s01234567)
+#endif
+
+// Pixels at once, whatever V: the order of a running sum is part of its bits.
+typedef float16 __attribute__((aligned(4))) float16_anywhere;
+
+// Stores the running sums up to each pixel of `value`, continued from `sum`.
+INLINE void store_running(float16 value, float* sum, __global float* target) {
+    float16 before = LATER_1(value);
+    before += LATER_1(before);
+    before += LATER_2(before);
+    before += LATER_4(before);
+    before += LATER_8(before);
+    *(__global float16_anywhere*)target = *sum + before;
+    *sum += before.sf + value.sf;
+}
+
 __kernel void dof_strips(__global const float* planes, __global const uint* list, __global float* strips,
                          const blur_params p, const slice_params s) {
     const uint index = get_global_id(0), row = get_global_id(1);
@@ -27,35 +58,38 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
     float sum[PLANES];
     for (int k = 0; k < PLANES; ++k)
         sum[k] = 0.0f;
-    for (int x = first; x < end; ++x, ++target) {
+    for (int x = first; x < end; x += 16, target += 16) {
+        float16 value[PLANES];
         for (int k = 0; k < PLANES; ++k)
-            target[k * s.strip_plane] = sum[k];
-        if (x < 0 || x >= (int)p.columns)
-            continue;
-        for (uint i = 0; i < s.pitch; ++i) {
-            __global const float* here = source + (size_t)i * p.stride + x;
-            const float off = here[0] - s.slice;
-            const float own = max(1.0f - fabs(off), 0.0f);
-            sum[0] += own;
-            sum[1] += min(max(off + 2.0f, 0.0f), 1.0f);
+            value[k] = 0.0f;
+        if (x >= 0 && x < (int)p.columns) {
+            for (uint i = 0; i < s.pitch; ++i) {
+                __global const float* here = source + (size_t)i * p.stride + x;
+                const float16 off = *(__global const float16_anywhere*)here - s.slice;
+                const float16 own = max(1.0f - fabs(off), 0.0f);
+                value[0] += own;
+                value[1] += min(max(off + 2.0f, 0.0f), 1.0f);
 #if FILL
-            const float beyond = min(max(off - 1.0f, 0.0f), 1.0f);
-            sum[2 + CHANNELS] += beyond;
+                const float16 beyond = min(max(off - 1.0f, 0.0f), 1.0f);
+                value[2 + CHANNELS] += beyond;
 #endif
-            for (int k = 0; k < CHANNELS; ++k) {
-                const float value = here[(k + 1) * p.plane];
+                for (int k = 0; k < CHANNELS; ++k) {
+                    const float16 colour = *(__global const float16_anywhere*)(here + (k + 1) * p.plane);
 #if BRIGHT
-                const float base = min(max(value, -p.knee), p.knee);
-                sum[PLANES - CHANNELS + k] += own * (value - base);
+                    const float16 base = min(max(colour, -p.knee), p.knee);
+                    value[PLANES - CHANNELS + k] = fma(own, colour - base, value[PLANES - CHANNELS + k]);
 #else
-                const float base = value;
+                    const float16 base = colour;
 #endif
-                sum[2 + k] += own * base;
+                    value[2 + k] = fma(own, base, value[2 + k]);
 #if FILL
-                sum[3 + CHANNELS + k] += beyond * value;
+                    value[3 + CHANNELS + k] = fma(beyond, colour, value[3 + CHANNELS + k]);
 #endif
+                }
             }
         }
+        for (int k = 0; k < PLANES; ++k)
+            store_running(value[k], &sum[k], target + k * s.strip_plane);
     }
     for (int k = 0; k < PLANES; ++k)
         target[k * s.strip_plane] = sum[k];

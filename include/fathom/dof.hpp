@@ -28,8 +28,7 @@ inline constexpr int dof_halo_columns = 96, dof_halo_rows = 32;
 
 /// What the standard quality's blur differs from the lens's by, as a share of the step between two plain colours: a straight
 /// edge in one surface or of one before another, circles of 2 to 256 pixels, at its worst pixel and as the root of the mean
-/// square over the pixels that the edge's circle covers. For circles and polygons of five corners or more; the sharper
-/// corners of a triangle make it up to 0.017 and 0.005.
+/// square over the pixels that the edge's circle covers.
 inline constexpr double dof_edge_error = 0.01;
 inline constexpr double dof_edge_rms_error = 0.003;
 

@@ -16,7 +16,8 @@ namespace {
 
 using params::u32;
 
-constexpr int margin = 16; // MARGIN of kernels/tiles.h
+constexpr int margin = 16;      // MARGIN of kernels/tiles.h
+constexpr int rows_at_once = 2; // ROWS of kernels/dof_gather.cl
 
 // Running sums of colours up to this are off by 2^-24 of it times some hundred pixels at most.
 constexpr float knee = 4;
@@ -160,8 +161,8 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
         runtime::Choices gathered = sums;
         gathered.emplace_back("DIRECT", pass.direct);
         runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
-                        {pass.gather.tiles * blur.vectors(tile_columns), tile_rows}, pass.direct ? blur.planes : strips,
-                        lists, starts, spans, blur.state, blur.p, pass.gather);
+                        {pass.gather.tiles * blur.vectors(tile_columns) * tile_rows / rows_at_once, 1},
+                        pass.direct ? blur.planes : strips, lists, starts, spans, blur.state, blur.p, pass.gather);
     }
     blur.device.finish(); // the tables are the host's
 }
@@ -183,7 +184,7 @@ void dof(const StoredDepth& stored, const Image& colour, const Image& result, co
 
     const Device& device = stored.image.device();
     const bool fast = options.quality == BlurQuality::fast;
-    const SliceScale scale = slice_scale(fast ? 3 : 6, options.largest_px);
+    const SliceScale scale = slice_scale(fast ? 3 : 8, options.largest_px);
     const params::blur_params p = blur_parameters(stored, scale, options.largest_px);
     runtime::Scratch scratch(device);
     const auto planes = [&](int count) {

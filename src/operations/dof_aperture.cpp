@@ -12,13 +12,16 @@
 namespace fathom {
 namespace {
 
-constexpr int lines_per_pixel = 16;
+// Lines that a row of pixels is cut into; small apertures, whose ends lie anywhere in a row, need more.
+int lines_per_pixel(double height) {
+    return height < 8 ? 64 : 16;
+}
 
 // Sums of weights must stay below 2^24 steps of the product of a share (2^-7) and a weight.
 constexpr int bits_of_sum = 24 - 7;
 
-// Above this radius spans are of whole pixels.
-constexpr double least_whole = 16;
+// From this area on spans are of whole pixels: that of a circle of radius 16.
+constexpr double least_whole = 804;
 
 struct Interval {
     double low, high;
@@ -79,9 +82,10 @@ struct Placed {
 };
 
 Row row_of(const Placed& aperture, double top, int pitch) {
-    Row row{{}, pitch * lines_per_pixel};
+    const int each = lines_per_pixel(aperture.height);
+    Row row{{}, pitch * each};
     for (int i = 0; i < row.lines; ++i) {
-        if (const auto found = aperture.chord(top + (i + 0.5) / lines_per_pixel))
+        if (const auto found = aperture.chord(top + (i + 0.5) / each))
             row.chords.push_back(*found);
     }
     return row;
@@ -153,7 +157,9 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
     const double area = 4 * radius * height + 2 * radius + 1;
     const int bits = std::clamp(bits_of_sum - static_cast<int>(std::ceil(std::log2(area))), 0, 12);
     const double step = std::ldexp(1.0, -bits);
-    const bool whole = radius >= least_whole;
+    const double corner = 2 * std::numbers::pi / std::max(aperture.blades, 1);
+    const double unit = aperture.blades ? aperture.blades * std::sin(corner) / 2 : std::numbers::pi;
+    const bool whole = unit * radius * height >= least_whole;
 
     const int count = 2 * result.reach + 1;
     for (int phase = 0; phase < pitch; ++phase) {
