@@ -44,6 +44,15 @@ DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& optio
 /// Throws: Error as `read_depth`, and for a file without such a layer or with other channels.
 cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer = {});
 
+/// Reads a picture: CV_32FC3 or CV_32FC4, R, G, B and the alpha where the file has one, values as they are; codes of 8 and
+/// 16 bits count from 0 to 1.
+///
+/// OpenEXR: the layer called `layer`, for instance "ViewLayer.Combined", whose channels are R, G, B and perhaps A; without a
+/// name those without a layer, or Combined, beauty, RGBA, RGB, color, alone or at the end of a name, or the only one there
+/// is. PNG, TIFF and PFM: three or four channels.
+/// Throws: Error as `read_depth`, and for a file without such a layer or with other channels.
+cv::Mat read_colour(const std::filesystem::path& file, const std::string& layer = {});
+
 /// A channel of an OpenEXR file.
 struct Channel {
     std::string name; ///< as `ReadOptions::channel` takes it: its part's name in front when there are several parts

@@ -27,6 +27,7 @@ extern const Command unproject_command;
 extern const Command normals_command;
 extern const Command ssao_command;
 extern const Command dof_masks_command;
+extern const Command dof_command;
 extern const Command inspect_command;
 extern const Command devices_command;
 

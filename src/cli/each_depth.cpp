@@ -27,6 +27,12 @@ DepthFile read(const std::filesystem::path& file, const ReadOptions& options) {
     return read_depth(file, options);
 }
 
+// Those that an image has: an alpha may be missing.
+std::vector<std::string> channels_of(const Product& product, const cv::Mat& image) {
+    const auto there = std::min(product.channels.size(), static_cast<std::size_t>(image.channels()));
+    return {product.channels.begin(), product.channels.begin() + static_cast<std::ptrdiff_t>(there)};
+}
+
 void write(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
            const std::vector<cv::Mat>& results) {
     std::vector<ImageFile> images;
@@ -34,7 +40,7 @@ void write(const DepthOptions& options, const std::vector<Output>& outputs, cons
         const Product& product = outputs[i].product;
         images.push_back({job.outputs[i],
                           results[i],
-                          {.channels = product.channels,
+                          {.channels = channels_of(product, results[i]),
                            .png_scale = product.png_scale ? product.png_scale : options.png_scale,
                            .png_offset = product.png_offset}});
     }
@@ -62,9 +68,12 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
         break;
     }
     case Report::json: {
-        nlohmann::ordered_json line{
-            {"input", job.input.native()}, {"output", job.outputs.front().native()},       {"width", result.cols},
-            {"height", result.rows},       {"channels", outputs.front().product.channels}, {"seconds", seconds}};
+        nlohmann::ordered_json line{{"input", job.input.native()},
+                                    {"output", job.outputs.front().native()},
+                                    {"width", result.cols},
+                                    {"height", result.rows},
+                                    {"channels", channels_of(outputs.front().product, result)},
+                                    {"seconds", seconds}};
         for (std::size_t i = 1; i < outputs.size(); ++i)
             line[key_of(outputs[i].option)] = job.outputs[i].native();
         print_json(line);

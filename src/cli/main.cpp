@@ -17,7 +17,7 @@ namespace {
 using namespace fathom::cli;
 
 constexpr const Command* commands[] = {&linearize_command, &unproject_command, &normals_command, &ssao_command,
-                                       &dof_masks_command, &inspect_command,   &devices_command};
+                                       &dof_masks_command, &dof_command,       &inspect_command, &devices_command};
 
 constexpr const char* exit_codes = R"(Exit codes:
   0    done

@@ -1,0 +1,127 @@
+// Colours out of files: the picture of a renderer's layers, or an image.
+#include "formats.hpp"
+
+#include <fathom/error.hpp>
+
+#include <opencv2/core.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fathom {
+namespace {
+
+using io::refuse;
+
+bool has(const std::vector<Channel>& channels, const std::string& name) {
+    return std::any_of(channels.begin(), channels.end(), [&](const Channel& channel) { return channel.name == name; });
+}
+
+/// Names of layers with channels R, G and B; empty for channels without a layer.
+std::vector<std::string> layers_of(const std::vector<Channel>& channels) {
+    std::vector<std::string> layers;
+    for (const Channel& channel : channels) {
+        const auto dot = channel.name.rfind('.');
+        const std::string front = dot == std::string::npos ? "" : channel.name.substr(0, dot + 1);
+        if (channel.name == front + "R" && has(channels, front + "G") && has(channels, front + "B"))
+            layers.push_back(front.empty() ? "" : front.substr(0, dot));
+    }
+    return layers;
+}
+
+/// How well a layer's name says that it is the picture, 0 the best; nothing when it does not say so.
+std::optional<int> rank(std::string name) {
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    int place = 0;
+    for (const char* known : {"", "combined", "beauty", "rgba", "rgb", "color", "colour"}) {
+        if (name == known || (place > 0 && name.ends_with(std::string(".") + known)))
+            return place;
+        ++place;
+    }
+    return std::nullopt;
+}
+
+std::string choose(const std::filesystem::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
+    const std::vector<std::string> layers = layers_of(channels);
+    const std::string* best = nullptr;
+    for (const std::string& layer : layers) {
+        if (wanted.empty() ? rank(layer) && (!best || *rank(layer) < *rank(*best)) : layer == wanted)
+            best = &layer;
+    }
+    if (!best && wanted.empty() && layers.size() == 1)
+        best = &layers.front();
+    if (best)
+        return *best;
+    std::string list;
+    for (const std::string& layer : layers)
+        list += (list.empty() ? "; it has " : ", ") + (layer.empty() ? "R, G, B" : layer);
+    refuse(file, (wanted.empty() ? "has no layer that is named like a picture (Combined, beauty)"
+                                 : "has no layer \"" + wanted + "\"") +
+                     std::string(" with channels R, G and B") + list);
+}
+
+cv::Mat from_exr(const std::filesystem::path& file, const std::string& wanted) {
+    const std::vector<Channel> channels = list_channels(file);
+    const std::string layer = choose(file, channels, wanted), front = layer.empty() ? "" : layer + ".";
+    std::vector<cv::Mat> parts;
+    for (const char* name : {"R", "G", "B", "A"}) {
+        if (*name == 'A' && !has(channels, front + name))
+            continue;
+        const DepthFile part = io::read_exr(file, {.channel = front + name, .packing = {}});
+        if (part.storage != Storage::float32 && part.storage != Storage::float16)
+            refuse(file, "channel \"" + front + name + "\" holds integers; colours are floats");
+        part.values.convertTo(parts.emplace_back(), CV_32F);
+    }
+    cv::Mat colour;
+    cv::merge(parts, colour);
+    return colour;
+}
+
+cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
+    const bool codes = image.depth() == CV_8U || image.depth() == CV_16U;
+    if ((image.channels() != 3 && image.channels() != 4) || (!codes && image.depth() != CV_32F))
+        refuse(file,
+               "is " + io::described(image) +
+                   ", which is no picture; one has channels R, G, B and may have an alpha, in 8 or 16 bits or float");
+    cv::Mat colour;
+    image.convertTo(colour, CV_32F);
+    const float largest = image.depth() == CV_8U ? 255.0f : image.depth() == CV_16U ? 65535.0f : 1.0f;
+    for (int y = 0; y < colour.rows && codes; ++y) {
+        float* row = colour.ptr<float>(y);
+        for (int x = 0; x < colour.cols * colour.channels(); ++x)
+            row[x] /= largest;
+    }
+    return colour;
+}
+
+cv::Mat read(const std::filesystem::path& file, const std::string& layer) {
+    if (io::begins_like_exr(file))
+        return from_exr(file, layer);
+    if (!layer.empty())
+        refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave the layer out");
+    const auto bytes = io::read_file(file);
+    for (const auto read_format : {io::read_png, io::read_tiff, io::read_netpbm})
+        if (const auto image = read_format(file, bytes))
+            return from_picture(file, *image);
+    refuse(file, "is no picture, or its beginning is damaged; pictures are read from .exr, .tif, .pfm and .png");
+}
+
+} // namespace
+
+cv::Mat read_colour(const std::filesystem::path& file, const std::string& layer) {
+    io::check_readable(file);
+    try {
+        return read(file, layer);
+    } catch (const std::bad_alloc&) {
+        refuse(file, "asks for more memory than there is; it is damaged or too large");
+    } catch (const cv::Exception&) {
+        refuse(file, "asks for more memory than there is; it is damaged or too large");
+    }
+}
+
+} // namespace fathom

@@ -1,0 +1,182 @@
+// fathom dof: the options reach the library, the files hold what it gives, and what is wrong is told in one line.
+#include "program.hpp"
+
+#include <fathom/dof.hpp>
+#include <fathom/opencv.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+    if (a.size() != b.size() || a.type() != b.type())
+        return false;
+    for (int y = 0; y < a.rows; ++y)
+        if (std::memcmp(a.ptr(y), b.ptr(y), static_cast<std::size_t>(a.cols) * a.elemSize()) != 0)
+            return false;
+    return true;
+}
+
+cv::Mat picture(int channels) {
+    cv::Mat colour(height, width, CV_32FC(channels));
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width * channels; ++x)
+            colour.at<float>(y, x) = static_cast<float>((x * 7 + y * 13) % 32) / 31.0f; // codes of 16 bits hold it
+    return colour;
+}
+
+// A ramp of depths and a picture as the program and as the library sees them.
+struct Scene {
+    Folder folder;
+    std::string camera, input, picture_file;
+    cv::Mat depth = ramp(), colour;
+    StoredDepth stored;
+    Lens lens{.f_number = 0.2, .focus = 3, .focal_length_mm = 50, .sensor_width_mm = 36};
+
+    explicit Scene(int channels = 3, const std::string& more = {})
+        : camera(camera_file(folder, more)), picture_file(folder / "colour.exr"), colour(picture(channels)) {
+        input = depth_file(folder, "frame.exr", depth);
+        std::vector<std::string> names{"R", "G", "B", "A"};
+        names.resize(static_cast<std::size_t>(channels));
+        write_image(picture_file, colour, {.channels = names});
+        stored = {to_device(Device::open(), depth), camera_for(read_camera(camera), width, height)};
+    }
+
+    Arguments arguments(const std::string& output, const Arguments& more = {}) const {
+        Arguments all{"dof",     input, "--color",  picture_file, "--camera",          camera, "-o",          output,
+                      "--focus", "3",   "--f-stop", "0.2",        "--focal-length-mm", "50",   "--sensor-mm", "36"};
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    }
+
+    cv::Mat expected(const std::function<void(DofOptions&)>& change = {}) const {
+        DofOptions options{.circle = circle_of_confusion(lens, stored.camera)};
+        if (change)
+            change(options);
+        return to_mat(dof(stored, to_device(stored.image.device(), colour), options)).clone();
+    }
+};
+
+} // namespace
+
+TEST_CASE("dof program: writes what the library computes") {
+    for (const int channels : {3, 4}) {
+        const Scene scene(channels);
+        const std::string out = scene.folder / "out/blurred.exr";
+        check_done(run(scene.arguments(out)));
+        const cv::Mat truth = scene.expected();
+        CHECK(!same(truth, scene.colour));
+        CHECK(same(read_colour(out), truth));
+        CHECK(list_channels(out).size() == static_cast<std::size_t>(channels));
+    }
+}
+
+TEST_CASE("dof program: every option reaches the library") {
+    const Scene scene;
+    struct {
+        Arguments arguments;
+        std::function<void(DofOptions&)> change;
+    } const cases[] = {
+        {{"--quality", "fast"}, [](DofOptions& o) { o.quality = BlurQuality::fast; }},
+        {{"--aperture", "5"}, [](DofOptions& o) { o.aperture.blades = 5; }},
+        {{"--aperture", "5", "--rotate", "30"},
+         [](DofOptions& o) {
+             o.aperture = {5, 30};
+         }},
+        {{"--largest", "3"}, [](DofOptions& o) { o.largest_px = 3; }},
+    };
+    for (const auto& one : cases) {
+        const std::string out = scene.folder / "out/blurred.exr";
+        check_done(run(scene.arguments(out, one.arguments)));
+        INFO(one.arguments.front() << ' ' << one.arguments[1]);
+        const cv::Mat truth = scene.expected(one.change);
+        CHECK(same(read_colour(out), truth));
+        CHECK(!same(truth, scene.expected()));
+    }
+    const std::string out = scene.folder / "out/circle.exr";
+    check_done(run(scene.arguments(out, {"--aperture", "circle", "--quality", "default", "--sky", "blur"})));
+    CHECK(same(read_colour(out), scene.expected()));
+}
+
+TEST_CASE("dof program: the focus may be the depth under a pixel") {
+    Scene scene;
+    const std::string out = scene.folder / "out/blurred.exr";
+    check_done(run({"dof", scene.input, "--color", scene.picture_file, "--camera", scene.camera, "-o", out,
+                    "--focus-at", "5,3", "--f-stop", "0.2", "--focal-length-mm", "50", "--sensor-mm", "36"}));
+    scene.lens.focus = depth_at(scene.stored, 5, 3);
+    CHECK(same(read_colour(out), scene.expected()));
+}
+
+TEST_CASE("dof program: pictures of other types, and results of other types") {
+    const Scene scene;
+    cv::Mat codes, swapped(height, width, CV_8UC3);
+    scene.colour.convertTo(codes, CV_8U, 255);
+    const int pairs[] = {0, 2, 1, 1, 2, 0}; // OpenCV writes B, G, R
+    cv::mixChannels(&codes, 1, &swapped, 1, pairs, 3);
+    const std::string png = scene.folder / "colour.png";
+    cv::imwrite(png, swapped);
+    const cv::Mat read = read_colour(png);
+    double worst = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < 3 * width; ++x)
+            worst = std::max(worst, std::abs(static_cast<double>(read.at<float>(y, x) - scene.colour.at<float>(y, x))));
+    CHECK(worst <= 0.501 / 255);
+
+    const cv::Mat truth = scene.expected();
+    for (const char* ending : {".tif", ".pfm"}) {
+        const std::string out = scene.folder / ("out/blurred" + std::string(ending));
+        check_done(run(scene.arguments(out)));
+        CHECK(same(read_colour(out), truth));
+    }
+    const std::string out = scene.folder / "out/blurred.png";
+    check_done(run(scene.arguments(out)));
+    const cv::Mat back = read_colour(out);
+    worst = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < 3 * width; ++x)
+            worst = std::max(worst, std::abs(static_cast<double>(back.at<float>(y, x) - truth.at<float>(y, x))));
+    CHECK(worst <= 0.51 / 65535);
+}
+
+TEST_CASE("dof program: a renderer's layer is found, or named") {
+    const Scene scene;
+    const std::string layered = scene.folder / "layered.exr", two = scene.folder / "two.exr";
+    write_image(layered, scene.colour, {.channels = {"View.Combined.R", "View.Combined.G", "View.Combined.B"}});
+    CHECK(same(read_colour(layered), scene.colour));
+    CHECK(same(read_colour(layered, "View.Combined"), scene.colour));
+    CHECK_THROWS_WITH(read_colour(layered, "Diffuse"), Catch::Matchers::Contains("View.Combined"));
+    CHECK_THROWS_WITH(read_colour(scene.input), Catch::Matchers::Contains("no layer"));
+}
+
+TEST_CASE("dof program: refuses in one line what cannot be") {
+    const Scene scene;
+    const std::string out = scene.folder / "out/blurred.exr";
+    const auto refused = [&](const Arguments& more, int code, const std::string& named) {
+        check_refused(run(scene.arguments(out, more)), code, named);
+        CHECK(scene.folder.results().empty());
+    };
+    refused({"--aperture", "2"}, 2, "--aperture");
+    refused({"--aperture", "oval"}, 2, "--aperture");
+    refused({"--rotate", "nan"}, 2, "--rotate");
+    refused({"--quality", "best"}, 2, "--quality");
+    refused({"--largest", "600"}, 2, "--largest");
+    check_refused(run({"dof", scene.input, "--camera", scene.camera, "-o", out}), 2, "--color");
+    const auto with = [&](const char* option, const char* value) {
+        Arguments all = scene.arguments(out);
+        *(std::find(all.begin(), all.end(), option) + 1) = value;
+        return all;
+    };
+    check_refused(run(with("--f-stop", "0")), 2, "--f-stop");
+    check_refused(run(with("--focus", "0.01")), 2, "--focus");
+    const std::string small = scene.folder / "small.exr", missing = scene.folder / "missing.exr";
+    write_image(small, scene.colour(cv::Rect(0, 0, width - 1, height)).clone(), {.channels = {"R", "G", "B"}});
+    check_refused(run(with("--color", small.c_str())), 1, "small.exr");
+    check_refused(run(with("--color", missing.c_str())), 1, "missing.exr");
+    check_refused(run(with("--color", scene.input.c_str())), 1, "no layer");
+    CHECK(scene.folder.results().empty());
+}
