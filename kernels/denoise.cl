@@ -1,7 +1,10 @@
 // Visibility, confidence or bent normals from the sums of every pixel's own slices, over the 16 sampling patterns around it.
 //   visibility = 1 - sum_n w_n B_n / sum_n w_n G_n
-// A 5 x 5 window whose outermost rows and columns count half holds every pattern equally often. A neighbour counts by how
-// far it lies from the pixel's tangent plane, in planar depth, so that nothing is mixed across an edge.
+// A 5 x 5 window whose outermost rows and columns count half holds every pattern equally often; a 3 x 3 window does so for
+// four patterns, and there two opposite neighbours count only together: the mean is not drawn aside where one is missing.
+// A neighbour counts by how
+// far it lies from the pixel's tangent plane, and the pixel from its, in planar depth, so that nothing is mixed across an
+// edge.
 
 #include "ray.h"
 #include "split.h"
@@ -25,6 +28,43 @@
 #define SUMS 2
 #endif
 
+#define PAIRS (REACH == 1)
+
+// The pixel of each lane, and its surroundings in planar depth.
+typedef struct {
+    int x, y, v, column; // x in the split image's first plane
+    floatV q, right, down;
+    floatV inverse; // of how far a neighbour may lie off
+} centreV;
+
+INLINE uint neighbour_at(const split_params* split, const centreV* c, int dx, int dy) {
+    return in_plane(split, ((c->v + dy) & 3) * 4 + ((c->x + dx) & 3), c->column + ((c->x + dx) >> 2), (c->v + dy) >> 2);
+}
+
+#if REACH
+// How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more.
+INLINE floatV off_at(__global const float* fronts, __global const float* slopes, const split_params* split,
+                     const centreV* c, uint at, int dx, int dy) {
+    const floatV between = LOAD(float, fronts + at) - c->q, its = LOAD(float, slopes + at);
+    const floatV of_ours = fma(c->right, (floatV)(float)dx, c->down * (float)dy);
+    const floatV of_its = fma(slope_right(its), (floatV)(float)dx, slope_down(its) * (float)dy);
+    const floatV off = max(fabs(between - of_ours), fabs(between - of_its));
+#if CLAMP
+    const intV x = 4 * ((intV)c->column + LANE_INDEX(int)) + (c->x + dx - (int)(split->pixel_x & 3));
+    const int y = c->y + dy;
+    const intV inside = (x >= 0) & (x < (int)split->width) & (intV)(y >= 0 && y < (int)split->height ? -1 : 0);
+    return select((floatV)INFINITY, off, inside);
+#else
+    return off;
+#endif
+}
+
+INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
+    const float share = (abs(dx) == REACH ? 0.5f : 1.0f) * (abs(dy) == REACH ? 0.5f : 1.0f);
+    return share * max(fma(-off, c->inverse, (floatV)1.0f), 0.0f);
+}
+#endif
+
 __kernel void denoise(__global const float* fronts, __global const float* slopes, __global const float* sums,
                       __global float* target, const grid_params grid, const split_params split,
                       const occlusion_params p) {
@@ -32,7 +72,6 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
     const int y = (int)get_global_id(1) + (int)grid.reserved;
     if (column >= (int)split.columns)
         return;
-    const int v = y + (int)(split.pixel_y & 3);
     const uint all = 16 * split.plane;
 
 #if OUTPUT == 0
@@ -45,38 +84,51 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
 
     floatV dealt[OUTPUT == 2 ? 3 : 1][4];
     for (int j = 0; j < 4; ++j) {
-        const uint here = in_plane(&split, (v & 3) * 4 + j, column, v >> 2);
-        const floatV q = LOAD(float, fronts + here);
+        centreV c = {j, y, y + (int)(split.pixel_y & 3), column};
+        const uint here = neighbour_at(&split, &c, 0, 0);
+        c.q = LOAD(float, fronts + here);
         floatV sum[SUMS];
-#if REACH
-        const floatV right = LOAD(float, slopes + here), down = LOAD(float, slopes + all + here);
-        // A pixel's width on the surface, as planar depth: what a face at 45 degrees would differ by.
-        const floatV size = PERSPECTIVE ? fabs(q) * p.pixel : (floatV)p.pixel;
-        const floatV error = depth_error(&p, q);
-        const floatV steep = fma(right, right, down * down);
-        const floatV inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * error);
-        for (int i = 0; i < SUMS; ++i)
-            sum[i] = 0.0f;
-        for (int dy = -REACH; dy <= REACH; ++dy) {
-            for (int dx = -REACH; dx <= REACH; ++dx) {
-                const uint at = in_plane(&split, ((v + dy) & 3) * 4 + ((j + dx) & 3), column + ((j + dx) >> 2), (v + dy) >> 2);
-                const floatV off = fabs(LOAD(float, fronts + at) - fma(right, (floatV)(float)dx, fma(down, (floatV)(float)dy, q)));
-                const float share = (abs(dx) == REACH ? 0.5f : 1.0f) * (abs(dy) == REACH ? 0.5f : 1.0f);
-                const floatV weight = share * max(fma(-off, inverse, (floatV)1.0f), 0.0f);
-                intV counts = weight > 0.0f;
-#if CLAMP
-                const intV x = 4 * ((intV)column + LANE_INDEX(int)) + (j + dx - (int)(split.pixel_x & 3));
-                counts &= (x >= 0) & (x < (int)split.width) & (intV)(y + dy >= 0 && y + dy < (int)split.height ? -1 : 0);
-#endif
-                for (int i = 0; i < SUMS; ++i)
-                    sum[i] += select((floatV)0.0f, weight * LOAD(float, sums + which[i] + at), counts);
-            }
-        }
-#else
         for (int i = 0; i < SUMS; ++i)
             sum[i] = LOAD(float, sums + which[i] + here);
+#if REACH
+        const floatV packed = LOAD(float, slopes + here);
+        c.right = slope_right(packed), c.down = slope_down(packed);
+        // A pixel's width on the surface, as planar depth: what a face at 45 degrees would differ by.
+        const floatV size = PERSPECTIVE ? fabs(c.q) * p.pixel : (floatV)p.pixel;
+        const floatV steep = fma(c.right, c.right, c.down * c.down);
+        c.inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * depth_error(&p, c.q));
+#if OUTPUT == 0
+        floatV most = 0.0f;
+        for (int dy = -REACH; dy <= REACH; ++dy) {
+            for (int dx = -REACH; dx <= REACH; ++dx)
+                most = max(most, LOAD(float, sums + neighbour_at(&split, &c, dx, dy)));
+        }
+        const bool open = !any_of(most > 0.0f);
+#else
+        const bool open = false;
 #endif
-        const intV known = q > 1.5f * NOTHING, surface = q > NOTHING;
+        for (int dy = PAIRS ? 0 : -REACH; !open && dy <= REACH; ++dy) {
+            for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
+                if (dx == 0 && dy == 0)
+                    continue;
+                const uint at = neighbour_at(&split, &c, dx, dy);
+                floatV off = off_at(fronts, slopes, &split, &c, at, dx, dy);
+#if PAIRS
+                const uint opposite = neighbour_at(&split, &c, -dx, -dy);
+                off = max(off, off_at(fronts, slopes, &split, &c, opposite, -dx, -dy));
+#endif
+                const floatV weight = weight_of(&c, off, dx, dy);
+                for (int i = 0; i < SUMS; ++i) {
+                    floatV value = LOAD(float, sums + which[i] + at);
+#if PAIRS
+                    value += LOAD(float, sums + which[i] + opposite);
+#endif
+                    sum[i] += select((floatV)0.0f, weight * value, weight > 0.0f);
+                }
+            }
+        }
+#endif
+        const intV known = c.q > 1.5f * NOTHING, surface = c.q > NOTHING;
 #if OUTPUT == 2
         const floatV length = sqrt(fma(sum[0], sum[0], fma(sum[1], sum[1], sum[2] * sum[2])));
         for (int i = 0; i < 3; ++i) {

@@ -90,6 +90,24 @@ INLINE floatV lanes_from(uint x) {
     return (floatV)((float)x) + LANE_INDEX(float) + 0.5f;
 }
 
+// Is it true of a lane? The builtin asks each in turn.
+INLINE bool any_of(intV condition) {
+#if V == 1
+    return condition != 0;
+#else
+#if V == 16
+    const int8 half_of = condition.lo | condition.hi;
+    const int4 quarter = half_of.lo | half_of.hi;
+#elif V == 8
+    const int4 quarter = condition.lo | condition.hi;
+#else
+    const int4 quarter = condition;
+#endif
+    const int2 pair = quarter.lo | quarter.hi;
+    return (pair.x | pair.y) != 0;
+#endif
+}
+
 // Sum of two floats and its rounding error, exactly (Knuth 1969).
 typedef struct {
     floatV high, low;

@@ -97,8 +97,11 @@ typedef struct {
     float inverse_distance;
     float square_distance;
     float aside;              // from the pixel's centre to the slice
-    float inner, outer;       // from the pixel's centre to the ends of the stretch
-    float inverse_inner, inverse_outer; // of the ends' distances
+    float low, high;          // from it to where its stretch begins at the nearest and ends at the farthest
+    float inverse_low, inverse_high; // of the distances there
+    float gap;                // from the last one to it
+    float before, after;      // from the last one, and from it, to half way between them
+    float inverse_inner;      // of the distance there
 } tap_params;
 
 // How positions lie around a pixel, for the occlusion kernels. See EyeRays in src/camera/eye_rays.hpp.

@@ -15,6 +15,19 @@ INLINE uint in_plane(const split_params* s, int plane, int column, int row) {
     return (uint)plane * s->plane + (uint)(row + 1) * s->stride + (uint)(column + MARGIN);
 }
 
+// Slopes to the right and down in one word, the leading 16 bits of each.
+INLINE floatV packed_slopes(floatV right, floatV down) {
+    const intV a = as_intV(right), b = as_intV(down);
+    const intV low = ((a + 0x7fff + ((a >> 16) & 1)) >> 16) & 0xffff;
+    return as_floatV(((b + 0x7fff + ((b >> 16) & 1)) & (int)0xffff0000) | low);
+}
+INLINE floatV slope_right(floatV packed) {
+    return as_floatV(as_intV(packed) << 16);
+}
+INLINE floatV slope_down(floatV packed) {
+    return as_floatV(as_intV(packed) & (int)0xffff0000);
+}
+
 // 4 V neighbours of a row to V of each plane and back.
 #if V == 1
 #define DEAL(v, p)                                                                                                     \

@@ -23,6 +23,7 @@
 #error "BENT is not defined: 1 to sum the open directions, 0 otherwise"
 #endif
 
+#define TILE 128 // columns
 #define SECTORS 31.0f
 #define STEEP 0.5f // of the radius from pixel to pixel: what is steeper, and than the tangent plane too, is an edge
 
@@ -62,6 +63,19 @@ INLINE floatV rough_inverse_root(floatV a) {
     return guess * fma(-0.5f * a * guess, guess, (floatV)1.5f);
 }
 
+// 1 / sqrt(a) to 5e-6: two steps.
+INLINE floatV inverse_root(floatV a) {
+    const floatV rough = rough_inverse_root(a);
+    return rough * fma(-0.5f * a * rough, rough, (floatV)1.5f);
+}
+
+// 1 / a to 2e-4: two steps of Newton.
+INLINE floatV rough_inverse(floatV a) {
+    const floatV guess = as_floatV(0x7ef311c7 - as_intV(a));
+    const floatV better = guess * fma(-a, guess, (floatV)2.0f);
+    return better * fma(-a, better, (floatV)2.0f);
+}
+
 // asin c + c sqrt(1 - c^2) to 1.4e-3, exact at 0 and 1.
 INLINE floatV lens(floatV c) {
     const floatV c2 = c * c;
@@ -93,14 +107,17 @@ INLINE int greatest(intV a) {
 
 // One side of a slice: cot t = scale (q - q_c) / s + offset, see the head.
 typedef struct {
+    float across_x, across_y, along_x, along_y; // a pixel's step across and along it
     floatV q;                      // of the pixel, moved towards the eye by what its depth may be off
-    floatV across;                 // slope of q across the slice
+    floatV slack;                  // what depths may be off by
+    floatV across, tangent;        // slopes of the tangent plane across the slice and along it
     floatV scale, offset;          // of the cotangent
     floatV middle, middle_step;    // where the ball's centre lies on the ray s pixels away, less q
     floatV reach, reach_step, cut; // its half length there is root((reach - s reach_step)^2 - s^2 cut) / per_depth
     floatV per_depth;
     floatV nearest;                // the ball's near end is at least here: the eye may be inside
     floatV rises, falls;           // steepest slopes that a tap's surface is followed along
+    floatV first;                  // (q - q_c) / s from which on the first sector may be blocked
     floatV lowest;                 // cosine of the tangent plane
     floatV sectors_square, sectors_nu, sectors_offset;
 } sideV;
@@ -109,7 +126,7 @@ typedef struct {
     floatV low, high; // q less q_c between which a column counts
 } ballV;
 
-INLINE ballV ball_at(const sideV* side, const tap_params* tap) {
+INLINE ballV ball_at(const sideV* side, __global const tap_params* tap) {
     const floatV reach = fma((floatV)-tap->distance, side->reach_step, side->reach);
     const floatV square = max(fma((floatV)-tap->square_distance, side->cut, reach * reach), 0.0f);
     const floatV half_length = square * rough_inverse_root(square);
@@ -124,30 +141,90 @@ INLINE intV sectors_to(floatV cotangent, const sideV* side) {
     return convert_intV(fma(c * c, side->sectors_square, fma(lens(c), side->sectors_nu, side->sectors_offset)));
 }
 
-// The sectors that a tap's column blocks: from its back to the higher end of its front, inside the ball. The front is
-// followed along its own tangent plane over the stretch that the tap stands for.
-INLINE intV sectors_of(const sideV* side, const tap_params* tap, floatV front, floatV back, floatV tilt) {
-    const floatV base = fma(side->across, (floatV)tap->aside, -side->q);
+// Where the work-item's pixels lie in the split image.
+typedef struct {
+    uint here;
+    int column, row;
+    bool inside; // no tap leaves it
+} placeV;
+
+INLINE uint at_tap(const placeV* place, const split_params* split, __global const tap_params* tap) {
+    const uint at = place->here + (uint)tap->offset;
+    if (place->inside)
+        return at;
+    const int column = place->column + ((tap->rows_columns << 16) >> 16), row = place->row + (tap->rows_columns >> 16);
+    return at + (uint)((clamp(row, -1, (int)split->rows) - row) * (int)split->stride +
+                       clamp(column, -MARGIN, (int)split->columns) - column);
+}
+
+// What a tap sees: its surface where the slice passes it, less q_c, and how it goes on along the slice.
+typedef struct {
+    floatV front, to_line, tilt;
+    floatV height; // of the tap's own pixel above the tangent plane
+} columnV;
+
+INLINE columnV column_at(const sideV* side, __global const float* fronts, __global const float* slopes, uint at,
+                         __global const tap_params* tap) {
+    const floatV packed = LOAD(float, slopes + at), right = slope_right(packed), down = slope_down(packed);
+    const floatV across = fma((floatV)side->across_x, right, side->across_y * down);
+    columnV column;
+    column.to_line = fma(across, (floatV)tap->aside, -side->q);
+    column.tilt = fma((floatV)side->along_x, right, side->along_y * down);
+    const floatV front = LOAD(float, fronts + at);
+    column.front = front + column.to_line;
+    column.height = fma(side->across, (floatV)tap->aside, front - side->q) - side->tangent * tap->distance;
+    return column;
+}
+
+// May what a tap sees block a sector, wherever between its neighbours it ends?
+INLINE intV rises_above(const sideV* side, floatV first, const columnV* column, __global const tap_params* tap) {
+    const floatV low = fma(column->tilt, (floatV)tap->low, column->front) * tap->inverse_low;
+    const floatV high = fma(column->tilt, (floatV)tap->high, column->front) * tap->inverse_high;
+    return (max(low, high) > first) & (column->height > -side->slack);
+}
+
+// Two neighbours meet in an outward edge, which ends both, if either, followed to the other's place, passes above it.
+typedef struct {
+    intV outward;
+    floatV place; // (q - q_c) / s
+} edgeV;
+
+INLINE edgeV edge_of(const columnV* a, const columnV* b, __global const tap_params* tap_b) {
+    const floatV gap = (floatV)tap_b->gap;
+    const floatV over = fma(a->tilt, gap, a->front) - b->front, under = fma(-b->tilt, gap, b->front) - a->front;
+    const floatV sum = over + under;
+    return (edgeV){(over > 0.0f) & (under > 0.0f),
+                   fma(a->tilt * gap, under, a->front * sum) * rough_inverse(fma(gap, under, (tap_b->distance - tap_b->gap) * sum))};
+}
+
+// (q - q_c) / s where a column ends: at the edge, or `way` from it, half way to its neighbour, along its own surface.
+INLINE floatV end_of(const sideV* side, const columnV* column, const edgeV* edge, float way, float inverse) {
+    const floatV tilt = max(min(column->tilt, side->rises), side->falls);
+    return select(fma(tilt, (floatV)way, column->front) * inverse, edge->place, edge->outward);
+}
+
+// The sectors that a column blocks: from its back to the higher end of its front, inside the ball.
+INLINE intV sectors_of(const sideV* side, floatV first, const columnV* column, floatV back, floatV inner, floatV outer,
+                       __global const tap_params* tap) {
     const ballV ball = ball_at(side, tap);
-    const floatV scale = side->scale * tap->inverse_distance;
-    const floatV lowest = fma(scale, ball.low, side->offset), highest = fma(scale, ball.high, side->offset);
-    const floatV centre = front + base;
-    tilt = max(min(tilt, side->rises), side->falls);
-    const floatV inner = fma(side->scale * tap->inverse_inner, fma(tilt, (floatV)tap->inner, centre), side->offset);
-    const floatV outer = fma(side->scale * tap->inverse_outer, fma(tilt, (floatV)tap->outer, centre), side->offset);
-    const floatV behind = fma(scale, back + base, side->offset);
-    const floatV top = max(min(max(inner, outer), highest), lowest);
-    const floatV bottom = max(min(min(min(inner, outer), behind), highest), lowest);
-    const intV from = max(sectors_to(bottom, side), 0), to = min(max(sectors_to(top, side), from), (int)SECTORS);
-    return ((intV)1 << to) - ((intV)1 << from);
+    const floatV low = ball.low * tap->inverse_distance, high = ball.high * tap->inverse_distance;
+    const floatV behind = (back + column->to_line) * tap->inverse_distance;
+    const floatV top = max(min(max(inner, outer), high), low);
+    const floatV bottom = max(min(min(min(inner, outer), behind), high), low);
+    const intV from = max(sectors_to(fma(side->scale, bottom, side->offset), side), 0);
+    const intV to = min(max(sectors_to(fma(side->scale, top, side->offset), side), from), (int)SECTORS);
+    return select((intV)0, ((intV)1 << to) - ((intV)1 << from), (max(inner, outer) > first) & (column->height > -side->slack));
 }
 
 __kernel void ssao(__global const float* fronts, __global const float* backs, __global const float* slopes,
                    __global const float* taps, __global const float* turns, __global const uint* counts,
                    __global float* sums, const split_params split, const occlusion_params p) {
-    const int column = (int)get_global_id(0) * V;
-    const int pattern = (int)get_global_id(1) / (int)split.rows;
-    const int row = (int)get_global_id(1) % (int)split.rows;
+    // Tiles of columns, so that what one's taps look at stays in the cache; all patterns of a row before the next row.
+    const uint item = (uint)get_global_id(0), wide = TILE / V, tile_items = wide * 16 * split.rows;
+    const uint tile = item / tile_items, in_tile = item % tile_items;
+    const int column = (int)(tile * TILE + in_tile % wide * V);
+    const int pattern = (int)(in_tile / wide % 16);
+    const int row = (int)(in_tile / wide / 16);
     if (column >= (int)split.columns)
         return;
 
@@ -155,7 +232,7 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
     const floatV front = LOAD(float, fronts + here);
     const intV surface = front > NOTHING;
     const floatV q = select((floatV)(PERSPECTIVE ? 1.0f : 0.0f), front, surface);
-    const floatV right = LOAD(float, slopes + here), down = LOAD(float, slopes + all + here);
+    const floatV packed = LOAD(float, slopes + here), right = slope_right(packed), down = slope_down(packed);
 
     // The pixel's ray, and what one pixel's step adds, along it and across.
     const float y = (float)(4 * row + pattern / 4 + (int)(split.pixel_y & ~3u)) + 0.5f;
@@ -198,13 +275,14 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
         const floatV step_along = fma((floatV)turn_x, along[0], turn_y * along[1]);
         const float step_square = turn_x * turn_x * step_xx + turn_y * turn_y * step_yy + 2 * turn_x * turn_y * step_xy;
         const floatV across_square = fma(-step_along, step_along, (floatV)step_square);
-        const floatV inverse_across = 1.0f / sqrt(across_square);
+        const floatV inverse_across = inverse_root(across_square);
         const floatV weight = inverse_across * inverse_across;
         const floatV slope_along = fma((floatV)turn_x, right, turn_y * down);
 
         side.q = q + 2.0f * error;
-        side.rises = max(slope_along, steepest);
-        side.falls = min(slope_along, -steepest);
+        side.slack = 4.0f * error;
+        side.across_x = -turn_y;
+        side.across_y = turn_x;
         side.across = fma((floatV)-turn_y, right, turn_x * down);
         side.scale = depth_scale * inverse_across;
 #if PERSPECTIVE
@@ -233,18 +311,30 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
             side.reach_step = 0.0f;
 #endif
             const floatV tangent = fma(side.scale, (float)sign * slope_along, side.offset);
-            side.lowest = tangent / sqrt(fma(tangent, tangent, (floatV)1.0f));
+            side.lowest = tangent * inverse_root(fma(tangent, tangent, (floatV)1.0f));
             const floatV nu = -tangent;
+            side.tangent = (float)sign * slope_along;
+            side.rises = max(side.tangent, steepest);
+            side.falls = min(side.tangent, -steepest);
+            side.along_x = (float)sign * turn_x;
+            side.along_y = (float)sign * turn_y;
             side.offset -= side.scale * (p.slope_errors * error); // what is higher for certain
             const floatV full = max(measure(side.lowest, nu), 1e-6f);
-            const floatV per_sector = SECTORS / full;
+            const floatV per_sector = SECTORS * rough_inverse(full);
             side.sectors_square = per_sector;
             side.sectors_nu = per_sector * nu;
             side.sectors_offset = SECTORS + rounding - per_sector * fma(nu, (floatV)M_PI_2_F, (floatV)1.0f);
 
+            // A sector's measure is at most root(1 + nu^2) times the square of the angle above the tangent plane.
+            const floatV above_square = full * ((1.0f - rounding) / SECTORS) * rough_inverse_root(fma(nu, nu, (floatV)1.0f));
+            const floatV above = above_square * rough_inverse_root(above_square);
+            const floatV sky = fma(-tangent, above, (floatV)1.0f);
+            side.first = select((floatV)INFINITY, fma(tangent + above, rough_inverse(sky), -side.offset) * rough_inverse(side.scale), sky > 0.0f);
+
             // How far the ball reaches on the screen: where its half length ends.
-            const floatV falls = sqrt(max(side.cut, 0.0f)) + side.reach_step;
-            const floatV far_away = select((floatV)1e9f, side.reach / falls, (falls > 0.0f) & (side.cut > 0.0f));
+            const floatV cut = max(side.cut, 0.0f);
+            const floatV falls = fma(cut, rough_inverse_root(cut), side.reach_step);
+            const floatV far_away = select((floatV)1e9f, side.reach * rough_inverse(falls), (falls > 0.0f) & (side.cut > 0.0f));
             const floatV extent = min(far_away, 1e9f);
             const intV level = select((intV)0, min(((as_intV(extent * extent) + 0x7fffff) >> 23) - 127, (intV)(int)p.levels), surface);
 
@@ -254,32 +344,52 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
 #endif
             intV left_over = level;
             for (int now = greatest(left_over); now > 0; now = greatest(left_over)) {
+                const intV active = left_over == now;
+                const floatV first = select((floatV)INFINITY, side.first, active);
+                const int reach = (int)counts[p.levels + now];
+                placeV place = {here, column, row, false};
+                place.inside = column >= reach && column + V + reach <= (int)split.columns && row >= reach && row + reach < (int)split.rows;
+                const uint table = (((uint)(now - 1) * 16 + (uint)pattern) * p.slices + k) * 2 + (sign < 0 ? 1 : 0);
+                __global const tap_params* tap = (__global const tap_params*)taps + (p.steps + 2) * table + 1;
                 intV covered = 0;
 #if CONFIDENCE
                 floatV asked = 0.0f, answered = 0.0f;
 #endif
-                const int reach = (int)counts[p.levels + now];
-                const bool inside = column >= reach && column + V + reach <= (int)split.columns && row >= reach && row + reach < (int)split.rows;
-                const uint table = (((uint)(now - 1) * 16 + (uint)pattern) * p.slices + k) * 2 + (sign < 0 ? 1 : 0);
-                __global const tap_params* tap = (__global const tap_params*)taps + p.steps * table;
-                for (const __global tap_params* end = tap + counts[now]; tap != end; ++tap) {
-                    const tap_params t = *tap;
-                    uint at = here + (uint)t.offset;
-                    if (!inside) {
-                        const int tap_column = column + ((t.rows_columns << 16) >> 16), tap_row = row + (t.rows_columns >> 16);
-                        at += (uint)((clamp(tap_row, -1, (int)split.rows) - tap_row) * (int)split.stride +
-                                     clamp(tap_column, -MARGIN, (int)split.columns) - tap_column);
-                    }
-                    const floatV tilt = fma((floatV)turn_x, LOAD(float, slopes + at), turn_y * LOAD(float, slopes + all + at));
-                    const floatV tap_front = LOAD(float, fronts + at);
+                for (int done = 0; done < (int)counts[now]; done += 32, tap += 32) {
+                    const int count = min((int)counts[now] - done, 32);
+                    uint rising = 0;
+                    for (int i = 0; i < count; ++i) {
+                        const uint at = at_tap(&place, &split, tap + i);
+                        const columnV seen = column_at(&side, fronts, slopes, at, tap + i);
+                        rising |= (uint)any_of(rises_above(&side, first, &seen, tap + i)) << i;
 #if CONFIDENCE
-                    const floatV near = select((floatV)0.0f, (floatV)1.0f, t.distance <= extent);
-                    asked += near;
-                    answered += select((floatV)0.0f, near, tap_front > 1.5f * NOTHING);
+                        const floatV near = select((floatV)0.0f, (floatV)1.0f, tap[i].distance <= extent);
+                        asked += near;
+                        answered += select((floatV)0.0f, near, LOAD(float, fronts + at) > 1.5f * NOTHING);
 #endif
-                    covered |= sectors_of(&side, &t, tap_front, LOAD(float, backs + at), tilt);
+                    }
+                    columnV last, seen, next;
+                    edgeV before, after;
+                    for (int known = -2; rising != 0; rising &= rising - 1) {
+                        const int i = 31 - clz(rising & -rising);
+                        __global const tap_params* const t = tap + i;
+                        const uint at = at_tap(&place, &split, t);
+                        if (i == known) {
+                            seen = next;
+                            before = after;
+                        } else {
+                            last = column_at(&side, fronts, slopes, at_tap(&place, &split, t - 1), t - 1);
+                            seen = column_at(&side, fronts, slopes, at, t);
+                            before = edge_of(&last, &seen, t);
+                        }
+                        known = i + 1;
+                        next = column_at(&side, fronts, slopes, at_tap(&place, &split, t + 1), t + 1);
+                        after = edge_of(&seen, &next, t + 1);
+                        const floatV inner = end_of(&side, &seen, &before, t->after, t->inverse_inner);
+                        const floatV outer = end_of(&side, &seen, &after, t[1].before, t[1].inverse_inner);
+                        covered |= sectors_of(&side, first, &seen, LOAD(float, backs + at), inner, outer, t);
+                    }
                 }
-                const intV active = left_over == now;
 #if CONFIDENCE
                 share = select(share, answered / max(asked, 1e-9f), active & (asked > 0.0f));
 #endif

@@ -15,11 +15,13 @@
 #error "THICKNESS is not defined: 0 endless, 1 the same everywhere, 2 an image of it, 3 planar depth of the back"
 #endif
 #ifndef GIVEN_NORMALS
-#error "GIVEN_NORMALS is not defined: 1 where normals come as an image, 0 where depths give them"
+#error "GIVEN_NORMALS is not defined: 1 where normals come as an image, 2 where they were fitted to the depths, 0 for neither"
 #endif
 #ifndef CLAMP
 #error "CLAMP is not defined: 1 to repeat the border outside the image, 0 for nothing there"
 #endif
+
+#define THIN 0.25f // of the radius: what lies that far from its neighbours' planes is not part of them
 
 // V neighbours of a row; `outside` where the image is not.
 INLINE floatV row_at(__global const float* image, const grid_params* grid, int x, int y, float outside) {
@@ -35,7 +37,7 @@ INLINE floatV row_at(__global const float* image, const grid_params* grid, int x
     return *(const float_lanes*)lanes;
 }
 
-#if !GIVEN_NORMALS
+#if GIVEN_NORMALS != 1
 // The same without the border's repetition: slopes are one-sided there.
 INLINE floatV neighbours_at(__global const float* image, const grid_params* grid, int x, int y) {
     const int width = (int)grid->x_end, height = (int)grid->height;
@@ -49,7 +51,20 @@ INLINE floatV neighbours_at(__global const float* image, const grid_params* grid
     return surface_only(*(const float_lanes*)lanes);
 }
 
-#else
+// The slope, but for things of one or two pixels: no plane of theirs explains them, and other things' must not. They go on
+// to their neighbour, if one lies within `step`, and face the eye otherwise.
+INLINE floatV unless_thin(floatV found, const floatV* near, floatV q, floatV step) {
+    const floatV from_before = fabs(fma((floatV)2.0f, near[1], -near[0]) - q);
+    const floatV from_after = fabs(fma((floatV)2.0f, near[2], -near[3]) - q);
+    const floatV before = q - near[1], after = near[2] - q;
+    const floatV closer = select(after, before, !(fabs(before) > fabs(after)));
+    const floatV chosen = select((floatV)0.0f, closer, fabs(closer) < step);
+    return select(found, chosen, (from_before > step) & (from_after > step));
+}
+
+#endif
+
+#if GIVEN_NORMALS
 // The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
 // factor for parallel rays. A normal that looks away from the eye is none: its surface is taken to face the eye.
 INLINE void slopes_of(__global const float* normals, const split_params* split, const occlusion_params* p, int x, int y,
@@ -89,16 +104,14 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
     const int y = v - (int)(split.pixel_y & 3);
     const int left = 4 * column - (int)(split.pixel_x & 3);
 
-    floatV front[4], back[4], right[4], down[4];
+    floatV front[4], back[4], slopes_here[4];
     for (int j = 0; j < 4; ++j) {
         const int x = left + j * V;
         const floatV q = row_at(depth, &grid, x, y, NAN);
         const intV known = !isnan(q), surface = known & (q > (PERSPECTIVE ? 0.0f : -FLT_MAX));
         front[j] = select(select((floatV)UNKNOWN, (floatV)NOTHING, known), q, surface);
-#if GIVEN_NORMALS || THICKNESS == 1 || THICKNESS == 2
         const floatV fx = convert_floatV((intV)x + LANE_INDEX(int)) + ((float)split.pixel_x + 0.5f);
         const float fy = (float)y + (float)split.pixel_y + 0.5f;
-#endif
 #if THICKNESS == 0
         back[j] = (floatV)UNKNOWN;
 #elif THICKNESS < 3
@@ -119,29 +132,36 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
         back[j] = select(front[j], select((floatV)NOTHING, behind, behind > (PERSPECTIVE ? 0.0f : -FLT_MAX)),
                          surface & (behind <= q));
 #endif
+        floatV right, down;
 #if GIVEN_NORMALS
         slopes_of(normals, &split, &occlusion, x, y, normals_grid.source_offset, normals_grid.source_stride,
-                  normals_grid.reserved, q, fx, fy, &right[j], &down[j]);
-#else
-        const floatV error = depth_error(&occlusion, q);
-        right[j] = slope(neighbours_at(depth, &grid, x - 2, y), neighbours_at(depth, &grid, x - 1, y), q,
-                         neighbours_at(depth, &grid, x + 1, y), neighbours_at(depth, &grid, x + 2, y), 4.0f * error);
-        down[j] = slope(neighbours_at(depth, &grid, x, y - 2), neighbours_at(depth, &grid, x, y - 1), q,
-                        neighbours_at(depth, &grid, x, y + 1), neighbours_at(depth, &grid, x, y + 2), 4.0f * error);
+                  normals_grid.reserved, q, fx, fy, &right, &down);
 #endif
-        right[j] = select((floatV)0.0f, right[j], surface);
-        down[j] = select((floatV)0.0f, down[j], surface);
+#if GIVEN_NORMALS != 1
+        const floatV tolerance = 4.0f * depth_error(&occlusion, q);
+        const floatV across[4] = {neighbours_at(depth, &grid, x - 2, y), neighbours_at(depth, &grid, x - 1, y),
+                                  neighbours_at(depth, &grid, x + 1, y), neighbours_at(depth, &grid, x + 2, y)};
+        const floatV along[4] = {neighbours_at(depth, &grid, x, y - 2), neighbours_at(depth, &grid, x, y - 1),
+                                 neighbours_at(depth, &grid, x, y + 1), neighbours_at(depth, &grid, x, y + 2)};
+#if !GIVEN_NORMALS
+        right = slope(across[0], across[1], q, across[2], across[3], tolerance);
+        down = slope(along[0], along[1], q, along[2], along[3], tolerance);
+#endif
+        const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy), (floatV)(THIN * occlusion.radius), tolerance);
+        right = unless_thin(right, across, q, step);
+        down = unless_thin(down, along, q, step);
+#endif
+        slopes_here[j] = select((floatV)0.0f, packed_slopes(right, down), surface);
     }
 
     floatV dealt[4];
     const uint at = (uint)((v + 4) >> 2) * split.stride + (uint)(column + MARGIN);
-    const uint first = (uint)(v & 3) * 4, all = 16 * split.plane;
+    const uint first = (uint)(v & 3) * 4;
 #define STORE(values, target)                                                                                          \
     DEAL(values, dealt);                                                                                               \
     for (uint phase = 0; phase < 4; ++phase)                                                                           \
         *(__global float_lanes*)((target) + (first + phase) * split.plane + at) = dealt[phase]
     STORE(front, fronts);
     STORE(back, backs);
-    STORE(right, slopes);
-    STORE(down, slopes + all);
+    STORE(slopes_here, slopes);
 }

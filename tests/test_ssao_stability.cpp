@@ -221,7 +221,7 @@ TEST_CASE("stability: ssao of a room in D16 and D24 keeps its occlusion", "[ssao
         };
         INFO(text(camera, options));
         CHECK(std::count_if(exact.begin(), exact.end(), [](float v) { return v < 0.9f; }) > 5000);
-        CHECK(off(visibility_of(scene::codes16(image, camera), camera, options, Storage::uint16)) <= 0.005);
+        CHECK(off(visibility_of(scene::codes16(image, camera), camera, options, Storage::uint16)) <= 0.01);
         CHECK(off(visibility_of(scene::codes24(image, camera), camera, options, Storage::uint24)) <= 0.0005);
     }
 }
@@ -284,15 +284,15 @@ double by_rays(const scene::Scene& scene, const Vector3d& position, const Vector
 
 /// Root of the mean square difference from brute force with the same thickness: the bars' own, a quarter of the radius,
 /// endless; then of the bars' own thickness from rays, and from brute force with true normals. Measured and 5% more,
-/// where 0.03 is aimed at: a bar of one or two pixels has no slope of its own in the image, and most steps miss it.
+/// where 0.03 is aimed at: a bar of one or two pixels has no slope of its own in the image, and some steps miss it.
 struct Railing {
     int pixels;
     double own, quarter, endless, own_by_rays, own_with_normals;
 };
 constexpr Railing railings[] = {
-    {1, 0.1307, 0.3658, 0.419, 0.1081, 0.03},
-    {2, 0.2589, 0.2552, 0.2316, 0.2487, 0.0871},
-    {3, 0.0667, 0.2092, 0.095, 0.0733, 0.0576},
+    {1, 0.0139, 0.1362, 0.0413, 0.0279, 0.03},
+    {2, 0.0434, 0.0685, 0.0683, 0.0465, 0.0322},
+    {3, 0.032, 0.0544, 0.0549, 0.0398, 0.03},
 };
 
 // What any guess costs that takes bars for solid: no kernel can see behind them.

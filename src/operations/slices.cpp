@@ -14,7 +14,7 @@ namespace {
 constexpr int patterns = 16;
 
 // Order of the 4 × 4 pixels in which any 2 × 2 of them are far apart.
-constexpr int rank_of[patterns] = {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
+constexpr int rank_of[patterns] = {0, 9, 6, 15, 4, 13, 10, 3, 8, 1, 14, 7, 12, 5, 2, 11};
 
 int rank(int pattern, int used) {
     const int x = pattern % 4, y = pattern / 4;
@@ -26,16 +26,25 @@ double fraction(double value) {
     return value - std::floor(value);
 }
 
-int reversed4(int value) {
-    return (value & 1) << 3 | (value & 2) << 1 | (value & 4) >> 1 | (value & 8) >> 3;
-}
-
-struct Step {
-    int x, y;
+// A pixel near a slice.
+struct Place {
+    int x, y;     // from the centre
+    double along; // the slice, outwards
+    double aside; // from it to the slice
 };
+
+Place place_at(double distance, double sign, double cosine, double sine) {
+    const int x = static_cast<int>(std::lround(sign * distance * cosine));
+    const int y = static_cast<int>(std::lround(sign * distance * sine));
+    return {x, y, sign * (x * cosine + y * sine), x * sine - y * cosine};
+}
 
 float single(double value) {
     return static_cast<float>(value);
+}
+
+float inverse(double value) {
+    return value > 0 ? single(1 / value) : 0;
 }
 
 } // namespace
@@ -62,10 +71,12 @@ SliceTable slice_table(int slices, int steps, int largest_radius, int patterns_u
             table.turns.push_back(static_cast<float>(1.0 / 16 + rounding * 7 / 8));
         }
     }
+    std::vector<std::uint32_t> reaches;
     for (int level = 1; level <= table.levels; ++level) {
         const double radius = std::exp2(level / 2.0);
         const int count = std::min(steps, static_cast<int>(std::ceil(radius)));
         table.counts.push_back(static_cast<std::uint32_t>(count));
+        int reach = 0;
         for (int pattern = 0; pattern < patterns; ++pattern) {
             for (int k = 0; k < slices; ++k) {
                 const double cosine = table.turns[static_cast<std::size_t>(4 * (pattern * slices + k))];
@@ -73,39 +84,44 @@ SliceTable slice_table(int slices, int steps, int largest_radius, int patterns_u
                 for (int side = 0; side < 2; ++side) {
                     const double shift = patterns_used == 1
                                              ? 0.5
-                                             : fraction((reversed4(rank(pattern, patterns_used)) + 0.5) / patterns +
+                                             : fraction((rank(pattern, patterns_used) * 5 % 16 + 0.5) / patterns +
                                                         (2 * k + side) * 0.618033988749895);
-                    std::vector<double> distance;
-                    for (int i = 0; i < steps; ++i)
+                    std::vector<double> distance{0};
+                    for (int i = 0; i <= steps; ++i)
                         distance.push_back(std::max(i + 1.0, radius * std::pow((i + shift) / count, tap_power)));
-                    for (int i = 0; i < steps; ++i) {
-                        const std::size_t at = static_cast<std::size_t>(i);
-                        const double s = distance[at];
-                        const double sign = side == 0 ? 1 : -1;
-                        const int dx = static_cast<int>(std::lround(sign * s * cosine));
-                        const int dy = static_cast<int>(std::lround(sign * s * sine));
-                        const int px = pattern % 4 + dx, py = pattern / 4 + dy;
-                        const double inner = i == 0 ? s / 2 : (s + distance[at - 1]) / 2;
-                        const double outer = i + 1 < count ? (s + distance[at + 1]) / 2 : s + (s - inner);
-                        const double there = sign * (dx * cosine + dy * sine);
+                    std::vector<Place> places;
+                    for (const double s : distance)
+                        places.push_back(place_at(s, side == 0 ? 1 : -1, cosine, sine));
+                    for (std::size_t i = 0; i < places.size(); ++i) {
+                        const Place &at = places[i], last = i > 0 ? places[i - 1] : at,
+                                    next = i + 1 < places.size() ? places[i + 1] : at;
+                        const int px = pattern % 4 + at.x, py = pattern / 4 + at.y;
                         const int plane = (py & 3) * 4 + (px & 3) - pattern;
+                        if (static_cast<int>(i) <= count + 1)
+                            reach = std::max({reach, std::abs(px >> 2), std::abs(py >> 2)});
+                        const double inner = (distance[i] + (i > 0 ? distance[i - 1] : 0)) / 2;
+                        const double low = i > 1 ? last.along : inner;
                         table.taps.push_back({.offset = plane * place.plane + (py >> 2) * place.stride + (px >> 2),
                                               .rows_columns = (py >> 2) * 65536 + ((px >> 2) & 0xffff),
-                                              .distance = single(there),
-                                              .inverse_distance = single(1 / there),
-                                              .square_distance = single(there * there),
-                                              .aside = single(dx * sine - dy * cosine),
-                                              .inner = single(sign * (inner - there)),
-                                              .outer = single(sign * (outer - there)),
-                                              .inverse_inner = single(1 / inner),
-                                              .inverse_outer = single(1 / outer)});
+                                              .distance = single(at.along),
+                                              .inverse_distance = inverse(at.along),
+                                              .square_distance = single(at.along * at.along),
+                                              .aside = single(at.aside),
+                                              .low = single(low - at.along),
+                                              .high = single(next.along - at.along),
+                                              .inverse_low = inverse(low),
+                                              .inverse_high = inverse(next.along),
+                                              .gap = single(at.along - last.along),
+                                              .before = single(inner - last.along),
+                                              .after = single(inner - at.along),
+                                              .inverse_inner = inverse(inner)});
                     }
                 }
             }
         }
+        reaches.push_back(static_cast<std::uint32_t>(reach));
     }
-    for (int level = 1; level <= table.levels; ++level) // the farthest plane's row or column that is looked at
-        table.counts.push_back(static_cast<std::uint32_t>(std::ceil(std::exp2(level / 2.0) / 4)) + 2);
+    table.counts.insert(table.counts.end(), reaches.begin(), reaches.end());
     return table;
 }
 

@@ -101,7 +101,7 @@ Image normals_for(const StoredDepth& stored, const SsaoOptions& options) {
 }
 
 Preset preset(const SsaoOptions& options) {
-    constexpr Preset presets[] = {{1, 6, 16}, {2, 8, 16}, {6, 12, 4}};
+    constexpr Preset presets[] = {{1, 6, 16}, {1, 32, 16}, {4, 30, 4}};
     Preset chosen = presets[static_cast<int>(options.quality)];
     chosen.slices = options.slices.value_or(chosen.slices);
     chosen.steps = options.steps.value_or(chosen.steps);
@@ -221,7 +221,7 @@ Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options) {
         return scratch.image(Element::f32,
                              {static_cast<int>(split.stride), count * 16 * static_cast<int>(split.rows + 2)});
     };
-    const Image fronts = planes(1), backs = planes(1), slopes = planes(2), sums = planes(quantities);
+    const Image fronts = planes(1), backs = planes(1), slopes = planes(1), sums = planes(quantities);
     const auto upload = [&](const auto& values, Element element) {
         const Layout layout{static_cast<int>(values.size() * sizeof(values[0]) / 4), 1};
         return Image::from_host(device, element, values.data(), layout);
@@ -238,13 +238,15 @@ Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options) {
     const bool clamped = options.border == Border::clamp;
     runtime::launch(device,
                     kernel("ssao_planes", {{"THICKNESS", thickness_kind(options)},
-                                           {"GIVEN_NORMALS", static_cast<bool>(given)},
+                                           {"GIVEN_NORMALS", options.normals ? 1
+                                                             : given         ? 2
+                                                                             : 0},
                                            {"CLAMP", clamped}}),
                     {vectors(split.stride), 4 * (split.rows + 2)}, depth, extra, normals, fronts, backs, slopes,
                     grid(depth, stored), grid(extra, stored), grid(normals, stored), split, occlusion);
     runtime::launch(device, kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}}),
-                    {vectors(split.columns), 16 * split.rows}, fronts, backs, slopes, taps, turns, counts, sums, split,
-                    occlusion);
+                    {(split.columns + 127) / 128 * 128 / static_cast<std::size_t>(lanes) * 16 * split.rows, 1}, fronts,
+                    backs, slopes, taps, turns, counts, sums, split, occlusion);
 
     const Region region = options.region.value_or(Region{0, 0, width, height});
     const int reach = chosen.patterns == 16 ? 2 : chosen.patterns == 4 ? 1 : 0;
