@@ -646,3 +646,84 @@ TEST_CASE("dof: options out of range and images that do not fit are refused", "[
     CHECK_THROWS_AS(dof(depth, colour, Image(device, Element::u8, {20, 10, 3}), {.circle = lens}),
                     std::invalid_argument);
 }
+
+TEST_CASE("dof: rows from the bottom up turn nothing", "[dof]") {
+    const Picture picture = mixed(90, 61);
+    Picture upside_down = picture;
+    for (std::size_t y = 0; y < 61; ++y) {
+        std::copy_n(&picture.depth[90 * y], 90, &upside_down.depth[90 * (60 - y)]);
+        std::copy_n(&picture.colour[270 * y], 270, &upside_down.colour[270 * (60 - y)]);
+    }
+    const Device& device = default_device();
+    Camera camera = camera_of(90, 61);
+    camera.rows = Rows::bottom_up;
+    const Image depth = Image::from_host(device, Element::f32, upside_down.depth.data(), {90, 61});
+    const Image colour = Image::from_host(device, Element::f32, upside_down.colour.data(), {90, 61, 3});
+    const Aperture triangle{3, 20};
+    std::vector<float> got(upside_down.colour.size());
+    dof({depth, camera}, colour, {.circle = lens, .aperture = triangle}).download(got.data());
+    const auto expected = blurred(picture, {.aperture = triangle});
+    double worst = 0;
+    for (std::size_t y = 0; y < 61; ++y) {
+        for (std::size_t i = 0; i < 270; ++i) {
+            const float a = got[270 * (60 - y) + i], b = expected[270 * y + i];
+            if (std::isfinite(a) || std::isfinite(b))
+                worst = std::max(worst, std::abs(static_cast<double>(a - b)) /
+                                            std::max(1.0, std::abs(static_cast<double>(b))));
+        }
+    }
+    std::printf("dof, rows from the bottom up: off by %.1e\n", worst);
+    CHECK(worst < 1e-4); // the order of sums
+}
+
+TEST_CASE("dof: pixels that are not square have circles that are not round", "[dof]") {
+    constexpr int side = 101, half = side / 2;
+    constexpr double radius = 12, stretch = 0.5; // a circle's height over its width
+    const Picture point(
+        side, side, [](int, int) { return 2 * radius; }, [](int x, int y) { return x == half && y == half ? 1 : 0; });
+    const Device& device = default_device();
+    Camera camera = camera_of(side, side);
+    camera.projection = perspective(1.0, stretch, {0.01, 100});
+    const Image depth = Image::from_host(device, Element::f32, point.depth.data(), {side, side});
+    const Image colour = Image::from_host(device, Element::f32, point.colour.data(), {side, side, 3});
+    std::vector<float> got(point.colour.size());
+    dof({depth, camera}, colour, {.circle = lens}).download(got.data());
+    double across = 0, down = 0;
+    for (int y = 0; y < side; ++y) {
+        for (int x = 0; x < side; ++x) {
+            across += first_channel(got, side, x, y) * (x - half) * (x - half);
+            down += first_channel(got, side, x, y) * (y - half) * (y - half);
+        }
+    }
+    const PixelScale pixels = pixel_scale(camera);
+    const double height = radius * static_cast<double>(pixels.y / pixels.x);
+    std::printf("dof, circles of %g x %g pixels: variance over the ellipse's %.4f %.4f\n", radius, height,
+                across / variance_of_disc(radius), down / variance_of_disc(height));
+    CHECK(std::abs(height / radius - stretch) < 1e-6);
+    CHECK(std::abs(across / variance_of_disc(radius) - 1) < 0.01);
+    CHECK(std::abs(down / variance_of_disc(height) - 1) < 0.01);
+}
+
+TEST_CASE("dof: the sky is blurred, kept sharp or left out", "[dof]") {
+    constexpr int width = 96, height = 64;
+    Picture picture(
+        width, height, [](int, int) { return 0.0; }, [](int x, int y) { return (x + y) % 2; });
+    for (std::size_t i = 0; i < picture.depth.size(); ++i)
+        if (i % width >= width / 2)
+            picture.depth[i] = inf;
+    const Circle circle{.k = 20, .g = 20 * static_cast<double>(depth_of(0))};
+    const auto of = [&](Sky sky) { return blurred(picture, {.circle = circle, .sky = sky}); };
+    const auto blurry = of(Sky::blur), sharp = of(Sky::sharp), without = of(Sky::exclude);
+    CHECK(same_bits(sharp, picture.colour));
+    for (int x = 0; x < width; ++x) {
+        const auto at = static_cast<std::size_t>(3 * (height / 2 * width + x));
+        INFO("column " << x);
+        if (x < width / 2) {
+            CHECK(blurry[at] == picture.colour[at]);
+            CHECK(without[at] == picture.colour[at]);
+        } else {
+            CHECK(std::abs(blurry[at] - 0.5f) < 0.1f);
+            CHECK(std::isnan(without[at]));
+        }
+    }
+}

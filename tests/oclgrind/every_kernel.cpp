@@ -6,11 +6,13 @@
 
 #include <fathom/fathom.hpp>
 
+#include <bit>
 #include <cstdint>
 #include <cstdlib>
 #include <iostream>
 #include <limits>
 #include <string>
+#include <tuple>
 #include <vector>
 
 using namespace fathom;
@@ -123,6 +125,27 @@ int run_masks(const Device& device, const Camera& camera, bool around) {
     return 2;
 }
 
+/// The blur, near and far, read directly and through running sums: whole tiles, which are slow to simulate.
+int run_blur(const Device& device, Camera camera) {
+    camera.encoding = Encoding::view_z;
+    const StoredDepth part = StoredDepth{filled(device, Storage::float32), camera}.region(1, 1, width - 2, height - 1);
+    const auto depth = static_cast<double>(std::bit_cast<float>(0x3e3e3e3e));
+    int images = 0;
+    for (const auto& [circle, channels, element] :
+         {std::tuple{-9.0, 3, Element::f32}, {9.0, 4, Element::f16}, {2.0, 3, Element::u8}}) {
+        const Layout layout{part.image.width(), part.image.height(), channels};
+        const std::vector<std::uint8_t> content(Image::allocation(element, layout), 0x41); // as a float bright
+        const Image colour(device, element, layout);
+        device.queue().enqueueWriteBuffer(colour.buffer(), CL_TRUE, 0, content.size(), content.data());
+        dof(part, colour,
+            {.circle = {.k = circle + 20, .g = 20 * depth},
+             .quality = images % 2 ? BlurQuality::fast : BlurQuality::standard});
+        ++images;
+    }
+    device.finish();
+    return images;
+}
+
 /// Stores past the cache, which only images larger than it get, on an image small enough to simulate.
 int run_streamed(const Device& device, const Camera& camera) {
     const int lanes = device.options().lanes;
@@ -161,6 +184,8 @@ int main(int count, char** arguments) {
         images += run_occlusion(device, cameras().front());
         images += run_occlusion(device, cameras()[2]);
         images += run_masks(device, cameras().front(), true);
+        if (arithmetic == Arithmetic::fp64)
+            images += run_blur(device, cameras().front());
         images += run_streamed(device, cameras().front());
     }
     std::cout << images << " images\n";
