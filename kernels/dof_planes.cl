@@ -7,6 +7,8 @@
 #include "pixels.h"
 #include "tiles.h"
 
+#define LARGEST_COLOUR 1e30f // running sums of it stay finite
+
 __kernel void dof_planes(__global const float* circles, __global const ELEMENT_TYPE* colour, __global float* planes,
                          const grid_params circle_grid, const grid_params colour_grid, const blur_params p) {
     const uint column = get_global_id(0) * V, row = get_global_id(1);
@@ -30,7 +32,7 @@ __kernel void dof_planes(__global const float* circles, __global const ELEMENT_T
     floatV value[CHANNELS];
     for (int k = 0; k < CHANNELS; ++k) {
         value[k] = *(const float_lanes*)channel[k];
-        known &= fabs(value[k]) <= 3e38f;
+        known &= fabs(value[k]) <= LARGEST_COLOUR;
     }
     const floatV size = min(max(fabs(c), 1.0f), p.largest);
     const floatV octaves = convert_floatV(as_intV(size) - 0x3f800000) * 0x1p-23f; // even within an octave

@@ -39,7 +39,7 @@ inline constexpr double dof_edge_rms_error = 0.003;
 /// farther, and what lies beyond the image's border is taken to be like what lies inside. Where a blurred foreground hides
 /// what is sharper, that is taken to be like the mean of what lies behind within the foreground's circle. A pixel whose
 /// circle is at most one pixel, and that no other's reaches, keeps its colour, as do all with a circle of k = g = 0, bit for
-/// bit. What is no surface, or has a colour that is no finite number, takes part in nothing and shows what reaches it: NaN
+/// bit. What is no surface, or has a colour that is no number up to 1e30, takes part in nothing and shows what reaches it: NaN
 /// where nothing does (0 in integers). Same bits for any lane count or group size, and in a region but near its border:
 /// `dof_halo_columns`.
 /// Accuracy: `dof_edge_error`, `dof_edge_rms_error` for one edge. Not where an edge before another hides a part of it that

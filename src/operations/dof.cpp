@@ -43,6 +43,10 @@ void check(const StoredDepth& stored, const Image& colour, const DofOptions& opt
     require(blades == 0 || (blades >= 3 && blades <= 64), text("blades = ", blades, " must be 0, or 3 to 64"));
     require(std::isfinite(options.aperture.rotation_degrees),
             text("rotation_degrees = ", options.aperture.rotation_degrees, " must be finite"));
+    const double pixels = (stored.image.width() + 128.0) * (stored.image.height() + 32.0);
+    require(pixels * (2 * colour.channels() + 3) < 0x1p31,
+            text("an image of ", stored.image.width(), " x ", stored.image.height(),
+                 " pixels is too large; blur it in parts"));
     require(options.largest_px >= 1 && options.largest_px <= 512,
             text("largest_px = ", options.largest_px, " must be 1 to 512"));
 }
