@@ -23,37 +23,22 @@
 #error "BENT is not defined: 1 to sum the open directions, 0 otherwise"
 #endif
 
-#define TILE 128 // columns
+#define STORE(target, value) *(__global float_lanes*)(target) = (value)
+#define TILE 256 // columns
 #define SECTORS 31.0f
 #define STEEP 0.5f // of the radius from pixel to pixel: what is steeper, and than the tangent plane too, is an edge
 
 #if BENT
 #define BENT_ANGLES 24 // cosine and sine of (i + 1/2) pi / 24
 __constant float bent_angles[BENT_ANGLES][2] = {
-    {0.997858923f, 0.065403129f},
-    {0.980785280f, 0.195090322f},
-    {0.946930129f, 0.321439465f},
-    {0.896872742f, 0.442288690f},
-    {0.831469612f, 0.555570233f},
-    {0.751839807f, 0.659345815f},
-    {0.659345815f, 0.751839807f},
-    {0.555570233f, 0.831469612f},
-    {0.442288690f, 0.896872742f},
-    {0.321439465f, 0.946930129f},
-    {0.195090322f, 0.980785280f},
-    {0.065403129f, 0.997858923f},
-    {-0.065403129f, 0.997858923f},
-    {-0.195090322f, 0.980785280f},
-    {-0.321439465f, 0.946930129f},
-    {-0.442288690f, 0.896872742f},
-    {-0.555570233f, 0.831469612f},
-    {-0.659345815f, 0.751839807f},
-    {-0.751839807f, 0.659345815f},
-    {-0.831469612f, 0.555570233f},
-    {-0.896872742f, 0.442288690f},
-    {-0.946930129f, 0.321439465f},
-    {-0.980785280f, 0.195090322f},
-    {-0.997858923f, 0.065403129f},
+    {0.997858923f, 0.065403129f},  {0.980785280f, 0.195090322f},  {0.946930129f, 0.321439465f},
+    {0.896872742f, 0.442288690f},  {0.831469612f, 0.555570233f},  {0.751839807f, 0.659345815f},
+    {0.659345815f, 0.751839807f},  {0.555570233f, 0.831469612f},  {0.442288690f, 0.896872742f},
+    {0.321439465f, 0.946930129f},  {0.195090322f, 0.980785280f},  {0.065403129f, 0.997858923f},
+    {-0.065403129f, 0.997858923f}, {-0.195090322f, 0.980785280f}, {-0.321439465f, 0.946930129f},
+    {-0.442288690f, 0.896872742f}, {-0.555570233f, 0.831469612f}, {-0.659345815f, 0.751839807f},
+    {-0.751839807f, 0.659345815f}, {-0.831469612f, 0.555570233f}, {-0.896872742f, 0.442288690f},
+    {-0.946930129f, 0.321439465f}, {-0.980785280f, 0.195090322f}, {-0.997858923f, 0.065403129f},
 };
 #endif
 
@@ -105,20 +90,40 @@ INLINE int greatest(intV a) {
 #endif
 }
 
+// The pixels of a work-item, their rays, and what one pixel's step adds to these.
+typedef struct {
+    intV surface;
+    floatV q, error;
+    floatV right, down; // slopes of q
+    floatV direction[3], length, inverse_length;
+    floatV along[2]; // a step to the right and down, as far as it goes towards the eye
+    floatV distance; // from the eye; 1 for parallel rays
+    floatV steepest; // slope that is followed on a surface that is no plane's
+} pixelV;
+
+// A slice: the direction (x, y) on the screen, the ball's radius in it, and how its sectors are rounded.
+typedef struct {
+    float x, y, radius, rounding;
+    floatV along, across_square, inverse_across; // a step's length towards the eye, and across the view ray
+    floatV slope;
+} sliceV;
+
 // One side of a slice: cot t = scale (q - q_c) / s + offset, see the head.
 typedef struct {
     float across_x, across_y, along_x, along_y; // a pixel's step across and along it
-    floatV q;                      // of the pixel, moved towards the eye by what its depth may be off
-    floatV slack;                  // what depths may be off by
-    floatV across, tangent;        // slopes of the tangent plane across the slice and along it
-    floatV scale, offset;          // of the cotangent
-    floatV middle, middle_step;    // where the ball's centre lies on the ray s pixels away, less q
+    floatV q;                                   // of the pixel, moved towards the eye by what its depth may be off
+    floatV slack;                               // what depths may be off by
+    floatV across, tangent;                     // slopes of the tangent plane across the slice and along it
+    floatV scale, offset;                       // of the cotangent
+    floatV middle, middle_step;                 // where the ball's centre lies on the ray s pixels away, less q
     floatV reach, reach_step, cut; // its half length there is root((reach - s reach_step)^2 - s^2 cut) / per_depth
     floatV per_depth;
-    floatV nearest;                // the ball's near end is at least here: the eye may be inside
-    floatV rises, falls;           // steepest slopes that a tap's surface is followed along
-    floatV first;                  // (q - q_c) / s from which on the first sector may be blocked
-    floatV lowest;                 // cosine of the tangent plane
+    floatV nearest;      // the ball's near end is at least here: the eye may be inside
+    floatV extent;       // pixels that the ball covers on the screen
+    floatV rises, falls; // steepest slopes that a tap's surface is followed along
+    floatV first;        // (q - q_c) / s from which on the first sector may be blocked
+    floatV nu, whole;    // and twice the measure of the side
+    floatV lowest;       // cosine of the tangent plane
     floatV sectors_square, sectors_nu, sectors_offset;
 } sideV;
 
@@ -147,6 +152,11 @@ typedef struct {
     int column, row;
     bool inside; // no tap leaves it
 } placeV;
+
+INLINE placeV place_at(uint here, int column, int row, int reach, const split_params* split) {
+    const bool inside_row = column >= reach && column + V + reach <= (int)split->columns;
+    return (placeV){here, column, row, inside_row && row >= reach && row + reach < (int)split->rows};
+}
 
 INLINE uint at_tap(const placeV* place, const split_params* split, __global const tap_params* tap) {
     const uint at = place->here + (uint)tap->offset;
@@ -194,7 +204,8 @@ INLINE edgeV edge_of(const columnV* a, const columnV* b, __global const tap_para
     const floatV over = fma(a->tilt, gap, a->front) - b->front, under = fma(-b->tilt, gap, b->front) - a->front;
     const floatV sum = over + under;
     return (edgeV){(over > 0.0f) & (under > 0.0f),
-                   fma(a->tilt * gap, under, a->front * sum) * rough_inverse(fma(gap, under, (tap_b->distance - tap_b->gap) * sum))};
+                   fma(a->tilt * gap, under, a->front * sum) *
+                       rough_inverse(fma(gap, under, (tap_b->distance - tap_b->gap) * sum))};
 }
 
 // (q - q_c) / s where a column ends: at the edge, or `way` from it, half way to its neighbour, along its own surface.
@@ -213,8 +224,204 @@ INLINE intV sectors_of(const sideV* side, floatV first, const columnV* column, f
     const floatV bottom = max(min(min(min(inner, outer), behind), high), low);
     const intV from = max(sectors_to(fma(side->scale, bottom, side->offset), side), 0);
     const intV to = min(max(sectors_to(fma(side->scale, top, side->offset), side), from), (int)SECTORS);
-    return select((intV)0, ((intV)1 << to) - ((intV)1 << from), (max(inner, outer) > first) & (column->height > -side->slack));
+    return select((intV)0, ((intV)1 << to) - ((intV)1 << from),
+                  (max(inner, outer) > first) & (column->height > -side->slack));
 }
+
+INLINE pixelV pixel_at(__global const float* fronts, __global const float* slopes, const split_params* split,
+                       const occlusion_params* p, uint here, int pattern, int column, int row) {
+    pixelV c;
+    const floatV front = LOAD(float, fronts + here), packed = LOAD(float, slopes + here);
+    c.surface = front > NOTHING;
+    c.q = select((floatV)(PERSPECTIVE ? 1.0f : 0.0f), front, c.surface);
+    c.error = depth_error(p, c.q);
+    c.right = slope_right(packed), c.down = slope_down(packed);
+    const float y = (float)(4 * row + pattern / 4 + (int)(split->pixel_y & ~3u)) + 0.5f;
+    const float first_x = (float)(pattern % 4 + (int)(split->pixel_x & ~3u)) + 0.5f;
+    const floatV x = fma((floatV)4.0f, convert_floatV((intV)column + LANE_INDEX(int)), (floatV)first_x);
+    for (int i = 0; i < 3; ++i)
+        c.direction[i] = direction_at(p, i, x, y);
+    const floatV square =
+        fma(c.direction[0], c.direction[0], fma(c.direction[1], c.direction[1], c.direction[2] * c.direction[2]));
+    c.inverse_length = 1.0f / sqrt(square);
+    c.length = square * c.inverse_length;
+    for (int k = 0; k < 2; ++k) {
+        const floatV dot_step =
+            fma(c.direction[0], p->step[0][k], fma(c.direction[1], p->step[1][k], c.direction[2] * p->step[2][k]));
+        c.along[k] = -c.inverse_length * dot_step;
+    }
+#if PERSPECTIVE
+    c.distance = c.length / c.q;
+    c.steepest = c.q * c.q * (STEEP * p->radius) * c.inverse_length;
+#else
+    c.distance = 1.0f;
+    c.steepest = STEEP * p->radius * c.inverse_length;
+#endif
+    return c;
+}
+
+INLINE sliceV slice_at(const pixelV* c, const occlusion_params* p, __global const float* turn) {
+    sliceV slice = {turn[0], turn[1], p->radius * turn[2], turn[3]};
+    float square = 0;
+    for (int i = 0; i < 3; ++i) {
+        const float step = slice.x * p->step[i][0] + slice.y * p->step[i][1];
+        square += step * step;
+    }
+    slice.along = fma((floatV)slice.x, c->along[0], slice.y * c->along[1]);
+    slice.across_square = fma(-slice.along, slice.along, (floatV)square);
+    slice.inverse_across = inverse_root(slice.across_square);
+    slice.slope = fma((floatV)slice.x, c->right, slice.y * c->down);
+    return slice;
+}
+
+// The ball of the radius as the columns of a side meet it.
+INLINE void set_ball(sideV* side, const pixelV* c, const sliceV* slice, float sign) {
+    const floatV toward = sign * slice->along;
+#if PERSPECTIVE
+    const float square = slice->radius * slice->radius;
+    const floatV beyond = fma(c->distance, c->distance, (floatV)-square), least = 1e-5f * square;
+    const floatV outside = select(beyond, least, fabs(beyond) < least); // of the eye from the ball
+    side->per_depth = 1.0f / outside;
+    side->nearest = select((floatV)-1e30f, (floatV)1e30f, outside < 0.0f);
+    side->cut = outside * slice->across_square;
+    side->middle = c->q * side->per_depth * square;
+    side->middle_step = c->distance * side->per_depth * toward;
+    side->reach = slice->radius * c->length;
+    side->reach_step = slice->radius * toward;
+#else
+    side->per_depth = c->inverse_length;
+    side->nearest = -1e30f;
+    side->cut = slice->across_square;
+    side->middle = 0.0f;
+    side->middle_step = toward * c->inverse_length;
+    side->reach = slice->radius;
+    side->reach_step = 0.0f;
+#endif
+    // It ends on the screen where its half length does.
+    const floatV cut = max(side->cut, 0.0f);
+    const floatV falls = fma(cut, rough_inverse_root(cut), side->reach_step);
+    const floatV far_away =
+        select((floatV)1e9f, side->reach * rough_inverse(falls), (falls > 0.0f) & (side->cut > 0.0f));
+    side->extent = min(far_away, 1e9f);
+}
+
+// Where sectors begin on a side of a slice, and from where on the first may be blocked.
+INLINE void set_sectors(sideV* side, floatV tangent, float rounding) {
+    side->lowest = tangent * inverse_root(fma(tangent, tangent, (floatV)1.0f));
+    side->nu = -tangent;
+    side->whole = max(measure(side->lowest, side->nu), 1e-6f);
+    const floatV per_sector = SECTORS * rough_inverse(side->whole);
+    side->sectors_square = per_sector;
+    side->sectors_nu = per_sector * side->nu;
+    side->sectors_offset = SECTORS + rounding - per_sector * fma(side->nu, (floatV)M_PI_2_F, (floatV)1.0f);
+
+    // A sector's measure is at most root(1 + nu^2) times the square of the angle above the tangent plane.
+    const floatV square =
+        side->whole * ((1.0f - rounding) / SECTORS) * rough_inverse_root(fma(tangent, tangent, (floatV)1.0f));
+    const floatV above = square * rough_inverse_root(square);
+    const floatV sky = fma(-tangent, above, (floatV)1.0f);
+    const floatV first = fma(tangent + above, rough_inverse(sky), -side->offset) * rough_inverse(side->scale);
+    side->first = select((floatV)INFINITY, first, sky > 0.0f);
+}
+
+INLINE sideV side_at(const pixelV* c, const sliceV* slice, float sign, float slope_errors) {
+    sideV side = {-slice->y, slice->x, sign * slice->x, sign * slice->y};
+    side.q = c->q + 2.0f * c->error;
+    side.slack = 4.0f * c->error;
+    side.across = fma((floatV)-slice->y, c->right, slice->x * c->down);
+    side.tangent = sign * slice->slope;
+    side.rises = max(side.tangent, c->steepest);
+    side.falls = min(side.tangent, -c->steepest);
+    set_ball(&side, c, slice, sign);
+    side.scale = (PERSPECTIVE ? c->distance : c->length) * slice->inverse_across;
+    const floatV flat = sign * slice->along * slice->inverse_across;
+    side.offset = flat - side.scale * (slope_errors * c->error); // what is higher for certain
+    set_sectors(&side, fma(side.scale, side.tangent, flat), slice->rounding);
+    return side;
+}
+
+// The images and tables that a walk along a slice reads.
+typedef struct {
+    __global const float *fronts, *backs, *slopes;
+    const split_params* split;
+} sourceV;
+
+// Which of the next taps, 32 at most, may block a sector of any lane.
+INLINE uint rising_taps(const sideV* side, const sourceV* from, const placeV* place, floatV first,
+                        __global const tap_params* tap, int count) {
+    uint rising = 0;
+    for (int i = 0; i < count; ++i) {
+        const columnV seen = column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap + i), tap + i);
+        rising |= (uint)any_of(rises_above(side, first, &seen, tap + i)) << i;
+    }
+    return rising;
+}
+
+INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV* place, floatV first,
+                            __global const tap_params* taps, uint rising) {
+    intV covered = 0;
+    columnV seen, next;
+    edgeV before, after;
+    for (int known = -1; rising != 0; rising &= rising - 1) {
+        const int i = 31 - clz(rising & -rising);
+        __global const tap_params* const tap = taps + i;
+        const uint at = at_tap(place, from->split, tap);
+        if (i == known) {
+            seen = next;
+            before = after;
+        } else {
+            const columnV last =
+                column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap - 1), tap - 1);
+            seen = column_at(side, from->fronts, from->slopes, at, tap);
+            before = edge_of(&last, &seen, tap);
+        }
+        known = i + 1;
+        next = column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap + 1), tap + 1);
+        after = edge_of(&seen, &next, tap + 1);
+        const floatV inner = end_of(side, &seen, &before, tap->after, tap->inverse_inner);
+        const floatV outer = end_of(side, &seen, &after, tap[1].before, tap[1].inverse_inner);
+        covered |= sectors_of(side, first, &seen, LOAD(float, from->backs + at), inner, outer, tap);
+    }
+    return covered;
+}
+
+#if CONFIDENCE
+// The share of the taps within reach that lie on known pixels.
+INLINE floatV known_share(const sideV* side, const sourceV* from, const placeV* place, __global const tap_params* tap,
+                          int count) {
+    floatV asked = 0.0f, answered = 0.0f;
+    for (int i = 0; i < count; ++i) {
+        const floatV near = select((floatV)0.0f, (floatV)1.0f, tap[i].distance <= side->extent);
+        asked += near;
+        const floatV front = LOAD(float, from->fronts + at_tap(place, from->split, tap + i));
+        answered += select((floatV)0.0f, near, front > 1.5f * NOTHING);
+    }
+    return select((floatV)1.0f, answered / max(asked, 1e-9f), asked > 0.0f);
+}
+#endif
+
+#if BENT
+// Adds the open directions of a side of a slice, weighted by the cosine.
+INLINE void add_open(const sideV* side, const sliceV* slice, const pixelV* c, const occlusion_params* p, float sign,
+                     intV found, floatV weight, floatV* bent) {
+    floatV open_along = 0.0f, open_across = 0.0f;
+    for (int i = 0; i < BENT_ANGLES; ++i) {
+        const float cosine = bent_angles[i][0], sine = bent_angles[i][1];
+        const floatV share = max(fma(side->nu, (floatV)sine, (floatV)cosine), 0.0f) * sine;
+        const floatV turned = fma((floatV)(cosine * cosine), side->sectors_square,
+                                  fma(lens((floatV)cosine), side->sectors_nu, side->sectors_offset));
+        const intV bit = clamp(convert_intV(clamp(turned, 0.0f, SECTORS)), 0, 30);
+        const floatV open = select(share, (floatV)0.0f, ((found >> bit) & 1) != 0);
+        open_along = fma(open, (floatV)cosine, open_along);
+        open_across = fma(open, (floatV)sine, open_across);
+    }
+    // Along the view ray, and along the slice's tangent: what of the step is across that.
+    const floatV on_step = sign * open_across * slice->inverse_across * weight;
+    const floatV on_ray = -c->inverse_length * fma(-on_step, slice->along, open_along * weight);
+    for (int i = 0; i < 3; ++i)
+        bent[i] += fma(on_ray, c->direction[i], on_step * fma(slice->x, p->step[i][0], slice->y * p->step[i][1]));
+}
+#endif
 
 __kernel void ssao(__global const float* fronts, __global const float* backs, __global const float* slopes,
                    __global const float* taps, __global const float* turns, __global const uint* counts,
@@ -229,39 +436,8 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
         return;
 
     const uint here = in_plane(&split, pattern, column, row), all = 16 * split.plane;
-    const floatV front = LOAD(float, fronts + here);
-    const intV surface = front > NOTHING;
-    const floatV q = select((floatV)(PERSPECTIVE ? 1.0f : 0.0f), front, surface);
-    const floatV packed = LOAD(float, slopes + here), right = slope_right(packed), down = slope_down(packed);
-
-    // The pixel's ray, and what one pixel's step adds, along it and across.
-    const float y = (float)(4 * row + pattern / 4 + (int)(split.pixel_y & ~3u)) + 0.5f;
-    const floatV x =
-        fma((floatV)4.0f, convert_floatV((intV)column + LANE_INDEX(int)), (float)(pattern % 4 + (int)(split.pixel_x & ~3u)) + 0.5f);
-    const floatV direction[3] = {direction_at(&p, 0, x, y), direction_at(&p, 1, x, y), direction_at(&p, 2, x, y)};
-    const floatV length_square = fma(direction[0], direction[0], fma(direction[1], direction[1], direction[2] * direction[2]));
-    const floatV inverse_length = 1.0f / sqrt(length_square), length = length_square * inverse_length;
-    floatV along[2]; // towards the eye
-    for (int k = 0; k < 2; ++k)
-        along[k] = -inverse_length * fma(direction[0], p.step[0][k], fma(direction[1], p.step[1][k], direction[2] * p.step[2][k]));
-    const float step_xx = p.step[0][0] * p.step[0][0] + p.step[1][0] * p.step[1][0] + p.step[2][0] * p.step[2][0];
-    const float step_yy = p.step[0][1] * p.step[0][1] + p.step[1][1] * p.step[1][1] + p.step[2][1] * p.step[2][1];
-    const float step_xy = p.step[0][0] * p.step[0][1] + p.step[1][0] * p.step[1][1] + p.step[2][0] * p.step[2][1];
-
-    const floatV error = depth_error(&p, q);
-#if PERSPECTIVE
-    const floatV distance = length / q;
-    const floatV depth_scale = distance;
-#else
-    const floatV depth_scale = length;
-#endif
-
-    sideV side;
-#if PERSPECTIVE
-    const floatV steepest = q * q * (STEEP * p.radius) * inverse_length;
-#else
-    const floatV steepest = STEEP * p.radius * inverse_length;
-#endif
+    const pixelV c = pixel_at(fronts, slopes, &split, &p, here, pattern, column, row);
+    const sourceV from = {fronts, backs, slopes, &split};
     floatV blocked = 0.0f, whole = 0.0f;
 #if CONFIDENCE
     floatV known = 0.0f;
@@ -270,164 +446,53 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
     floatV bent[3] = {0.0f, 0.0f, 0.0f};
 #endif
     for (uint k = 0; k < p.slices; ++k) {
-        __global const float* turn = turns + 4 * (pattern * p.slices + k);
-        const float turn_x = turn[0], turn_y = turn[1], radius = p.radius * turn[2], rounding = turn[3];
-        const floatV step_along = fma((floatV)turn_x, along[0], turn_y * along[1]);
-        const float step_square = turn_x * turn_x * step_xx + turn_y * turn_y * step_yy + 2 * turn_x * turn_y * step_xy;
-        const floatV across_square = fma(-step_along, step_along, (floatV)step_square);
-        const floatV inverse_across = inverse_root(across_square);
-        const floatV weight = inverse_across * inverse_across;
-        const floatV slope_along = fma((floatV)turn_x, right, turn_y * down);
-
-        side.q = q + 2.0f * error;
-        side.slack = 4.0f * error;
-        side.across_x = -turn_y;
-        side.across_y = turn_x;
-        side.across = fma((floatV)-turn_y, right, turn_x * down);
-        side.scale = depth_scale * inverse_across;
-#if PERSPECTIVE
-        const floatV beyond = fma(distance, distance, (floatV)(-radius * radius)), least = 1e-5f * radius * radius;
-        const floatV outside = select(beyond, least, fabs(beyond) < least); // of the eye from the ball
-        side.per_depth = 1.0f / outside;
-        side.nearest = select((floatV)-1e30f, (floatV)1e30f, outside < 0.0f);
-        side.cut = outside * across_square;
-        side.middle = q * side.per_depth * (radius * radius);
-        side.reach = radius * length;
-#else
-        side.per_depth = inverse_length;
-        side.nearest = -1e30f;
-        side.cut = across_square;
-        side.middle = 0.0f;
-        side.reach = radius;
-#endif
-        for (int sign = 1; sign >= -1; sign -= 2) {
-            const floatV toward = (float)sign * step_along;
-            side.offset = toward * inverse_across;
-#if PERSPECTIVE
-            side.middle_step = distance * side.per_depth * toward;
-            side.reach_step = radius * toward;
-#else
-            side.middle_step = toward * inverse_length;
-            side.reach_step = 0.0f;
-#endif
-            const floatV tangent = fma(side.scale, (float)sign * slope_along, side.offset);
-            side.lowest = tangent * inverse_root(fma(tangent, tangent, (floatV)1.0f));
-            const floatV nu = -tangent;
-            side.tangent = (float)sign * slope_along;
-            side.rises = max(side.tangent, steepest);
-            side.falls = min(side.tangent, -steepest);
-            side.along_x = (float)sign * turn_x;
-            side.along_y = (float)sign * turn_y;
-            side.offset -= side.scale * (p.slope_errors * error); // what is higher for certain
-            const floatV full = max(measure(side.lowest, nu), 1e-6f);
-            const floatV per_sector = SECTORS * rough_inverse(full);
-            side.sectors_square = per_sector;
-            side.sectors_nu = per_sector * nu;
-            side.sectors_offset = SECTORS + rounding - per_sector * fma(nu, (floatV)M_PI_2_F, (floatV)1.0f);
-
-            // A sector's measure is at most root(1 + nu^2) times the square of the angle above the tangent plane.
-            const floatV above_square = full * ((1.0f - rounding) / SECTORS) * rough_inverse_root(fma(nu, nu, (floatV)1.0f));
-            const floatV above = above_square * rough_inverse_root(above_square);
-            const floatV sky = fma(-tangent, above, (floatV)1.0f);
-            side.first = select((floatV)INFINITY, fma(tangent + above, rough_inverse(sky), -side.offset) * rough_inverse(side.scale), sky > 0.0f);
-
-            // How far the ball reaches on the screen: where its half length ends.
-            const floatV cut = max(side.cut, 0.0f);
-            const floatV falls = fma(cut, rough_inverse_root(cut), side.reach_step);
-            const floatV far_away = select((floatV)1e9f, side.reach * rough_inverse(falls), (falls > 0.0f) & (side.cut > 0.0f));
-            const floatV extent = min(far_away, 1e9f);
-            const intV level = select((intV)0, min(((as_intV(extent * extent) + 0x7fffff) >> 23) - 127, (intV)(int)p.levels), surface);
-
-            intV found = 0;
+        const sliceV slice = slice_at(&c, &p, turns + 4 * (pattern * p.slices + k));
+        const floatV weight = slice.inverse_across * slice.inverse_across;
+        for (int back = 0; back < 2; ++back) {
+            const float sign = back ? -1.0f : 1.0f;
+            const sideV side = side_at(&c, &slice, sign, p.slope_errors);
+            const intV levels = min(((as_intV(side.extent * side.extent) + 0x7fffff) >> 23) - 127, (intV)(int)p.levels);
+            intV found = 0, left_over = select((intV)0, levels, c.surface);
 #if CONFIDENCE
             floatV share = 1.0f;
 #endif
-            intV left_over = level;
-            for (int now = greatest(left_over); now > 0; now = greatest(left_over)) {
-                const intV active = left_over == now;
+            // Lanes whose ball covers about as many pixels share a table of taps.
+            for (int level = greatest(left_over); level > 0; level = greatest(left_over)) {
+                const intV active = left_over == level;
                 const floatV first = select((floatV)INFINITY, side.first, active);
-                const int reach = (int)counts[p.levels + now];
-                placeV place = {here, column, row, false};
-                place.inside = column >= reach && column + V + reach <= (int)split.columns && row >= reach && row + reach < (int)split.rows;
-                const uint table = (((uint)(now - 1) * 16 + (uint)pattern) * p.slices + k) * 2 + (sign < 0 ? 1 : 0);
-                __global const tap_params* tap = (__global const tap_params*)taps + (p.steps + 2) * table + 1;
+                const uint table = (((uint)(level - 1) * 16 + (uint)pattern) * p.slices + k) * 2 + (uint)back;
+                __global const tap_params* const tap = (__global const tap_params*)taps + (p.steps + 2) * table + 1;
+                const int count = (int)counts[level];
+                const placeV place = place_at(here, column, row, (int)counts[p.levels + level], &split);
                 intV covered = 0;
-#if CONFIDENCE
-                floatV asked = 0.0f, answered = 0.0f;
-#endif
-                for (int done = 0; done < (int)counts[now]; done += 32, tap += 32) {
-                    const int count = min((int)counts[now] - done, 32);
-                    uint rising = 0;
-                    for (int i = 0; i < count; ++i) {
-                        const uint at = at_tap(&place, &split, tap + i);
-                        const columnV seen = column_at(&side, fronts, slopes, at, tap + i);
-                        rising |= (uint)any_of(rises_above(&side, first, &seen, tap + i)) << i;
-#if CONFIDENCE
-                        const floatV near = select((floatV)0.0f, (floatV)1.0f, tap[i].distance <= extent);
-                        asked += near;
-                        answered += select((floatV)0.0f, near, LOAD(float, fronts + at) > 1.5f * NOTHING);
-#endif
-                    }
-                    columnV last, seen, next;
-                    edgeV before, after;
-                    for (int known = -2; rising != 0; rising &= rising - 1) {
-                        const int i = 31 - clz(rising & -rising);
-                        __global const tap_params* const t = tap + i;
-                        const uint at = at_tap(&place, &split, t);
-                        if (i == known) {
-                            seen = next;
-                            before = after;
-                        } else {
-                            last = column_at(&side, fronts, slopes, at_tap(&place, &split, t - 1), t - 1);
-                            seen = column_at(&side, fronts, slopes, at, t);
-                            before = edge_of(&last, &seen, t);
-                        }
-                        known = i + 1;
-                        next = column_at(&side, fronts, slopes, at_tap(&place, &split, t + 1), t + 1);
-                        after = edge_of(&seen, &next, t + 1);
-                        const floatV inner = end_of(&side, &seen, &before, t->after, t->inverse_inner);
-                        const floatV outer = end_of(&side, &seen, &after, t[1].before, t[1].inverse_inner);
-                        covered |= sectors_of(&side, first, &seen, LOAD(float, backs + at), inner, outer, t);
-                    }
+                for (int done = 0; done < count; done += 32) {
+                    const uint rising = rising_taps(&side, &from, &place, first, tap + done, min(count - done, 32));
+                    covered |= sectors_of_taps(&side, &from, &place, first, tap + done, rising);
                 }
-#if CONFIDENCE
-                share = select(share, answered / max(asked, 1e-9f), active & (asked > 0.0f));
-#endif
                 found = select(found, covered, active);
+#if CONFIDENCE
+                share = select(share, known_share(&side, &from, &place, tap, count), active);
+#endif
                 left_over = select(left_over, (intV)0, active);
             }
-            const floatV weighted = weight * full;
-            whole += weighted;
+            const floatV measure_of_side = weight * side.whole;
+            whole += measure_of_side;
+            blocked = fma(measure_of_side * (1.0f / SECTORS), convert_floatV(popcount(found)), blocked);
 #if CONFIDENCE
-            known = fma(weighted, share, known);
+            known = fma(measure_of_side, share, known);
 #endif
 #if BENT
-            floatV open_along = 0.0f, open_across = 0.0f;
-            for (int i = 0; i < BENT_ANGLES; ++i) {
-                const float cosine = bent_angles[i][0], sine = bent_angles[i][1];
-                const floatV share_of = max(fma(nu, (floatV)sine, (floatV)cosine), 0.0f) * sine;
-                const floatV turned = fma((floatV)(cosine * cosine), side.sectors_square, fma(lens((floatV)cosine), side.sectors_nu, side.sectors_offset));
-                const intV bit = clamp(convert_intV(clamp(turned, 0.0f, SECTORS)), 0, 30);
-                const floatV open = select(share_of, (floatV)0.0f, ((found >> bit) & 1) != 0);
-                open_along = fma(open, (floatV)cosine, open_along);
-                open_across = fma(open, (floatV)sine, open_across);
-            }
-            // The view ray, and the slice's tangent: what of the step is across it.
-            const floatV on_step = (float)sign * open_across * inverse_across * weight;
-            const floatV on_ray = -inverse_length * fma(-on_step, step_along, open_along * weight);
-            for (int i = 0; i < 3; ++i)
-                bent[i] += fma(on_ray, direction[i], on_step * fma(turn_x, p.step[i][0], turn_y * p.step[i][1]));
+            add_open(&side, &slice, &c, &p, sign, found, weight, bent);
 #endif
-            blocked = fma(weighted * (1.0f / SECTORS), convert_floatV(popcount(found)), blocked);
         }
     }
-    *(__global float_lanes*)(sums + here) = select((floatV)0.0f, blocked, surface);
-    *(__global float_lanes*)(sums + all + here) = select((floatV)0.0f, whole, surface);
+    STORE(sums + here, select((floatV)0.0f, blocked, c.surface));
+    STORE(sums + all + here, select((floatV)0.0f, whole, c.surface));
 #if CONFIDENCE
-    *(__global float_lanes*)(sums + 2 * all + here) = select((floatV)0.0f, known, surface);
+    STORE(sums + 2 * all + here, select((floatV)0.0f, known, c.surface));
 #endif
 #if BENT
     for (uint i = 0; i < 3; ++i)
-        *(__global float_lanes*)(sums + (3 + i) * all + here) = select((floatV)0.0f, bent[i], surface);
+        STORE(sums + (3 + i) * all + here, select((floatV)0.0f, bent[i], c.surface));
 #endif
 }

@@ -15,7 +15,8 @@
 #error "THICKNESS is not defined: 0 endless, 1 the same everywhere, 2 an image of it, 3 planar depth of the back"
 #endif
 #ifndef GIVEN_NORMALS
-#error "GIVEN_NORMALS is not defined: 1 where normals come as an image, 2 where they were fitted to the depths, 0 for neither"
+#error                                                                                                                 \
+    "GIVEN_NORMALS is not defined: 1 where normals come as an image, 2 where they were fitted to the depths, 0 for neither"
 #endif
 #ifndef CLAMP
 #error "CLAMP is not defined: 1 to repeat the border outside the image, 0 for nothing there"
@@ -81,9 +82,10 @@ INLINE void slopes_of(__global const float* normals, const split_params* split, 
     }
     const floatV given[3] = {n[0], n[1], n[2]};
     for (int c = 0; c < 3; ++c)
-        n[c] = fma(given[0], (floatV)p->normals[c][0], fma(given[1], (floatV)p->normals[c][1], given[2] * p->normals[c][2]));
-    const floatV facing = fma(n[0], direction_at(p, 0, fx, fy),
-                              fma(n[1], direction_at(p, 1, fx, fy), n[2] * direction_at(p, 2, fx, fy)));
+        n[c] = fma(given[0], (floatV)p->normals[c][0],
+                   fma(given[1], (floatV)p->normals[c][1], given[2] * p->normals[c][2]));
+    const floatV facing =
+        fma(n[0], direction_at(p, 0, fx, fy), fma(n[1], direction_at(p, 1, fx, fy), n[2] * direction_at(p, 2, fx, fy)));
     const floatV scale = (PERSPECTIVE ? q : (floatV)1.0f) / facing;
     const intV good = facing < 0.0f;
     for (int k = 0; k < 2; ++k) {
@@ -94,9 +96,9 @@ INLINE void slopes_of(__global const float* normals, const split_params* split, 
 #endif
 
 __kernel void ssao_planes(__global const float* depth, __global const float* extra, __global const float* normals,
-                          __global float* fronts, __global float* backs, __global float* slopes,
-                          const grid_params grid, const grid_params extra_grid, const grid_params normals_grid,
-                          const split_params split, const occlusion_params occlusion) {
+                          __global float* fronts, __global float* backs, __global float* slopes, const grid_params grid,
+                          const grid_params extra_grid, const grid_params normals_grid, const split_params split,
+                          const occlusion_params occlusion) {
     const int column = (int)get_global_id(0) * V - MARGIN;
     const int v = (int)get_global_id(1) - 4; // rows of the split image, its margins included
     if (column >= (int)split.columns + MARGIN)
@@ -147,7 +149,8 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
         right = slope(across[0], across[1], q, across[2], across[3], tolerance);
         down = slope(along[0], along[1], q, along[2], along[3], tolerance);
 #endif
-        const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy), (floatV)(THIN * occlusion.radius), tolerance);
+        const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
+                                (floatV)(THIN * occlusion.radius), tolerance);
         right = unless_thin(right, across, q, step);
         down = unless_thin(down, along, q, step);
 #endif
@@ -160,7 +163,7 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
 #define STORE(values, target)                                                                                          \
     DEAL(values, dealt);                                                                                               \
     for (uint phase = 0; phase < 4; ++phase)                                                                           \
-        *(__global float_lanes*)((target) + (first + phase) * split.plane + at) = dealt[phase]
+    *(__global float_lanes*)((target) + (first + phase) * split.plane + at) = dealt[phase]
     STORE(front, fronts);
     STORE(back, backs);
     STORE(slopes_here, slopes);

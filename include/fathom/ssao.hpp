@@ -34,10 +34,10 @@ struct SsaoOptions {
         {}; ///< instead of the quality's: 1, 4 or 16 shifts of slices and steps among neighbouring
             ///< pixels, averaged over as many afterwards; 1: every pixel alike, nothing averaged
 
-    std::optional<double>
-        thickness;            ///< what is solid behind a surface, along its ray, scene units; default: a quarter of
-                              ///< the radius; infinity: all that lies behind it, a height field
-    Image thickness_map = {}; ///< the same for each pixel: one float, same size as the depth
+    /// What is solid behind a surface, along its ray, scene units; default: a quarter of the radius; infinity: all that
+    /// lies behind it, a height field.
+    std::optional<double> thickness = {};
+    Image thickness_map = {};             ///< the same for each pixel: one float, same size as the depth
     std::optional<StoredDepth> back = {}; ///< where each pixel's solid ends: a second layer of depth, same size
 
     double falloff = 0; ///< 0 to 1: share of the radius, at its end, over which occluders fade out; 0: a hard end
@@ -57,7 +57,8 @@ inline constexpr double ssao_plane_error = 0.002;
 /// What `ssao` gives. All of the size of the depth image, or of the region.
 struct Occlusion {
     Image visibility;  ///< one float: 1 open, 0 blocked
-    Image bent_normal; ///< three floats, unit length, view space: where the open part of the hemisphere lies on average
+    Image bent_normal; ///< three floats, unit length, view space: mean of the open directions,
+                       ///< weighted by the cosine
     Image confidence;  ///< one float: share of what was asked that lay inside the image on pixels with a known depth
 };
 

@@ -47,78 +47,110 @@ float inverse(double value) {
     return value > 0 ? single(1 / value) : 0;
 }
 
-} // namespace
-
 // Distances grow with this power of their number.
 constexpr double tap_power = 1.5;
+
+// A slice of one of the patterns: its direction on the screen, share of the radius, and rounding of its sectors.
+struct Turn {
+    double cosine, sine, share, rounding;
+};
+
+class Maker {
+public:
+    Maker(int slices, int steps, int patterns_used, double falloff, std::uint32_t seed, PlaneLayout place)
+        : slices_(slices), steps_(steps), patterns_used_(patterns_used), falloff_(falloff), scramble_(seed * plastic),
+          place_(place) {}
+
+    Turn turn(int pattern, int slice) const {
+        const double shift = fraction((rank(pattern, patterns_used_) + 0.5) / patterns_used_ + scramble_);
+        const double angle = std::numbers::pi * (slice + shift) / slices_;
+        const double spread =
+            fraction((rank(pattern, patterns_used_) * 7 % 16 + 0.5) / patterns + (slice + 1) * plastic);
+        const double alone = fraction((slice + 0.5) * golden); // unlike the angle
+        const double rounding = patterns_used_ > 1 ? fraction(spread * 7) : 0.5;
+        return {std::cos(angle), std::sin(angle), 1 - falloff_ * (patterns_used_ > 1 ? spread : alone),
+                1.0 / 16 + rounding * 7 / 8};
+    }
+
+    int count(double radius) const { return std::min(steps_, static_cast<int>(std::ceil(radius))); }
+
+    /// Appends the pixel itself, a side's taps, and what lies beyond the last. Returns how many of a plane's rows or
+    /// columns they reach.
+    int add_taps(std::vector<params::tap_params>& taps, double radius, int pattern, int slice, int side) const {
+        const std::vector<double> distance = distances(radius, pattern, 2 * slice + side);
+        const Turn t = turn(pattern, slice);
+        std::vector<Place> places;
+        for (const double s : distance)
+            places.push_back(place_at(s, side == 0 ? 1 : -1, t.cosine, t.sine));
+        int reach = 0;
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const double inner = (distance[i] + (i > 0 ? distance[i - 1] : 0)) / 2;
+            const Place& at = places[i];
+            const double last = places[i > 0 ? i - 1 : i].along,
+                         next = places[std::min(i + 1, places.size() - 1)].along;
+            taps.push_back(tap(pattern, at, last, next, i > 1 ? last : inner, inner));
+            if (static_cast<int>(i) <= count(radius) + 1)
+                reach = std::max({reach, std::abs((pattern % 4 + at.x) >> 2), std::abs((pattern / 4 + at.y) >> 2)});
+        }
+        return reach;
+    }
+
+private:
+    static constexpr double golden = 0.618033988749895, plastic = 0.7548776662466927;
+
+    std::vector<double> distances(double radius, int pattern, int number) const {
+        const double shifted = (rank(pattern, patterns_used_) * 5 % 16 + 0.5) / patterns + number * golden;
+        const double shift = patterns_used_ == 1 ? 0.5 : fraction(shifted);
+        std::vector<double> distance{0};
+        for (int i = 0; i <= steps_; ++i)
+            distance.push_back(std::max(i + 1.0, radius * std::pow((i + shift) / count(radius), tap_power)));
+        return distance;
+    }
+
+    params::tap_params tap(int pattern, const Place& at, double last, double next, double low, double inner) const {
+        const int x = pattern % 4 + at.x, y = pattern / 4 + at.y;
+        const int plane = (y & 3) * 4 + (x & 3) - pattern;
+        return {.offset = plane * place_.plane + (y >> 2) * place_.stride + (x >> 2),
+                .rows_columns = (y >> 2) * 65536 + ((x >> 2) & 0xffff),
+                .distance = single(at.along),
+                .inverse_distance = inverse(at.along),
+                .square_distance = single(at.along * at.along),
+                .aside = single(at.aside),
+                .low = single(low - at.along),
+                .high = single(next - at.along),
+                .inverse_low = inverse(low),
+                .inverse_high = inverse(next),
+                .gap = single(at.along - last),
+                .before = single(inner - last),
+                .after = single(inner - at.along),
+                .inverse_inner = inverse(inner)};
+    }
+
+    int slices_, steps_, patterns_used_;
+    double falloff_, scramble_;
+    PlaneLayout place_;
+};
+
+} // namespace
 
 SliceTable slice_table(int slices, int steps, int largest_radius, int patterns_used, double falloff, std::uint32_t seed,
                        PlaneLayout place) {
     SliceTable table{.slices = slices, .steps = steps, .levels = 1, .taps = {}, .turns = {}, .counts = {0}};
     while (std::exp2(table.levels / 2.0) < largest_radius)
         ++table.levels;
-    const double scramble = seed * 0.7548776662466927;
-    for (int pattern = 0; pattern < patterns; ++pattern) {
-        for (int k = 0; k < slices; ++k) {
-            const double shift = fraction((rank(pattern, patterns_used) + 0.5) / patterns_used + scramble);
-            const double angle = std::numbers::pi * (k + shift) / slices;
-            table.turns.push_back(static_cast<float>(std::cos(angle)));
-            table.turns.push_back(static_cast<float>(std::sin(angle)));
-            const double spread =
-                fraction((rank(pattern, patterns_used) * 7 % 16 + 0.5) / patterns + (k + 1) * 0.754877666246693);
-            table.turns.push_back(static_cast<float>(1 - falloff * (patterns_used > 1 ? spread : (k + 0.5) / slices)));
-            const double rounding = patterns_used > 1 ? fraction(spread * 7) : 0.5;
-            table.turns.push_back(static_cast<float>(1.0 / 16 + rounding * 7 / 8));
-        }
+    const Maker maker(slices, steps, patterns_used, falloff, seed, place);
+    for (int i = 0; i < patterns * slices; ++i) {
+        const Turn turn = maker.turn(i / slices, i % slices);
+        table.turns.insert(table.turns.end(),
+                           {single(turn.cosine), single(turn.sine), single(turn.share), single(turn.rounding)});
     }
     std::vector<std::uint32_t> reaches;
     for (int level = 1; level <= table.levels; ++level) {
         const double radius = std::exp2(level / 2.0);
-        const int count = std::min(steps, static_cast<int>(std::ceil(radius)));
-        table.counts.push_back(static_cast<std::uint32_t>(count));
         int reach = 0;
-        for (int pattern = 0; pattern < patterns; ++pattern) {
-            for (int k = 0; k < slices; ++k) {
-                const double cosine = table.turns[static_cast<std::size_t>(4 * (pattern * slices + k))];
-                const double sine = table.turns[static_cast<std::size_t>(4 * (pattern * slices + k) + 1)];
-                for (int side = 0; side < 2; ++side) {
-                    const double shift = patterns_used == 1
-                                             ? 0.5
-                                             : fraction((rank(pattern, patterns_used) * 5 % 16 + 0.5) / patterns +
-                                                        (2 * k + side) * 0.618033988749895);
-                    std::vector<double> distance{0};
-                    for (int i = 0; i <= steps; ++i)
-                        distance.push_back(std::max(i + 1.0, radius * std::pow((i + shift) / count, tap_power)));
-                    std::vector<Place> places;
-                    for (const double s : distance)
-                        places.push_back(place_at(s, side == 0 ? 1 : -1, cosine, sine));
-                    for (std::size_t i = 0; i < places.size(); ++i) {
-                        const Place &at = places[i], last = i > 0 ? places[i - 1] : at,
-                                    next = i + 1 < places.size() ? places[i + 1] : at;
-                        const int px = pattern % 4 + at.x, py = pattern / 4 + at.y;
-                        const int plane = (py & 3) * 4 + (px & 3) - pattern;
-                        if (static_cast<int>(i) <= count + 1)
-                            reach = std::max({reach, std::abs(px >> 2), std::abs(py >> 2)});
-                        const double inner = (distance[i] + (i > 0 ? distance[i - 1] : 0)) / 2;
-                        const double low = i > 1 ? last.along : inner;
-                        table.taps.push_back({.offset = plane * place.plane + (py >> 2) * place.stride + (px >> 2),
-                                              .rows_columns = (py >> 2) * 65536 + ((px >> 2) & 0xffff),
-                                              .distance = single(at.along),
-                                              .inverse_distance = inverse(at.along),
-                                              .square_distance = single(at.along * at.along),
-                                              .aside = single(at.aside),
-                                              .low = single(low - at.along),
-                                              .high = single(next.along - at.along),
-                                              .inverse_low = inverse(low),
-                                              .inverse_high = inverse(next.along),
-                                              .gap = single(at.along - last.along),
-                                              .before = single(inner - last.along),
-                                              .after = single(inner - at.along),
-                                              .inverse_inner = inverse(inner)});
-                    }
-                }
-            }
-        }
+        for (int i = 0; i < patterns * slices * 2; ++i)
+            reach = std::max(reach, maker.add_taps(table.taps, radius, i / (slices * 2), i / 2 % slices, i % 2));
+        table.counts.push_back(static_cast<std::uint32_t>(maker.count(radius)));
         reaches.push_back(static_cast<std::uint32_t>(reach));
     }
     table.counts.insert(table.counts.end(), reaches.begin(), reaches.end());

@@ -245,7 +245,7 @@ Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options) {
                     {vectors(split.stride), 4 * (split.rows + 2)}, depth, extra, normals, fronts, backs, slopes,
                     grid(depth, stored), grid(extra, stored), grid(normals, stored), split, occlusion);
     runtime::launch(device, kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}}),
-                    {(split.columns + 127) / 128 * 128 / static_cast<std::size_t>(lanes) * 16 * split.rows, 1}, fronts,
+                    {(split.columns + 255) / 256 * 256 / static_cast<std::size_t>(lanes) * 16 * split.rows, 1}, fronts,
                     backs, slopes, taps, turns, counts, sums, split, occlusion);
 
     const Region region = options.region.value_or(Region{0, 0, width, height});
