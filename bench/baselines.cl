@@ -30,6 +30,47 @@ __kernel void spread(FRAME) {
     store_float(d, out + 2 * V);
 }
 
+// One float in, four out: what dof_masks moves.
+__kernel void fan_out(FRAME) {
+    PIXELS(4)
+    for (int i = 0; i < 4; ++i)
+        store_float(d, out + i * V);
+}
+
+// The same into four images, as dof_masks does it.
+__kernel void fan_out_apart(__global const float* source, __global float* first, __global float* second,
+                            __global float* third, __global float* fourth, const grid_params grid) {
+    const uint x = first_column(grid.x_begin, grid.x_end), y = get_global_id(1);
+    if (x >= grid.x_end || y >= grid.height) return;
+    const floatV d = LOAD(float, source + (size_t)y * grid.source_stride + x);
+    const size_t at = (size_t)y * grid.target_stride + x;
+    store_float(d, first + at);
+    store_float(d, second + at);
+    store_float(d, third + at);
+    store_float(d, fourth + at);
+}
+
+// Blur by a gather with the circle of the pixel itself, as tutorials have it: red, green and blue of all pixels within it,
+// whatever their own circles.
+__kernel void centre_gather(__global const float* circles, __global const float* colour, __global float* target,
+                            const int width, const int height) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= width) return;
+    const float radius = 0.5f * fabs(circles[y * width + x]), square = radius * radius;
+    const int reach = (int)radius;
+    float3 sum = 0;
+    int count = 0;
+    for (int dy = max(-reach, -y); dy <= min(reach, height - 1 - y); ++dy) {
+        const int across = (int)sqrt(max(square - dy * dy, 0.0f));
+        const int low = max(x - across, 0), high = min(x + across, width - 1);
+        __global const float* from = colour + 3 * ((size_t)(y + dy) * width + low);
+        for (int i = low; i <= high; ++i, from += 3)
+            sum += (float3)(from[0], from[1], from[2]);
+        count += high - low + 1;
+    }
+    vstore3(sum / count, (size_t)y * width + x, target);
+}
+
 // 1 / (Z d + W), both constants in float: Unity's and Unreal's way.
 __kernel void engine_fma(FRAME, const float z, const float w) {
     PIXELS(1)

@@ -15,22 +15,31 @@ Baselines::Baselines(const Device& device, bool stream) : device_(device) {
     program_.build(text("-cl-std=CL1.2 -DFP64=0 -DV=", lanes, " -DSTREAM=", stream && lanes > 1).c_str());
 }
 
+int Baselines::vectors(int width) const {
+    return (width + device_.options().lanes - 1) / device_.options().lanes;
+}
+
+params::grid_params Baselines::grid(const Image& source, const Image& target) {
+    return grid_parameters({source, {}, Storage::float32}, target, 0, source.width());
+}
+
 void Baselines::launch(const std::string& name, const Image& source, const Image& target,
                        std::initializer_list<float> extra) {
     cl::Kernel kernel(program_, name.c_str());
-    const auto lanes = static_cast<std::size_t>(device_.options().lanes);
-    const auto group = static_cast<std::size_t>(device_.options().group_size);
-    const std::size_t columns = (static_cast<std::size_t>(source.width()) + lanes - 1) / lanes;
-    const StoredDepth whole{source, {}, Storage::float32};
     kernel.setArg(0, source.buffer());
     kernel.setArg(1, target.buffer());
-    kernel.setArg(2, grid_parameters(whole, target, 0, source.width()));
+    kernel.setArg(2, grid(source, target));
     cl_uint index = 3;
     for (const float value : extra)
         kernel.setArg(index++, value);
+    start(kernel, vectors(source.width()), source.height());
+}
+
+void Baselines::start(const cl::Kernel& kernel, int columns, int rows) {
+    const auto group = static_cast<std::size_t>(device_.options().group_size);
     device_.queue().enqueueNDRangeKernel(
         kernel, cl::NullRange,
-        cl::NDRange((columns + group - 1) / group * group, static_cast<std::size_t>(source.height())),
+        cl::NDRange((static_cast<std::size_t>(columns) + group - 1) / group * group, static_cast<std::size_t>(rows)),
         cl::NDRange(group, 1));
 }
 

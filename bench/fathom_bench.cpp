@@ -190,7 +190,7 @@ void print_row(const Subject& subject, std::map<std::string, Figure>& figures, d
     const Figure& f = figures[subject.name];
     const double ms = 1e3 * median(f.seconds), floor = 1e3 * median(figures[subject.floor].seconds);
     const double low = 1e3 * quantile(f.seconds, 0.25), high = 1e3 * quantile(f.seconds, 0.75);
-    const double speed = pixels / ms * 1e-6;
+    const double speed = (subject.pixels > 0 ? subject.pixels : pixels) / ms * 1e-6;
     std::printf("%-31s %8.3f %7.3f-%7.3f %9s %9s", subject.name.c_str(), ms, low, high, rounded(speed).c_str(),
                 rounded(floor / ms).c_str());
     if (f.worst_ulp >= 0)

@@ -7,22 +7,24 @@
 #define INLINE static inline __attribute__((always_inline)) // a tenth faster than without
 #define SECTORS 31.0f
 #define STEEP 0.5f
+#define NOTHING -1e30f
 
 // Of a sampling pattern and slice: direction on the screen, rounding of sectors, distances as shares of the ball's.
 typedef struct {
     float turn_x, turn_y, rounding, reserved;
-    float shares[2][STEPS];
+    float shares[2][STEPS + 1];
 } pattern_slice;
 
 // A side of a slice: cot t = scale (q - q_c) / s + offset, s pixels away.
 typedef struct {
     float turn_x, turn_y;
-    float q, across;
+    float q, slack, across, tangent;
     float scale, offset;
     float middle, middle_step;
     float reach, reach_step, cut;
     float per_depth, nearest;
     float rises, falls;
+    float first;
     float lowest, full;
     float sectors_square, sectors_nu, sectors_offset;
 } half_slice;
@@ -71,32 +73,67 @@ INLINE int sectors_to(float cotangent, const half_slice* side) {
     return (int)fma(c * c, side->sectors_square, fma(lens(c), side->sectors_nu, side->sectors_offset));
 }
 
-// The sectors that one sample's column blocks. (dx, dy) is its pixel's place, `inner` and `outer` are the ends of the
-// stretch of the slice that it stands for.
-INLINE int sectors_of(const half_slice* side, float4 there, float dx, float dy, float inner, float outer,
-                      float inverse_inner, float inverse_outer) {
-    const float s = fma(dx, side->turn_x, dy * side->turn_y), aside = fma(dx, side->turn_y, -dy * side->turn_x);
-    const float base = fma(side->across, aside, -side->q);
+// A pixel that the slice passes: how far along it, the surface there less q_c, and how it goes on.
+typedef struct {
+    float along, inverse_along;
+    float front, to_line, tilt, height, back;
+} column;
+
+INLINE column column_at(const half_slice* side, __global const float4* surfaces, float s, int x, int y, int width,
+                        int height) {
+    const float dx = rint(s * side->turn_x), dy = rint(s * side->turn_y);
+    const int there_x = x + (int)dx, there_y = y + (int)dy;
+    const float aside = fma(dx, side->turn_y, -dy * side->turn_x);
+    column c;
+    c.along = fma(dx, side->turn_x, dy * side->turn_y);
+    c.inverse_along = 1 / c.along;
+    if (there_x < 0 || there_y < 0 || there_x >= width || there_y >= height) {
+        c.front = c.back = c.height = NOTHING;
+        c.tilt = c.to_line = 0;
+        return c;
+    }
+    const float4 there = surfaces[there_y * width + there_x];
+    c.tilt = fma(side->turn_x, there.z, side->turn_y * there.w);
+    c.to_line = fma(fma(side->turn_x, there.w, -side->turn_y * there.z), aside, -side->q);
+    c.front = there.x + c.to_line;
+    c.height = fma(side->across, aside, there.x - side->q) - side->tangent * c.along;
+    c.back = there.y;
+    return c;
+}
+
+// (q - q_c) / s where a column ends on the side of its neighbour: at their outward edge, or `end` pixels away.
+INLINE float end_of(const half_slice* side, const column* seen, const column* near, const column* far, float end) {
+    const float gap = far->along - near->along;
+    const float over = fma(near->tilt, gap, near->front) - far->front;
+    const float under = fma(-far->tilt, gap, far->front) - near->front;
+    if (over > 0 && under > 0) {
+        const float sum = over + under;
+        return fma(near->tilt * gap, under, near->front * sum) / fma(gap, under, near->along * sum);
+    }
+    const float tilt = max(min(seen->tilt, side->rises), side->falls);
+    return fma(tilt, end - seen->along, seen->front) / end;
+}
+
+// The sectors that a column blocks between the ends of its front, inside the ball.
+INLINE int sectors_of(const half_slice* side, const column* seen, float inner, float outer) {
+    if (!(max(inner, outer) > side->first))
+        return 0;
+    const float s = seen->along;
     const float reach = fma(-s, side->reach_step, side->reach);
     const float square = max(fma(-s * s, side->cut, reach * reach), 0.0f);
     const float half_length = sqrt(square) * side->per_depth;
     const float middle = fma(-s, side->middle_step, side->middle);
-    const float scale = side->scale / s;
-    const float lowest = fma(scale, middle - half_length, side->offset);
-    const float highest = fma(scale, max(middle + half_length, side->nearest), side->offset);
-
-    const float tilt = max(min(fma(side->turn_x, there.z, side->turn_y * there.w), side->rises), side->falls);
-    const float front = there.x + base;
-    const float near_end = fma(side->scale * inverse_inner, fma(tilt, inner - s, front), side->offset);
-    const float far_end = fma(side->scale * inverse_outer, fma(tilt, outer - s, front), side->offset);
-    const float behind = fma(scale, there.y + base, side->offset);
-    const float top = max(min(max(near_end, far_end), highest), lowest);
-    const float bottom = max(min(min(min(near_end, far_end), behind), highest), lowest);
-    const int from = max(sectors_to(bottom, side), 0), to = min(max(sectors_to(top, side), from), (int)SECTORS);
+    const float lowest = (middle - half_length) * seen->inverse_along;
+    const float highest = max(middle + half_length, side->nearest) * seen->inverse_along;
+    const float behind = (seen->back + seen->to_line) * seen->inverse_along;
+    const float top = max(min(max(inner, outer), highest), lowest);
+    const float bottom = max(min(min(min(inner, outer), behind), highest), lowest);
+    const int from = max(sectors_to(fma(side->scale, bottom, side->offset), side), 0);
+    const int to = min(max(sectors_to(fma(side->scale, top, side->offset), side), from), (int)SECTORS);
     return (1 << to) - (1 << from);
 }
 
-// Sectors blocked by the samples of one side.
+// Sectors blocked by the samples of one side. Most columns can block none, whose ends are not looked for.
 INLINE int blocked_by(const half_slice* side, __global const float4* surfaces, __global const float* shares, int x,
                       int y, int width, int height) {
     const float falls = sqrt(max(side->cut, 0.0f)) + side->reach_step;
@@ -104,17 +141,19 @@ INLINE int blocked_by(const half_slice* side, __global const float4* surfaces, _
     const float extent = falls > 0 && side->cut > 0 ? min(side->reach / falls, limit) : limit;
     const int count = extent > 1 ? min(STEPS, (int)ceil(extent)) : 0;
     int found = 0;
-    float s = max(1.0f, extent * shares[0]), inner = 0.5f * s, inverse_inner = 1 / inner;
-    for (int i = 0; i < count; ++i) {
-        const float at_x = x + 0.5f + s * side->turn_x, at_y = y + 0.5f + s * side->turn_y;
-        if (at_x < 0 || at_y < 0 || at_x >= width || at_y >= height)
-            break;
-        const float next = i + 1 < count ? max(i + 2.0f, extent * shares[i + 1]) : 3 * s - 2 * inner;
-        const float outer = 0.5f * (s + next), inverse_outer = 1 / outer;
-        const int there_x = (int)at_x, there_y = (int)at_y;
-        found |= sectors_of(side, surfaces[there_y * width + there_x], there_x - x, there_y - y, inner, outer,
-                            inverse_inner, inverse_outer);
-        s = next, inner = outer, inverse_inner = inverse_outer;
+    float s = max(1.0f, extent * shares[0]), inner = 0.5f * s;
+    column last = column_at(side, surfaces, 0, x, y, width, height);
+    column seen = column_at(side, surfaces, s, x, y, width, height);
+    for (int i = 0; i < count && seen.front > NOTHING; ++i) {
+        const float beyond = max(i + 2.0f, extent * shares[i + 1]), outer = 0.5f * (s + beyond);
+        const column next = column_at(side, surfaces, beyond, x, y, width, height);
+        const float low = i > 0 ? last.along : inner, inverse_low = i > 0 ? last.inverse_along : 1 / inner;
+        const float before = fma(seen.tilt, low - seen.along, seen.front) * inverse_low;
+        const float after = fma(seen.tilt, next.along - seen.along, seen.front) * next.inverse_along;
+        if (max(before, after) > side->first && seen.height > -side->slack)
+            found |= sectors_of(side, &seen, end_of(side, &seen, &last, &seen, inner),
+                                end_of(side, &seen, &seen, &next, outer));
+        last = seen, seen = next, s = beyond, inner = outer;
     }
     return found;
 }
@@ -138,6 +177,7 @@ __kernel void scalar_ssao(__global const float4* surfaces, __global const patter
 
     half_slice side;
     side.q = q + 2 * error;
+    side.slack = 4 * error;
     side.per_depth = 1 / outside;
     side.nearest = outside < 0 ? 1e30f : -1e30f;
     side.middle = q * side.per_depth * (radius * radius);
@@ -161,6 +201,7 @@ __kernel void scalar_ssao(__global const float4* surfaces, __global const patter
             side.reach_step = radius * toward;
             const float offset = toward * inverse_across;
             const float tangent = side.scale * slope_along + offset;
+            side.tangent = slope_along;
             side.offset = offset - side.scale * 2 * error;
             side.lowest = tangent * rsqrt(tangent * tangent + 1);
             const float nu = -tangent;
@@ -169,6 +210,10 @@ __kernel void scalar_ssao(__global const float4* surfaces, __global const patter
             side.sectors_square = SECTORS / side.full;
             side.sectors_nu = side.sectors_square * nu;
             side.sectors_offset = SECTORS + slice->rounding - side.sectors_square * (nu * M_PI_2_F + 1);
+
+            const float above = sqrt(side.full * (1 - slice->rounding) / SECTORS * rsqrt(nu * nu + 1));
+            const float sky = 1 - tangent * above;
+            side.first = sky > 0 ? ((tangent + above) / sky - side.offset) / side.scale : INFINITY;
 
             const float weighted = inverse_across * inverse_across * side.full;
             const int found = blocked_by(&side, surfaces, slice->shares[opposite], x, y, width, height);

@@ -15,37 +15,34 @@ namespace {
 // pattern_slice of scalar_ssao.cl.
 struct PatternSlice {
     cl_float turn_x, turn_y, rounding, reserved;
-    cl_float shares[2][ScalarSsao::steps];
+    cl_float shares[2][ScalarSsao::steps + 1];
 };
 
 double fraction(double value) {
     return value - std::floor(value);
 }
 
-// An ordered 4 × 4 matrix: neighbours are far apart in it.
-int rank(int pattern) {
-    const int x = pattern % 4, y = pattern / 4, d = x ^ y;
-    return (d & 1) << 3 | (y & 1) << 2 | (d & 2) | (y & 2) >> 1;
-}
+// Order of the 4 × 4 pixels, the library's.
+constexpr int rank_of[] = {0, 9, 6, 15, 4, 13, 10, 3, 8, 1, 14, 7, 12, 5, 2, 11};
 
-// Directions in equal steps over half a turn, distances that grow with the power 1.5, both shifted from pattern to
-// pattern.
+// Directions in equal steps over half a turn, distances that grow with the power 1.5, both shifted from pattern to pattern
+// as the library does it.
 std::vector<PatternSlice> pattern_slices() {
     constexpr int patterns = 16, slices = ScalarSsao::slices, steps = ScalarSsao::steps;
     std::vector<PatternSlice> list;
-    for (int pattern = 0; pattern < patterns; ++pattern) {
-        const double shift = (rank(pattern) + 0.5) / patterns;
+    for (const int rank : rank_of) {
+        const double shift = (rank + 0.5) / patterns;
         for (int k = 0; k < slices; ++k) {
             const double angle = std::numbers::pi * (k + shift) / slices;
+            const double spread = fraction((rank * 7 % 16 + 0.5) / patterns + (k + 1) * 0.754877666246693);
             PatternSlice slice{.turn_x = static_cast<float>(std::cos(angle)),
                                .turn_y = static_cast<float>(std::sin(angle)),
-                               .rounding = static_cast<float>(fraction((rank(pattern) * 7 + 0.5) / patterns + 0.5 * k)),
+                               .rounding = static_cast<float>(1.0 / 16 + fraction(spread * 7) * 7 / 8),
                                .reserved = 0,
                                .shares = {}};
             for (int side = 0; side < 2; ++side) {
-                const double along =
-                    fraction((rank(pattern) * 5 + 0.5) / patterns + (2 * k + side) / (2.0 * slices) + 0.1);
-                for (int i = 0; i < steps; ++i)
+                const double along = fraction((rank * 5 % 16 + 0.5) / patterns + (2 * k + side) * 0.618033988749895);
+                for (int i = 0; i <= steps; ++i)
                     slice.shares[side][i] = static_cast<float>(std::pow((i + along) / steps, 1.5));
             }
             list.push_back(slice);

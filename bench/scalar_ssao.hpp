@@ -8,7 +8,7 @@ namespace fathom::bench {
 /// the way that engines take them.
 class ScalarSsao {
 public:
-    static constexpr int slices = 2, steps = 8; ///< of `Quality::balanced`
+    static constexpr int slices = 1, steps = 32; ///< of `Quality::balanced`
 
     /// For float32 window depth of `perspective(fov_y, width / height, span)` that has no background.
     ScalarSsao(const Image& stored, double fov_y, DepthSpan span, double radius, double thickness);

@@ -1,18 +1,16 @@
 // ssao in a room: presets, two radii, two cameras; the same kernels a pixel at a time; and the same samples in a loop per
 // pixel.
 
+#include "room_depth.hpp"
 #include "scalar_ssao.hpp"
 #include "subjects.hpp"
 
-#include "scene/scene.hpp"
 #include "text.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <thread>
 
 namespace fathom::bench {
 namespace {
@@ -24,39 +22,10 @@ constexpr DepthSpan room_span{0.1, 100};
 // which hold every sampling pattern once. The library's filter looks farther, and not across edges.
 constexpr double mean_tolerance = 0.02, box_tolerance = 0.02;
 
-// Float32 window depth of the room.
-std::vector<float> room_depth(const Camera& camera) {
-    const auto width = static_cast<std::size_t>(camera.width);
-    std::vector<float> stored(width * static_cast<std::size_t>(camera.height));
-    const scene::Caster caster(scene::room(), camera);
-    std::atomic<int> next = 0;
-    const auto rows = [&] {
-        for (int y = next++; y < camera.height; y = next++) {
-            for (std::size_t x = 0; x < width; ++x) {
-                const auto surface = caster.at(static_cast<double>(x) + 0.5, y + 0.5);
-                stored[static_cast<std::size_t>(y) * width + x] = surface ? static_cast<float>(surface->stored) : 1.0f;
-            }
-        }
-    };
-    std::vector<std::jthread> workers;
-    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
-        workers.emplace_back(rows);
-    return stored;
-}
-
 double median_depth(const Camera& camera, std::vector<float> stored) {
     const auto middle = stored.begin() + static_cast<std::ptrdiff_t>(stored.size() / 2);
     std::ranges::nth_element(stored, middle);
     return static_cast<double>(view_depth(camera, Storage::float32, 0.5, 0.5, *middle));
-}
-
-Image uploaded(const Device& device, int width, int height, const std::vector<float>& values) {
-    const Image image(device, Element::f32, {width, height});
-    const std::size_t row = static_cast<std::size_t>(width) * sizeof(float);
-    device.queue().enqueueWriteBufferRect(image.buffer(), CL_TRUE, {0, 0, 0}, {0, 0, 0},
-                                          {row, static_cast<std::size_t>(height), 1},
-                                          image.row_stride() * sizeof(float), 0, row, 0, values.data());
-    return image;
 }
 
 // The room through one camera.
@@ -121,7 +90,7 @@ private:
         const std::vector<float> stored = room_depth(camera);
         const double scale = static_cast<double>(camera.projection.matrix(0, 0));
         const double depth = camera.projection.matrix(3, 2) == 0 ? 1 : median_depth(camera, stored);
-        return {{uploaded(device_, width_, height_, stored), camera}, 2 * depth / scale};
+        return {{uploaded(device_, {width_, height_}, stored), camera}, 2 * depth / scale};
     }
 
     Device device_;

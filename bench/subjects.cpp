@@ -251,6 +251,7 @@ std::vector<Subject> subjects(Frames& frames, Baselines& plain, Baselines& strea
     add_unproject(rows);
     add_normals(rows);
     std::ranges::move(ssao_subjects(frames.device(), frames.width(), frames.height()), std::back_inserter(rows.list));
+    std::ranges::move(dof_subjects(frames, plain, streaming), std::back_inserter(rows.list));
     return std::move(rows.list);
 }
 

@@ -27,6 +27,7 @@ struct Subject {
     std::string rival = {};                      ///< of a baseline: name of the library's row that does the same
     std::function<Comparison()> comparison = {}; ///< of its results with the rival's, made before anything is timed
     int every = 1;                               ///< rounds from one run to the next: more for what takes long
+    double pixels = 0;                           ///< of one run; 0: a frame's
 };
 
 /// Far/near of the bench's perspective cameras: where engines' formulas start to fail.
@@ -37,5 +38,8 @@ std::vector<Subject> subjects(Frames& frames, Baselines& plain, Baselines& strea
 
 /// The rows of `ssao`: on a room of this size instead of the frames, which is made when it is first looked at.
 std::vector<Subject> ssao_subjects(const Device& device, int width, int height);
+
+/// The rows of `dof_masks` on the frames, and of `dof` on a room of 1920 × 1080, made when it is first looked at.
+std::vector<Subject> dof_subjects(Frames& frames, Baselines& plain, Baselines& streaming);
 
 } // namespace fathom::bench
