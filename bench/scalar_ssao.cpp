@@ -26,22 +26,23 @@ double fraction(double value) {
 constexpr int rank_of[] = {0, 9, 6, 15, 4, 13, 10, 3, 8, 1, 14, 7, 12, 5, 2, 11};
 
 // Directions in equal steps over half a turn, distances that grow with the power 1.5, both shifted from pattern to pattern
-// as the library does it.
-std::vector<PatternSlice> pattern_slices() {
+// as the library does it; or all pixels alike.
+std::vector<PatternSlice> pattern_slices(bool alike) {
     constexpr int patterns = 16, slices = ScalarSsao::slices, steps = ScalarSsao::steps;
     std::vector<PatternSlice> list;
     for (const int rank : rank_of) {
-        const double shift = (rank + 0.5) / patterns;
+        const double shift = alike ? 0.5 : (rank + 0.5) / patterns;
         for (int k = 0; k < slices; ++k) {
             const double angle = std::numbers::pi * (k + shift) / slices;
             const double spread = fraction((rank * 7 % 16 + 0.5) / patterns + (k + 1) * 0.754877666246693);
             PatternSlice slice{.turn_x = static_cast<float>(std::cos(angle)),
                                .turn_y = static_cast<float>(std::sin(angle)),
-                               .rounding = static_cast<float>(1.0 / 16 + fraction(spread * 7) * 7 / 8),
+                               .rounding = static_cast<float>(1.0 / 16 + (alike ? 0.5 : fraction(spread * 7)) * 7 / 8),
                                .reserved = 0,
                                .shares = {}};
             for (int side = 0; side < 2; ++side) {
-                const double along = fraction((rank * 5 % 16 + 0.5) / patterns + (2 * k + side) * 0.618033988749895);
+                const double along =
+                    alike ? 0.5 : fraction((rank * 5 % 16 + 0.5) / patterns + (2 * k + side) * 0.618033988749895);
                 for (int i = 0; i <= steps; ++i)
                     slice.shares[side][i] = static_cast<float>(std::pow((i + along) / steps, 1.5));
             }
@@ -68,7 +69,8 @@ void set(cl::Kernel& kernel, const auto&... arguments) {
 
 } // namespace
 
-ScalarSsao::ScalarSsao(const Image& stored, double fov_y, DepthSpan span, double radius, double thickness)
+ScalarSsao::ScalarSsao(const Image& stored, double fov_y, DepthSpan span, double radius, double thickness,
+                       Patterns patterns)
     : stored_(stored) {
     const Device& device = stored.device();
     const cl::Program built = program(device);
@@ -77,9 +79,9 @@ ScalarSsao::ScalarSsao(const Image& stored, double fov_y, DepthSpan span, double
     const cl_int width = stored.width(), height = stored.height();
     const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     surfaces_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, pixels * sizeof(cl_float4));
-    std::vector<PatternSlice> patterns = pattern_slices();
+    std::vector<PatternSlice> table = pattern_slices(patterns == Patterns::alike);
     patterns_ = cl::Buffer(device.context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
-                           patterns.size() * sizeof(PatternSlice), patterns.data());
+                           table.size() * sizeof(PatternSlice), table.data());
 
     const auto single = [](double value) { return static_cast<cl_float>(value); };
     const double focal = height / (2 * std::tan(fov_y / 2));
