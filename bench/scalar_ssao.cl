@@ -75,7 +75,7 @@ INLINE int sectors_to(float cotangent, const half_slice* side) {
 
 // A pixel that the slice passes: how far along it, the surface there less q_c, and how it goes on.
 typedef struct {
-    float along, inverse_along;
+    float along;
     float front, to_line, tilt, height, back;
 } column;
 
@@ -86,7 +86,6 @@ INLINE column column_at(const half_slice* side, __global const float4* surfaces,
     const float aside = fma(dx, side->turn_y, -dy * side->turn_x);
     column c;
     c.along = fma(dx, side->turn_x, dy * side->turn_y);
-    c.inverse_along = 1 / c.along;
     if (there_x < 0 || there_y < 0 || there_x >= width || there_y >= height) {
         c.front = c.back = c.height = NOTHING;
         c.tilt = c.to_line = 0;
@@ -118,14 +117,14 @@ INLINE float end_of(const half_slice* side, const column* seen, const column* ne
 INLINE int sectors_of(const half_slice* side, const column* seen, float inner, float outer) {
     if (!(max(inner, outer) > side->first))
         return 0;
-    const float s = seen->along;
+    const float s = seen->along, inverse = 1 / s;
     const float reach = fma(-s, side->reach_step, side->reach);
     const float square = max(fma(-s * s, side->cut, reach * reach), 0.0f);
     const float half_length = sqrt(square) * side->per_depth;
     const float middle = fma(-s, side->middle_step, side->middle);
-    const float lowest = (middle - half_length) * seen->inverse_along;
-    const float highest = max(middle + half_length, side->nearest) * seen->inverse_along;
-    const float behind = (seen->back + seen->to_line) * seen->inverse_along;
+    const float lowest = (middle - half_length) * inverse;
+    const float highest = max(middle + half_length, side->nearest) * inverse;
+    const float behind = (seen->back + seen->to_line) * inverse;
     const float top = max(min(max(inner, outer), highest), lowest);
     const float bottom = max(min(min(min(inner, outer), behind), highest), lowest);
     const int from = max(sectors_to(fma(side->scale, bottom, side->offset), side), 0);
@@ -147,10 +146,10 @@ INLINE int blocked_by(const half_slice* side, __global const float4* surfaces, _
     for (int i = 0; i < count && seen.front > NOTHING; ++i) {
         const float beyond = max(i + 2.0f, extent * shares[i + 1]), outer = 0.5f * (s + beyond);
         const column next = column_at(side, surfaces, beyond, x, y, width, height);
-        const float low = i > 0 ? last.along : inner, inverse_low = i > 0 ? last.inverse_along : 1 / inner;
-        const float before = fma(seen.tilt, low - seen.along, seen.front) * inverse_low;
-        const float after = fma(seen.tilt, next.along - seen.along, seen.front) * next.inverse_along;
-        if (max(before, after) > side->first && seen.height > -side->slack)
+        const float low = i > 0 ? last.along : inner;
+        const float before = fma(seen.tilt, low - seen.along, seen.front) - side->first * low;
+        const float after = fma(seen.tilt, next.along - seen.along, seen.front) - side->first * next.along;
+        if (max(before, after) > 0 && seen.height > -side->slack)
             found |= sectors_of(side, &seen, end_of(side, &seen, &last, &seen, inner),
                                 end_of(side, &seen, &seen, &next, outer));
         last = seen, seen = next, s = beyond, inner = outer;
