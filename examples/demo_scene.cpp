@@ -1,4 +1,5 @@
-// The depth buffer that a renderer would leave of one of the analytic scenes, for a camera file.
+// The depth buffer that a renderer would leave of one of the analytic scenes, for a camera file; and on request its picture,
+// linear: checks a share of the scene's size across, lit from above, with small lamps where they meet.
 
 #include "scene/scene.hpp"
 
@@ -6,14 +7,54 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+#include <cmath>
 #include <exception>
 #include <iostream>
 #include <string>
 
+namespace {
+
+using fathom::scene::Rendered;
+
+// `check`: how long they are. Lamps are much brighter than white, so that a lens draws them as discs.
+cv::Vec3f colour_at(const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double check) {
+    const Eigen::Array3d place = position.array() / check;
+    const Eigen::Array3d corner = (place / 2).round() * 2;
+    if ((place - corner).matrix().norm() < 0.07)
+        return {40, 30, 15};
+    const auto odd = static_cast<long>((place + 1e-6).floor().sum()) & 1;
+    const double light = 0.55 + 0.45 * normal.dot(Eigen::Vector3d(0.3, 0.8, 0.5).normalized());
+    const Eigen::Array3d colour = light * (odd ? 0.5 : 1) * (0.45 + 0.25 * normal.array());
+    return {static_cast<float>(colour[0]), static_cast<float>(colour[1]), static_cast<float>(colour[2])};
+}
+
+cv::Mat picture_of(const Rendered& image, const fathom::Camera& camera, double check) {
+    const Eigen::Matrix4d world = fathom::scene::to_world(camera);
+    cv::Mat picture(image.height, image.width, CV_32FC3, cv::Scalar(0.3, 0.45, 0.7)); // the sky's
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            const auto i =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
+            if (!std::isfinite(image.z[i]))
+                continue;
+            const Eigen::Vector3d position =
+                world.topLeftCorner<3, 3>() * image.position[i] + world.topRightCorner<3, 1>();
+            picture.at<cv::Vec3f>(y, x) = colour_at(position, world.topLeftCorner<3, 3>() * image.normal[i], check);
+        }
+    }
+    return picture;
+}
+
+} // namespace
+
 int main(int argc, char* argv[]) {
-    if (argc != 4) {
-        std::cerr << "usage: demo_scene SCENE CAMERA.json DEPTH.png|.tif|.exr\n       16 bits in a .png, 32-bit floats "
-                     "otherwise\n";
+    if (argc != 4 && argc != 6) {
+        std::cerr
+            << "usage: demo_scene SCENE CAMERA.json DEPTH.png|.tif|.exr [PICTURE.exr CHECK]\n       depth of 16 bits "
+               "in a .png, 32-bit floats otherwise; checks CHECK scene units long\n";
         return 2;
     }
     try {
@@ -21,6 +62,8 @@ int main(int argc, char* argv[]) {
         auto image = fathom::scene::render(fathom::scene::named(argv[1]), camera);
         const cv::Mat stored(image.height, image.width, CV_32FC1, image.stored.data());
         fathom::write_image(argv[3], stored, {.channels = {"Z"}, .png_scale = 1.0});
+        if (argc == 6)
+            fathom::write_image(argv[4], picture_of(image, camera, std::stod(argv[5])), {.channels = {"R", "G", "B"}});
     } catch (const std::exception& error) {
         std::cerr << "demo_scene: " << error.what() << '\n';
         return 1;

@@ -1,6 +1,7 @@
 // A picture that a person can look at: stored depth in grey, view depth in false colour, positions as RGB. Each channel is
 // stretched from its least to its greatest finite value; pixels that are no surface stay dark.
-// Visibility (occlusion) is shown as it is, 0 black and 1 white, and normals as ½n + ½.
+// Visibility (occlusion) is shown as it is, 0 black and 1 white, and normals as ½n + ½; the weights near, focus and far are
+// red, green and blue, and a linear picture (colour) is encoded for a screen, cut off at white.
 
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
@@ -14,6 +15,7 @@
 #include <exception>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -64,6 +66,12 @@ Colour false_colour(double t) {
     return colour;
 }
 
+// IEC 61966-2-1.
+double encoded(double linear) {
+    const double value = std::clamp(linear, 0.0, 1.0);
+    return value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
+}
+
 Colour colour_at(const std::string& kind, const std::vector<Channel>& channels, int y, int x) {
     const double t = channels[0].share(y, x);
     if (kind == "stored" || kind == "occlusion") {
@@ -72,25 +80,33 @@ Colour colour_at(const std::string& kind, const std::vector<Channel>& channels, 
     if (kind == "depth") {
         return false_colour(t);
     }
-    return {t, channels[1].share(y, x), channels[2].share(y, x)};
+    const Colour colour{t, channels[1].share(y, x), channels[2].share(y, x)};
+    return kind == "colour" ? Colour{encoded(colour[0]), encoded(colour[1]), encoded(colour[2])} : colour;
 }
 
 void run(const std::string& kind, const std::string& input, const std::string& output) {
     std::vector<Channel> channels;
-    if (kind == "positions" || kind == "normals") {
-        for (const char* axis : {"X", "Y", "Z"}) {
-            channels.push_back(read(input, (kind == "normals" ? "N." : "P.") + std::string(axis)));
-        }
-    } else if (kind == "stored" || kind == "depth" || kind == "occlusion") {
-        channels.push_back(read(input, kind == "occlusion" ? "AO" : ""));
-    } else {
-        throw std::invalid_argument("kind: '" + kind + "' is none of stored, depth, positions, normals, occlusion");
+    const std::map<std::string, std::vector<std::string>> known{
+        {"stored", {""}},
+        {"depth", {""}},
+        {"occlusion", {"AO"}},
+        {"positions", {"P.X", "P.Y", "P.Z"}},
+        {"normals", {"N.X", "N.Y", "N.Z"}},
+        {"masks", {"near", "focus", "far"}},
+        {"colour", {"R", "G", "B"}},
+    };
+    const auto found = known.find(kind);
+    if (found == known.end()) {
+        throw std::invalid_argument("kind: '" + kind +
+                                    "' is none of stored, depth, positions, normals, occlusion, masks, colour");
     }
-    for (auto& channel : channels) {
-        if (kind == "normals" || kind == "occlusion") {
-            channel.least = kind == "normals" ? -1 : 0;
-            channel.greatest = 1;
+    for (const std::string& name : found->second) {
+        channels.push_back(read(input, name));
+        if (kind == "stored" || kind == "depth" || kind == "positions") {
+            continue;
         }
+        channels.back().least = kind == "normals" ? -1 : 0;
+        channels.back().greatest = 1;
     }
     cv::Mat picture(channels[0].values.size(), CV_8UC3, cv::Scalar(32, 24, 24));
     for (int y = 0; y < picture.rows; ++y) {
@@ -118,7 +134,7 @@ void run(const std::string& kind, const std::string& input, const std::string& o
 
 int main(int argc, char* argv[]) {
     if (argc != 4) {
-        std::cerr << "usage: picture stored|depth|positions|normals|occlusion INPUT OUTPUT.png\n";
+        std::cerr << "usage: picture stored|depth|positions|normals|occlusion|masks|colour INPUT OUTPUT.png\n";
         return 2;
     }
     try {
