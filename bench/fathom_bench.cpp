@@ -39,7 +39,7 @@ struct Figure {
 constexpr const char* help =
     "usage: fathom_bench [--device WHAT] [--size WxH] [--rounds N] [--frames N] [--only TEXT] [--two-float]\n"
     "                    [--lanes V] [--group N] [--processor-time] [--csv FILE]\n"
-    "  --rounds N   runs of every row (default 31); rows that take long run in every fourth round\n"
+    "  --rounds N   runs of every row (default 31); rows that take long run in every fourth or 16th round\n"
     "  --frames N   frames to go through in turn; 1 keeps them in the cache (default: 0.5 GB of them)\n"
     "  --only TEXT  only rows with TEXT in their names, in every round, and the copies that they are compared with\n"
     "  --processor-time  count the threads' own time, for a machine that others use too\n";

@@ -156,6 +156,7 @@ Comparison compare_scalar(Room& room, double share) {
 
 std::vector<Subject> ssao_subjects(const Device& device, int width, int height) {
     constexpr double usual = 0.05, large = 0.4; // radius in image widths at the median depth
+    constexpr int seldom = 16;                  // seconds each
     const auto room = std::make_shared<Room>(device, width, height);
     std::vector<Subject> list;
     const auto add = [&](std::string name, std::function<void()> run) -> Subject& {
@@ -173,14 +174,17 @@ std::vector<Subject> ssao_subjects(const Device& device, int width, int height) 
     library("ssao accurate, 5 %", &Room::perspective_view, Quality::accurate, usual);
     library("ssao fast, 40 %", &Room::perspective_view, Quality::fast, large);
     library("ssao balanced, 40 %", &Room::perspective_view, Quality::balanced, large);
-    library("ssao accurate, 40 %", &Room::perspective_view, Quality::accurate, large);
+    library("ssao accurate, 40 %", &Room::perspective_view, Quality::accurate, large).every = seldom;
     library("ssao balanced, 5 %, ortho.", &Room::orthographic_view, Quality::balanced, usual);
-    if (device.options().lanes > 1)
-        library("ssao balanced, 5 %, one lane", &Room::one_lane_view, Quality::balanced, usual).rival =
-            "ssao balanced, 5 %";
+    if (device.options().lanes > 1) {
+        Subject& one_lane = library("ssao balanced, 5 %, one lane", &Room::one_lane_view, Quality::balanced, usual);
+        one_lane.rival = "ssao balanced, 5 %";
+        one_lane.every = seldom;
+    }
     Subject& scalar = add("ssao balanced, 5 %, scalar loop",
                           [=] { room->scalar(usual, ScalarSsao::Patterns::sixteen).run(room->visibility()); });
     scalar.rival = "ssao balanced, 5 %";
+    scalar.every = seldom;
     scalar.comparison = [=] { return compare_scalar(*room, usual); };
     return list;
 }

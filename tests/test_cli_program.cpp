@@ -247,10 +247,12 @@ TEST_CASE("program: devices marks the default") {
 }
 
 TEST_CASE("program: --help has an example and the exit codes for every command") {
-    for (const Arguments& command : {Arguments{}, {"linearize"}, {"unproject"}, {"ssao"}, {"inspect"}, {"devices"}}) {
-        Arguments arguments = command;
-        arguments.push_back("--help");
-        const Outcome outcome = run(arguments);
+    const std::string overview = run({"--help"}).out;
+    for (const std::string command :
+         {"", "linearize", "unproject", "normals", "ssao", "dof-masks", "dof", "inspect", "devices"}) {
+        INFO(command);
+        CHECK((command.empty() || overview.find("\n  " + command + "  ") != std::string::npos));
+        const Outcome outcome = run(command.empty() ? Arguments{"--help"} : Arguments{command, "--help"});
         check_done(outcome);
         for (const char* text : {"Usage: fathom", "Example:\n  fathom ", "Exit codes:", "130"})
             CHECK(outcome.out.find(text) != std::string::npos);

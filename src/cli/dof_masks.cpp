@@ -163,7 +163,8 @@ The lens: from its focal length and sensor, or with one of them the other from t
 circles grow with the distance from the focus without end (telecentric); --largest ends them.
 
 With several inputs every FILE above is a folder, as OUT is. The EXR channels are coc (--near-reach), near
-(--near-coverage), hidden (--hidden-background), least and greatest (--tiles).
+(--near-coverage), hidden (--hidden-background), least and greatest (--tiles). What each mask means:
+docs/depth-of-field.md.
 
 Example:
   fathom dof-masks frame.exr --camera camera.json -o frame.masks.exr --focus-at 640,360 --f-stop 2.8 \
