@@ -98,12 +98,12 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
         const floatV steep = fma(c.right, c.right, c.down * c.down);
         c.inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * depth_error(&p, c.q));
 #if OUTPUT == 0
-        floatV most = 0.0f;
+        intV blocked = 0; // outside the image is what nothing wrote
         for (int dy = -REACH; dy <= REACH; ++dy) {
             for (int dx = -REACH; dx <= REACH; ++dx)
-                most = max(most, LOAD(float, sums + neighbour_at(&split, &c, dx, dy)));
+                blocked |= LOAD(float, sums + neighbour_at(&split, &c, dx, dy)) > 0.0f;
         }
-        const bool open = !any_of(most > 0.0f);
+        const bool open = !any_of(blocked);
 #else
         const bool open = false;
 #endif

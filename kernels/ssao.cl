@@ -214,7 +214,8 @@ INLINE floatV end_of(const sideV* side, const columnV* column, const edgeV* edge
     return select(fma(tilt, (floatV)way, column->front) * inverse, edge->place, edge->outward);
 }
 
-// The sectors that a column blocks: from its back to the higher end of its front, inside the ball.
+// The sectors that a column blocks: from its back to the higher end of its front, inside the ball. A lane counts what it
+// would look at by itself: the same whatever its neighbours do.
 INLINE intV sectors_of(const sideV* side, floatV first, const columnV* column, floatV back, floatV inner, floatV outer,
                        __global const tap_params* tap) {
     const ballV ball = ball_at(side, tap);
@@ -224,8 +225,8 @@ INLINE intV sectors_of(const sideV* side, floatV first, const columnV* column, f
     const floatV bottom = max(min(min(min(inner, outer), behind), high), low);
     const intV from = max(sectors_to(fma(side->scale, bottom, side->offset), side), 0);
     const intV to = min(max(sectors_to(fma(side->scale, top, side->offset), side), from), (int)SECTORS);
-    return select((intV)0, ((intV)1 << to) - ((intV)1 << from),
-                  (max(inner, outer) > first) & (column->height > -side->slack));
+    const intV counts = rises_above(side, first, column, tap) & (max(inner, outer) > first);
+    return select((intV)0, ((intV)1 << to) - ((intV)1 << from), counts);
 }
 
 INLINE pixelV pixel_at(__global const float* fronts, __global const float* slopes, const split_params* split,

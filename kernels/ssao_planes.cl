@@ -52,6 +52,16 @@ INLINE floatV neighbours_at(__global const float* image, const grid_params* grid
     return surface_only(*(const float_lanes*)lanes);
 }
 
+// The slope where the pixels next to this one are missing, as in every second row of a frame: from those beyond them.
+INLINE floatV across_gaps(floatV found, const floatV* near, floatV q, floatV step) {
+    const intV before = isfinite(near[0]), after = isfinite(near[3]);
+    const floatV from_before = 0.5f * (q - near[0]), from_after = 0.5f * (near[3] - q);
+    const floatV one_side = select(select((floatV)0.0f, from_after, after), from_before, before);
+    const floatV wide = select(one_side, 0.5f * (from_before + from_after), before & after);
+    const floatV off = select(one_side, from_before - from_after, before & after); // both sides agree on a plane
+    return select(found, wide, !isfinite(near[1]) & !isfinite(near[2]) & (fabs(off) < step));
+}
+
 // The slope, but for things of one or two pixels: no plane of theirs explains them, and other things' must not. They go on
 // to their neighbour, if one lies within `step`, and face the eye otherwise.
 INLINE floatV unless_thin(floatV found, const floatV* near, floatV q, floatV step) {
@@ -151,8 +161,8 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
 #endif
         const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
                                 (floatV)(THIN * occlusion.radius), tolerance);
-        right = unless_thin(right, across, q, step);
-        down = unless_thin(down, along, q, step);
+        right = unless_thin(across_gaps(right, across, q, step), across, q, step);
+        down = unless_thin(across_gaps(down, along, q, step), along, q, step);
 #endif
         slopes_here[j] = select((floatV)0.0f, packed_slopes(right, down), surface);
     }

@@ -174,6 +174,42 @@ TEST_CASE("stability: ssao with a radius of more than the image is finite", "[ss
     }
 }
 
+TEST_CASE("stability: ssao takes any radius, and refuses images that are too long", "[ssao][stability]") {
+    const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 161, 121);
+    const auto image = scene::render(scene::room(), camera);
+    const auto all = visibility_of(image.stored, camera, options_of(1e15, Quality::fast, oracle::endless));
+    for (const double radius : {1e19, 1e20, 1e100, 1e300})
+        CHECK(visibility_of(image.stored, camera, options_of(radius, Quality::fast, oracle::endless)) == all);
+    CHECK(std::count_if(all.begin(), all.end(), [](float v) { return v < 0.9f; }) > 5000);
+    for (const auto& [across, down] : {std::pair{130001, 1}, {1, 130001}}) {
+        const Camera longer = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), across, down);
+        const std::vector<float> plain(130001, 0.9f);
+        CHECK_THROWS_AS(visibility_of(plain, longer, options_of(1, Quality::fast)), std::invalid_argument);
+    }
+    const Camera longest = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 130000, 4);
+    const auto got = visibility_of(std::vector<float>(520000, 0.9f), longest, options_of(5000, Quality::balanced));
+    CHECK(std::ranges::all_of(got, [](float v) { return v >= 0 && v <= 1; }));
+}
+
+TEST_CASE("stability: ssao of a plane of which every second row is missing", "[ssao][stability]") {
+    const auto plane = oracle::open_plane(1.05, 1.57);
+    for (const auto& [name, camera] : oracle::views({.width = 161, .height = 121})) {
+        auto image = scene::render(plane.scene, camera);
+        for (int y = 1; y < 121; y += 2)
+            std::fill_n(image.stored.begin() + y * 161, 161, std::nanf(""));
+        for (const Quality quality : qualities) {
+            const auto got = visibility_of(image.stored, camera, options_of(0.5, quality));
+            double least = 1;
+            for (int y = 4; y < 117; y += 2) // at the border there is but one of the two rows
+                for (int x = 0; x < 161; ++x)
+                    if (std::isfinite(got[static_cast<std::size_t>(y * 161 + x)]))
+                        least = std::min(least, static_cast<double>(got[static_cast<std::size_t>(y * 161 + x)]));
+            INFO(name << ", quality " << static_cast<int>(quality));
+            CHECK(least >= 1 - ssao_plane_error);
+        }
+    }
+}
+
 TEST_CASE("stability: ssao of a lone plane in D16 and D24 at far/near of 1e6", "[ssao][stability]") {
     constexpr double near = 1e-3, far = 1e3;
     const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {near, far}), 161, 121);

@@ -59,7 +59,8 @@ struct Occlusion {
     Image visibility;  ///< one float: 1 open, 0 blocked
     Image bent_normal; ///< three floats, unit length, view space: mean of the open directions,
                        ///< weighted by the cosine
-    Image confidence;  ///< one float: share of what was asked that lay inside the image on pixels with a known depth
+    Image confidence;  ///< one float: share of what was asked that lay inside the image on pixels with a known depth;
+                       ///< with Border::clamp the repeated pixels count as known
 };
 
 /// Ambient occlusion from depth alone: the share of the hemisphere above each pixel's surface, weighted by the cosine,

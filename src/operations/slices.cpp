@@ -34,8 +34,11 @@ struct Place {
 };
 
 Place place_at(double distance, double sign, double cosine, double sine) {
-    const int x = static_cast<int>(std::lround(sign * distance * cosine));
-    const int y = static_cast<int>(std::lround(sign * distance * sine));
+    const auto pixels = [&](double part) { // what is farther away lies outside every image
+        return static_cast<int>(
+            std::lround(std::clamp(sign * distance * part, -1.0 * longest_side, 1.0 * longest_side)));
+    };
+    const int x = pixels(cosine), y = pixels(sine);
     return {x, y, sign * (x * cosine + y * sine), x * sine - y * cosine};
 }
 

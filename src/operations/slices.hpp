@@ -19,6 +19,9 @@ struct SliceTable {
     std::vector<std::uint32_t> counts; ///< [level]: steps of a side; then the same: planes' rows or columns they reach
 };
 
+/// Pixels in a row or column of an image, at most: a quarter of them is a tap's offset, in 16 bits.
+constexpr int longest_side = 130000;
+
 /// How a split image lies in memory: elements from row to row and from plane to plane.
 struct PlaneLayout {
     int stride, plane;

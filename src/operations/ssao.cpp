@@ -29,6 +29,9 @@ constexpr float slope_errors_fitted = 0.6f;
 // Pixels that a neighbour may lie off the tangent plane and still be of the same surface.
 constexpr float filter_edge = 0.5f;
 
+// Lengths are squared in floats. Whatever is seen is nearer.
+constexpr double longest_length = 1e18;
+
 struct Preset {
     int slices, steps, patterns;
 };
@@ -52,6 +55,9 @@ void check_size(const Image& image, const StoredDepth& stored, const char* what)
 
 void check(const StoredDepth& stored, const SsaoOptions& options) {
     check_stored(stored);
+    require(std::max(stored.image.width(), stored.image.height()) <= longest_side,
+            text("an image of ", size_of(stored.image.width(), stored.image.height()), " pixels: at most ",
+                 longest_side, " in a row or column"));
     require(std::isfinite(options.radius) && options.radius > 0,
             text("radius = ", options.radius, " must be finite and greater than 0"));
     const int slices = options.slices.value_or(1), steps = options.steps.value_or(1);
@@ -139,8 +145,8 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRay
         for (int j = 0; j < 3; ++j)
             p.normals[i][j] = static_cast<float>(turn(i, j));
     }
-    p.radius = static_cast<float>(options.radius);
-    p.thickness = static_cast<float>(options.thickness.value_or(options.radius / 4));
+    p.radius = static_cast<float>(std::min(options.radius, longest_length));
+    p.thickness = static_cast<float>(std::min(options.thickness.value_or(options.radius / 4), longest_length));
     p.error_constant = error.constant;
     p.error_linear = error.linear;
     p.error_quadratic = error.quadratic;
