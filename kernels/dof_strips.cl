@@ -3,6 +3,7 @@
 // its colour, under BRIGHT what of the slice's colour lies beyond the knee. A pixel counts for slice k by 1 - |s - k|, as
 // behind it by s - k up to 1, and as certainly behind, which the other share of a surface between two slices is not, by
 // s - k - 1 up to 1.
+// Under BEHIND a pixel has a second surface, which counts like the first, and there is a last sum: of the columns of the own.
 // Restarted, and with highlights summed apart, since what a running sum has met stays in its rounding.
 
 #include "tiles.h"
@@ -10,7 +11,11 @@
 #if !defined(FILL) || !defined(BRIGHT)
 #error "FILL and BRIGHT are not defined: 1 to sum what lies behind, and what lies beyond the knee, 0 otherwise"
 #endif
-#define PLANES (2 + CHANNELS + FILL * (1 + CHANNELS) + BRIGHT * CHANNELS)
+#ifndef BEHIND
+#error "BEHIND is not defined: 1 where pixels have a second surface, 0 otherwise"
+#endif
+#define HIGHLIGHTS (2 + CHANNELS + FILL * (1 + CHANNELS))
+#define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + BEHIND)
 
 // Sums over the lanes before each one, and over all of them, always in the same order.
 #ifdef __has_builtin
@@ -55,6 +60,10 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
     __global float* target = strips + (size_t)across * s.strip_column + (size_t)kept * s.strip_row;
     __global const float* source = planes + in_planes(&p, 0, 0, down * TILE_ROWS + row * s.pitch);
 
+#if BEHIND
+    const float16 columns = (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(across * TILE_COLUMNS);
+#endif
+
     float sum[PLANES];
     for (int k = 0; k < PLANES; ++k)
         sum[k] = 0.0f;
@@ -67,8 +76,17 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
                 __global const float* here = source + (size_t)i * p.stride + x;
                 const float16 off = *(__global const float16_anywhere*)here - s.slice;
                 const float16 own = max(1.0f - fabs(off), 0.0f);
+#if BEHIND
+                __global const float* second = here + (1 + CHANNELS) * p.plane;
+                const float16 off_second = *(__global const float16_anywhere*)second - s.slice;
+                const float16 own_second = max(1.0f - fabs(off_second), 0.0f);
+                value[0] += own + own_second;
+                value[1] += min(max(max(off, off_second) + 2.0f, 0.0f), 1.0f);
+                value[PLANES - 1] = fma(own + own_second, columns + (float)x, value[PLANES - 1]);
+#else
                 value[0] += own;
                 value[1] += min(max(off + 2.0f, 0.0f), 1.0f);
+#endif
 #if FILL
                 const float16 beyond = min(max(off - 1.0f, 0.0f), 1.0f);
                 value[2 + CHANNELS] += beyond;
@@ -77,11 +95,21 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
                     const float16 colour = *(__global const float16_anywhere*)(here + (k + 1) * p.plane);
 #if BRIGHT
                     const float16 base = min(max(colour, -p.knee), p.knee);
-                    value[PLANES - CHANNELS + k] = fma(own, colour - base, value[PLANES - CHANNELS + k]);
+                    value[HIGHLIGHTS + k] = fma(own, colour - base, value[HIGHLIGHTS + k]);
 #else
                     const float16 base = colour;
 #endif
                     value[2 + k] = fma(own, base, value[2 + k]);
+#if BEHIND
+                    const float16 colour_second = *(__global const float16_anywhere*)(second + (k + 1) * p.plane);
+#if BRIGHT
+                    const float16 base_second = min(max(colour_second, -p.knee), p.knee);
+                    value[HIGHLIGHTS + k] = fma(own_second, colour_second - base_second, value[HIGHLIGHTS + k]);
+#else
+                    const float16 base_second = colour_second;
+#endif
+                    value[2 + k] = fma(own_second, base_second, value[2 + k]);
+#endif
 #if FILL
                     value[3 + CHANNELS + k] = fma(beyond, colour, value[3 + CHANNELS + k]);
 #endif

@@ -1,6 +1,10 @@
-// Which slices a tile's pixels lie in, a bit each, and in the last bit whether some colour lies beyond the knee.
+// Which slices a tile's pixels lie in, a bit each, under BEHIND also what lies behind them, and in the last bit whether some colour lies beyond the knee.
 
 #include "tiles.h"
+
+#ifndef BEHIND
+#error "BEHIND is not defined: 1 where pixels have a second surface, 0 otherwise"
+#endif
 
 __kernel void dof_tiles(__global const float* planes, __global uint* tiles, const blur_params p) {
     const uint across = p.columns / TILE_COLUMNS, tile = get_global_id(0), down = get_global_id(1);
@@ -13,13 +17,15 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
     for (uint row = 0; row < TILE_ROWS; ++row) {
         for (uint column = 0; column < TILE_COLUMNS; column += V) {
             const size_t at = in_planes(&p, tile, column, down * TILE_ROWS + row);
-            const floatV s = LOAD(float, planes + at);
-            const intV known = s >= 0.0f;
-            const intV low = convert_intV(max(s, 0.0f)), high = low + select((intV)0, (intV)1, convert_floatV(low) < s);
-            for (int word = 0; word < TILE_WORDS; ++word) {
-                const uintV one = select((uintV)0, (uintV)1 << as_uintV(low & 31), as_uintV(((low >> 5) == word) & known));
-                const uintV two = select((uintV)0, (uintV)1 << as_uintV(high & 31), as_uintV(((high >> 5) == word) & known));
-                found[word] |= one | two;
+            for (uint surface = 0; surface <= BEHIND; ++surface) {
+                const floatV s = LOAD(float, planes + surface * (1 + CHANNELS) * p.plane + at);
+                const intV known = s >= 0.0f;
+                const intV low = convert_intV(max(s, 0.0f)), high = low + select((intV)0, (intV)1, convert_floatV(low) < s);
+                for (int word = 0; word < TILE_WORDS; ++word) {
+                    const uintV one = select((uintV)0, (uintV)1 << as_uintV(low & 31), as_uintV(((low >> 5) == word) & known));
+                    const uintV two = select((uintV)0, (uintV)1 << as_uintV(high & 31), as_uintV(((high >> 5) == word) & known));
+                    found[word] |= one | two;
+                }
             }
             for (uint k = 1; k <= CHANNELS; ++k)
                 bright |= fabs(LOAD(float, planes + k * p.plane + at)) > p.knee;

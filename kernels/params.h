@@ -188,6 +188,29 @@ typedef struct {
     float weight;
 } span_params;
 
+// A pixel of a small aperture or a part of one, what it counts, and the middle of the part of the lens that it shows through.
+typedef struct {
+    int column, row;
+    float weight;
+    float u, v;
+} tap_share_params;
+
+// How a slice's pixels lie in the lens, and which tables its parts are read from. See kernels/dof_parts.cl.
+typedef struct {
+    float across, down;  // lens coordinates per column and row
+    float radius;        // of the aperture, parts of a pixel
+    u32 single;          // does the pixel alone show through all of the lens?
+    u32 taps, tap_count; // where the slice's own begin, where pixels are read directly
+    u32 directions;      // of the table of half-planes: 1, or many all around
+} part_params;
+
+// Where to look for what lies behind a pixel.
+typedef struct {
+    u32 block_columns, block_rows; // of 8 x 8 pixels
+    float farthest;                // slice of any pixel
+    float vertical;                // horizontal pixels that a row is high
+} behind_params;
+
 #ifndef __OPENCL_C_VERSION__
 } // namespace fathom::params
 #endif

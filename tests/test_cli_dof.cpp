@@ -83,6 +83,7 @@ TEST_CASE("dof program: every option reaches the library") {
         std::function<void(DofOptions&)> change;
     } const cases[] = {
         {{"--quality", "fast"}, [](DofOptions& o) { o.quality = BlurQuality::fast; }},
+        {{"--quality", "accurate"}, [](DofOptions& o) { o.quality = BlurQuality::accurate; }},
         {{"--aperture", "5"}, [](DofOptions& o) { o.aperture.blades = 5; }},
         {{"--aperture", "5", "--rotate", "30"},
          [](DofOptions& o) {

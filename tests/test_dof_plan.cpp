@@ -131,3 +131,83 @@ TEST_CASE("dof plan: every tile that a slice reaches is worked on, and no other"
     CHECK(follows(1) == 1);
     CHECK(follows(2) == 0);
 }
+
+TEST_CASE("dof plan: parts of pixels add up to the aperture, each with its own middle") {
+    double worst = 0;
+    for (const Aperture& shape : {Aperture{}, Aperture{3, 0}, Aperture{5, 17}, Aperture{6, 0}}) {
+        for (const double circle : {1.2, 2.0, 5.0, 15.0}) {
+            double sum = 0, u = 0, v = 0, square = 0;
+            for (const auto& tap : aperture_taps(shape, circle, 1, true)) {
+                const auto weight = static_cast<double>(tap.weight);
+                sum += weight;
+                u += weight * static_cast<double>(tap.u);
+                v += weight * static_cast<double>(tap.v);
+                square += weight * static_cast<double>(tap.u * tap.u + tap.v * tap.v);
+                // behind the focus a pixel to the right shows through the left of the lens
+                CHECK(std::abs(static_cast<double>(tap.u) * circle / 2 + tap.column) <= 0.5 + 1e-5);
+                CHECK(std::abs(static_cast<double>(tap.v) * circle / 2 + tap.row) <= 0.5 + 1e-5);
+            }
+            worst = std::max({worst, std::abs(sum - 1), std::abs(u), std::abs(v)});
+            if (shape.blades == 0) // the disc's, less what each part has around its own middle
+                CHECK(std::abs(square - 0.5) < 0.02);
+        }
+    }
+    std::printf("dof plan, parts of pixels: sum and moments off by %.1e\n", worst);
+    // Half a line, of 64 a part and 7 parts a pixel, of a triangle's lower side: 1.73/1.3 of its area, half way down.
+    CHECK(worst < 0.5 / (64 * 7 * 0.6) * (1.73 / 1.3) * 0.5);
+}
+
+TEST_CASE("dof plan: half-planes have the share and the moment that they are found by") {
+    const auto circle = aperture_halves({}, true);
+    REQUIRE(circle.size() == 256);
+    double off_circle = 0;
+    for (std::size_t f = 4; f < 252; ++f) {
+        const double d = static_cast<double>(circle[f][2]);
+        const double share = (std::acos(d) - d * std::sqrt(1 - d * d)) / std::numbers::pi;
+        const double moment = 2 / (3 * std::numbers::pi) * std::pow(1 - d * d, 1.5);
+        off_circle = std::max({off_circle, std::abs(share - static_cast<double>(f) / 255),
+                               std::abs(moment - static_cast<double>(circle[f][3]))});
+    }
+    // A triangle with its corner on top, point by point: y down in an upright image.
+    const auto triangle = aperture_halves({3, 0}, true);
+    REQUIRE(triangle.size() == 64 * 256);
+    double off_share = 0, off_moment = 0, off_angle = 0;
+    for (const std::size_t direction : {std::size_t{0}, std::size_t{9}, std::size_t{30}, std::size_t{47}}) {
+        const double around = 4.0 * static_cast<double>(direction) / 64 - 1;
+        const double y = around <= 1 ? around : 2 - around, x = around <= 1 ? 1 - std::abs(y) : std::abs(y) - 1;
+        const double length = std::hypot(x, y);
+        for (const std::size_t f : {std::size_t{40}, std::size_t{128}, std::size_t{200}}) {
+            const auto& entry = triangle[direction * 256 + f];
+            const auto c = static_cast<double>(entry[0]), s = static_cast<double>(entry[1]);
+            const double n_x = (x * c - y * s) / length, n_y = (x * s + y * c) / length;
+            long all = 0, inside = 0;
+            double moment_x = 0, moment_y = 0;
+            for (int i = 0; i < 1000; ++i) {
+                for (int j = 0; j < 1000; ++j) {
+                    const double px = (2 * i + 1) / 1000.0 - 1, py = (2 * j + 1) / 1000.0 - 1;
+                    if (py > 0.5 || std::abs(px) * std::sqrt(3.0) > py + 1)
+                        continue;
+                    ++all;
+                    if (n_x * px + n_y * py < static_cast<double>(entry[2]))
+                        continue;
+                    ++inside;
+                    moment_x += px;
+                    moment_y += py;
+                }
+            }
+            const auto whole = static_cast<double>(all);
+            off_share =
+                std::max(off_share, std::abs(static_cast<double>(inside) / whole - static_cast<double>(f) / 255));
+            off_moment =
+                std::max(off_moment, std::abs(std::hypot(moment_x, moment_y) / whole - static_cast<double>(entry[3])));
+            off_angle = std::max(off_angle, std::abs(std::remainder(std::atan2(moment_y, moment_x) - std::atan2(y, x),
+                                                                    2 * std::numbers::pi)));
+        }
+    }
+    std::printf("dof plan, half-planes: circle off by %.1e; triangle by %.1e of its area, moment %.1e, angle %.3f\n",
+                off_circle, off_share, off_moment, off_angle);
+    CHECK(off_circle < 1e-3);
+    CHECK(off_share < 4e-3);
+    CHECK(off_moment < 2e-3);
+    CHECK(off_angle < 0.03); // normals are tried in steps of 0.025
+}

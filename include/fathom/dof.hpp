@@ -13,7 +13,8 @@ struct Aperture {
 };
 
 /// How finely circles are told apart and how finely the aperture is drawn.
-enum class BlurQuality { fast, standard };
+/// `accurate` also keeps which part of the lens is left at a pixel, and continues what lies behind an edge.
+enum class BlurQuality { fast, standard, accurate };
 
 struct DofOptions {
     Circle circle = {}; ///< the lens: `circle_of_confusion` makes it. Must be given
@@ -23,12 +24,14 @@ struct DofOptions {
     double largest_px = 512; ///< circles are clamped to ± this; 1 to 512
 };
 
-/// What a region needs on every side, besides half the largest circle, to have the bits of the whole within.
+/// What a region needs on every side, besides half the largest circle (accurate: one and a half and a pixel), to have the
+/// bits of the whole within.
 inline constexpr int dof_halo_columns = 96, dof_halo_rows = 32;
 
-/// What the standard quality's blur differs from the lens's by, as a share of the step between two plain colours: a straight
-/// edge in one surface or of one before another, circles of 2 to 256 pixels, at its worst pixel and as the root of the mean
-/// square over the pixels that the edge's circle covers.
+/// What the standard and the accurate quality's blur differs from the lens's by, as a share of the step between two plain
+/// colours: a straight edge in one surface or of one before another, circles of 2 to 256 pixels, at its worst pixel and as
+/// the root of the mean square over the pixels that the edge's circle covers. The accurate quality's also where the edge lies
+/// before an edge behind it, with circles of 2 to 64 pixels.
 inline constexpr double dof_edge_error = 0.01;
 inline constexpr double dof_edge_rms_error = 0.003;
 
@@ -37,13 +40,16 @@ inline constexpr double dof_edge_rms_error = 0.003;
 /// In: RGB, or RGBA with the alpha multiplied in, as floats, halves, or 16 or 8 bits that count from 0 to 1; and one stored
 /// depth a pixel. Out: the same size and type. Every pixel's light is spread over its circle of confusion, nearer over
 /// farther, and what lies beyond the image's border is taken to be like what lies inside. Where a blurred foreground hides
-/// what is sharper, that is taken to be like the mean of what lies behind within the foreground's circle. A pixel whose
-/// circle is at most one pixel, and that no other's reaches, keeps its colour, as do all with a circle of k = g = 0, bit for
-/// bit. What is no surface, or has a colour that is no number up to 1e30, takes part in nothing and shows what reaches it: NaN
-/// where nothing does (0 in integers). Same bits for any lane count or group size, and in a region but near its border:
-/// `dof_halo_columns`.
-/// Accuracy: `dof_edge_error`, `dof_edge_rms_error` for one edge. Not where an edge before another hides a part of it that
-/// has another colour: which part that is, shares of a layer do not tell, and it is off by up to a quarter of the step.
+/// what is sharper, that is taken to be like the mean of what lies behind within the foreground's circle;
+/// in the accurate quality what any edge hides is like the nearest pixel that lies behind. A pixel whose circle is at most
+/// one pixel, and that no other's reaches, keeps its colour, as do all with a circle of k = g = 0, bit for bit. What is no
+/// surface, or has a colour that is no number up to 1e30, takes part in nothing and shows what reaches it: NaN where nothing
+/// does (0 in integers). Same bits for any lane count or group size, and in a region but near its border: `dof_halo_columns`.
+/// Accuracy: `dof_edge_error`, `dof_edge_rms_error` for one edge. Standard not where an edge before another hides a part of it
+/// that has another colour: which part that is, shares of a layer do not tell, and it is off by up to a third of the step.
+/// Accurate there too, where one edge is all that the lens is cut by and what lies behind goes on
+/// as it is seen beside the edge. What is left of the lens beside or between several edges is told by its share and its
+/// first moment only, and what is hidden behind a second edge is not continued.
 /// Throws: std::invalid_argument for options out of range and images that do not fit; Error from the device.
 /// Source: thin lens, Potmesil and Chakravarty 1981; layers by circle of confusion, Scofield 1992, Kraus and Strengert 2007;
 /// the share of a layer and the colour of what is hidden as derived in docs/depth-of-field.md.

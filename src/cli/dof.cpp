@@ -52,8 +52,10 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
     };
     add("--rotate", "DEG", is_a_number("number", [](double) { return true; }), dof.aperture.rotation_degrees,
         "turns the polygon counter-clockwise; at 0 a corner is on top\nof what is behind the focus (default: 0)");
-    add_choice(app, "--quality", dof.quality, {{"fast", BlurQuality::fast}, {"default", BlurQuality::standard}},
-               "how finely circles are told apart and drawn (default: default)")
+    add_choice(app, "--quality", dof.quality,
+               {{"fast", BlurQuality::fast}, {"default", BlurQuality::standard}, {"accurate", BlurQuality::accurate}},
+               "how finely circles are told apart and drawn (default: default);\naccurate also keeps which part of the "
+               "lens edges leave open")
         ->group("Blur");
     add_choice(app, "--sky", dof.sky, {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
                "the background: infinitely far (default), in focus, or left out\nlike what is no surface")

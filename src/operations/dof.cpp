@@ -44,7 +44,7 @@ void check(const StoredDepth& stored, const Image& colour, const DofOptions& opt
     require(std::isfinite(options.aperture.rotation_degrees),
             text("rotation_degrees = ", options.aperture.rotation_degrees, " must be finite"));
     const double pixels = (stored.image.width() + 128.0) * (stored.image.height() + 32.0);
-    require(pixels * (2 * colour.channels() + 3) < 0x1p31,
+    require(pixels * (2 * colour.channels() + 7) < 0x1p31,
             text("an image of ", stored.image.width(), " x ", stored.image.height(),
                  " pixels is too large; blur it in parts"));
     require(options.largest_px >= 1 && options.largest_px <= 512,
@@ -108,27 +108,34 @@ params::grid_params grid(const Image& source, const Image& target) {
             .reserved = 0};
 }
 
+// T, colour, what is hidden and its colour, T before; and the moments of T and of T before.
+int state_planes(int channels, BlurQuality quality) {
+    return 2 * channels + 3 + (quality == BlurQuality::accurate ? 4 : 0);
+}
+
 // The device's images of one call, and what every kernel of it is built for.
 struct Blur {
     Device device;
     params::blur_params p;
     int channels, element, lanes;
+    BlurQuality quality;
+    Aperture aperture;
+    float aspect; // of a circle: its height over its width
+    bool upright;
     Image planes, state, tiles;
 
     runtime::Kernel& kernel(const char* name, runtime::Choices choices) const {
         choices.insert(choices.end(), {{"V", lanes}, {"STREAM", 0}, {"CHANNELS", channels}});
         return runtime::kernel(device, name, choices);
     }
+    bool accurate() const { return quality == BlurQuality::accurate; }
     std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(lanes); }
     int across() const { return static_cast<int>(p.columns) / tile_columns; }
     int down() const { return static_cast<int>(p.rows) / tile_rows; }
 };
 
-std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, const Image& colour) {
-    runtime::launch(blur.device, blur.kernel("dof_planes", {{"ELEMENT", blur.element}}),
-                    {blur.vectors(blur.p.stride), blur.p.rows}, circles, colour, blur.planes, grid(circles, circles),
-                    grid(colour, colour), blur.p);
-    runtime::launch(blur.device, blur.kernel("dof_tiles", {}),
+std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
+    runtime::launch(blur.device, blur.kernel("dof_tiles", {{"BEHIND", behind}}),
                     {static_cast<std::size_t>(blur.across()), static_cast<std::size_t>(blur.down())}, blur.planes,
                     blur.tiles, blur.p);
     std::vector<TileBits> bits(static_cast<std::size_t>(blur.across() * blur.down()));
@@ -136,10 +143,46 @@ std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, con
     return bits;
 }
 
+// The farthest slice that a pixel may lie in.
+int farthest_slice(std::span<const TileBits> tiles) {
+    for (int bit = 158; bit > 0; --bit)
+        for (const TileBits& tile : tiles)
+            if ((tile[static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0)
+                return bit;
+    return 0;
+}
+
+// Gives every pixel what lies behind it.
+void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
+    constexpr u32 side = 8;
+    const params::behind_params b{.block_columns = blur.p.columns / side,
+                                  .block_rows = blur.p.rows / side,
+                                  .farthest = static_cast<float>(farthest),
+                                  .vertical = 1 / blur.aspect};
+    const Image blocks =
+        scratch.image(Element::f32, {static_cast<int>(b.block_columns), static_cast<int>(b.block_rows)});
+    runtime::launch(blur.device, blur.kernel("dof_farthest", {}), {b.block_columns, b.block_rows}, blur.planes, blocks,
+                    blur.p, b);
+    runtime::launch(blur.device, blur.kernel("dof_behind", {}), {blur.p.stride, blur.p.rows}, blur.planes, blocks,
+                    blur.p, b);
+}
+
+std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, const Image& colour,
+                                     runtime::Scratch& scratch) {
+    runtime::launch(blur.device, blur.kernel("dof_planes", {{"ELEMENT", blur.element}}),
+                    {blur.vectors(blur.p.stride), blur.p.rows}, circles, colour, blur.planes, grid(circles, circles),
+                    grid(colour, colour), blur.p);
+    std::vector<TileBits> bits = tile_bits(blur, false);
+    if (!blur.accurate())
+        return bits;
+    look_behind(blur, farthest_slice(bits), scratch);
+    return tile_bits(blur, true);
+}
+
 // Nothing seen yet, and all of it through.
 void clear(const Blur& blur) {
     const std::size_t plane = blur.p.plane * sizeof(float);
-    const auto planes = static_cast<std::size_t>(2 * blur.channels + 2);
+    const auto planes = static_cast<std::size_t>(state_planes(blur.channels, blur.quality));
     blur.device.queue().enqueueFillBuffer(blur.state.buffer(), 1.0f, 0, plane);
     blur.device.queue().enqueueFillBuffer(blur.state.buffer(), 0.0f, plane, (planes - 1) * plane);
 }
@@ -153,15 +196,28 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
         return;
     const Image lists = upload(plan.lists, Element::u32), starts = upload(plan.starts, Element::u32);
     const Image spans = upload(plan.spans, Element::f32);
+    const auto half_planes =
+        blur.accurate() ? aperture_halves(blur.aperture, blur.upright) : std::vector<std::array<float, 4>>(1);
+    const Image halves = upload(half_planes, Element::f32);
+    const Image taps = plan.taps.empty() ? spans : upload(plan.taps, Element::f32);
     constexpr int row = 4096;
     const Image strips =
         scratch.image(Element::f32, {row, static_cast<int>((plan.strip_elements + row - 1) / row) + 1});
     for (const SlicePass& pass : plan.passes) {
         const runtime::Choices sums{{"FILL", pass.fill}, {"BRIGHT", pass.bright}};
+        runtime::Choices stripped = sums;
+        stripped.emplace_back("BEHIND", blur.accurate());
         if (!pass.direct)
-            runtime::launch(blur.device, blur.kernel("dof_strips", sums),
+            runtime::launch(blur.device, blur.kernel("dof_strips", stripped),
                             {pass.strips.tiles, static_cast<std::size_t>(tile_rows) / pass.strips.pitch}, blur.planes,
                             lists, strips, blur.p, pass.strips);
+        if (blur.accurate()) {
+            runtime::launch(blur.device, blur.kernel("dof_parts", {{"DIRECT", pass.direct}, {"BRIGHT", pass.bright}}),
+                            {pass.gather.tiles * blur.vectors(tile_columns) * tile_rows, 1},
+                            pass.direct ? blur.planes : strips, lists, starts, pass.direct ? taps : spans, halves,
+                            blur.state, blur.p, pass.gather, pass.part);
+            continue;
+        }
         runtime::Choices gathered = sums;
         gathered.emplace_back("DIRECT", pass.direct);
         runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
@@ -195,25 +251,30 @@ void dof(const StoredDepth& stored, const Image& colour, const Image& result, co
         return scratch.image(Element::f32, {static_cast<int>(p.stride), count * static_cast<int>(p.rows)});
     };
     const int channels = colour.channels();
+    const PixelScale pixels = pixel_scale(stored.camera);
+    const bool accurate = options.quality == BlurQuality::accurate;
     Blur blur{device,
               p,
               channels,
               element_choice(colour.element()),
               device.options().lanes,
-              planes(channels + 1),
-              planes(2 * channels + 3),
+              options.quality,
+              options.aperture,
+              static_cast<float>(pixels.y / pixels.x),
+              stored.camera.rows == Rows::top_down,
+              planes((accurate ? 2 : 1) * (channels + 1)),
+              planes(state_planes(channels, options.quality)),
               {}};
     blur.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * blur.across() * blur.down(), 1});
-    const std::vector<TileBits> tiles = cut_into_tiles(blur, circles, colour);
+    const std::vector<TileBits> tiles = cut_into_tiles(blur, circles, colour, scratch);
     clear(blur);
-    const PixelScale pixels = pixel_scale(stored.camera);
     run(blur,
         slice_plan(tiles, blur.across(),
                    {.aperture = options.aperture,
                     .scale = scale,
                     .aspect = static_cast<double>(pixels.y / pixels.x),
-                    .upright = stored.camera.rows == Rows::top_down,
-                    .fast = fast,
+                    .upright = blur.upright,
+                    .quality = options.quality,
                     .channels = channels}),
         scratch);
     runtime::launch(device, blur.kernel("dof", {{"ELEMENT", blur.element}}), {blur.vectors(p.columns), p.rows},

@@ -189,4 +189,130 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
     return result;
 }
 
+int parts_of_pixel(double circle, double aspect) {
+    const double radius = std::abs(circle) / 2 * std::min(aspect, 1.0);
+    constexpr double finest = 4; // of a circle's radius, parts
+    return radius <= 0.5 ? 1 : std::max(1, static_cast<int>(std::ceil(finest / radius)));
+}
+
+std::vector<params::tap_share_params> aperture_taps(const Aperture& aperture, double circle, double aspect,
+                                                    bool upright) {
+    const double radius = std::abs(circle) / 2, height = radius * aspect;
+    if (radius <= 0.5)
+        return {{0, 0, 1, 0, 0}};
+    const Placed placed{corners(aperture), radius, height, circle > 0, upright};
+    const double to_lens = circle > 0 ? -1 : 1;
+    const int parts = parts_of_pixel(circle, aspect);
+    const int columns = static_cast<int>(std::ceil(radius - 0.5)), rows = static_cast<int>(std::ceil(height - 0.5));
+    const int across = (2 * columns + 1) * parts, down = (2 * rows + 1) * parts;
+    constexpr int lines = 64; // of a part
+    std::vector<params::tap_share_params> taps;
+    double sum = 0;
+    for (int j = 0; j < down; ++j) {
+        std::vector<std::array<double, 3>> shares(static_cast<std::size_t>(across)); // weight and its moments
+        for (int line = 0; line < lines; ++line) {
+            const double y = (j + (line + 0.5) / lines) / parts - rows - 0.5;
+            const auto found = placed.chord(y);
+            for (int i = 0; found && i < across; ++i) {
+                const double left = static_cast<double>(i) / parts - columns - 0.5;
+                const double low = std::max(found->low, left), high = std::min(found->high, left + 1.0 / parts);
+                if (low >= high)
+                    continue;
+                auto& [weight, u, v] = shares[static_cast<std::size_t>(i)];
+                weight += high - low;
+                u += (high - low) * (low + high) / 2 * to_lens / radius;
+                v += (high - low) * y * to_lens / height;
+                sum += high - low;
+            }
+        }
+        for (int i = 0; i < across; ++i) {
+            const auto& [weight, u, v] = shares[static_cast<std::size_t>(i)];
+            if (weight > 0)
+                taps.push_back({i / parts - columns, j / parts - rows, static_cast<float>(weight),
+                                static_cast<float>(u / weight), static_cast<float>(v / weight)});
+        }
+    }
+    for (params::tap_share_params& tap : taps)
+        tap.weight = static_cast<float>(static_cast<double>(tap.weight) / sum);
+    return taps;
+}
+
+namespace {
+
+constexpr std::size_t fractions = 256; // FRACTIONS of kernels/dof_parts.cl
+
+// A half-plane of the aperture: its distance from the middle, its first moment along and across its normal.
+struct HalfPlane {
+    double distance, along, across;
+};
+
+// For every share of the aperture the half-plane that has it, its normal at an angle.
+std::vector<HalfPlane> half_planes(const std::vector<Point>& corners, double angle) {
+    constexpr int lines = 1024;
+    std::vector<Point> turned;
+    for (const Point& p : corners) // the normal becomes the vertical
+        turned.push_back(
+            {p.x * std::sin(angle) - p.y * std::cos(angle), p.x * std::cos(angle) + p.y * std::sin(angle)});
+    std::vector<HalfPlane> sums{{1, 0, 0}};
+    std::vector<double> areas{0};
+    for (int line = 0; line < lines; ++line) {
+        const double y = 1 - (2 * line + 1.0) / lines;
+        const auto found = chord(turned, y);
+        const double length = found ? found->length() : 0, middle = found ? (found->low + found->high) / 2 : 0;
+        areas.push_back(areas.back() + length);
+        sums.push_back(
+            {1 - 2 * (line + 1.0) / lines, sums.back().along + y * length, sums.back().across + middle * length});
+    }
+    std::vector<HalfPlane> result;
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < fractions; ++i) {
+        const double area = areas.back() * static_cast<double>(i) / (fractions - 1);
+        while (at + 2 < areas.size() && areas[at + 1] <= area)
+            ++at;
+        const double step = areas[at + 1] - areas[at], part = step > 0 ? (area - areas[at]) / step : 0;
+        const auto between = [&](double a, double b) { return a + (b - a) * std::clamp(part, 0.0, 1.0); };
+        result.push_back({between(sums[at].distance, sums[at + 1].distance),
+                          between(sums[at].along, sums[at + 1].along) / areas.back(),
+                          between(sums[at].across, sums[at + 1].across) / areas.back()});
+    }
+    return result;
+}
+
+} // namespace
+
+std::vector<std::array<float, 4>> aperture_halves(const Aperture& aperture, bool upright) {
+    std::vector<Point> points = corners(aperture);
+    for (Point& p : points)
+        p.y = upright ? -p.y : p.y;
+    const std::size_t directions = points.empty() ? 1 : 64;
+    std::vector<std::array<float, 4>> table;
+    for (std::size_t i = 0; i < directions; ++i) {
+        // y / (|x| + |y|) of the moment's direction, counted on beyond 1 where x is negative
+        const double around = 4.0 * static_cast<double>(i) / static_cast<double>(directions) - 1;
+        const double y = around <= 1 ? around : 2 - around;
+        const double moment = std::atan2(y, around <= 1 ? 1 - std::abs(y) : std::abs(y) - 1);
+        // Of the normals around, the one whose half-plane has its moment along this direction.
+        std::vector<HalfPlane> best = half_planes(points, moment);
+        std::vector<double> turns(fractions, 0.0), off(fractions, 10.0);
+        constexpr int steps = 24;
+        constexpr double step = 0.025;
+        for (int j = -steps; j <= steps && !points.empty(); ++j) {
+            const std::vector<HalfPlane> turned = half_planes(points, moment + step * j);
+            for (std::size_t f = 1; f + 1 < fractions; ++f) {
+                const double its_off = std::abs(step * j - std::atan2(turned[f].across, turned[f].along));
+                if (its_off < off[f]) {
+                    off[f] = its_off;
+                    turns[f] = step * j;
+                    best[f] = turned[f];
+                }
+            }
+        }
+        for (std::size_t f = 0; f < fractions; ++f)
+            table.push_back({static_cast<float>(std::cos(turns[f])), static_cast<float>(std::sin(turns[f])),
+                             static_cast<float>(best[f].distance),
+                             static_cast<float>(std::max(std::hypot(best[f].along, best[f].across), 1e-6))});
+    }
+    return table;
+}
+
 } // namespace fathom

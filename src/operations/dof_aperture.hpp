@@ -4,6 +4,7 @@
 
 #include <fathom/dof.hpp>
 
+#include <array>
 #include <vector>
 
 namespace fathom {
@@ -23,5 +24,18 @@ struct ApertureSpans {
 /// `circle` in horizontal pixels, its sign that of the circle of confusion: before the focus the aperture is upside down.
 /// `aspect`: a circle's height over its width. `upright`: is row 0 on top? Pure: no device.
 ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch);
+
+/// Parts across and down that a pixel is cut into, so that its own parts of a lens that it shows most of are told apart.
+int parts_of_pixel(double circle, double aspect);
+
+/// Parts of the pixels of a small aperture, row by row: shares that sum to 1, and the middle of what of the lens each shows.
+/// Lens coordinates go from -1 to 1, to the right and down an image of what lies behind the focus.
+std::vector<params::tap_share_params> aperture_taps(const Aperture& aperture, double circle, double aspect,
+                                                    bool upright);
+
+/// For each direction of the first moment of a part of the aperture and each share that the part has, 256 from 0 to 1: the
+/// half-plane that has them. Cosine and sine of the turn from the moment to its normal, its distance from the middle, and the
+/// moment's size. Directions are evenly spaced in y / (|x| + |y|) from -y onwards; a circle has one.
+std::vector<std::array<float, 4>> aperture_halves(const Aperture& aperture, bool upright);
 
 } // namespace fathom

@@ -16,6 +16,9 @@ constexpr std::size_t strip_budget = std::size_t{24} << 20;
 // Up to this many pixels around one, reading them one by one is cheaper than running sums.
 constexpr int most_direct = 2;
 
+// With every pixel's own place in the lens: for small circles a pixel's middle is not that of what shows through it.
+constexpr int most_taps = 8;
+
 struct Grid {
     int across, down;
     std::vector<bool> marked;
@@ -62,9 +65,9 @@ u32 add_list(const Grid& grid, int begin, int end, const Grid& also, std::vector
     return static_cast<u32>(lists.size() - before);
 }
 
-int pitch_for(double circle, bool fast) {
+int pitch_for(double circle, BlurQuality quality) {
     const double radius = std::abs(circle) / 2;
-    if (fast)
+    if (quality == BlurQuality::fast)
         return radius >= 24 ? 8 : radius >= 12 ? 4 : radius >= 5 ? 2 : 1;
     return radius >= 96 ? 4 : radius >= 48 ? 2 : 1;
 }
@@ -101,22 +104,41 @@ SlicePlan slice_plan(std::span<const TileBits> tiles, int across, const SlicePla
             continue;
         }
         const double circle = slice == options.scale.middle ? 1 : options.scale.circle(slice);
-        const int pitch = pitch_for(circle * std::min(options.aspect, 1.0), options.fast);
+        const int pitch = pitch_for(circle * std::min(options.aspect, 1.0), options.quality);
         const ApertureSpans spans = aperture_spans(options.aperture, circle, options.aspect, options.upright, pitch);
-        const bool direct = spans.columns <= most_direct && spans.reach <= most_direct;
+        const bool accurate = options.quality == BlurQuality::accurate;
+        const int direct_up_to = accurate ? most_taps : most_direct;
+        const bool direct = spans.columns <= direct_up_to && spans.reach <= direct_up_to;
         const int rows = spans.reach * pitch;
         const int tiles_up = divided_up(rows, tile_rows), tiles_aside = divided_up(spans.columns, tile_columns);
         const Grid reached = widened(own, tiles_aside, tiles_up);
 
         SlicePass pass{};
         pass.direct = direct;
-        pass.fill = slice < options.scale.middle;
+        pass.fill = !accurate && slice < options.scale.middle;
         for (std::size_t i = 0; i < own.marked.size(); ++i)
             pass.bright = pass.bright || (!direct && own.marked[i] && bright.marked[i]);
-        const int planes = 2 + options.channels + pass.fill * (1 + options.channels) + pass.bright * options.channels;
+        const int planes =
+            2 + options.channels + pass.fill * (1 + options.channels) + pass.bright * options.channels + accurate;
         const int pad = divided_up(spans.columns + 2, 16) * 16;
         const int plane = divided_up(tile_columns + 2 * pad + 1, 16) * 16;
         const int per_tile = tile_rows / pitch;
+
+        if (accurate) {
+            const double radius = std::abs(circle) / 2, to_lens = circle > 0 ? -1 / radius : 1 / radius;
+            pass.part = {.across = static_cast<float>(to_lens),
+                         .down = static_cast<float>(to_lens / options.aspect),
+                         .radius = static_cast<float>(radius * parts_of_pixel(circle, options.aspect)),
+                         .single = radius <= 0.5,
+                         .taps = static_cast<u32>(plan.taps.size()),
+                         .tap_count = 0,
+                         .directions = options.aperture.blades ? 64u : 1u};
+            if (direct) {
+                const auto taps = aperture_taps(options.aperture, circle, options.aspect, options.upright);
+                plan.taps.insert(plan.taps.end(), taps.begin(), taps.end());
+                pass.part.tap_count = static_cast<u32>(taps.size());
+            }
+        }
 
         const auto starts = static_cast<u32>(plan.starts.size()), first_span = static_cast<u32>(plan.spans.size());
         for (const u32 start : spans.starts)

@@ -28,6 +28,7 @@ using TileBits = std::array<params::u32, 5>;
 /// A launch of kernels/dof_strips.cl, unless the pixels are read directly, and of kernels/dof_gather.cl.
 struct SlicePass {
     params::slice_params strips, gather;
+    params::part_params part; ///< accurate only
     bool direct, fill, bright;
 };
 
@@ -37,7 +38,8 @@ struct SlicePlan {
     std::vector<params::u32> lists; ///< tiles: column, and row in the high half
     std::vector<params::u32> starts;
     std::vector<params::span_params> spans;
-    std::size_t strip_elements = 1; ///< that the largest pass needs
+    std::vector<params::tap_share_params> taps; ///< accurate only
+    std::size_t strip_elements = 1;             ///< that the largest pass needs
 };
 
 struct SlicePlanOptions {
@@ -45,7 +47,7 @@ struct SlicePlanOptions {
     SliceScale scale;
     double aspect = 1;
     bool upright = true;
-    bool fast = false;
+    BlurQuality quality = BlurQuality::standard;
     int channels = 3;
 };
 

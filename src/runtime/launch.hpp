@@ -59,6 +59,12 @@ inline std::string argument_type(const params::blur_params&) {
 inline std::string argument_type(const params::slice_params&) {
     return "slice_params";
 }
+inline std::string argument_type(const params::part_params&) {
+    return "part_params";
+}
+inline std::string argument_type(const params::behind_params&) {
+    return "behind_params";
+}
 
 inline const cl::Buffer& argument_value(const Image& image) {
     return image.buffer();

@@ -1,0 +1,62 @@
+// What lies behind a pixel's surface: the nearest pixel on the screen that is farther from the lens, with its slice and
+// colour. Only what a ray can reach: from beside a surface of circle c to behind it, at circle d, a ray of the lens moves by
+// (d - c)/2 pixels at most. What slopes away slower than that hides nothing.
+// Exact, block by block, so that a region agrees with the whole.
+
+#include "tiles.h"
+
+#define JUMP 2.0f // slices: a surface's neighbours in depth are not behind it
+
+INLINE float circle_of(float slice, const blur_params* p) {
+    const float away = fabs(slice - (float)p->middle) / p->per_octave, octave = floor(away);
+    const float size = away > 0.0f ? ldexp(1.0f + (away - octave), (int)octave) : 0.0f;
+    return slice < (float)p->middle ? -size : size;
+}
+
+__kernel void dof_behind(__global float* planes, __global const float* blocks,
+                         const blur_params p, const behind_params b) {
+    const int column = (int)get_global_id(0) - MARGIN, row = get_global_id(1);
+    if (column >= (int)p.columns + MARGIN)
+        return;
+    __global float* second = planes + (1 + CHANNELS) * p.plane;
+    const size_t at = (size_t)row * p.stride + MARGIN + column;
+    const float slice = planes[at], circle = circle_of(slice, &p);
+    size_t found = at;
+    if (column >= 0 && column < (int)p.columns && slice >= 0.0f && b.farthest > slice + JUMP) {
+        const float most = (circle_of(b.farthest, &p) - circle) * 0.5f + 1.0f;
+        const int left = max(column - (int)most, 0) / 8, right = min(column + (int)most, (int)p.columns - 1) / 8;
+        const int high = (int)(most / b.vertical);
+        const int top = max(row - high, 0) / 8, bottom = min(row + high, (int)p.rows - 1) / 8;
+        float nearest = INFINITY;
+        for (int y = top; y <= bottom; ++y) {
+            for (int x = left; x <= right; ++x) {
+                const float farthest = blocks[y * (int)b.block_columns + x];
+                if (!(farthest > slice + JUMP))
+                    continue;
+                const float away_x = (float)max(max(8 * x - column, column - 8 * x - 7), 0);
+                const float away_y = (float)max(max(8 * y - row, row - 8 * y - 7), 0) * b.vertical;
+                const float away = fma(away_x, away_x, away_y * away_y);
+                const float reach = (circle_of(farthest, &p) - circle) * 0.5f + 1.0f;
+                if (away > nearest || away > reach * reach)
+                    continue;
+                for (int i = 0; i < 64; ++i) {
+                    const int other_column = 8 * x + i % 8, other_row = 8 * y + i / 8;
+                    const size_t other = (size_t)other_row * p.stride + MARGIN + other_column;
+                    const float dx = (float)(other_column - column), dy = (float)(other_row - row) * b.vertical;
+                    const float square = fma(dx, dx, dy * dy);
+                    const float its = planes[other];
+                    if (!(its > slice + JUMP) || square > nearest || (square == nearest && other >= found))
+                        continue;
+                    const float its_reach = (circle_of(its, &p) - circle) * 0.5f + 1.0f;
+                    if (square <= its_reach * its_reach) {
+                        nearest = square;
+                        found = other;
+                    }
+                }
+            }
+        }
+    }
+    second[at] = found == at ? NOWHERE : planes[found];
+    for (uint k = 1; k <= CHANNELS; ++k)
+        second[k * p.plane + at] = found == at ? 0.0f : planes[k * p.plane + found];
+}

@@ -1,0 +1,228 @@
+// One slice of circle of confusion through what those before it leave of the lens, and which part that is.
+//   T    share of the lens that is left;  M  its first moment, in lens coordinates (u, v)
+//   the half-plane n u >= d that leaves T of the aperture open, n along M, has the greatest moment there is: its share of T
+//   is |M| / that, and what is left of T is spread evenly over the lens
+//   alpha, colour and moment of a slice are sums over either part of the aperture, as in dof_gather.cl
+// A straight edge before another is exact, whatever their circles. What is left in between, as before a pole, is between the
+// half-plane and the even share.
+// Pixels have a second surface (dof_behind.cl), so that rays which pass an edge find what lies behind.
+
+#include "tiles.h"
+
+#if !defined(DIRECT) || !defined(BRIGHT)
+#error "DIRECT and BRIGHT are not defined: 1 to read pixels instead of strips, and where strips hold what lies beyond the\
+ knee, 0 otherwise"
+#endif
+#define COLOURS 2
+#define HIGHLIGHTS (2 + CHANNELS)
+#define MOMENT (HIGHLIGHTS + BRIGHT * CHANNELS) // of the own along u
+#define PLANES (MOMENT + 1)
+#define MOMENT_DOWN PLANES // and along v
+#define SUMS (PLANES + 1)
+
+#define LINES 4 // that a row is cut into along the half-plane's border
+#define FRACTIONS 256
+#if DIRECT
+#define EMPTY 1e-9f
+#else
+#define EMPTY 1e-3f // what a cut leaves of running sums may be their rounding
+#endif
+#define LEAST 1e-4f // of the lens: what is left or gone of it is no part
+
+typedef struct {
+    floatV share; // of what is left of the lens, 0 to 1
+    floatV n_u, n_v, d;
+} lens_part;
+
+// The half-plane that goes with what is left: `table` holds for each direction of M and fraction left how far n is turned
+// from M (cosine, sine), d, and the greatest moment.
+INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float4* table, uint directions) {
+    const floatV size = sqrt(fma(u, u, v * v));
+    const intV some = (left > LEAST) & (left < 1.0f - LEAST) & (size > 1e-6f);
+    const floatV along_u = select((floatV)1.0f, u / size, some), along_v = select((floatV)0.0f, v / size, some);
+    float turn_u[V], turn_v[V], distance[V], greatest[V];
+    const float_lanes us = along_u, vs = along_v, lefts = select((floatV)0.5f, left, some);
+    for (int i = 0; i < V; ++i) {
+        const float a = ((const float*)&us)[i], b = ((const float*)&vs)[i];
+        const float around = b / (fabs(a) + fabs(b)), quarter = a < 0.0f ? 2.0f - around : around; // -1 to 3
+        const float which = directions > 1 ? (quarter + 1.0f) * 0.25f * (float)directions : 0.0f;
+        const uint first = min((uint)which, directions - 1), next = first + 1 < directions ? first + 1 : 0;
+        const float between = which - (float)first;
+        const float at = ((const float*)&lefts)[i] * (FRACTIONS - 1);
+        const uint low = min((uint)at, (uint)FRACTIONS - 2);
+        const float part = at - (float)low;
+        const float4 one = mix(table[first * FRACTIONS + low], table[first * FRACTIONS + low + 1], part);
+        const float4 two = mix(table[next * FRACTIONS + low], table[next * FRACTIONS + low + 1], part);
+        const float4 found = mix(one, two, between);
+        turn_u[i] = found.x;
+        turn_v[i] = found.y;
+        distance[i] = found.z;
+        greatest[i] = found.w;
+    }
+    const floatV c = *(const float_lanes*)turn_u, s = *(const float_lanes*)turn_v;
+    lens_part open;
+    open.share = select((floatV)0.0f, min(size / *(const float_lanes*)greatest, 1.0f), some);
+    open.n_u = along_u * c - along_v * s;
+    open.n_v = along_u * s + along_v * c;
+    open.d = *(const float_lanes*)distance;
+    return open;
+}
+
+#if DIRECT
+// Sums over the whole aperture and over the half-plane's part of it.
+INLINE void add_pixels(__global const float* here, int x, int y, __global const tap_share_params* taps,
+                       const blur_params* p, float slice, const part_params* part, const lens_part* open, bool halves,
+                       floatV* even, floatV* cut) {
+    for (uint i = 0; i < part->tap_count; ++i) {
+        const tap_share_params tap = taps[part->taps + i];
+        if (y + tap.row < 0 || y + tap.row >= (int)p->rows)
+            continue;
+        __global const float* from = here + (long)tap.row * (long)p->stride + tap.column;
+        __global const float* second = from + (1 + CHANNELS) * p->plane;
+        const floatV off = LOAD(float, from) - slice, off_second = LOAD(float, second) - slice;
+        const floatV own = tap.weight * max(1.0f - fabs(off), 0.0f);
+        const floatV own_second = tap.weight * max(1.0f - fabs(off_second), 0.0f);
+        floatV value[PLANES];
+        value[0] = own + own_second;
+        value[1] = tap.weight * min(max(max(off, off_second) + 2.0f, 0.0f), 1.0f);
+        for (int k = 0; k < CHANNELS; ++k)
+            value[COLOURS + k] =
+                fma(own, LOAD(float, from + (k + 1) * p->plane), own_second * LOAD(float, second + (k + 1) * p->plane));
+        value[MOMENT] = value[0] * tap.u;
+        for (int k = 0; k < PLANES; ++k)
+            even[k] += value[k];
+        even[MOMENT_DOWN] = fma(value[0], (floatV)tap.v, even[MOMENT_DOWN]);
+        if (!halves)
+            continue;
+        const floatV inside = fma(open->n_u, (floatV)tap.u, fma(open->n_v, (floatV)tap.v, -open->d));
+        const floatV share = min(max(fma(inside, (floatV)part->radius, (floatV)0.5f), 0.0f), 1.0f);
+        for (int k = 0; k < PLANES; ++k)
+            cut[k] = fma(share, value[k], cut[k]);
+        cut[MOMENT_DOWN] = fma(share * value[0], (floatV)tap.v, cut[MOMENT_DOWN]);
+    }
+}
+#else
+// One span of a row whose middle lies `row` pixels down.
+INLINE void add_span(__global const float* from, const span_params* span, uint plane, float row, float pitch,
+                     const part_params* part, const lens_part* open, bool halves, floatV* even, floatV* cut) {
+    const floatV weight = span->weight;
+    floatV low[PLANES], high[PLANES];
+    for (int k = 0; k < PLANES; ++k) {
+        low[k] = LOAD(float, from + span->low + k * plane);
+        high[k] = LOAD(float, from + span->high + k * plane);
+        even[k] = fma(weight, high[k] - low[k], even[k]);
+    }
+    if (!halves)
+        return;
+    const floatV slope = open->n_u * part->across;
+    const intV right = slope > 0.0f;
+    const floatV inverse = 1.0f / select(min(slope, -1e-9f), max(slope, 1e-9f), right);
+    floatV border[PLANES];
+    for (int k = 0; k < PLANES; ++k)
+        border[k] = 0.0f;
+    for (int line = 0; line < LINES; ++line) {
+        const float down = (row + ((line + 0.5f) / LINES - 0.5f) * pitch) * part->down;
+        const floatV edge = fma(fma(-open->n_v, (floatV)down, open->d), inverse, (floatV)0.5f);
+        // Rounded with a different remainder on each line, so that their mean is not.
+        const float rest = (2 * (line % 2) + line / 2 + 0.5f) / LINES;
+        float column[V];
+        *(float_lanes*)column = floor(min(max(edge + rest, (floatV)(float)span->low), (floatV)(float)span->high));
+        float found[PLANES][V];
+        for (int i = 0; i < V; ++i) {
+            __global const float* here = from + i + (int)column[i];
+            for (int k = 0; k < PLANES; ++k)
+                found[k][i] = here[k * plane];
+        }
+        for (int k = 0; k < PLANES; ++k)
+            border[k] += *(const float_lanes*)found[k];
+    }
+    for (int k = 0; k < PLANES; ++k) {
+        const floatV middle = border[k] * (1.0f / LINES);
+        cut[k] = fma(weight, select(middle - low[k], high[k] - middle, right), cut[k]);
+    }
+}
+#endif
+
+__kernel void dof_parts(__global const float* source, __global const uint* list, __global const uint* starts,
+                        __global const float* tables, __global const float* halves, __global float* state,
+                        const blur_params p, const slice_params s, const part_params part) {
+    const uint item = get_global_id(0), x = item % (TILE_COLUMNS / V) * V;
+    const uint index = item / (TILE_COLUMNS / V) / TILE_ROWS;
+    if (index >= s.tiles)
+        return;
+    const uint entry = list[s.list + index], across = entry & 0xffffu, down = entry >> 16 & 0x7fffu;
+    const int y = (int)(down * TILE_ROWS + item / (TILE_COLUMNS / V) % TILE_ROWS);
+    const size_t at = in_planes(&p, across, x, y);
+    __global float* here = state + at;
+    __global float* before = here + (2 * CHANNELS + 2) * p.plane;
+    __global float* moment = before + p.plane;
+    __global float* moment_before = moment + 2 * p.plane;
+
+    const bool follows = entry >> 31;
+    const floatV through = LOAD(float, here), u = LOAD(float, moment), v = LOAD(float, moment + p.plane);
+    if (!any_of(through > 0.0f))
+        return;
+    const floatV left = follows ? LOAD(float, before) : through;
+    const floatV left_u = follows ? LOAD(float, moment_before) : u;
+    const floatV left_v = follows ? LOAD(float, moment_before + p.plane) : v;
+    *(__global float_lanes*)before = through;
+    *(__global float_lanes*)moment_before = u;
+    *(__global float_lanes*)(moment_before + p.plane) = v;
+
+    floatV even[SUMS], cut[SUMS];
+    for (int k = 0; k < SUMS; ++k)
+        even[k] = cut[k] = 0.0f;
+    lens_part open = part_left(left, left_u, left_v, (__global const float4*)halves, part.directions);
+    if (part.single)
+        open.share = 0.0f;
+    const bool any = any_of(open.share > 0.0f);
+#if DIRECT
+    add_pixels(source + at, (int)x, y, (__global const tap_share_params*)tables, &p, s.slice, &part, &open, any, even,
+               cut);
+#else
+    const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
+    const int begin = max(y / pitch - s.reach, 0), end = min(y / pitch + s.reach + 1, rows);
+    const int first = (int)(s.first * TILE_ROWS) / pitch;
+    __global const float* block = source + (size_t)across * s.strip_column + s.pad + x;
+    for (int row = begin; row < end; ++row) {
+        const uint entry_of_row = s.starts + (uint)(y % pitch * height + row - y / pitch + s.reach);
+        const uint last = starts[entry_of_row + 1];
+        const float away = (float)(row * pitch - y) + 0.5f * (float)(pitch - 1);
+        const floatV even_before = even[0], cut_before = cut[0];
+        for (uint j = starts[entry_of_row]; j < last; ++j) {
+            const span_params span = ((__global const span_params*)tables)[j];
+            add_span(block + (size_t)(row - first) * s.strip_row, &span, s.strip_plane, away, (float)pitch, &part,
+                     &open, any, even, cut);
+        }
+        even[MOMENT_DOWN] = fma(even[0] - even_before, (floatV)(away * part.down), even[MOMENT_DOWN]);
+        cut[MOMENT_DOWN] = fma(cut[0] - cut_before, (floatV)(away * part.down), cut[MOMENT_DOWN]);
+    }
+    const floatV middle = lanes_from(x) - 0.5f;
+    even[MOMENT] = fma(-middle, even[0], even[MOMENT]) * part.across;
+    cut[MOMENT] = fma(-middle, cut[0], cut[MOMENT]) * part.across;
+#endif
+    if (part.single) {
+        even[MOMENT] = even[0] * (left_u / max(left, 1e-9f));
+        even[MOMENT_DOWN] = even[0] * (left_v / max(left, 1e-9f));
+    }
+
+    const intV some = even[0] > EMPTY, some_cut = (cut[0] > EMPTY) & (open.share > 0.0f);
+    const floatV seen_even = select((floatV)0.0f, left * (1.0f - open.share) * (even[0] / even[1]), some);
+    const floatV seen_cut = select((floatV)0.0f, left * open.share * (cut[0] / cut[1]), some_cut);
+    const floatV seen = seen_even + seen_cut, scale = select((floatV)1.0f, through / seen, seen > through);
+    const floatV of_even = select((floatV)0.0f, seen_even * scale / even[0], some);
+    const floatV of_cut = select((floatV)0.0f, seen_cut * scale / cut[0], some_cut);
+    *(__global float_lanes*)here = through - min(seen, through);
+    *(__global float_lanes*)moment = u - fma(of_even, even[MOMENT], of_cut * cut[MOMENT]);
+    *(__global float_lanes*)(moment + p.plane) = v - fma(of_even, even[MOMENT_DOWN], of_cut * cut[MOMENT_DOWN]);
+    for (int k = 0; k < CHANNELS; ++k) {
+#if BRIGHT
+        const floatV light = even[COLOURS + k] + even[HIGHLIGHTS + k],
+                     light_cut = cut[COLOURS + k] + cut[HIGHLIGHTS + k];
+#else
+        const floatV light = even[COLOURS + k], light_cut = cut[COLOURS + k];
+#endif
+        __global float* to = here + (k + 1) * p.plane;
+        *(__global float_lanes*)to = fma(of_even, light, fma(of_cut, light_cut, LOAD(float, to)));
+    }
+}
