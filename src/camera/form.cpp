@@ -6,12 +6,11 @@
 #include <fathom/camera.hpp>
 
 #include "camera/matrix.hpp"
-#include "text.hpp"
+#include "require.hpp"
 
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
@@ -20,11 +19,6 @@ using Real = long double;
 using Matrix4 = Eigen::Matrix<Real, 4, 4>;
 
 constexpr Real infinity = std::numeric_limits<Real>::infinity();
-
-void require(bool condition, const std::string& message) {
-    if (!condition)
-        throw std::invalid_argument(message);
-}
 
 bool is_metric(Encoding encoding) {
     return encoding == Encoding::view_z || encoding == Encoding::ray_distance || encoding == Encoding::inverse;

@@ -6,11 +6,10 @@
 #include <fathom/lens.hpp>
 
 #include "camera/eye_rays.hpp"
-#include "text.hpp"
+#include "require.hpp"
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
@@ -19,11 +18,6 @@ using Real = long double;
 using Vector3 = Eigen::Matrix<Real, 3, 1>;
 
 constexpr Real infinity = std::numeric_limits<Real>::infinity();
-
-void require(bool condition, const std::string& message) {
-    if (!condition)
-        throw std::invalid_argument(message);
-}
 
 void require_length(double value, const char* key) {
     require(std::isfinite(value) && value > 0, text(key, " = ", value, " must be a number greater than 0"));

@@ -6,23 +6,17 @@
 #include <fathom/projection.hpp>
 
 #include "camera/matrix.hpp"
-#include "text.hpp"
+#include "require.hpp"
 
 #include <Eigen/Core>
 
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
 
 using Real = long double;
-
-void require(bool condition, const std::string& message) {
-    if (!condition)
-        throw std::invalid_argument(message);
-}
 
 // Turns view-space points of the given axes into the OpenGL ones, and back: it is its own inverse.
 Projection::Matrix to_opengl(ViewAxes axes) {

@@ -7,11 +7,11 @@
 #include "operations/circle.hpp"
 
 #include "operations/parameters.hpp"
+#include "require.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
@@ -101,10 +101,6 @@ float clamped(Real circle, float largest) {
 } // namespace
 
 void check_circle(const Circle& circle, const DepthForm& form) {
-    const auto require = [](bool condition, const std::string& message) {
-        if (!condition)
-            throw std::invalid_argument(message);
-    };
     require(std::isfinite(circle.k) && circle.k >= 0, text("the circle's k = ", circle.k, " must be 0 or greater"));
     require(std::isfinite(circle.g) && circle.g >= 0, text("the circle's g = ", circle.g, " must be 0 or greater"));
     require(std::isfinite(circle.lens_depth), text("the circle's lens_depth = ", circle.lens_depth, " must be finite"));

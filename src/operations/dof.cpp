@@ -4,12 +4,10 @@
 
 #include "operations/dof_slices.hpp"
 #include "operations/parameters.hpp"
+#include "require.hpp"
 #include "runtime/scratch.hpp"
 
-#include "text.hpp"
-
 #include <cmath>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
@@ -21,11 +19,6 @@ constexpr int rows_at_once = 2; // ROWS of kernels/dof_gather.cl
 
 // Running sums of colours up to this are off by 2^-24 of it times some hundred pixels at most.
 constexpr float knee = 4;
-
-void require(bool condition, const std::string& message) {
-    if (!condition)
-        throw std::invalid_argument(message);
-}
 
 void check_colour(const Image& colour, const Image& depth, const char* what) {
     require(colour.width() == depth.width() && colour.height() == depth.height(),

@@ -7,17 +7,12 @@
 #include "operations/circle.hpp"
 #include "operations/near_layer.hpp"
 #include "operations/parameters.hpp"
+#include "require.hpp"
 
 #include <cmath>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
-
-void require(bool condition, const std::string& message) {
-    if (!condition)
-        throw std::invalid_argument(message);
-}
 
 void check(const DofMasksOptions& options, const DepthForm& form) {
     check_circle(options.circle, form);

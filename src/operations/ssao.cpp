@@ -7,15 +7,13 @@
 #include "operations/parameters.hpp"
 #include "operations/planar.hpp"
 #include "operations/slices.hpp"
+#include "require.hpp"
 #include "runtime/scratch.hpp"
-
-#include "text.hpp"
 
 #include <Eigen/LU>
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
@@ -35,11 +33,6 @@ constexpr double longest_length = 1e18;
 struct Preset {
     int slices, steps, patterns;
 };
-
-void require(bool condition, const std::string& message) {
-    if (!condition)
-        throw std::invalid_argument(message);
-}
 
 std::string size_of(int width, int height) {
     return text(width, " x ", height);
