@@ -5,8 +5,6 @@
 
 #include <fathom/error.hpp>
 
-#include <opencv2/core.hpp>
-
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -16,9 +14,7 @@
 #include <OpenEXR/ImfTestFile.h>
 
 #include <algorithm>
-#include <cctype>
 #include <limits>
-#include <new>
 
 namespace fathom::io {
 namespace {
@@ -61,11 +57,6 @@ std::string listed(const std::vector<Candidate>& channels) {
     for (std::size_t i = 0; i < std::min(channels.size(), most); ++i)
         list += (i ? ", " : "") + channels[i].full_name;
     return channels.size() > most ? list + ", and " + std::to_string(channels.size() - most) + " more" : list;
-}
-
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-    return text;
 }
 
 /// How well a channel's name says that it is depth, 0 the best; nothing when it does not say so.
@@ -185,13 +176,9 @@ std::string reason(const std::string& what) {
 template <typename Read>
 auto refusing_damage(const std::filesystem::path& file, Read read) {
     try {
-        return read();
+        return within_memory(file, read);
     } catch (const Error&) {
         throw;
-    } catch (const std::bad_alloc&) {
-        refuse(file, "asks for more memory than there is; it is damaged or too large");
-    } catch (const cv::Exception&) {
-        refuse(file, "asks for more memory than there is; it is damaged or too large");
     } catch (const std::exception& error) {
         refuse(file, "is damaged or cut short (" + reason(error.what()) + "); render or copy it again");
     }

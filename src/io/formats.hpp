@@ -4,6 +4,14 @@
 
 #include <fathom/io.hpp>
 
+#include <opencv2/core.hpp>
+
+#include <initializer_list>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
 /// What each format can do; `read_depth` and `write_image` choose among them.
 namespace fathom::io {
 
@@ -18,12 +26,36 @@ std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& 
 std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes);
 
+/// The image of a file of any of these three.
+std::optional<cv::Mat> read_plain(const std::filesystem::path& file);
+
+/// Channels of an EXR side by side, as floats. Refuses integers, which `what` they hold ("normals") cannot be.
+cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what);
+
+/// What `read` returns, or a refusal when there is too little memory for what the file asks for.
+template <typename Read>
+auto within_memory(const std::filesystem::path& file, const Read& read) {
+    constexpr const char* too_large = "asks for more memory than there is; it is damaged or too large";
+    try {
+        return read();
+    } catch (const std::bad_alloc&) {
+        refuse(file, too_large);
+    } catch (const cv::Exception&) {
+        refuse(file, too_large);
+    }
+}
+
 /// The bytes of a file that holds `image`, a CV_32F matrix in x, y, z (or R, G, B) order.
 Bytes exr_bytes(const cv::Mat& image, const std::vector<std::string>& channels);
 Bytes tiff_bytes(const cv::Mat& image);
 Bytes pfm_bytes(const cv::Mat& image);     ///< 1 or 3 channels
 Bytes ply_bytes(const cv::Mat& positions); ///< 3 or 4 channels; the fourth is no part of the position
 Bytes png_bytes(const cv::Mat& image, double scale, double offset);
+
+/// The place in a list of what a layer, or the last part of its name, is called, in any case.
+std::optional<int> place_of(const std::string& layer, std::initializer_list<std::string> known);
+
+std::string lower(std::string text);
 
 /// An image's type for a message: "unsigned 8-bit with 3 channels".
 std::string described(const cv::Mat& image);

@@ -1,17 +1,7 @@
 // Colours out of files: the picture of a renderer's layers, or an image.
 #include "formats.hpp"
 
-#include <fathom/error.hpp>
-
-#include <opencv2/core.hpp>
-
 #include <algorithm>
-#include <array>
-#include <cctype>
-#include <new>
-#include <optional>
-#include <string>
-#include <vector>
 
 namespace fathom {
 namespace {
@@ -35,15 +25,8 @@ std::vector<std::string> layers_of(const std::vector<Channel>& channels) {
 }
 
 /// How well a layer's name says that it is the picture, 0 the best; nothing when it does not say so.
-std::optional<int> rank(std::string name) {
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-    int place = 0;
-    for (const char* known : {"", "combined", "beauty", "rgba", "rgb", "color", "colour"}) {
-        if (name == known || (place > 0 && name.ends_with(std::string(".") + known)))
-            return place;
-        ++place;
-    }
-    return std::nullopt;
+std::optional<int> rank(const std::string& layer) {
+    return io::place_of(layer, {"", "combined", "beauty", "rgba", "rgb", "color", "colour"});
 }
 
 std::string choose(const std::filesystem::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
@@ -68,18 +51,10 @@ std::string choose(const std::filesystem::path& file, const std::vector<Channel>
 cv::Mat from_exr(const std::filesystem::path& file, const std::string& wanted) {
     const std::vector<Channel> channels = list_channels(file);
     const std::string layer = choose(file, channels, wanted), front = layer.empty() ? "" : layer + ".";
-    std::vector<cv::Mat> parts;
-    for (const char* name : {"R", "G", "B", "A"}) {
-        if (*name == 'A' && !has(channels, front + name))
-            continue;
-        const DepthFile part = io::read_exr(file, {.channel = front + name, .packing = {}});
-        if (part.storage != Storage::float32 && part.storage != Storage::float16)
-            refuse(file, "channel \"" + front + name + "\" holds integers; colours are floats");
-        part.values.convertTo(parts.emplace_back(), CV_32F);
-    }
-    cv::Mat colour;
-    cv::merge(parts, colour);
-    return colour;
+    std::vector<std::string> names{front + "R", front + "G", front + "B"};
+    if (has(channels, front + "A"))
+        names.push_back(front + "A");
+    return io::read_exr_floats(file, names, "colours");
 }
 
 cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
@@ -104,10 +79,8 @@ cv::Mat read(const std::filesystem::path& file, const std::string& layer) {
         return from_exr(file, layer);
     if (!layer.empty())
         refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave the layer out");
-    const auto bytes = io::read_file(file);
-    for (const auto read_format : {io::read_png, io::read_tiff, io::read_netpbm})
-        if (const auto image = read_format(file, bytes))
-            return from_picture(file, *image);
+    if (const auto image = io::read_plain(file))
+        return from_picture(file, *image);
     refuse(file, "is no picture, or its beginning is damaged; pictures are read from .exr, .tif, .pfm and .png");
 }
 
@@ -115,13 +88,7 @@ cv::Mat read(const std::filesystem::path& file, const std::string& layer) {
 
 cv::Mat read_colour(const std::filesystem::path& file, const std::string& layer) {
     io::check_readable(file);
-    try {
-        return read(file, layer);
-    } catch (const std::bad_alloc&) {
-        refuse(file, "asks for more memory than there is; it is damaged or too large");
-    } catch (const cv::Exception&) {
-        refuse(file, "asks for more memory than there is; it is damaged or too large");
-    }
+    return io::within_memory(file, [&] { return read(file, layer); });
 }
 
 } // namespace fathom

@@ -1,12 +1,6 @@
 // Which file holds depth, and as what. The content decides, not the file's ending.
 #include "formats.hpp"
 
-#include <fathom/error.hpp>
-
-#include <opencv2/core.hpp>
-
-#include <new>
-
 namespace fathom {
 namespace {
 
@@ -64,13 +58,6 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
 
 } // namespace
 
-std::string io::described(const cv::Mat& image) {
-    static constexpr const char* types[] = {"unsigned 8-bit", "signed 8-bit", "unsigned 16-bit", "signed 16-bit",
-                                            "32-bit integer", "32-bit float", "64-bit float",    "16-bit float"};
-    const auto channels = std::to_string(image.channels()) + (image.channels() == 1 ? " channel" : " channels");
-    return std::string(types[image.depth()]) + " with " + channels;
-}
-
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options) {
     io::check_readable(file);
     if (io::begins_like_exr(file)) {
@@ -82,18 +69,12 @@ DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& optio
     if (!options.channel.empty())
         refuse(file, "is no OpenEXR file and has no channel \"" + options.channel + "\"; leave --channel out");
 
-    try {
-        const auto bytes = io::read_file(file);
-        for (const auto read : {io::read_png, io::read_tiff, io::read_netpbm})
-            if (const auto image = read(file, bytes))
-                return interpreted(file, *image, options.packing);
-    } catch (const std::bad_alloc&) {
-        refuse(file, "asks for more memory than there is; it is damaged or too large");
-    } catch (const cv::Exception&) {
-        refuse(file, "asks for more memory than there is; it is damaged or too large");
-    }
-    refuse(file, "is no image that holds depth, or its beginning is damaged; "
-                 "depth is read from .exr, .tif, .pfm, 16-bit .png and 16-bit .pgm");
+    return io::within_memory(file, [&] {
+        if (const auto image = io::read_plain(file))
+            return interpreted(file, *image, options.packing);
+        refuse(file, "is no image that holds depth, or its beginning is damaged; "
+                     "depth is read from .exr, .tif, .pfm, 16-bit .png and 16-bit .pgm");
+    });
 }
 
 } // namespace fathom

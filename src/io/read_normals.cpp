@@ -1,30 +1,18 @@
 // Normals out of files: renderers' layers, and pictures of them.
 #include "formats.hpp"
 
-#include <fathom/error.hpp>
-
-#include <opencv2/core.hpp>
-
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <cmath>
-#include <new>
 
 namespace fathom {
 namespace {
 
 using io::refuse;
 
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-    return text;
-}
-
 /// Three channels of an EXR that belong together.
 struct Layer {
-    std::string name; ///< what stands before the last dot; empty for channels without one
-    std::array<std::string, 3> channels;
+    std::string name;                  ///< what stands before the last dot; empty for channels without one
+    std::vector<std::string> channels; ///< three
 };
 
 // All layers with channels X, Y, Z or R, G, B, in any case.
@@ -34,15 +22,12 @@ std::vector<Layer> layers_of(const std::vector<Channel>& channels) {
         const auto dot = first.name.rfind('.');
         const std::string front = dot == std::string::npos ? "" : first.name.substr(0, dot + 1);
         for (const char* ends : {"XYZ", "xyz", "RGB", "rgb"}) {
-            Layer layer{front.substr(0, front.empty() ? 0 : dot), {}};
-            bool complete = first.name == front + ends[0];
-            for (std::size_t i = 0; i < 3; ++i) {
-                layer.channels[i] = front + ends[i];
-                complete = complete && std::any_of(channels.begin(), channels.end(), [&](const Channel& channel) {
-                               return channel.name == layer.channels[i];
-                           });
-            }
-            if (complete)
+            const Layer layer{front.substr(0, front.empty() ? 0 : dot),
+                              {front + ends[0], front + ends[1], front + ends[2]}};
+            const bool complete = std::ranges::all_of(layer.channels, [&](const std::string& name) {
+                return std::ranges::find(channels, name, &Channel::name) != channels.end();
+            });
+            if (first.name == layer.channels[0] && complete)
                 layers.push_back(layer);
         }
     }
@@ -51,14 +36,7 @@ std::vector<Layer> layers_of(const std::vector<Channel>& channels) {
 
 /// How well a layer's name says that it is normals, 0 the best; nothing when it does not say so.
 std::optional<int> rank(const Layer& layer) {
-    const std::string name = lower(layer.name);
-    int place = 0;
-    for (const char* known : {"n", "normal", "normals"}) {
-        if (name == known || name.ends_with(std::string(".") + known))
-            return place;
-        ++place;
-    }
-    return std::nullopt;
+    return io::place_of(layer.name, {"n", "normal", "normals"});
 }
 
 std::string listed(const std::vector<Channel>& channels) {
@@ -88,17 +66,7 @@ Layer choose(const std::filesystem::path& file, const std::string& wanted) {
 }
 
 cv::Mat from_exr(const std::filesystem::path& file, const std::string& layer) {
-    std::array<cv::Mat, 3> parts;
-    const Layer chosen = choose(file, layer);
-    for (std::size_t i = 0; i < 3; ++i) {
-        const DepthFile part = io::read_exr(file, {.channel = chosen.channels[i], .packing = {}});
-        if (part.storage != Storage::float32 && part.storage != Storage::float16)
-            refuse(file, "channel \"" + chosen.channels[i] + "\" holds integers; normals are floats");
-        part.values.convertTo(parts[i], CV_32F);
-    }
-    cv::Mat normals;
-    cv::merge(parts.data(), parts.size(), normals);
-    return normals;
+    return io::read_exr_floats(file, choose(file, layer).channels, "normals");
 }
 
 cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
@@ -141,10 +109,8 @@ cv::Mat read(const std::filesystem::path& file, const std::string& layer) {
         return from_exr(file, layer);
     if (!layer.empty())
         refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave the layer out");
-    const auto bytes = io::read_file(file);
-    for (const auto read_format : {io::read_png, io::read_tiff, io::read_netpbm})
-        if (const auto image = read_format(file, bytes))
-            return from_picture(file, *image);
+    if (const auto image = io::read_plain(file))
+        return from_picture(file, *image);
     refuse(file, "is no image that holds normals, or its beginning is damaged; "
                  "they are read from .exr, .tif, .pfm and .png");
 }
@@ -153,15 +119,11 @@ cv::Mat read(const std::filesystem::path& file, const std::string& layer) {
 
 cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer) {
     io::check_readable(file);
-    try {
+    return io::within_memory(file, [&] {
         cv::Mat normals = read(file, layer);
         make_unit(normals);
         return normals;
-    } catch (const std::bad_alloc&) {
-        refuse(file, "asks for more memory than there is; it is damaged or too large");
-    } catch (const cv::Exception&) {
-        refuse(file, "asks for more memory than there is; it is damaged or too large");
-    }
+    });
 }
 
 } // namespace fathom

@@ -17,9 +17,7 @@ namespace {
 using io::refuse;
 
 std::string ending_of(const std::filesystem::path& file) {
-    auto ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-    return ending;
+    return io::lower(file.extension().string());
 }
 
 void check_channels(const std::filesystem::path& file, const cv::Mat& image, std::initializer_list<int> allowed) {
