@@ -48,6 +48,17 @@ INLINE void store_running(float16 value, float* sum, __global float* target) {
     *sum += before.sf + value.sf;
 }
 
+// Adds a channel of what `own` of a surface counts, beyond the knee apart.
+INLINE void add_colour(float16* value, int k, float16 own, float16 colour, float knee) {
+#if BRIGHT
+    const float16 base = min(max(colour, -knee), knee);
+    value[HIGHLIGHTS + k] = fma(own, colour - base, value[HIGHLIGHTS + k]);
+#else
+    const float16 base = colour;
+#endif
+    value[2 + k] = fma(own, base, value[2 + k]);
+}
+
 __kernel void dof_strips(__global const float* planes, __global const uint* list, __global float* strips,
                          const blur_params p, const slice_params s) {
     const uint index = get_global_id(0), row = get_global_id(1);
@@ -61,7 +72,8 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
     __global const float* source = planes + in_planes(&p, 0, 0, down * TILE_ROWS + row * s.pitch);
 
 #if BEHIND
-    const float16 columns = (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(across * TILE_COLUMNS);
+    const float16 columns =
+        (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(across * TILE_COLUMNS);
 #endif
 
     float sum[PLANES];
@@ -93,22 +105,10 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
 #endif
                 for (int k = 0; k < CHANNELS; ++k) {
                     const float16 colour = *(__global const float16_anywhere*)(here + (k + 1) * p.plane);
-#if BRIGHT
-                    const float16 base = min(max(colour, -p.knee), p.knee);
-                    value[HIGHLIGHTS + k] = fma(own, colour - base, value[HIGHLIGHTS + k]);
-#else
-                    const float16 base = colour;
-#endif
-                    value[2 + k] = fma(own, base, value[2 + k]);
+                    add_colour(value, k, own, colour, p.knee);
 #if BEHIND
-                    const float16 colour_second = *(__global const float16_anywhere*)(second + (k + 1) * p.plane);
-#if BRIGHT
-                    const float16 base_second = min(max(colour_second, -p.knee), p.knee);
-                    value[HIGHLIGHTS + k] = fma(own_second, colour_second - base_second, value[HIGHLIGHTS + k]);
-#else
-                    const float16 base_second = colour_second;
-#endif
-                    value[2 + k] = fma(own_second, base_second, value[2 + k]);
+                    add_colour(value, k, own_second, *(__global const float16_anywhere*)(second + (k + 1) * p.plane),
+                               p.knee);
 #endif
 #if FILL
                     value[3 + CHANNELS + k] = fma(beyond, colour, value[3 + CHANNELS + k]);
