@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -25,6 +26,11 @@ namespace fathom::test {
 
 namespace fs = std::filesystem;
 using Arguments = std::vector<std::string>;
+
+inline Arguments joined(Arguments arguments, const Arguments& more) {
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+}
 
 inline constexpr unsigned patience_s = 120; // a run that takes longer hangs
 
@@ -173,6 +179,21 @@ inline std::string depth_file(const Folder& folder, const std::string& name, con
         write_image(file, depth, {.channels = {"Z"}, .png_scale = {}});
     }
     return file;
+}
+
+/// What a file's channel holds, untouched.
+inline cv::Mat channel(const std::string& file, const std::string& name = {}) {
+    return read_depth(file, {.channel = name, .packing = {}}).values;
+}
+
+/// Bit for bit.
+inline bool same(const cv::Mat& a, const cv::Mat& b) {
+    if (a.size() != b.size() || a.type() != b.type())
+        return false;
+    for (int y = 0; y < a.rows; ++y)
+        if (std::memcmp(a.ptr(y), b.ptr(y), static_cast<std::size_t>(a.cols) * a.elemSize()) != 0)
+            return false;
+    return true;
 }
 
 } // namespace fathom::test

@@ -5,7 +5,6 @@
 #include <fathom/opencv.hpp>
 
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <limits>
 
@@ -15,19 +14,6 @@ using namespace fathom::test;
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-bool same(const cv::Mat& a, const cv::Mat& b) {
-    if (a.size() != b.size() || a.type() != b.type())
-        return false;
-    for (int y = 0; y < a.rows; ++y)
-        if (std::memcmp(a.ptr(y), b.ptr(y), static_cast<std::size_t>(a.cols) * a.elemSize()) != 0)
-            return false;
-    return true;
-}
-
-cv::Mat channel(const std::string& file, const std::string& name = {}) {
-    return read_depth(file, {.channel = name, .packing = {}}).values;
-}
 
 // A ramp of depths from 0.5 to 100 as the program and as the library sees it.
 struct Scene {
@@ -46,15 +32,12 @@ struct Scene {
     }
 
     Arguments arguments(const std::string& output, const Arguments& more = {}) const {
-        Arguments all{"dof-masks", input, "--camera", camera, "-o", output};
-        all.insert(all.end(), more.begin(), more.end());
-        return all;
+        return joined({"dof-masks", input, "--camera", camera, "-o", output}, more);
     }
     Arguments with_lens(const std::string& output, const Arguments& more = {}) const {
-        Arguments all =
-            arguments(output, {"--focus", "3", "--f-stop", "0.4", "--focal-length-mm", "50", "--sensor-mm", "36"});
-        all.insert(all.end(), more.begin(), more.end());
-        return all;
+        return joined(
+            arguments(output, {"--focus", "3", "--f-stop", "0.4", "--focal-length-mm", "50", "--sensor-mm", "36"}),
+            more);
     }
 
     std::vector<cv::Mat> expected(const Lens& of, const std::function<void(DofMasksOptions&)>& change = {}) const {
@@ -199,10 +182,9 @@ TEST_CASE("dof-masks program: several inputs go into a folder") {
     const Scene scene;
     const std::string other = depth_file(scene.folder, "other.png", scene.depth);
     const auto ask = [&](const Arguments& more) {
-        Arguments all{"dof-masks", scene.input, other, "--camera", scene.camera, "-o", scene.folder / "out/masks",
-                      "--circle",  "20,60"};
-        all.insert(all.end(), more.begin(), more.end());
-        return run(all);
+        return run(joined({"dof-masks", scene.input, other, "--camera", scene.camera, "-o", scene.folder / "out/masks",
+                           "--circle", "20,60"},
+                          more));
     };
     check_refused(ask({"--format", "png"}), 2, "--mask");
     check_done(ask({}));
@@ -261,9 +243,8 @@ TEST_CASE("dof-masks program: a focus that the image has not is refused") {
     const Scene scene;
     const std::string output = scene.folder / "out/masks.exr";
     const auto refused = [&](const Arguments& focus, const std::string& named) {
-        Arguments all = scene.arguments(output, {"--f-stop", "2", "--focal-length-mm", "50"});
-        all.insert(all.end(), focus.begin(), focus.end());
-        check_refused(run(all), 1, named);
+        check_refused(run(joined(scene.arguments(output, {"--f-stop", "2", "--focal-length-mm", "50"}), focus)), 1,
+                      named);
     };
     refused({"--focus-at", "48,0"}, "pixel (48, 0) lies outside the image of 48 x 32");
     refused({"--focus-at", "1,0"}, "pixel (1, 0) is no surface");

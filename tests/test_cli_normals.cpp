@@ -1,44 +1,20 @@
 // fathom normals: the options reach the library, the files hold what it gives, and what is wrong is told in one line.
-#include "program.hpp"
-#include "scene/scene.hpp"
+#include "rendered_input.hpp"
 
 #include <fathom/normals.hpp>
-#include <fathom/opencv.hpp>
 
 #include <cmath>
-#include <cstring>
 
 using namespace fathom;
 using namespace fathom::test;
 
 namespace {
 
-constexpr const char* view = R"(, "view": [[0,0,1,0],[0,1,0,0],[-1,0,0,5],[0,0,0,1]])";
-
-bool same(const cv::Mat& a, const cv::Mat& b) {
-    return a.type() == b.type() && a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0;
-}
-
-struct Ball {
-    Folder folder;
-    std::string camera, input;
-    StoredDepth stored;
-    cv::Mat depth;
-
-    explicit Ball(const std::string& more = view) : camera(camera_file(folder, more)) {
-        const Camera seen = camera_for(read_camera(camera), width, height);
-        Camera still = seen; // the scene lies before the eye, wherever the world is
-        still.view.reset();
-        auto image = scene::render({scene::Sphere{{0, 0, -3}, 1.2}}, still);
-        depth = cv::Mat(height, width, CV_32FC1, image.stored.data()).clone();
-        input = depth_file(folder, "ball.exr", depth);
-        stored = {to_device(Device::open(), depth), seen};
-    }
+struct Ball : RenderedInput {
+    explicit Ball(const std::string& more = view) : RenderedInput({scene::Sphere{{0, 0, -3}, 1.2}}, more) {}
 
     Arguments arguments(const std::string& output, const Arguments& more = {}) const {
-        Arguments all{"normals", input, "--camera", camera, "-o", output};
-        all.insert(all.end(), more.begin(), more.end());
-        return all;
+        return joined({"normals", input, "--camera", camera, "-o", output}, more);
     }
     cv::Mat expected(const NormalsOptions& options = {}) const { return to_mat(normals(stored, options)); }
 };
@@ -47,7 +23,7 @@ struct Ball {
 cv::Mat layer(const std::string& file) {
     std::vector<cv::Mat> parts;
     for (const char* name : {"N.X", "N.Y", "N.Z"})
-        parts.push_back(read_depth(file, {.channel = name, .packing = {}}).values);
+        parts.push_back(channel(file, name));
     cv::Mat all;
     cv::merge(parts, all);
     return all;

@@ -107,9 +107,7 @@ TEST_CASE("program: unproject writes points, view and world") {
     const std::string view = R"(, "view": [[1,0,0,-10],[0,1,0,-20],[0,0,1,-30],[0,0,0,1]])";
     const std::string camera = camera_file(folder, view), input = depth_file(folder, "depth.exr");
     const auto center = [&](const Arguments& more) {
-        Arguments arguments{"unproject", input, "--camera", camera, "-o", folder / "out/p.exr"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        check_done(run(arguments));
+        check_done(run(joined({"unproject", input, "--camera", camera, "-o", folder / "out/p.exr"}, more)));
         cv::Vec3f point;
         for (int i = 0; i < 3; ++i)
             point[i] =
@@ -449,11 +447,7 @@ TEST_CASE("program: wrong usage is told before anything is done") {
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png"), out = folder / "out/z.exr";
     const Arguments good{"linearize", input, "--camera", camera, "-o", out};
-    const auto with = [&](const Arguments& more) {
-        Arguments all = good;
-        all.insert(all.end(), more.begin(), more.end());
-        return all;
-    };
+    const auto with = [&](const Arguments& more) { return joined(good, more); };
     const std::vector<std::pair<Arguments, std::string>> cases{
         {{}, "no command"},
         {{"linearise", input}, "did you mean linearize?"},
@@ -502,9 +496,7 @@ TEST_CASE("program: refuses results that would replace each other or an input") 
         {{input, "-o", folder / ""}, input},
     };
     for (const auto& [more, named] : cases) {
-        Arguments arguments{"linearize", "--camera", camera};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        check_refused(run(arguments), 2, named);
+        check_refused(run(joined({"linearize", "--camera", camera}, more)), 2, named);
     }
     CHECK(content(input) == before);
     CHECK(folder.results() == std::vector<std::string>{"link.exr"});

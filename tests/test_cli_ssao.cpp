@@ -1,14 +1,11 @@
 // fathom ssao: the options reach the library, the files hold what it gives, and what is wrong is told in one line.
-#include "program.hpp"
-#include "scene/scene.hpp"
+#include "rendered_input.hpp"
 
-#include <fathom/opencv.hpp>
 #include <fathom/ssao.hpp>
 
 #include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <limits>
 
@@ -18,44 +15,12 @@ using namespace fathom::test;
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr const char* view = R"(, "view": [[0,0,1,0],[0,1,0,0],[-1,0,0,5],[0,0,0,1]])";
 
-bool same(const cv::Mat& a, const cv::Mat& b) {
-    if (a.size() != b.size() || a.type() != b.type())
-        return false;
-    for (int y = 0; y < a.rows; ++y)
-        if (std::memcmp(a.ptr(y), b.ptr(y), static_cast<std::size_t>(a.cols) * a.elemSize()) != 0)
-            return false;
-    return true;
-}
-
-cv::Mat channel(const std::string& file, const std::string& name = {}) {
-    return read_depth(file, {.channel = name, .packing = {}}).values;
-}
-
-// A room as the program and as the library sees it.
-struct Room {
-    Folder folder;
-    std::string camera, input;
-    StoredDepth stored;
-    cv::Mat depth;
-
-    explicit Room(const std::string& more = view) : camera(camera_file(folder, more)) {
-        const Camera seen = camera_for(read_camera(camera), width, height);
-        Camera still = seen; // the scene lies before the eye, wherever the world is
-        still.view.reset();
-        auto image = scene::render(scene::room(), still);
-        depth = cv::Mat(height, width, CV_32FC1, image.stored.data()).clone();
-        depth.at<float>(0, 0) = 1;   // background
-        depth.at<float>(0, 1) = NAN; // no surface
-        input = depth_file(folder, "room.exr", depth);
-        stored = {to_device(Device::open(), depth), seen};
-    }
+struct Room : RenderedInput {
+    explicit Room(const std::string& more = view) : RenderedInput(scene::room(), more) {}
 
     Arguments arguments(const std::string& output, const Arguments& more = {}) const {
-        Arguments all{"ssao", input, "--camera", camera, "-o", output, "--radius", "0.8"};
-        all.insert(all.end(), more.begin(), more.end());
-        return all;
+        return joined({"ssao", input, "--camera", camera, "-o", output, "--radius", "0.8"}, more);
     }
 
     cv::Mat expected(const std::function<void(SsaoOptions&)>& change = {}) const {
@@ -207,18 +172,18 @@ TEST_CASE("ssao program: several inputs find and leave their files under their o
     const Room room;
     const std::string other = depth_file(room.folder, "other.png", room.depth);
     fs::create_directory(room.folder / "maps");
-    depth_file(room.folder, "maps/room.tiff", thickness_map());
+    depth_file(room.folder, "maps/frame.tiff", thickness_map());
     const auto ask = [&](const std::string& maps) {
         return run({"ssao", room.input, other, "--camera", room.camera, "-o", room.folder / "out/ao", "--radius", "0.8",
                     "--thickness-map", maps, "--confidence", room.folder / "out/sure", "--format", "pfm"});
     };
     check_refused(ask(room.folder / "maps"), 1, room.folder / "maps/other.exr");
-    CHECK(room.folder.results() == std::vector<std::string>{"ao", "room.pfm", "room.pfm", "sure"});
+    CHECK(room.folder.results() == std::vector<std::string>{"ao", "frame.pfm", "frame.pfm", "sure"});
     depth_file(room.folder, "maps/other.exr", thickness_map());
     check_done(ask(room.folder / "maps"));
     CHECK(room.folder.results() ==
-          std::vector<std::string>{"ao", "other.pfm", "other.pfm", "room.pfm", "room.pfm", "sure"});
-    check_refused(ask(room.folder / "maps/room.tiff"), 2, "--thickness-map");
+          std::vector<std::string>{"ao", "frame.pfm", "frame.pfm", "other.pfm", "other.pfm", "sure"});
+    check_refused(ask(room.folder / "maps/frame.tiff"), 2, "--thickness-map");
 }
 
 TEST_CASE("ssao program: of one input's files all are written or none") {
@@ -270,8 +235,7 @@ TEST_CASE("ssao program: wrong usage is told before anything is done") {
         Arguments arguments{"ssao", room.input, "--camera", room.camera, "-o", output};
         if (more.front() != "--radius")
             arguments.insert(arguments.end(), {"--radius", "0.8"});
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        check_refused(run(arguments), 2, named);
+        check_refused(run(joined(arguments, more)), 2, named);
     }
     CHECK(room.folder.results().empty());
 }
