@@ -2,22 +2,19 @@
 // comparison: untouched 25.9 dB over the frame and 21.6 near edges of depth, Blender's Defocus node 35.2 and 30.6, or 36.1 and
 // 31.7 tuned to the truth, a gather with the centre's circle 35.9 and 31.2; the noise of the truth 48.4 and 45.3.
 
-#include "catch.hpp"
+#include "real_inputs.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/io.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <vector>
 
 using namespace fathom;
+using namespace fathom::real;
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double least_standard = 39.0, least_standard_near_edges = 34.5;
 constexpr double least_accurate = 40.3, least_accurate_near_edges = 35.9;
@@ -93,11 +90,9 @@ double psnr(const std::vector<float>& got, const std::vector<float>& truth, cons
 } // namespace
 
 TEST_CASE("real: the blur of Blender's frame against the path tracer's", "[dof][real]") {
-    const fs::path folder = fs::path(FATHOM_SHARED_DATA) / "blender" / "perspective";
-    if (!fs::exists(folder)) {
-        std::cout << "no real inputs: " << folder << " is absent\n";
+    if (!there("blender/perspective"))
         return;
-    }
+    const fs::path folder = data / "blender" / "perspective";
     const cv::Mat depth = read_depth(folder / "sharp.exr").values;
     const Frame sharp = read_frame(folder / "sharp.exr"), truth = read_frame(folder / "dof.exr");
     const CameraFile file = read_camera(folder / "camera.json");

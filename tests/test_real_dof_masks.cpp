@@ -1,10 +1,9 @@
 // dof_masks on depth that others made: the circles of what OpenGL's rasteriser stored are those of the depths that it
 // meant, as nearly as linearize finds these depths; and the lens of a renderer's camera file.
 
-#include "catch.hpp"
+#include "real_inputs.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 
 #include <opencv2/core.hpp>
@@ -13,25 +12,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
 
 using namespace fathom;
+using namespace fathom::real;
 
 namespace {
-
-namespace fs = std::filesystem;
-
-const fs::path data = FATHOM_SHARED_DATA;
-
-bool there(const char* folder) {
-    if (fs::is_directory(data / folder))
-        return true;
-    WARN("skipped: no real inputs at " << (data / folder).string());
-    return false;
-}
 
 double ulp(double value) {
     const auto f = static_cast<float>(std::abs(value));
@@ -49,8 +37,7 @@ TEST_CASE("real inputs: circles from an OpenGL depth buffer are those of the dep
         if (entry.path().extension() != ".json")
             continue;
         const std::string name = entry.path().stem().string();
-        const fs::path tiff = data / "opengl" / (name + ".depth.tif");
-        const DepthFile depth = read_depth(fs::exists(tiff) ? tiff : data / "opengl" / (name + ".depth.png"));
+        const DepthFile depth = opengl_depth(name);
         const cv::Mat truth = cv::imread((data / "opengl" / (name + ".z.tif")).string(), cv::IMREAD_UNCHANGED);
         REQUIRE(truth.type() == CV_32F);
         const Camera camera = camera_for(read_camera(entry.path()), depth.values.cols, depth.values.rows);

@@ -1,10 +1,9 @@
 // Depth that others made: OpenGL's rasteriser, Blender, a simulator, a studio. None of it comes from this project's code,
 // so it tells whether the conventions are right, and how near to the truth of each file its numbers can be expected.
 
-#include "catch.hpp"
+#include "real_inputs.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 
 #include <Eigen/Dense>
@@ -18,7 +17,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <iomanip>
 #include <iostream>
 #include <limits>
@@ -26,11 +24,10 @@
 #include <vector>
 
 using namespace fathom;
+using namespace fathom::real;
 using Eigen::Vector3d;
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double rounding = 0x1p-24; // half a unit in the last place of a float, relative
@@ -59,15 +56,6 @@ constexpr double renderer_roundings = 16;
 // Long thin triangles (the railing) lose more: the position slides along them, but never out of its pixel.
 constexpr double renderer_slivers = 0.01; // share of pixels
 constexpr double renderer_pixel = 0.5;    // pixels
-
-const fs::path data = FATHOM_SHARED_DATA;
-
-bool there(const char* folder) {
-    if (fs::is_directory(data / folder))
-        return true;
-    WARN("skipped: no real inputs at " << (data / folder).string());
-    return false;
-}
 
 Device cpu() {
     return Device::open("cpu");
@@ -103,8 +91,7 @@ cv::Mat read_truth(const fs::path& file) {
 
 Buffer read_buffer(const std::string& name) {
     const fs::path folder = data / "opengl";
-    const fs::path tiff = folder / (name + ".depth.tif");
-    Buffer buffer{name, read_depth(fs::exists(tiff) ? tiff : folder / (name + ".depth.png")), {}, {}, {}, {}, {}};
+    Buffer buffer{name, opengl_depth(name), {}, {}, {}, {}, {}};
     const cv::Mat& values = buffer.depth.values;
     buffer.camera = camera_for(read_camera(folder / (name + ".json")), values.cols, values.rows);
     buffer.z = read_truth(folder / (name + ".z.tif"));

@@ -6,10 +6,9 @@
 // it gives the naive cross product of central differences, which is compared here too, the figures that are published for
 // this frame: 4.12 degrees over all, 0.92 away, 27.6 near.
 
-#include "catch.hpp"
+#include "real_inputs.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 
 #include <Eigen/Dense>
@@ -18,15 +17,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <functional>
 
 using namespace fathom;
+using namespace fathom::real;
 using Eigen::Vector3d;
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double jump = 0.05;     // of the nearer z
 constexpr double near_pixels = 2; // from a pixel at a discontinuity
@@ -113,13 +110,10 @@ void print(const char* label, const Means& means) {
 } // namespace
 
 TEST_CASE("real: Blender's depth gives the path tracer's normals", "[real][normals]") {
-    const fs::path blender = fs::path(FATHOM_SHARED_DATA) / "blender";
-    if (!fs::is_directory(blender)) {
-        WARN("skipped: no real inputs at " << blender.string());
+    if (!there("blender"))
         return;
-    }
     for (const char* kind : {"perspective", "orthographic"}) {
-        const Frame frame = read_frame(blender / kind);
+        const Frame frame = read_frame(data / "blender" / kind);
         const Device device = Device::open("cpu");
         const StoredDepth stored{to_device(device, frame.depth.values), frame.camera, frame.depth.storage};
         std::printf("Blender %s, mean error in degrees\n", kind);

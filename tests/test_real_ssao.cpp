@@ -2,21 +2,18 @@
 // cannot know, behind poles and outside the frame, is part of the difference: brute force over all slices and pixels of
 // the perspective frame, with the path tracer's normals, leaves 0.049 at the same thickness.
 
-#include "catch.hpp"
+#include "real_inputs.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/io.hpp>
 
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <vector>
 
 using namespace fathom;
+using namespace fathom::real;
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double ray_length = 1, thickness = 0.25;
 
@@ -57,13 +54,10 @@ double rms_error(const fs::path& folder, Quality quality) {
 } // namespace
 
 TEST_CASE("real: ambient occlusion from Blender's depth against the path tracer's", "[ssao][real]") {
-    const fs::path blender = fs::path(FATHOM_SHARED_DATA) / "blender";
-    if (!fs::exists(blender)) {
-        std::cout << "no real inputs: " << blender << " is absent\n";
+    if (!there("blender"))
         return;
-    }
     for (const Known& frame : known) {
-        const fs::path folder = blender / frame.frame;
+        const fs::path folder = data / "blender" / frame.frame;
         const double fast = rms_error(folder, Quality::fast), balanced = rms_error(folder, Quality::balanced);
         const double accurate = rms_error(folder, Quality::accurate);
         std::cout << "ambient occlusion, Blender " << frame.frame << ", RMSE: fast " << fast << ", balanced "
