@@ -2,8 +2,10 @@
 // same scene through other cameras.
 
 #include "catch.hpp"
+#include "images.hpp"
 #include "judge.hpp"
 #include "quad.hpp"
+#include "subjects.hpp"
 
 #include "operations/circle.hpp"
 
@@ -20,25 +22,19 @@
 #include <tuple>
 
 using namespace fathom;
+using oracle::conventions;
+using oracle::encoded;
+using oracle::encodings;
+using oracle::orders;
 using oracle::Quad;
 using oracle::Subject;
+using oracle::text_of;
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr float nan_f = std::numeric_limits<float>::quiet_NaN();
-constexpr DepthOrder orders[] = {DepthOrder::standard, DepthOrder::reversed};
 constexpr double no_background = -5e30; // a stored value that no image here has
-
-const std::pair<const char*, Convention> conventions[] = {
-    {"OpenGL", Convention::opengl()}, {"Direct3D", Convention::direct3d()}, {"Vulkan", Convention::vulkan()}};
-
-std::string text_of(const char* what, const char* convention, DepthSpan span) {
-    std::ostringstream text;
-    text << what << ' ' << convention << (span.order == DepthOrder::reversed ? " reversed" : "") << " near "
-         << span.near << " far " << span.far;
-    return text.str();
-}
 
 // Every convention with every range of depths, infinite ones included, in alternating order.
 template <typename Make>
@@ -149,10 +145,8 @@ std::string judge(const Subject& subject, const oracle::Truth& truth, const Dept
 }
 
 std::vector<float> circles(const StoredDepth& stored, DofMasksOptions options) {
-    std::vector<float> result(static_cast<std::size_t>(stored.image.width() * stored.image.height()));
     options.weights = false;
-    dof_masks(stored, options).circle.download(result.data());
-    return result;
+    return images::floats(dof_masks(stored, options).circle);
 }
 
 void check(const std::string& label, const std::vector<Subject>& subjects) {
@@ -192,20 +186,6 @@ void check(const std::string& label, const std::vector<Subject>& subjects) {
     }
 }
 
-Subject encoded(Encoding encoding, double scale = 0.001) {
-    Subject subject = oracle::named(oracle::from_field_of_view(1.1, 1.5, {0.1, 1e4}), fathom::name(encoding));
-    subject.camera.encoding = encoding;
-    subject.camera.near = 0.1;
-    subject.camera.far = 1e4;
-    subject.camera.median = 4;
-    subject.camera.scale = scale;
-    return subject;
-}
-
-constexpr Encoding encodings[] = {Encoding::window, Encoding::view_z,        Encoding::ray_distance,
-                                  Encoding::linear, Encoding::logarithmic,   Encoding::exponential,
-                                  Encoding::median, Encoding::pseudo_linear, Encoding::inverse};
-
 } // namespace
 
 TEST_CASE("dof_masks: circles from window depth of a perspective are within their bound", "[dof_masks][exact]") {
@@ -227,14 +207,7 @@ TEST_CASE("dof_masks: circles from oblique depth are within their bound", "[dof_
     for (const Eigen::Vector4d& tilt : {Eigen::Vector4d(0.1, -0.2, -1, -2), Eigen::Vector4d(0.6, 0.5, -0.7, -1.2)}) {
         check("circles, oblique " + std::to_string(tilt[0]),
               everywhere("oblique", [&](DepthSpan span, Convention convention) {
-                  Eigen::Vector4d plane = tilt;
-                  plane[3] *= span.near;
-                  if (convention.view_axes != ViewAxes::opengl)
-                      plane[2] = -plane[2];
-                  return with_oblique_near_plane(
-                      oracle::from_edges({-0.7 * span.near, 0.9 * span.near, -0.4 * span.near, 0.5 * span.near}, span,
-                                         convention),
-                      plane);
+                  return oracle::oblique_perspective(tilt, span, convention);
               }));
     }
 }
@@ -247,23 +220,13 @@ TEST_CASE("dof_masks: circles under parallel rays are within their bound", "[dof
                 const DepthSpan span{near, far, order};
                 subjects.push_back(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, span, convention),
                                                  text_of("orthographic", name, span)));
-                Eigen::Vector4d plane(0.3, -0.2, -1, -2);
-                if (convention.view_axes != ViewAxes::opengl)
-                    plane[2] = -plane[2];
                 if (far < 1e5)
-                    subjects.push_back(oracle::named(
-                        with_oblique_near_plane(oracle::from_parallel({-5, 7, -4, 3}, span, convention), plane),
-                        text_of("oblique orthographic", name, span)));
+                    subjects.push_back(oracle::oblique_parallel({0.3, -0.2, -1, -2}, span, name, convention));
             }
-    for (const Encoding encoding : encodings) {
-        Subject subject = oracle::named(oracle::from_parallel({-5, 7, -4, 3}, {0.1, 1e4}), "orthographic");
-        subject.name += std::string(" ") + fathom::name(encoding);
-        subject.camera.encoding = encoding;
-        subject.camera.near = 0.1;
-        subject.camera.far = 1e4;
-        subject.camera.median = 4;
-        subjects.push_back(subject);
-    }
+    for (const Encoding encoding : encodings)
+        subjects.push_back(encoded(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, {0.1, 1e4}),
+                                                 std::string("orthographic ") + fathom::name(encoding)),
+                                   encoding, 1));
     check("circles, telecentric", subjects);
 }
 
@@ -288,15 +251,10 @@ TEST_CASE("dof_masks: circles from every encoding are within their bound", "[dof
     for (const Encoding encoding : encodings)
         for (const double scale : {0.001, 1.0, 0.1234567})
             subjects.push_back(encoded(encoding, scale));
-    for (const Encoding encoding : {Encoding::linear, Encoding::ray_distance, Encoding::logarithmic}) {
-        Subject subject = oracle::from_matrix(oracle::moved(oracle::perspective_matrix(0.7, 0.5, 0.1, 1e4), {1, 2, 3}));
-        const Camera like = encoded(encoding).camera;
-        subject = oracle::named(subject, std::string("eye moved, ") + name(encoding));
-        subject.camera.encoding = encoding;
-        subject.camera.near = like.near;
-        subject.camera.far = like.far;
-        subjects.push_back(subject);
-    }
+    const Eigen::Matrix4d moved = oracle::moved(oracle::perspective_matrix(0.7, 0.5, 0.1, 1e4), {1, 2, 3});
+    for (const Encoding encoding : {Encoding::linear, Encoding::ray_distance, Encoding::logarithmic})
+        subjects.push_back(encoded(
+            oracle::named(oracle::from_matrix(moved), std::string("eye moved, ") + name(encoding)), encoding, 1));
     check("circles, encodings", subjects);
 }
 
@@ -337,12 +295,8 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
                     const std::uint32_t bits = storage == Storage::uint24_high ? code << 8 : code;
                     for (int i = 0; i < (is_short ? 2 : storage == Storage::rgb8_low_first ? 3 : 4); ++i)
                         bytes.push_back(static_cast<unsigned char>(bits >> (8 * i)));
-                    const double fraction = static_cast<double>(code & 1023), sign = code & 0x8000 ? -1 : 1;
-                    const int exponent = static_cast<int>(code >> 10 & 31);
-                    values.push_back(!is_half         ? static_cast<double>(code)
-                                     : exponent == 31 ? (fraction == 0 ? sign * infinity : NAN)
-                                     : exponent == 0  ? sign * std::ldexp(fraction, -24)
-                                                      : sign * std::ldexp(fraction + 1024, exponent - 25));
+                    values.push_back(is_half ? oracle::half_value(static_cast<std::uint16_t>(code))
+                                             : static_cast<double>(code));
                 }
                 if (is_half)
                     subject.camera.background = -2; // outside every range
@@ -386,12 +340,8 @@ struct Planes {
 };
 
 Planes download(const DofMasks& masks) {
-    const auto values = [](const Image& image) {
-        std::vector<float> result(static_cast<std::size_t>(image.width() * image.height()));
-        image.download(result.data());
-        return result;
-    };
-    return {values(masks.circle), values(masks.near), values(masks.focus), values(masks.far)};
+    using images::floats;
+    return {floats(masks.circle), floats(masks.near), floats(masks.focus), floats(masks.far)};
 }
 
 Planes masks_of(std::vector<float>& values, const Camera& camera, const DofMasksOptions& options) {

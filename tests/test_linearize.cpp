@@ -3,6 +3,7 @@
 
 #include "catch.hpp"
 #include "judge.hpp"
+#include "subjects.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -14,24 +15,18 @@
 #include <sstream>
 
 using namespace fathom;
+using oracle::conventions;
+using oracle::half_value;
+using oracle::oblique_parallel;
+using oracle::orders;
 using oracle::Subject;
+using oracle::text_of;
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double ratios[] = {2, 10, 1e3, 1e6, 1e9};
 constexpr double nears[] = {0.1, 1e-6, 3.7, 1e3, 0.01};
-constexpr DepthOrder orders[] = {DepthOrder::standard, DepthOrder::reversed};
-
-const std::pair<const char*, Convention> conventions[] = {
-    {"OpenGL", Convention::opengl()}, {"Direct3D", Convention::direct3d()}, {"Vulkan", Convention::vulkan()}};
-
-std::string text_of(const char* what, const char* convention, DepthSpan span) {
-    std::ostringstream text;
-    text << what << ' ' << convention << (span.order == DepthOrder::reversed ? " reversed" : "") << " near "
-         << span.near << " far " << span.far;
-    return text.str();
-}
 
 /// Every convention, order and range of depths, infinite ones included, as `make` builds them.
 template <typename Make>
@@ -50,14 +45,6 @@ std::vector<Subject> everywhere(const char* what, const Make& make) {
     return subjects;
 }
 
-/// Is the near plane's clip value 0, so that no matrix element holds a constant beside a small distance?
-Subject oblique_parallel(Eigen::Vector4d plane, DepthSpan span, const char* name, Convention convention) {
-    if (convention.view_axes != ViewAxes::opengl)
-        plane[2] = -plane[2];
-    return oracle::named(with_oblique_near_plane(oracle::from_parallel({-5, 7, -4, 3}, span, convention), plane),
-                         text_of("oblique", name, span));
-}
-
 Camera with(const Projection& projection, int width) {
     Camera camera;
     camera.projection = projection;
@@ -68,19 +55,9 @@ Camera with(const Projection& projection, int width) {
 
 /// A camera of every form and encoding.
 std::vector<Subject> of_every_encoding() {
-    const Subject plain = oracle::from_field_of_view(1.1, 1.5, {0.1, 1e4});
     std::vector<Subject> subjects;
-    for (const Encoding encoding :
-         {Encoding::window, Encoding::view_z, Encoding::ray_distance, Encoding::linear, Encoding::logarithmic,
-          Encoding::exponential, Encoding::median, Encoding::pseudo_linear, Encoding::inverse}) {
-        Subject subject = oracle::named(plain, fathom::name(encoding));
-        subject.camera.encoding = encoding;
-        subject.camera.near = 0.1;
-        subject.camera.far = 1e4;
-        subject.camera.median = 4;
-        subject.camera.scale = 0.001;
-        subjects.push_back(subject);
-    }
+    for (const Encoding encoding : oracle::encodings)
+        subjects.push_back(oracle::encoded(encoding));
     const DepthSpan reversed{0.1, infinity, DepthOrder::reversed};
     subjects.push_back(oracle::named(oracle::from_field_of_view(1, 1, reversed, Convention::vulkan()), "reversed"));
     subjects.push_back(oracle::named(
@@ -120,14 +97,6 @@ struct StoredCodes {
     std::vector<unsigned char> bytes;
     std::vector<double> values;
 };
-
-double half_value(std::uint16_t bits) {
-    const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
-    const double sign = (bits & 0x8000) != 0 ? -1 : 1;
-    if (exponent == 31)
-        return fraction == 0 ? sign * infinity : std::numeric_limits<double>::quiet_NaN();
-    return sign * (exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(fraction + 1024, exponent - 25));
-}
 
 StoredCodes random_codes(Storage storage, int count, std::mt19937& random) {
     StoredCodes codes;
@@ -220,14 +189,7 @@ TEST_CASE("linearize: oblique depth of a perspective is within its bound", "[lin
     for (const Eigen::Vector4d& tilt :
          {Eigen::Vector4d(0.1, -0.2, -1, -2), Eigen::Vector4d(0.6, 0.5, -0.7, -1.2), Eigen::Vector4d(0, 0, -1, -1.5)}) {
         auto subjects = everywhere("oblique", [&](DepthSpan span, Convention convention) {
-            Eigen::Vector4d plane = tilt;
-            plane[3] *= span.near;
-            if (convention.view_axes != ViewAxes::opengl)
-                plane[2] = -plane[2];
-            return with_oblique_near_plane(
-                oracle::from_edges({-0.7 * span.near, 0.9 * span.near, -0.4 * span.near, 0.5 * span.near}, span,
-                                   convention),
-                plane);
+            return oracle::oblique_perspective(tilt, span, convention);
         });
         check("reciprocal-affine " + std::to_string(tilt[0]), subjects);
     }

@@ -1,0 +1,58 @@
+#include "subjects.hpp"
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+namespace oracle {
+
+using namespace fathom;
+
+std::string text_of(const char* what, const char* convention, DepthSpan span) {
+    std::ostringstream text;
+    text << what << ' ' << convention << (span.order == DepthOrder::reversed ? " reversed" : "") << " near "
+         << span.near << " far " << span.far;
+    return text.str();
+}
+
+Subject encoded(Subject subject, Encoding encoding, double scale) {
+    subject.camera.encoding = encoding;
+    subject.camera.near = 0.1;
+    subject.camera.far = 1e4;
+    subject.camera.median = 4;
+    subject.camera.scale = scale;
+    return subject;
+}
+
+Subject encoded(Encoding encoding, double scale) {
+    return encoded(named(from_field_of_view(1.1, 1.5, {0.1, 1e4}), name(encoding)), encoding, scale);
+}
+
+Eigen::Vector4d in_axes(Eigen::Vector4d plane, const Convention& convention) {
+    if (convention.view_axes != ViewAxes::opengl)
+        plane[2] = -plane[2];
+    return plane;
+}
+
+Subject oblique_perspective(Eigen::Vector4d plane, DepthSpan span, const Convention& convention) {
+    plane[3] *= span.near;
+    return with_oblique_near_plane(
+        from_edges({-0.7 * span.near, 0.9 * span.near, -0.4 * span.near, 0.5 * span.near}, span, convention),
+        in_axes(plane, convention));
+}
+
+Subject oblique_parallel(const Eigen::Vector4d& plane, DepthSpan span, const char* name, const Convention& convention) {
+    return named(with_oblique_near_plane(from_parallel({-5, 7, -4, 3}, span, convention), in_axes(plane, convention)),
+                 text_of("oblique orthographic", name, span));
+}
+
+double half_value(std::uint16_t bits) {
+    const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
+    const double sign = (bits & 0x8000) != 0 ? -1 : 1;
+    if (exponent == 31)
+        return fraction == 0 ? sign * std::numeric_limits<double>::infinity()
+                             : std::numeric_limits<double>::quiet_NaN();
+    return sign * (exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(fraction + 1024, exponent - 25));
+}
+
+} // namespace oracle
