@@ -1,6 +1,7 @@
 // The near layer's masks of dof_masks against their definitions, evaluated in double over all pairs of pixels.
 
 #include "catch.hpp"
+#include "images.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -14,6 +15,7 @@
 #include <random>
 
 using namespace fathom;
+using images::floats;
 
 namespace {
 
@@ -73,12 +75,6 @@ DofMasksOptions everything(double sharp = 1, double transition = 1) {
             .tile_px = 7};
 }
 
-std::vector<float> values(const Image& image) {
-    std::vector<float> result(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()));
-    image.download(result.data());
-    return result;
-}
-
 struct Masks {
     std::vector<float> circle, near, reach, coverage, hidden, least, greatest;
 };
@@ -91,13 +87,13 @@ Masks masks_of(Picture& picture, const DofMasksOptions& options, const DeviceOpt
     const Image depth =
         Image::from_host(place->second, Element::f32, picture.depth.data(), {picture.width, picture.height});
     const DofMasks got = dof_masks({depth, camera_of(picture.width, picture.height, picture.aspect)}, options);
-    return {values(got.circle),
-            values(got.near),
-            values(got.near_reach),
-            values(got.near_coverage),
-            values(got.hidden_background),
-            values(got.tile_least),
-            values(got.tile_greatest)};
+    return {floats(got.circle),
+            floats(got.near),
+            floats(got.near_reach),
+            floats(got.near_coverage),
+            floats(got.hidden_background),
+            floats(got.tile_least),
+            floats(got.tile_greatest)};
 }
 
 // Pixels of an endless image within a disc; diameters as floats have them, so that ties are the same.
@@ -276,7 +272,7 @@ TEST_CASE("near layer: only what is asked for is there, and bad tiles are refuse
     const DofMasks hidden = dof_masks(stored, {.circle = circle, .weights = false, .hidden_background = true});
     CHECK(!hidden.near_coverage);
     CHECK(!hidden.near);
-    CHECK(values(hidden.hidden_background) == masks_of(picture, everything()).hidden);
+    CHECK(floats(hidden.hidden_background) == masks_of(picture, everything()).hidden);
     CHECK_THROWS_WITH(dof_masks(stored, {.circle = circle, .tile_px = -1}),
                       "tile_px = -1 must be 1 to 65536, or 0 for no tiles");
     CHECK_THROWS_AS(dof_masks(stored, {.circle = circle, .tile_px = 65537}), std::invalid_argument);

@@ -2,6 +2,7 @@
 // arithmetic, seeds; and what is refused.
 
 #include "catch.hpp"
+#include "images.hpp"
 #include "judge.hpp"
 #include "occlusion.hpp"
 #include "scene/scene.hpp"
@@ -12,7 +13,6 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -25,6 +25,7 @@
 #include <vector>
 
 using namespace fathom;
+using namespace fathom::images;
 using Eigen::Vector3d;
 
 namespace {
@@ -44,17 +45,8 @@ std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
 }
 
-std::vector<float> floats(const Image& image) {
-    std::vector<float> values(static_cast<std::size_t>(image.width() * image.height() * image.channels()));
-    image.download(values.data());
-    return values;
-}
-
 SsaoOptions options_of(double radius, Quality quality = Quality::balanced) {
-    SsaoOptions options;
-    options.radius = radius;
-    options.quality = quality;
-    return options;
+    return {.radius = radius, .quality = quality};
 }
 
 /// A scene as a camera stores it. Holds what the images share.
@@ -98,48 +90,30 @@ void pierce(Seen& room) {
     room.upload();
 }
 
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](float left, float right) {
-        return std::bit_cast<std::uint32_t>(left) == std::bit_cast<std::uint32_t>(right);
-    });
-}
-
-struct Difference {
-    double worst = 0, mean = 0, bias = 0, rmse = 0;
-    bool same_kind = true; ///< NaN in the same places
-
-    void print(const char* what) const {
-        std::printf("  %-60s mean %.1e, worst %.1e, bias %+.1e\n", what, mean, worst, bias);
-    }
-};
-
-Difference difference(const std::vector<float>& a, const std::vector<float>& b) {
-    Difference d;
-    double count = 0;
-    d.same_kind = a.size() == b.size();
-    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
-        d.same_kind &= std::isnan(a[i]) == std::isnan(b[i]);
-        if (std::isnan(a[i]) || std::isnan(b[i]))
-            continue;
-        const double off = static_cast<double>(a[i]) - static_cast<double>(b[i]);
-        d.worst = std::max(d.worst, std::abs(off));
-        d.mean += std::abs(off);
-        d.bias += off;
-        d.rmse += off * off;
-        ++count;
-    }
-    d.mean /= count;
-    d.bias /= count;
-    d.rmse = std::sqrt(d.rmse / count);
-    return d;
-}
-
 void check_rounding(const Difference& off, const std::string& what) {
     off.print(what.c_str());
     INFO(what);
     CHECK(off.same_kind);
     CHECK(off.mean <= rounding_mean);
     CHECK(off.worst <= rounding_worst);
+}
+
+/// Where rays say what is right: position and normal in the world.
+struct Point {
+    std::size_t index;
+    Vector3d position, normal;
+};
+
+/// Every ninth surface pixel across and down that is not beside the image's sides.
+std::vector<Point> points_of(const Seen& seen) {
+    const Eigen::Matrix4d to_world = scene::to_world(seen.camera);
+    std::vector<Point> points;
+    for (int y = 33; y < seen.camera.height - 30; y += 9)
+        for (int x = 33; x < seen.camera.width - 30; x += 9)
+            if (const std::size_t i = index(x, y, seen.camera.width); std::isfinite(seen.image.z[i]))
+                points.push_back({i, (to_world * seen.image.position[i].homogeneous()).head<3>(),
+                                  to_world.topLeftCorner<3, 3>() * seen.image.normal[i]});
+    return points;
 }
 
 /// Normals as an image, of `channels` floats each.
@@ -305,7 +279,7 @@ TEST_CASE("ssao: the bent normal is the cosine-weighted mean of the open directi
         for (const auto& [name, camera] :
              oracle::views({.target = known.position, .from = known.from, .width = width, .height = height})) {
             const Seen seen(known.scene, camera);
-            const Eigen::Matrix4d to_world = scene::to_world(camera);
+            const Eigen::Matrix3d turn = scene::to_world(camera).topLeftCorner<3, 3>();
             std::printf("  %-10s %-18s", scene_name, name.c_str());
             for (const Quality quality : {Quality::balanced, Quality::accurate}) {
                 SsaoOptions options = options_of(1, quality);
@@ -313,26 +287,18 @@ TEST_CASE("ssao: the bent normal is the cosine-weighted mean of the open directi
                 options.bent_normal = true;
                 const auto bent = floats(ssao(seen.stored, options).bent_normal);
                 double worst = 0, mean = 0, from_normal = 0;
-                int count = 0;
-                for (int y = 33; y < height - 30; y += 9) {
-                    for (int x = 33; x < width - 30; x += 9) {
-                        const std::size_t i = index(x, y);
-                        if (!std::isfinite(seen.image.z[i]))
-                            continue;
-                        const Eigen::Matrix3d turn = to_world.topLeftCorner<3, 3>();
-                        const Vector3d normal = turn * seen.image.normal[i];
-                        const Vector3d truth = mean_open(
-                            known.scene, (to_world * seen.image.position[i].homogeneous()).head<3>(), normal, 1);
-                        const double off = angle_deg(turn * vector_at(bent, i), truth);
-                        worst = std::max(worst, off);
-                        mean += off;
-                        from_normal = std::max(from_normal, angle_deg(normal, truth));
-                        ++count;
-                    }
+                const auto points = points_of(seen);
+                for (const Point& point : points) {
+                    const Vector3d truth = mean_open(known.scene, point.position, point.normal, 1);
+                    const double off = angle_deg(turn * vector_at(bent, point.index), truth);
+                    worst = std::max(worst, off);
+                    mean += off;
+                    from_normal = std::max(from_normal, angle_deg(point.normal, truth));
                 }
+                const auto count = static_cast<double>(points.size());
                 std::printf(" | %.2f, %.2f", mean / count, worst);
                 if (quality == Quality::accurate)
-                    std::printf("  (%d points, up to %.1f from the normal)\n", count, from_normal);
+                    std::printf("  (%.0f points, up to %.1f from the normal)\n", count, from_normal);
                 INFO(scene_name << ", " << name << ", quality " << static_cast<int>(quality));
                 CHECK(count > 15);
                 CHECK(from_normal > 1.5);
@@ -371,7 +337,6 @@ TEST_CASE("ssao: falloff is the mean over radii", "[ssao]") {
             if (name != "perspective" && name != "orthographic")
                 continue;
             const Seen seen(known.scene, camera);
-            const Eigen::Matrix4d to_world = scene::to_world(camera);
             for (const double falloff : {0.0, 0.5, 1.0}) {
                 double rmse[3] = {}, bias[3] = {}, hard = 0;
                 std::vector<std::vector<float>> got;
@@ -385,34 +350,27 @@ TEST_CASE("ssao: falloff is the mean over radii", "[ssao]") {
                     }
                     got.push_back(seen.visibility(options));
                 }
-                int count = 0;
-                for (int y = 33; y < height - 30; y += 9) {
-                    for (int x = 33; x < width - 30; x += 9) {
-                        const std::size_t i = index(x, y);
-                        if (!std::isfinite(seen.image.z[i]))
-                            continue;
-                        const Vector3d position = (to_world * seen.image.position[i].homogeneous()).head<3>(),
-                                       normal = to_world.topLeftCorner<3, 3>() * seen.image.normal[i];
-                        constexpr int radii = 12;
-                        double truth = 0;
-                        const auto with = [&, &scene = known.scene](double radius) {
-                            return oracle::visibility(scene, position, normal, radius, 64, 32);
-                        };
-                        for (int k = 0; k < radii; ++k)
-                            truth += with(1 - falloff * (k + 0.5) / radii) / radii;
-                        hard += std::pow(truth - with(1), 2);
-                        for (std::size_t way = 0; way < got.size(); ++way) {
-                            const double off = static_cast<double>(got[way][i]) - truth;
-                            rmse[way] += off * off;
-                            bias[way] += off;
-                        }
-                        ++count;
+                const auto points = points_of(seen);
+                for (const auto& [i, position, normal] : points) {
+                    constexpr int radii = 12;
+                    const auto with = [&, &at = position, &up = normal, &scene = known.scene](double radius) {
+                        return oracle::visibility(scene, at, up, radius, 64, 32);
+                    };
+                    double truth = 0;
+                    for (int k = 0; k < radii; ++k)
+                        truth += with(1 - falloff * (k + 0.5) / radii) / radii;
+                    hard += std::pow(truth - with(1), 2);
+                    for (std::size_t way = 0; way < got.size(); ++way) {
+                        const double off = static_cast<double>(got[way][i]) - truth;
+                        rmse[way] += off * off;
+                        bias[way] += off;
                     }
                 }
+                const auto count = static_cast<double>(points.size());
                 std::printf("  falloff %.1f, %-12s %-13s", falloff, scene_name, name.c_str());
                 for (std::size_t way = 0; way < got.size(); ++way)
                     std::printf(" | %.4f (%+.4f)", std::sqrt(rmse[way] / count), bias[way] / count);
-                std::printf(" | a hard end would be off by %.4f, %d points\n", std::sqrt(hard / count), count);
+                std::printf(" | a hard end would be off by %.4f, %zu points\n", std::sqrt(hard / count), points.size());
                 for (std::size_t way = 0; way < got.size(); ++way) {
                     INFO(scene_name << ", " << name << ", falloff " << falloff << ", " << falloff_ways[way].name);
                     CHECK(std::sqrt(rmse[way] / count) <= falloff_ways[way].bar);
@@ -498,7 +456,7 @@ TEST_CASE("ssao: a constant map of thicknesses is the thickness", "[ssao]") {
                 if (std::abs(x - width / 2) < 30)
                     continue;
                 const float expected = x < width / 2 ? thick[index(x, y)] : thin[index(x, y)];
-                differ += std::bit_cast<std::uint32_t>(got[index(x, y)]) != std::bit_cast<std::uint32_t>(expected);
+                differ += !same_bits(got[index(x, y)], expected);
             }
         }
         INFO(name);

@@ -2,6 +2,7 @@
 // grazing surfaces, thin railings, things that leave the image.
 
 #include "catch.hpp"
+#include "images.hpp"
 #include "occlusion.hpp"
 #include "scene/scene.hpp"
 #include "stability.hpp"
@@ -40,17 +41,11 @@ std::vector<float> visibility_of(const std::vector<Value>& values, const Camera&
     const Device& device = oracle::device(Arithmetic::fp64);
     const Image stored = Image::from_host(device, element_of(storage), values.data(),
                                           {camera.width, camera.height, channels_of(storage)});
-    std::vector<float> visibility(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-    ssao({stored, camera, storage}, options).visibility.download(visibility.data());
-    return visibility;
+    return images::floats(ssao({stored, camera, storage}, options).visibility);
 }
 
 SsaoOptions options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
-    SsaoOptions options;
-    options.radius = radius;
-    options.quality = quality;
-    options.thickness = thickness;
-    return options;
+    return {.radius = radius, .quality = quality, .thickness = thickness};
 }
 
 bool in_range(float v) {
@@ -424,10 +419,8 @@ TEST_CASE("stability: ssao of things that leave the image loses no more than the
             options.confidence = true;
             const Occlusion cut = ssao(part, options);
             options.region = Region{left, top, width, height};
-            std::vector<float> truth(width * height), got(truth.size()), sure(truth.size());
-            ssao(whole, options).visibility.download(truth.data());
-            cut.visibility.download(got.data());
-            cut.confidence.download(sure.data());
+            const auto truth = images::floats(ssao(whole, options).visibility), got = images::floats(cut.visibility),
+                       sure = images::floats(cut.confidence);
             double rim = 0, beyond = -1;
             long certain = 0, differ = 0;
             std::vector<double> strips(12); // of four columns, from the left

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <fathom/image.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <vector>
+
+/// Images of floats, and how two of them differ.
+namespace fathom::images {
+
+/// All channels of all pixels.
+inline std::vector<float> floats(const Image& image) {
+    std::vector<float> values(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
+                              static_cast<std::size_t>(image.channels()));
+    image.download(values.data());
+    return values;
+}
+
+inline bool same_bits(float a, float b) {
+    return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
+}
+
+inline bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](float x, float y) { return same_bits(x, y); });
+}
+
+struct Difference {
+    double worst = 0, mean = 0, bias = 0, rmse = 0;
+    long pixels = 0;       ///< that differ at all
+    bool same_kind = true; ///< NaN in the same places
+
+    void print(const char* what) const {
+        std::printf("  %-60s mean %.1e, worst %.1e, bias %+.1e\n", what, mean, worst, bias);
+    }
+};
+
+inline Difference difference(const std::vector<float>& a, const std::vector<float>& b) {
+    Difference d;
+    double count = 0;
+    d.same_kind = a.size() == b.size();
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+        d.same_kind &= std::isnan(a[i]) == std::isnan(b[i]);
+        if (std::isnan(a[i]) || std::isnan(b[i]))
+            continue;
+        const double off = static_cast<double>(a[i]) - static_cast<double>(b[i]);
+        d.worst = std::max(d.worst, std::abs(off));
+        d.mean += std::abs(off);
+        d.bias += off;
+        d.rmse += off * off;
+        d.pixels += a[i] != b[i];
+        ++count;
+    }
+    d.mean /= count;
+    d.bias /= count;
+    d.rmse = std::sqrt(d.rmse / count);
+    return d;
+}
+
+} // namespace fathom::images
