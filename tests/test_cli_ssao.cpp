@@ -101,12 +101,13 @@ TEST_CASE("ssao program: every option reaches the library") {
          }},
         {{"--seed", "7"}, [](SsaoOptions& o) { o.seed = 7; }},
     };
+    const cv::Mat plain = room.expected();
     for (const Case& c : cases) {
         INFO(c.arguments[0] << ' ' << c.arguments[1]);
         check_done(run(room.arguments(output, c.arguments)));
         const cv::Mat found = channel(output, "AO");
         CHECK(same(found, room.expected(c.change)));
-        CHECK(!same(found, room.expected()));
+        CHECK(!same(found, plain));
     }
 }
 
