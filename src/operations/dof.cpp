@@ -6,6 +6,7 @@
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/scratch.hpp"
+#include "runtime/table.hpp"
 
 #include <cmath>
 
@@ -140,7 +141,7 @@ std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
 int farthest_slice(std::span<const TileBits> tiles) {
     for (int bit = 158; bit > 0; --bit)
         for (const TileBits& tile : tiles)
-            if ((tile[static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0)
+            if (has_bit(tile, bit))
                 return bit;
     return 0;
 }
@@ -181,18 +182,15 @@ void clear(const Blur& blur) {
 }
 
 void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
-    const auto upload = [&](const auto& values, Element element) {
-        const Layout layout{static_cast<int>(values.size() * sizeof(values[0]) / 4), 1};
-        return Image::from_host(blur.device, element, values.data(), layout);
-    };
     if (plan.passes.empty())
         return;
-    const Image lists = upload(plan.lists, Element::u32), starts = upload(plan.starts, Element::u32);
-    const Image spans = upload(plan.spans, Element::f32);
+    const Image lists = runtime::table(blur.device, Element::u32, plan.lists);
+    const Image starts = runtime::table(blur.device, Element::u32, plan.starts);
+    const Image spans = runtime::table(blur.device, Element::f32, plan.spans);
     const auto half_planes =
         blur.accurate() ? aperture_halves(blur.aperture, blur.upright) : std::vector<std::array<float, 4>>(1);
-    const Image halves = upload(half_planes, Element::f32);
-    const Image taps = plan.taps.empty() ? spans : upload(plan.taps, Element::f32);
+    const Image halves = runtime::table(blur.device, Element::f32, half_planes);
+    const Image taps = plan.taps.empty() ? spans : runtime::table(blur.device, Element::f32, plan.taps);
     constexpr int row = 4096;
     const Image strips =
         scratch.image(Element::f32, {row, static_cast<int>((plan.strip_elements + row - 1) / row) + 1});

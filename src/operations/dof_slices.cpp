@@ -50,7 +50,7 @@ Grid widened(const Grid& grid, int columns, int rows) {
 Grid with_bit(std::span<const TileBits> tiles, int across, int bit) {
     Grid grid(across, static_cast<int>(tiles.size()) / across);
     for (std::size_t i = 0; i < tiles.size(); ++i)
-        grid.marked[i] = (tiles[i][static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0;
+        grid.marked[i] = has_bit(tiles[i], bit);
     return grid;
 }
 

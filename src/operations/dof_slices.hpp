@@ -25,6 +25,10 @@ SliceScale slice_scale(int per_octave, double largest_px);
 /// Bits of the slices that a tile's pixels lie in; the last one: some colour is beyond the knee.
 using TileBits = std::array<params::u32, 5>;
 
+inline bool has_bit(const TileBits& tile, int bit) {
+    return (tile[static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0;
+}
+
 /// A launch of kernels/dof_strips.cl, unless the pixels are read directly, and of kernels/dof_gather.cl.
 struct SlicePass {
     params::slice_params strips, gather;

@@ -9,6 +9,7 @@
 #include "operations/slices.hpp"
 #include "require.hpp"
 #include "runtime/scratch.hpp"
+#include "runtime/table.hpp"
 
 #include <Eigen/LU>
 
@@ -221,12 +222,9 @@ Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options) {
                              {static_cast<int>(split.stride), count * 16 * static_cast<int>(split.rows + 2)});
     };
     const Image fronts = planes(1), backs = planes(1), slopes = planes(1), sums = planes(quantities);
-    const auto upload = [&](const auto& values, Element element) {
-        const Layout layout{static_cast<int>(values.size() * sizeof(values[0]) / 4), 1};
-        return Image::from_host(device, element, values.data(), layout);
-    };
-    const Image taps = upload(table.taps, Element::f32), turns = upload(table.turns, Element::f32);
-    const Image counts = upload(table.counts, Element::u32);
+    const Image taps = runtime::table(device, Element::f32, table.taps);
+    const Image turns = runtime::table(device, Element::f32, table.turns);
+    const Image counts = runtime::table(device, Element::u32, table.counts);
 
     const int lanes = device.options().lanes;
     const auto vectors = [&](params::u32 columns) { return std::size_t{columns} / static_cast<std::size_t>(lanes); };
