@@ -3,6 +3,7 @@
 // a is rounded to a multiple of 2^-23, so that the three sum to exactly 1 in any order. See circle.h for c.
 
 #include "circle.h"
+#include "near.h"
 
 #ifndef WEIGHTS
 #error "WEIGHTS is not defined: 1 to write the three weights as well as the circle, 0 for the circle alone"
@@ -24,8 +25,7 @@ __kernel void dof_masks(__global const STORED* source, __global float* circle,
     const size_t at = grid.target_offset + (size_t)y * grid.target_stride + x;
     store_float(c, circle + at);
 #if WEIGHTS
-    const floatV blurred = (fabs(c) - p.sharp) * p.inverse_transition, none = (floatV)0.0f;
-    const floatV one_more = 1.0f + min(max(blurred, none), (floatV)1.0f);
+    const floatV one_more = one_and_blurred(c, p.sharp, p.inverse_transition), none = (floatV)0.0f;
     const floatV away = one_more - 1.0f;
     store_float(select(none, away, c < 0.0f), near + at);
     store_float(select(none, 2.0f - one_more, c == c), focus + at);

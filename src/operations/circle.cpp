@@ -148,9 +148,13 @@ params::circle_params circle_parameters(const DepthForm& form, const DofMasksOpt
             : options.sky == Sky::sharp ? 0.0f
                                         : std::numeric_limits<float>::quiet_NaN();
     p.sharp = static_cast<float>(options.sharp_px);
-    p.inverse_transition = static_cast<float>(
-        std::min(1 / static_cast<Real>(options.transition_px), static_cast<Real>(std::numeric_limits<float>::max())));
+    p.inverse_transition = inverse_transition(options);
     return p;
+}
+
+float inverse_transition(const DofMasksOptions& options) {
+    return static_cast<float>(
+        std::min(1 / static_cast<Real>(options.transition_px), static_cast<Real>(std::numeric_limits<float>::max())));
 }
 
 runtime::Choices circle_choices(const DepthForm& form, const Circle& circle, const Rays& rays, Storage storage,

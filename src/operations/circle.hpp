@@ -27,6 +27,9 @@ void count_from_lens(DepthForm& form, Rays& rays, const Circle& circle);
 /// Constants of kernels/circle.h; of the weights those of dof_masks.cl. Pure: no device.
 params::circle_params circle_parameters(const DepthForm& form, const DofMasksOptions& options, Arithmetic arithmetic);
 
+/// 1 / transition_px, the largest float for 0.
+float inverse_transition(const DofMasksOptions& options);
+
 /// Finite choices of a kernel that includes circle.h.
 runtime::Choices circle_choices(const DepthForm& form, const Circle& circle, const Rays& rays, Storage storage,
                                 int lanes, bool stream);

@@ -2,12 +2,12 @@
 
 #include "operations/near_layer.hpp"
 
+#include "operations/circle.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/scratch.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace fathom {
 namespace {
@@ -67,8 +67,7 @@ params::near_params near_parameters(const Extremes& tiles, const Extremes& block
     const PixelScale scale = pixel_scale(camera);
     p.vertical = static_cast<float>(scale.x / scale.y);
     p.sharp = static_cast<float>(options.sharp_px);
-    p.inverse_transition = static_cast<float>(std::min(1 / static_cast<long double>(options.transition_px),
-                                                       static_cast<long double>(std::numeric_limits<float>::max())));
+    p.inverse_transition = inverse_transition(options);
     p.shows = static_cast<float>(1 - dof_shows_through);
     return p;
 }
