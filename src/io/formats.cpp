@@ -6,7 +6,9 @@
 
 namespace fathom::io {
 
-std::optional<cv::Mat> read_plain(const std::filesystem::path& file) {
+std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer) {
+    if (!layer.empty())
+        refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave the layer out");
     const Bytes bytes = read_file(file);
     for (const auto read : {read_png, read_tiff, read_netpbm})
         if (auto image = read(file, bytes))

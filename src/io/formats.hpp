@@ -26,8 +26,8 @@ std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& 
 std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes);
 
-/// The image of a file of any of these three.
-std::optional<cv::Mat> read_plain(const std::filesystem::path& file);
+/// The image of a file of any of these three. Refuses a layer, which only OpenEXR has.
+std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer = {});
 
 /// Channels of an EXR side by side, as floats. Refuses integers, which `what` they hold ("normals") cannot be.
 cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what);

@@ -107,9 +107,7 @@ void make_unit(cv::Mat& normals) {
 cv::Mat read(const std::filesystem::path& file, const std::string& layer) {
     if (io::begins_like_exr(file))
         return from_exr(file, layer);
-    if (!layer.empty())
-        refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave the layer out");
-    if (const auto image = io::read_plain(file))
+    if (const auto image = io::read_plain(file, layer))
         return from_picture(file, *image);
     refuse(file, "is no image that holds normals, or its beginning is damaged; "
                  "they are read from .exr, .tif, .pfm and .png");
