@@ -13,7 +13,7 @@
 #error "DIRECT, FILL and BRIGHT are not defined: 1 to read pixels instead of strips, to sum what lies behind, and where\
  strips hold what lies beyond the knee, 0 otherwise"
 #endif
-#define PLANES (2 + CHANNELS + FILL * (1 + CHANNELS) + BRIGHT * CHANNELS)
+#define PLANES (2 + CHANNELS + FILL * (2 + CHANNELS) + BRIGHT * CHANNELS)
 
 // Rows of pixels at once, which read nearly the same strips.
 #define ROWS 2
@@ -21,20 +21,24 @@
 #if DIRECT
 INLINE void add_span(__global const float* from, const span_params* span, const blur_params* p, float slice, floatV* sum) {
     const floatV weight = span->weight;
+#if FILL
+    const float alike = 2.0f * ((float)p->middle - slice); // slices on, circles are as large again
+#endif
     for (int column = span->low; column < span->high; ++column) {
         const floatV off = LOAD(float, from + column) - slice;
         const floatV own = weight * max(1.0f - fabs(off), 0.0f);
         sum[0] += own;
         sum[1] = fma(weight, min(max(off + 2.0f, 0.0f), 1.0f), sum[1]);
 #if FILL
-        const floatV beyond = weight * min(max(off - 1.0f, 0.0f), 1.0f);
-        sum[2 + CHANNELS] += beyond;
+        const floatV sharper = weight * min(max(min(off - 1.0f, alike - off), 0.0f), 1.0f);
+        sum[2 + CHANNELS] += sharper;
+        sum[3 + 2 * CHANNELS] += weight * min(max(off - alike + 1.0f, 0.0f), 1.0f);
 #endif
         for (int k = 0; k < CHANNELS; ++k) {
             const floatV value = LOAD(float, from + (k + 1) * p->plane + column);
             sum[2 + k] = fma(own, value, sum[2 + k]);
 #if FILL
-            sum[3 + CHANNELS + k] = fma(beyond, value, sum[3 + CHANNELS + k]);
+            sum[3 + CHANNELS + k] = fma(sharper, value, sum[3 + CHANNELS + k]);
 #endif
         }
     }
@@ -51,11 +55,18 @@ INLINE void add_span(__global const float* from, const span_params* span, uint p
 #endif
 
 // Lays the slice's share of a row of pixels over what was seen before it.
-INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum) {
+// `wide`: 1 where the slice's circle is larger than that of a foreground in the pixel itself.
+INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* wide) {
     __global float* before = here + (2 * CHANNELS + 2) * plane;
+    __global float* left_to_wide = before + plane;
     const floatV through = LOAD(float, here), through_far = follows ? LOAD(float, before) : through;
     const intV some = sum[0] > 0.0f;
-    const floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / sum[1])), some);
+    floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / sum[1])), some);
+    if (wide) {
+        const floatV left = LOAD(float, left_to_wide);
+        seen = fma(*wide, min(seen, left) - seen, seen);
+        *(__global float_lanes*)left_to_wide = fma(-*wide, seen, left);
+    }
     const floatV share = select((floatV)0.0f, seen / sum[0], some);
     *(__global float_lanes*)before = through;
     *(__global float_lanes*)here = through - seen;
@@ -69,6 +80,11 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
         *(__global float_lanes*)to = fma(share, colour, LOAD(float, to));
     }
 #if FILL
+    // The mean of what each slice of the foreground leaves.
+    const floatV left = LOAD(float, left_to_wide), wider = through_far * (sum[3 + 2 * CHANNELS] / sum[1]);
+    const floatV part = seen / (1.0f - (through - seen));
+    const intV first = through == 1.0f;
+    *(__global float_lanes*)left_to_wide = select(left, select(fma(wider - left, part, left), wider, first), some);
     __global float* hidden = here + (CHANNELS + 1) * plane;
     *(__global float_lanes*)hidden = fma(share, sum[2 + CHANNELS], LOAD(float, hidden));
     for (int k = 0; k < CHANNELS; ++k) {
@@ -78,14 +94,15 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
 #endif
 }
 
-__kernel void dof_gather(__global const float* source, __global const uint* list, __global const uint* starts,
-                         __global const float* spans, __global float* state, const blur_params p, const slice_params s) {
+__kernel void dof_gather(__global const float* planes, __global const float* source, __global const uint* list,
+                         __global const uint* starts, __global const float* spans, __global float* state,
+                         const blur_params p, const slice_params s) {
     // Neighbours share a group, and what they read its memory.
     const uint item = get_global_id(0), x = item % (TILE_COLUMNS / V) * V;
     const uint index = item / (TILE_COLUMNS / V) / (TILE_ROWS / ROWS);
     if (index >= s.tiles)
         return;
-    const uint entry = list[s.list + index], across = entry & 0xffffu, down = entry >> 16 & 0x7fffu;
+    const uint entry = list[s.list + index], across = entry & 0xffffu, down = entry >> 16 & 0x3fffu;
     const int y = (int)(down * TILE_ROWS + item / (TILE_COLUMNS / V) % (TILE_ROWS / ROWS) * ROWS);
     const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
     const size_t at = in_planes(&p, across, x, y);
@@ -122,6 +139,11 @@ __kernel void dof_gather(__global const float* source, __global const uint* list
             }
         }
     }
-    for (int i = 0; i < ROWS; ++i)
-        composite(state + at + (size_t)i * p.stride, p.plane, entry >> 31, sum[i]);
+    const bool has_near = entry >> 30 & 1u;
+    for (int i = 0; i < ROWS; ++i) {
+        const size_t here = at + (size_t)i * p.stride;
+        const floatV own = LOAD(float, planes + here), alike = 2.0f * (float)p.middle - own;
+        const floatV wide = select((floatV)0.0f, min(max(s.slice - alike + 1.0f, 0.0f), 1.0f), own < (float)p.middle);
+        composite(state + here, p.plane, entry >> 31, sum[i], has_near && s.slice > (float)p.middle ? &wide : 0);
+    }
 }

@@ -150,7 +150,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     const uint index = item / (TILE_COLUMNS / V) / TILE_ROWS;
     if (index >= s.tiles)
         return;
-    const uint entry = list[s.list + index], across = entry & 0xffffu, down = entry >> 16 & 0x7fffu;
+    const uint entry = list[s.list + index], across = entry & 0xffffu, down = entry >> 16 & 0x3fffu;
     const int y = (int)(down * TILE_ROWS + item / (TILE_COLUMNS / V) % TILE_ROWS);
     const size_t at = in_planes(&p, across, x, y);
     __global float* here = state + at;

@@ -1,8 +1,8 @@
 // Running sums along the rows of one slice, restarted a little before every column of tiles: what the slice's own pixels
-// cover, what they and those behind cover, and the colour of the slice's own; under FILL also what is certainly behind and
-// its colour, under BRIGHT what of the slice's colour lies beyond the knee. A pixel counts for slice k by 1 - |s - k|, as
-// behind it by s - k up to 1, and as certainly behind, which the other share of a surface between two slices is not, by
-// s - k - 1 up to 1.
+// cover, what they and those behind cover, and the colour of the slice's own; under FILL, before the focus, also what is
+// certainly behind and sharper, its colour, and what is behind the focus and no sharper; under BRIGHT what of the slice's
+// colour lies beyond the knee. A pixel counts for slice k by 1 - |s - k|, as behind it by s - k up to 1, and as certainly
+// behind, which the other share of a surface between two slices is not, by s - k - 1 up to 1.
 // Under BEHIND a pixel has a second surface, which counts like the first, and there is a last sum: of the columns of the own.
 // Restarted, and with highlights summed apart, since what a running sum has met stays in its rounding.
 
@@ -14,7 +14,7 @@
 #ifndef BEHIND
 #error "BEHIND is not defined: 1 where pixels have a second surface, 0 otherwise"
 #endif
-#define HIGHLIGHTS (2 + CHANNELS + FILL * (1 + CHANNELS))
+#define HIGHLIGHTS (2 + CHANNELS + FILL * (2 + CHANNELS))
 #define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + BEHIND)
 
 // Sums over the lanes before each one, and over all of them, always in the same order.
@@ -76,6 +76,10 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
         (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(across * TILE_COLUMNS);
 #endif
 
+#if FILL
+    const float alike = 2.0f * ((float)p.middle - s.slice); // slices on, circles are as large again
+#endif
+
     float sum[PLANES];
     for (int k = 0; k < PLANES; ++k)
         sum[k] = 0.0f;
@@ -100,8 +104,9 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
                 value[1] += min(max(off + 2.0f, 0.0f), 1.0f);
 #endif
 #if FILL
-                const float16 beyond = min(max(off - 1.0f, 0.0f), 1.0f);
-                value[2 + CHANNELS] += beyond;
+                const float16 sharper = min(max(min(off - 1.0f, alike - off), 0.0f), 1.0f);
+                value[2 + CHANNELS] += sharper;
+                value[3 + 2 * CHANNELS] += min(max(off - alike + 1.0f, 0.0f), 1.0f);
 #endif
                 for (int k = 0; k < CHANNELS; ++k) {
                     const float16 colour = *(__global const float16_anywhere*)(here + (k + 1) * p.plane);
@@ -111,7 +116,7 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
                                p.knee);
 #endif
 #if FILL
-                    value[3 + CHANNELS + k] = fma(beyond, colour, value[3 + CHANNELS + k]);
+                    value[3 + CHANNELS + k] = fma(sharper, colour, value[3 + CHANNELS + k]);
 #endif
                 }
             }

@@ -55,6 +55,26 @@ double light(const std::vector<Layer>& nearest_first, const std::vector<double>&
     return sum;
 }
 
+double light(const std::vector<Slope>& nearest_first, const Hole& hole, double x, double y, int positions) {
+    double sum = 0;
+    long rays = 0;
+    for (int i = 0; i < positions * positions; ++i) {
+        const double u = (2 * (i % positions) + 1.0) / positions - 1, v = (2 * (i / positions) + 1.0) / positions - 1;
+        if (!hole.open(u, v))
+            continue;
+        const auto met = std::find_if(nearest_first.begin(), nearest_first.end(), [&](const Slope& layer) {
+            // From row q with circle c(q): y = q - v c(q) / 2, v up.
+            const double row = (y + v * layer.circle / 2) / (1 - v * layer.each_row / 2);
+            return layer.here(x - (layer.circle + layer.each_row * row) / 2 * u, row);
+        });
+        if (met == nearest_first.end())
+            throw std::logic_error("a ray meets no layer");
+        sum += met->colour;
+        ++rays;
+    }
+    return sum / static_cast<double>(rays);
+}
+
 double half_plane(double t) {
     if (std::abs(t) >= 1)
         return t > 0 ? 1 : 0;

@@ -30,6 +30,16 @@ struct Layer {
 /// The last layer must be everywhere.
 double light(const std::vector<Layer>& nearest_first, const std::vector<double>& shares, double position);
 
+/// A layer in the image's plane, x to the right and y down, whose circle changes evenly from row to row as that of a floor.
+struct Slope {
+    double circle, each_row; ///< at y = 0, and what it grows by
+    std::function<bool(double x, double y)> here;
+    double colour;
+};
+
+/// The same through all of the lens, across and down; each layer is before the next wherever both are.
+double light(const std::vector<Slope>& nearest_first, const Hole& hole, double x, double y, int positions = 128);
+
 /// Share of a blurred half-plane's light at distance d into it, of radius r: t = d/r, 1/2 + (t root(1 - t^2) + asin t)/pi.
 double half_plane(double t);
 

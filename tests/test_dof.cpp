@@ -332,6 +332,82 @@ TEST_CASE("dof: a pole before an edge is known to be off, less so if accurate", 
 
 namespace {
 
+/// A scene of slopes with its horizon in row 0.
+struct Outdoors {
+    std::vector<lens_blur::Slope> layers;
+    static constexpr int half = 64, above = 72, below = 80;
+
+    Picture picture() const {
+        const auto front = [this](int x, int y) -> const lens_blur::Slope& {
+            return *std::ranges::find_if(layers,
+                                         [&](const auto& l) { return l.here(x + 0.5 - half, y + 0.5 - above); });
+        };
+        return Picture(
+            2 * half, above + below,
+            [&](int x, int y) { return front(x, y).circle + front(x, y).each_row * (y + 0.5 - above); },
+            [&](int x, int y) { return front(x, y).colour; });
+    }
+};
+
+/// Some pixels on both sides of column 0, in rows from `top` to before `bottom`, and what the lens makes of them.
+struct Rim {
+    int top, bottom;
+    std::vector<std::pair<std::pair<int, int>, double>> truth = {};
+
+    void look_at(const Outdoors& scene) {
+        for (int y = top; y < bottom; y += 3)
+            for (int x = -14; x < 14; x += 2)
+                truth.push_back({{x, y}, lens_blur::light(scene.layers, {}, x + 0.5, y + 0.5)});
+    }
+    Off judge(const std::vector<float>& got) const {
+        Off off;
+        for (const auto& [at, light] : truth)
+            off.add(first_channel(got, 2 * Outdoors::half, at.first + Outdoors::half, at.second + Outdoors::above) -
+                    light);
+        return off;
+    }
+};
+
+} // namespace
+
+// What lies straight behind a blurred object is hidden, and a sky has so large a circle that it reaches everywhere: it must
+// not shine through the floor before it.
+TEST_CASE("dof: no far sky shows where a near object hides the floor before it", "[dof]") {
+    constexpr double radius = 11.7; // between two slices
+    const auto everywhere = [](double, double) { return true; };
+    const auto floor = [](double, double y) { return y > 0; };
+    const lens_blur::Slope near{-2 * radius, 0, [](double x, double) { return x < 0; }, 0.4}, sky{80, 0, everywhere, 1};
+    const std::pair<const char*, Outdoors> scenes[] = {
+        {"floor in focus", {{near, {0, 0, floor, 0}, sky}}},
+        {"floor through the focus", {{near, {12, -0.3, floor, 0}, sky}}},
+        {"floor behind the focus", {{near, {9, -0.1, floor, 0}, sky}}},
+        {"second object", {{near, {-6, 0, [](double x, double y) { return x < 30 && y > 0; }, 0}, sky}}},
+        {"no floor", {{near, sky}}}};
+    std::printf("dof, a blurred object before a sky of radius 40: rim over the floor, over the horizon, over the sky: "
+                "largest error, root mean square\n");
+    for (const auto& [name, scene] : scenes) {
+        Rim rims[] = {{20, 38}, {-12, 12}, {-30, -14}};
+        for (Rim& rim : rims)
+            rim.look_at(scene);
+        for (const auto& [quality_name, quality] : qualities) {
+            const auto got = blurred(scene.picture(), {.quality = quality});
+            std::printf("  %-24s %-8s", name, quality_name);
+            for (const Rim& rim : rims) {
+                const Off off = rim.judge(got);
+                std::printf("  %.4f %.4f", off.largest, off.rms());
+                INFO(name << ", " << quality_name << ", rows from " << rim.top);
+                // Over the horizon two edges meet; accurate continues the floor with the circle it has beside the rim.
+                const bool horizon = rim.top < 0 && rim.bottom > 0, accurate = quality == BlurQuality::accurate;
+                CHECK(off.largest <= (horizon ? 0.25 : accurate ? 0.02 : dof_edge_error));
+                CHECK(off.rms() <= (horizon ? 0.06 : dof_edge_rms_error));
+            }
+            std::printf("\n");
+        }
+    }
+}
+
+namespace {
+
 /// Along one axis, of a disc cut into columns of a pixel: a pixel of the image is a square. Nearly r^2/4 + 1/12.
 double variance_of_disc(double radius) {
     double sum = 0;

@@ -112,7 +112,7 @@ TEST_CASE("dof plan: every tile that a slice reaches is worked on, and no other"
         for (params::u32 i = 0; i < pass.gather.tiles; ++i) {
             const params::u32 entry = plan.lists[pass.gather.list + i];
             CHECK(entry >> 31 == 0); // no slice before it
-            found.insert({static_cast<int>(entry & 0xffff), static_cast<int>(entry >> 16)});
+            found.insert({static_cast<int>(entry & 0xffff), static_cast<int>(entry >> 16 & 0x3fff)});
         }
         CHECK(found.size() == pass.gather.tiles);
         for (int y = 0; y < down; ++y)

@@ -9,6 +9,7 @@
 #include "runtime/table.hpp"
 
 #include <cmath>
+#include <limits>
 
 namespace fathom {
 namespace {
@@ -102,9 +103,10 @@ params::grid_params grid(const Image& source, const Image& target) {
             .reserved = 0};
 }
 
-// T, colour, what is hidden and its colour, T before; and the moments of T and of T before.
+// T, colour, what is hidden and its colour, T before; then what of T is left to wide circles, or the moments of T and of T
+// before.
 int state_planes(int channels, BlurQuality quality) {
-    return 2 * channels + 3 + (quality == BlurQuality::accurate ? 4 : 0);
+    return 2 * channels + 3 + (quality == BlurQuality::accurate ? 4 : 1);
 }
 
 // The device's images of one call, and what every kernel of it is built for.
@@ -179,6 +181,9 @@ void clear(const Blur& blur) {
     const auto planes = static_cast<std::size_t>(state_planes(blur.channels, blur.quality));
     blur.device.queue().enqueueFillBuffer(blur.state.buffer(), 1.0f, 0, plane);
     blur.device.queue().enqueueFillBuffer(blur.state.buffer(), 0.0f, plane, (planes - 1) * plane);
+    if (!blur.accurate()) // no foreground yet that would keep any from wide circles
+        blur.device.queue().enqueueFillBuffer(blur.state.buffer(), std::numeric_limits<float>::infinity(),
+                                              (planes - 1) * plane, plane);
 }
 
 void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
@@ -212,7 +217,7 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
         runtime::Choices gathered = sums;
         gathered.emplace_back("DIRECT", pass.direct);
         runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
-                        {pass.gather.tiles * blur.vectors(tile_columns) * tile_rows / rows_at_once, 1},
+                        {pass.gather.tiles * blur.vectors(tile_columns) * tile_rows / rows_at_once, 1}, blur.planes,
                         pass.direct ? blur.planes : strips, lists, starts, spans, blur.state, blur.p, pass.gather);
     }
     blur.device.finish(); // the tables are the host's

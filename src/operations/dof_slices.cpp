@@ -54,13 +54,25 @@ Grid with_bit(std::span<const TileBits> tiles, int across, int bit) {
     return grid;
 }
 
-// Tiles in rows [begin, end), the last bit set where `also` is marked.
-u32 add_list(const Grid& grid, int begin, int end, const Grid& also, std::vector<u32>& lists) {
+// Tiles with pixels in slices before `end`.
+Grid with_any(std::span<const TileBits> tiles, int across, int end) {
+    Grid grid(across, static_cast<int>(tiles.size()) / across);
+    for (int bit = 0; bit < end; ++bit) {
+        const Grid one = with_bit(tiles, across, bit);
+        for (std::size_t i = 0; i < tiles.size(); ++i)
+            grid.marked[i] = grid.marked[i] || one.marked[i];
+    }
+    return grid;
+}
+
+// Tiles in rows [begin, end), the last bits set where `also` and `near` are marked.
+u32 add_list(const Grid& grid, int begin, int end, const Grid& also, const Grid& near, std::vector<u32>& lists) {
     const std::size_t before = lists.size();
     for (int y = begin; y < end; ++y)
         for (int x = 0; x < grid.across; ++x)
             if (grid.marked[grid.index(x, y)])
                 lists.push_back(static_cast<u32>(x) | static_cast<u32>(y) << 16 |
+                                static_cast<u32>(near.marked[grid.index(x, y)]) << 30 |
                                 static_cast<u32>(also.marked[grid.index(x, y)]) << 31);
     return static_cast<u32>(lists.size() - before);
 }
@@ -96,6 +108,7 @@ SlicePlan slice_plan(std::span<const TileBits> tiles, int across, const SlicePla
     const Grid bright = with_bit(tiles, across, 159);
     const int down = bright.down;
     const Grid none(across, down);
+    const Grid near = with_any(tiles, across, options.scale.middle);
     Grid before = none; // tiles that the slice just before reached
     for (int slice = 0; slice < options.scale.count(); ++slice) {
         const Grid own = with_bit(tiles, across, slice);
@@ -119,7 +132,7 @@ SlicePlan slice_plan(std::span<const TileBits> tiles, int across, const SlicePla
         for (std::size_t i = 0; i < own.marked.size(); ++i)
             pass.bright = pass.bright || (!direct && own.marked[i] && bright.marked[i]);
         const int planes =
-            2 + options.channels + pass.fill * (1 + options.channels) + pass.bright * options.channels + accurate;
+            2 + options.channels + pass.fill * (2 + options.channels) + pass.bright * options.channels + accurate;
         const int pad = divided_up(spans.columns + 2, 16) * 16;
         const int plane = divided_up(tile_columns + 2 * pad + 1, 16) * 16;
         const int per_tile = tile_rows / pitch;
@@ -171,12 +184,12 @@ SlicePlan slice_plan(std::span<const TileBits> tiles, int across, const SlicePla
                                               .reserved = 0};
             pass.strips = pass.gather = common;
             pass.gather.list = static_cast<u32>(plan.lists.size());
-            pass.gather.tiles = add_list(wanted, begin, end, before, plan.lists);
+            pass.gather.tiles = add_list(wanted, begin, end, before, near, plan.lists);
             if (pass.gather.tiles == 0)
                 continue;
             if (!direct) {
                 pass.strips.list = static_cast<u32>(plan.lists.size());
-                pass.strips.tiles = add_list(widened(wanted, 0, tiles_up), first, last, none, plan.lists);
+                pass.strips.tiles = add_list(widened(wanted, 0, tiles_up), first, last, none, none, plan.lists);
                 plan.strip_elements = std::max(plan.strip_elements, static_cast<std::size_t>(pass.strips.strip_column) *
                                                                         static_cast<std::size_t>(across));
             }
