@@ -40,7 +40,7 @@ inline constexpr double dof_edge_rms_error = 0.003;
 /// In: RGB, or RGBA with the alpha multiplied in, as floats, halves, or 16 or 8 bits that count from 0 to 1; and one stored
 /// depth a pixel. Out: the same size and type. Every pixel's light is spread over its circle of confusion, nearer over
 /// farther, and what lies beyond the image's border is taken to be like what lies inside. Where a blurred foreground hides
-/// what is sharper, that is taken to be like the mean of what lies behind within the foreground's circle;
+/// what is sharper, that is taken to be like the mean of what lies behind and is sharper within the foreground's circle;
 /// in the accurate quality what any edge hides is like the nearest pixel that lies behind. A pixel whose circle is at most
 /// one pixel, and that no other's reaches, keeps its colour, as do all with a circle of k = g = 0, bit for bit. What is no
 /// surface, or has a colour that is no number up to 1e30, takes part in nothing and shows what reaches it: NaN where nothing
