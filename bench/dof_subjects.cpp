@@ -275,14 +275,15 @@ void add_blur(std::vector<Subject>& list, const Device& device, Baselines& plain
             plain.launch("copy", from, to);
         },
         1);
-    const auto blur = [&](std::string name, double largest, BlurQuality quality) {
+    const auto blur = [&](std::string name, double largest, BlurQuality quality, int every = 4) {
         add(
             std::move(name),
-            [=] { dof(room->depth(), room->colour(), room->result(), room->options(largest, quality)); }, 4);
+            [=] { dof(room->depth(), room->colour(), room->result(), room->options(largest, quality)); }, every);
     };
     constexpr double usual = 64;
     blur("dof default, 64 px", usual, BlurQuality::standard);
     blur("dof fast, 64 px", usual, BlurQuality::fast);
+    blur("dof accurate, 64 px", usual, BlurQuality::accurate, 16);
     blur("dof default, 16 px", 16, BlurQuality::standard);
     blur("dof default, 256 px", 256, BlurQuality::standard);
     blur("dof default, all in focus", 1, BlurQuality::standard);

@@ -531,7 +531,7 @@ TEST_CASE("dof: the same bits whatever the lanes and the groups, and every time"
 }
 
 TEST_CASE("dof: a tile with a halo equals the whole in its middle", "[dof]") {
-    const Picture picture = mixed(380, 140);
+    const Picture picture = mixed(440, 260);
     const Device& device = default_device();
     const Camera camera = camera_of(picture.width, picture.height);
     const StoredDepth depth{
@@ -541,8 +541,10 @@ TEST_CASE("dof: a tile with a halo equals the whole in its middle", "[dof]") {
     for (const auto& [name, quality] : qualities) {
         const DofOptions options{.circle = lens, .quality = quality, .largest_px = 30};
         const auto whole = floats(dof(depth, colour, options));
-        // A circle's radius, and to where running sums start before it.
-        constexpr int aside = 15 + dof_halo_columns, above = 15 + dof_halo_rows, across = 281, down = 95;
+        // A circle's radius, and to where running sums start before it; accurate: what lies behind, a circle farther on.
+        const int reach = quality == BlurQuality::accurate ? 3 * 15 + 1 : 15;
+        const int aside = reach + dof_halo_columns, above = reach + dof_halo_rows;
+        constexpr int across = 341, down = 215;
         for (const auto& [left, top] : {std::pair{0, 0}, {1, 0}, {13, 7}, {64, 16}, {99, 45}}) {
             const auto tile =
                 floats(dof(depth.region(left, top, across, down), colour.region(left, top, across, down), options));

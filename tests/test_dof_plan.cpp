@@ -132,6 +132,32 @@ TEST_CASE("dof plan: every tile that a slice reaches is worked on, and no other"
     CHECK(follows(2) == 0);
 }
 
+TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is the pixel where it is in focus") {
+    const std::vector<TileBits> none(9 * 9);
+    for (const auto& [name, quality, per_octave] :
+         {std::tuple{"standard", BlurQuality::standard, 8}, {"fast", BlurQuality::fast, 3}}) {
+        const SliceScale scale = slice_scale(per_octave, 512);
+        // Spans of a pixel, and columns summed for each of a tile's.
+        const auto cost = [&, quality = quality](int slice) {
+            std::vector<TileBits> tiles = none;
+            tiles[40][static_cast<std::size_t>(slice / 32)] |= 1u << (slice % 32);
+            const SlicePlan plan = slice_plan(tiles, 9, {.aperture = {}, .scale = scale, .quality = quality});
+            const params::slice_params& pass = plan.passes.front().gather;
+            return std::pair{static_cast<double>(plan.spans.size()) / pass.pitch, 1 + 2.0 * pass.pad / tile_columns};
+        };
+        CHECK(cost(scale.middle).first == 1);
+        std::printf("dof, %s, circle: spans that a pixel reads, columns summed for each:", name);
+        for (int octave = 3; octave <= 9; ++octave) {
+            const auto [spans, columns] = cost(scale.middle + octave * per_octave);
+            const auto [spans_of_half, columns_of_half] = cost(scale.middle + (octave - 1) * per_octave);
+            std::printf("  %g: %.1f %.1f", scale.circle(scale.middle + octave * per_octave), spans, columns);
+            CHECK(spans <= 2 * spans_of_half + 1);
+            CHECK(columns <= 2 * columns_of_half);
+        }
+        std::printf("\n");
+    }
+}
+
 TEST_CASE("dof plan: parts of pixels add up to the aperture, each with its own middle") {
     double worst = 0;
     for (const Aperture& shape : {Aperture{}, Aperture{3, 0}, Aperture{5, 17}, Aperture{6, 0}}) {
