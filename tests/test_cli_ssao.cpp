@@ -94,6 +94,7 @@ TEST_CASE("ssao program: every option reaches the library") {
              o.normals_space = Space::world;
          }},
         {{"--falloff", "0.5"}, [](SsaoOptions& o) { o.falloff = 0.5; }},
+        {{"--tolerance", "5000"}, [](SsaoOptions& o) { o.tolerance = 5000; }},
         {{"--border", "clamp"}, [](SsaoOptions& o) { o.border = Border::clamp; }},
         {{"--region", "5,3,20,10"},
          [](SsaoOptions& o) {
@@ -217,6 +218,7 @@ TEST_CASE("ssao program: wrong usage is told before anything is done") {
         {{"--normals-space", "world"}, "--normals"},
         {{"--normals", room.input, "--normals-space", "eye"}, "view or world"},
         {{"--falloff", "1.5"}, "0 to 1"},
+        {{"--tolerance", "0"}, "above 0"},
         {{"--border", "wrap"}, "open or clamp"},
         {{"--seed", "-1"}, "--seed"},
         {{"--seed", "4294967296"}, "--seed"},

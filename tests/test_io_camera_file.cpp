@@ -167,7 +167,7 @@ TEST_CASE("camera file: a value of the wrong kind is named with its key", "[io]"
     says(R"("clip_z": "gl")", {"\"zero-to-one\""});
     says(R"("view_axes": "vulkan")", {"\"opencv\""});
     says(R"("packing": "rgb")", {"\"rgb-low-first\"", "\"uint24-high\""});
-    says(R"("depth_bits": 20)", {"\"depth_bits\": 20", "16, 24 or 32"});
+    says(R"("depth_bits": 25)", {"\"depth_bits\": 25", "1 to 24, or 32"});
     says(R"("depth_range": [0])", {"\"depth_range\": [0]", "2 numbers"});
     says(R"("depth_range": [1, 1])", {"different"});
     says(R"("background": "none")", {"\"background\": \"none\"", "infinity"});

@@ -673,6 +673,8 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
         {[](auto& o) { o.falloff = -0.5; }, {"falloff", "-0.5", "0 to 1"}},
         {[](auto& o) { o.falloff = 1.5; }, {"falloff", "1.5"}},
         {[&](auto& o) { o.falloff = nan; }, {"falloff", "nan"}},
+        {[](auto& o) { o.tolerance = 0; }, {"tolerance", "0", "above 0"}},
+        {[&](auto& o) { o.tolerance = nan; }, {"tolerance", "nan"}},
         {[&](auto& o) { o.thickness = 1, o.thickness_map = image(width, height); }, {"thickness_map"}},
         {[&](auto& o) { o.thickness = 1, o.back = seen.stored; }, {"thickness", "back"}},
         {[&](auto& o) { o.thickness_map = image(width, height), o.back = seen.stored; }, {"thickness_map", "back"}},

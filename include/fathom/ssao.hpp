@@ -45,7 +45,9 @@ struct SsaoOptions {
     std::uint32_t seed = 0;            ///< turns the patterns
     std::optional<Region> region = {}; ///< what is wanted of the image; the rest of it is looked at all the same
 
-    Image normals = {};                ///< 3 or 4 floats a pixel, (0, 0, 0) where there is none; default: from depth
+    double tolerance = 1; ///< what depth may be off by, in half steps of its storage: more for a noisier sensor;
+                          ///< surfaces stay open, and where no normals are given they are fitted likewise
+    Image normals = {};   ///< 3 or 4 floats a pixel, (0, 0, 0) where there is none; default: from depth
     Space normals_space = Space::view; ///< axes that they are in
     bool bent_normal = false;          ///< wanted?
     bool confidence = false;           ///< wanted?

@@ -108,6 +108,10 @@ std::optional<DepthBits> bits_of(const Camera& camera, Storage storage) {
         return DepthBits::d24;
     case 32:
         return DepthBits::d32f;
+    case 0:
+        break;
+    default:
+        return std::nullopt;
     }
     switch (storage) {
     case Storage::float32:

@@ -77,6 +77,9 @@ void add_occlusion_options(CLI::App& app, SsaoOptions& ssao) {
         app, "--border", ssao.border, {{"open", Border::open}, {"clamp", Border::clamp}},
         "what lies outside the image: nothing (open; default), or the\npixels of its border, again and again (clamp)")
         ->group("Occlusion");
+    add("--tolerance", "T", is_a_number("number above 0", [](double t) { return t > 0; }), ssao.tolerance,
+        "what depth may be off by, in half steps of its storage; more\n"
+        "for a sensor that is noisier (default: 1)");
     add("--seed", "N", is_whole(0, 4294967295.0), ssao.seed, "turns the patterns (default: 0)");
 }
 

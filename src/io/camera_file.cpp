@@ -210,8 +210,8 @@ CameraFile read(const std::filesystem::path& path) {
     }
     camera.background = json.number_or_infinity("background");
     camera.depth_bits = json.count("depth_bits");
-    if (camera.depth_bits && camera.depth_bits != 16 && camera.depth_bits != 24 && camera.depth_bits != 32)
-        json.refuse_value("depth_bits", "must be 16, 24 or 32");
+    if (camera.depth_bits && camera.depth_bits != 32 && (*camera.depth_bits < 1 || *camera.depth_bits > 24))
+        json.refuse_value("depth_bits", "must be 1 to 24, or 32");
     camera.view = read_view(json);
     file.packing = read_packing(json);
     file.lens = {.lens_mm = json.number("lens_mm"),

@@ -77,7 +77,7 @@ NormalMethod chosen_method(NormalMethod wanted, const StoredDepth& stored) {
     if (wanted != NormalMethod::automatic)
         return wanted;
     const bool coarse =
-        stored.storage == Storage::uint16 || stored.storage == Storage::float16 || stored.camera.depth_bits == 16;
+        stored.storage == Storage::uint16 || stored.storage == Storage::float16 || stored.camera.depth_bits.value_or(32) <= 16;
     return coarse ? NormalMethod::least_squares : NormalMethod::neighbours;
 }
 

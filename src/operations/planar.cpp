@@ -50,7 +50,7 @@ HalfStep half_step(const Camera& camera, const DepthForm& form, Storage storage)
     if (!(largest < 0x1p90f)) // a metric encoding
         return {std::nullopt, relative};
     Real fixed = std::ldexp(relative, std::ilogb(std::nextafter(largest, 0.0f)));
-    if (camera.depth_bits == 16 || camera.depth_bits == 24)
+    if (camera.depth_bits && *camera.depth_bits < 32)
         return {fixed + 0.5L / (std::exp2(static_cast<Real>(*camera.depth_bits)) - 1), std::nullopt};
     return {fixed, relative};
 }

@@ -61,6 +61,8 @@ void check(const StoredDepth& stored, const SsaoOptions& options) {
     require(patterns == 1 || patterns == 4 || patterns == 16, text("patterns = ", patterns, " must be 1, 4 or 16"));
     const double thickness = options.thickness.value_or(1);
     require(thickness >= 0, text("thickness = ", thickness, " must be 0 or greater, infinity included"));
+    require(options.tolerance > 0 && std::isfinite(options.tolerance),
+            text("tolerance = ", options.tolerance, " must be a number above 0"));
     require(options.falloff >= 0 && options.falloff <= 1, text("falloff = ", options.falloff, " must be 0 to 1"));
     require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) + options.back.has_value() <= 1,
             "thickness, thickness_map and back exclude each other");
@@ -95,8 +97,10 @@ void check(const StoredDepth& stored, const SsaoOptions& options) {
 Image normals_for(const StoredDepth& stored, const SsaoOptions& options) {
     if (options.normals)
         return options.normals;
+    if (options.tolerance > 1)
+        return normals(stored, {.method = NormalMethod::least_squares, .tolerance = options.tolerance});
     const bool coarse = stored.storage == Storage::uint16 || stored.storage == Storage::float16 ||
-                        stored.camera.depth_bits.value_or(32) == 16;
+                        stored.camera.depth_bits.value_or(32) <= 16;
     return coarse ? normals(stored) : Image();
 }
 
@@ -141,9 +145,10 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRay
     }
     p.radius = static_cast<float>(std::min(options.radius, longest_length));
     p.thickness = static_cast<float>(std::min(options.thickness.value_or(options.radius / 4), longest_length));
-    p.error_constant = error.constant;
-    p.error_linear = error.linear;
-    p.error_quadratic = error.quadratic;
+    const auto times = static_cast<float>(options.tolerance);
+    p.error_constant = error.constant * times;
+    p.error_linear = error.linear * times;
+    p.error_quadratic = error.quadratic * times;
     p.pixel = static_cast<float>(std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
     p.edge = filter_edge;
     p.slices = u32(table.slices);
