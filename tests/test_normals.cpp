@@ -3,6 +3,7 @@
 
 #include "catch.hpp"
 #include "operations/normals.hpp"
+#include "regimes/normal_bound.hpp"
 #include "stability.hpp"
 
 #include <fathom/fathom.hpp>
@@ -139,39 +140,6 @@ std::vector<Subject> cameras() {
     };
 }
 
-/// What slopes that are off by `normals_slope_error` and a depth that is off by its own bound do to a plane's normal:
-/// n = gx Dy x d + gy d x Dx + q Dx x Dy moves by no more than the sum of the three.
-class Promise {
-public:
-    explicit Promise(const Camera& camera)
-        : eye_(eye_rays(rays(camera))), error_(planar_error(camera, Storage::float32)),
-          direction_(eye_.direction.cast<double>()),
-          moving_(eye_.perspective ? direction_ : Eigen::Matrix3d(eye_.origin.cast<double>())),
-          of_q_(moving_.col(0).cross(moving_.col(1))) {}
-
-    double degrees(int x, int y, double z, const Vector3d& normal) const {
-        const Vector3d pixel(x + 0.5, y + 0.5, 1);
-        const Vector3d d = eye_.perspective ? Vector3d(direction_ * pixel) : Vector3d(direction_.col(2));
-        const Vector3d of_x = moving_.col(1).cross(d), of_y = d.cross(moving_.col(0));
-        const double covered = eye_.depth.cast<double>().dot(pixel);
-        const double q = eye_.perspective ? covered / (z - static_cast<double>(eye_.eye_depth)) : -z;
-        const double size = std::abs(q),
-                     off = static_cast<double>(error_.constant) +
-                           (static_cast<double>(error_.linear) + static_cast<double>(error_.quadratic) * size) * size;
-        // n.d is q, or 1, times the volume of the three; the kernel's own arithmetic is a few roundings of all that.
-        const double length = std::abs((eye_.perspective ? q : 1) * of_q_.dot(d) / normal.dot(d));
-        const double moved = normals_slope_error * off * (of_x.norm() + of_y.norm()) +
-                             (eye_.perspective ? off * of_q_.norm() : 0) + 16 * 0x1p-24 * length;
-        return std::asin(std::min(1.0, moved / length)) / degree;
-    }
-
-private:
-    EyeRays eye_;
-    PlanarError error_;
-    Eigen::Matrix3d direction_, moving_;
-    Vector3d of_q_;
-};
-
 struct PlaneErrors {
     double worst = 0, share = 0;
     long pixels = 0;
@@ -179,7 +147,7 @@ struct PlaneErrors {
 
 void judge_plane(const scene::Rendered& truth, const Camera& camera, const Result& result, int reach,
                  PlaneErrors& errors) {
-    const Promise promise(camera);
+    const regimes::NormalBound promise(camera);
     for (int y = reach; y < camera.height - reach; ++y) {
         for (int x = reach; x < camera.width - reach; ++x) {
             bool inside = true;

@@ -1,0 +1,36 @@
+#pragma once
+
+// Small images through the device.
+
+#include <fathom/fathom.hpp>
+
+#include <cstddef>
+#include <vector>
+
+namespace fathom::regimes {
+
+inline Camera camera_of(const Projection& projection, int width, int height) {
+    Camera camera;
+    camera.projection = projection;
+    camera.width = width;
+    camera.height = height;
+    return camera;
+}
+
+/// On a CPU device the values themselves: they have to stay.
+template <typename Value>
+StoredDepth stored_of(const Device& device, const std::vector<Value>& values, const Camera& camera,
+                      Storage storage = Storage::float32) {
+    return {Image::from_host(device, element_of(storage), values.data(),
+                             {camera.width, camera.height, channels_of(storage)}),
+            camera, storage};
+}
+
+inline std::vector<float> floats_of(const Image& image) {
+    std::vector<float> values(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
+                              static_cast<std::size_t>(image.channels()));
+    image.download(values.data());
+    return values;
+}
+
+} // namespace fathom::regimes

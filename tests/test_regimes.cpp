@@ -1,0 +1,139 @@
+// The boundaries that bench/regimes states, on both sides: up to where one says a method's error stays within the
+// limit, and beyond it does not. Everywhere no error exceeds the bound that its arithmetic allows.
+
+#include "catch.hpp"
+#include "judge.hpp"
+#include "regimes/regime.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+using namespace fathom;
+using namespace fathom::regimes;
+
+namespace {
+
+// A bound that the error is never near says nothing.
+constexpr double nearest_to_bound = 0.02;
+
+void check_bound(const Panel& panel, const Curve& curve) {
+    double share = 0;
+    bool bounded = false;
+    for (const Point& point : curve.points) {
+        if (!std::isfinite(point.bound))
+            continue;
+        INFO(panel.quantity << ", " << curve.name << ", at " << point.parameter);
+        CHECK(point.error <= point.bound);
+        bounded = true;
+        share = std::max(share, point.error / point.bound);
+    }
+    if (bounded) {
+        std::printf("  %s, %s: at most %.3f of its bound\n", panel.quantity.c_str(), curve.name.c_str(), share);
+        CHECK(share >= nearest_to_bound);
+    }
+}
+
+/// Does a parameter lie from one end on, in the direction of the other, or between the two?
+bool lies(double parameter, double end, double other_end, bool upwards) {
+    const bool beyond = upwards ? parameter >= end : parameter <= end;
+    return beyond && (std::isnan(other_end) || (upwards ? parameter <= other_end : parameter >= other_end));
+}
+
+void check_boundary(Regime& regime, const Boundary& boundary) {
+    const bool everywhere = std::isnan(boundary.breaks), upwards = everywhere || boundary.breaks > boundary.holds;
+    double inside = 0, outside = INFINITY;
+    int points_inside = 0, points_outside = 0;
+    INFO(boundary.quantity << ", " << boundary.curve);
+    for (const Point& point : regime.panel(boundary.quantity).curve(boundary.curve).points) {
+        INFO("at " << point.parameter);
+        if (everywhere || lies(point.parameter, boundary.holds, boundary.holds_from, !upwards)) {
+            CHECK(point.error <= boundary.limit);
+            inside = std::max(inside, point.error);
+            ++points_inside;
+        } else if (lies(point.parameter, boundary.breaks, boundary.breaks_to, upwards)) {
+            CHECK(point.error > boundary.limit);
+            outside = std::min(outside, point.error);
+            ++points_outside;
+        }
+    }
+    std::printf("  %s, %s: limit %.3g; to %g at most %.3g", boundary.quantity.c_str(), boundary.curve.c_str(),
+                boundary.limit, boundary.holds, inside);
+    std::printf(everywhere ? ", everywhere\n" : "; from %g at least %.3g\n", boundary.breaks, outside);
+    CHECK(points_inside >= 1);
+    CHECK((points_outside >= 1 || everywhere));
+}
+
+void check(Regime (*sweep)(const Device&)) {
+    Regime regime = sweep(oracle::device(Arithmetic::fp64));
+    std::printf("%s against %s\n", regime.name.c_str(), regime.parameter.c_str());
+    for (const Panel& panel : regime.panels)
+        for (const Curve& curve : panel.curves)
+            check_bound(panel, curve);
+    CHECK(!regime.boundaries.empty());
+    for (const Boundary& boundary : regime.boundaries)
+        check_boundary(regime, boundary);
+}
+
+} // namespace
+
+TEST_CASE("stability: where far/near ends what floats and buffers hold", "[regimes][stability]") {
+    check(far_over_near);
+}
+
+TEST_CASE("stability: where the angle of an oblique plane ends z, normals, visibility and circles",
+          "[regimes][stability]") {
+    check(oblique_angle);
+}
+
+TEST_CASE("stability: where an oblique plane near the eye ends z, normals, visibility and circles",
+          "[regimes][stability]") {
+    check(oblique_distance);
+}
+
+TEST_CASE("stability: where bits of depth end z, normals, visibility and circles", "[regimes][stability]") {
+    check(bits_of_depth);
+}
+
+TEST_CASE("stability: where noise on depth ends normals and visibility", "[regimes][stability]") {
+    check(noise_on_depth);
+}
+
+TEST_CASE("stability: where grazing surfaces end visibility of finite thickness, and nothing else",
+          "[regimes][stability]") {
+    check(grazing_angle);
+}
+
+TEST_CASE("stability: where the radius of ambient occlusion is too short, and too long for the frame",
+          "[regimes][stability]") {
+    check(radius_of_occlusion);
+}
+
+TEST_CASE("stability: where thin occluders are thinner or thicker than is assumed", "[regimes][stability]") {
+    check(thin_occluders);
+}
+
+TEST_CASE("stability: where the border of the image hides what occludes", "[regimes][stability]") {
+    check(border_of_the_image);
+}
+
+TEST_CASE("stability: where the focus is too near for what depth is stored in", "[regimes][stability]") {
+    check(focus_distance);
+}
+
+TEST_CASE("stability: where the aperture is wider than dof draws, and an edge lies before an edge",
+          "[regimes][stability]") {
+    check(aperture);
+}
+
+TEST_CASE("stability: where highlights are no numbers any more", "[regimes][stability]") {
+    check(highlights);
+}
+
+TEST_CASE("stability: where a pseudo-linear triangle spans too wide a range", "[regimes][stability]") {
+    check(w_range);
+}
+
+TEST_CASE("stability: what where-it-fails sweeps are the regimes tested here", "[regimes][stability]") {
+    CHECK(sweeps().size() == 13);
+}
