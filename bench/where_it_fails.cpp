@@ -1,5 +1,5 @@
 // where_it_fails FOLDER [REGIME...]: sweeps every regime, or those named, until methods break, and writes what was found:
-// where-it-fails.csv, every error with its bound, and where-it-fails-boundaries.csv.
+// errors.csv, with the bounds, and boundaries.csv. bench/plot_regimes draws them, docs/make-where-it-fails does it all.
 
 #include "regimes/regime.hpp"
 #include "table.hpp"
@@ -49,8 +49,8 @@ int main(int argc, char* argv[]) {
             const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
             std::printf("%-20s %5.1f s\n", sweep.name, taken.count());
         }
-        points.write_csv(folder / "where-it-fails.csv");
-        boundaries.write_csv(folder / "where-it-fails-boundaries.csv");
+        points.write_csv(folder / "errors.csv");
+        boundaries.write_csv(folder / "boundaries.csv");
     } catch (const std::exception& error) {
         std::fprintf(stderr, "where_it_fails: %s\n", error.what());
         return 1;

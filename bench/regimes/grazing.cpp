@@ -81,8 +81,7 @@ void sweep_foot(const Device& device, Regime& regime, double grazing) {
 
 // A floor one below the eye. Rows below the horizon are met at their own angle of depression.
 void sweep_floor(const Device& device, Regime& regime) {
-    auto& points = regime.panel(quantity::normal).curve("floor, to its horizon").points;
-    for (const double field : {1.2, 0.12}) {
+    for (const auto& [name, field] : {std::pair{"floor, 69 degrees high", 1.2}, {"floor, 7 degrees high", 0.12}}) {
         const Camera camera = camera_of(perspective(field, 4.0 / 3, {0.5, 1e4}), width, height);
         const scene::Rendered truth = scene::render({scene::Plane{{0, -1, 0}, {0, 1, 0}}}, camera);
         const auto found = floats_of(normals(stored_of(device, truth.stored, camera)));
@@ -95,10 +94,9 @@ void sweep_floor(const Device& device, Regime& regime) {
                 angle.error = std::max(angle.error, angle_degrees(&found[3 * i], truth.normal[i]));
                 angle.bound = std::max(angle.bound, bound.degrees(x, y, truth.z[i], truth.normal[i]));
             }
-            points.push_back(angle);
+            regime.panel(quantity::normal).curve(name).points.push_back(angle);
         }
     }
-    std::ranges::sort(points, {}, &Point::parameter);
 }
 
 } // namespace

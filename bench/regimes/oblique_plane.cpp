@@ -19,12 +19,13 @@ constexpr const char* normals_of_it = "derived: normals_slope_error";
 struct Kind {
     const char* name;
     Buffer buffer;
+    DepthOrder order = DepthOrder::standard;
 };
-constexpr Kind kinds[] = {{"D16", {16}}, {"D24", {24}}, {"D32F", {32}}};
+constexpr Kind kinds[] = {{"D16", {16}}, {"D24", {24}}, {"D32F", {32}}, {"D32F reversed", {32}, DepthOrder::reversed}};
 
 // The plane, turned by an angle from the view direction, at a distance from the eye.
-Corner behind(double angle, double distance) {
-    const Projection wide = perspective(1.0, static_cast<double>(corner_width) / corner_height, {0.1, 100});
+Corner behind(double angle, double distance, DepthOrder order) {
+    const Projection wide = perspective(1.0, static_cast<double>(corner_width) / corner_height, {0.1, 100, order});
     const Eigen::Vector4d plane(std::cos(angle), 0, -std::sin(angle), -distance);
     return Corner(camera_of(with_oblique_near_plane(wide, plane), corner_width, corner_height), edge, from);
 }
@@ -36,7 +37,8 @@ Regime oblique_angle(const Device& device) {
     for (const Kind& kind : kinds) {
         for (double power = 1.75; power >= -5; power -= power > -1 ? 0.25 : 0.5) {
             const double degrees = std::pow(10.0, power), angle = degrees * std::numbers::pi / 180;
-            add(regime, kind.name, degrees, corner_errors(device, behind(angle, 3 * std::sin(angle)), kind.buffer));
+            add(regime, kind.name, degrees,
+                corner_errors(device, behind(angle, 3 * std::sin(angle), kind.order), kind.buffer));
         }
     }
     regime.boundaries = {
@@ -58,7 +60,7 @@ Regime oblique_distance(const Device& device) {
         for (double power = 0.5; power >= -6; power -= 0.5) {
             const double distance = std::pow(10.0, power);
             add(regime, kind.name, distance,
-                corner_errors(device, behind(60 * std::numbers::pi / 180, distance), kind.buffer));
+                corner_errors(device, behind(60 * std::numbers::pi / 180, distance, kind.order), kind.buffer));
         }
     }
     regime.boundaries = {
