@@ -5,8 +5,7 @@
 #include <fathom/normals.hpp>
 
 #include "operations/parameters.hpp"
-#include "operations/planar.hpp"
-#include "operations/slices.hpp"
+#include "operations/ssao.hpp"
 #include "require.hpp"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
@@ -21,9 +20,7 @@ namespace {
 
 constexpr int margin = 16; // MARGIN of kernels/split.h
 
-// What a slope may be off by, in errors of planar depth: one neighbour's difference, or a fit over a window of seven.
-constexpr float slope_errors_neighbours = 2;
-constexpr float slope_errors_fitted = 0.6f;
+constexpr float slope_errors_fitted = 0.6f; // as slope_errors_neighbours, of a fit over a window of seven
 
 // Pixels that a neighbour may lie off the tangent plane and still be of the same surface.
 constexpr float filter_edge = 0.5f;
@@ -117,6 +114,8 @@ params::u32 u32(std::integral auto value) {
     return static_cast<params::u32>(value);
 }
 
+} // namespace
+
 params::split_params split_parameters(const StoredDepth& stored) {
     const int width = stored.image.width(), height = stored.image.height();
     const int columns = ((width + (stored.x & 3) + 3) / 4 + 15) / 16 * 16;
@@ -156,6 +155,8 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRay
     p.levels = u32(table.levels);
     return p;
 }
+
+namespace {
 
 params::grid_params grid(const Image& source, const StoredDepth& stored) {
     return {.source_offset = source.offset(),

@@ -1,0 +1,45 @@
+#pragma once
+
+// Sample points of an image with their visibility by brute force, and what a method is off by there.
+
+#include "occlusion.hpp"
+
+#include <fathom/camera.hpp>
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+namespace oracle {
+
+struct Sample {
+    int x, y;
+    double visibility;
+};
+
+/// Slices of brute force for a sample point. Against 256 that is off by 6e-4 at a radius of 5% of the width, and by up to
+/// 1.8e-3 at 40%, root mean square.
+inline constexpr int sample_slices = 64;
+
+/// Pixels from one sample to the next: every phase of a pattern of 4 × 4 pixels is met alike.
+inline constexpr int sample_stride = 41;
+
+/// Visibility by brute force of the depth image at every stride-th pixel that is a surface.
+/// `normals`: one a pixel, view space.
+std::vector<Sample> brute_force(const DepthLayer& layer, const std::vector<Eigen::Vector3d>& normals, double radius,
+                                double thickness, int slices = sample_slices, int stride = sample_stride);
+
+/// Width of the image, in scene units, where half of its surfaces are nearer.
+double median_width(const DepthLayer& layer);
+
+struct Off {
+    double rmse = 0, bias = 0, p99 = 0, worst = 0;
+    double common = 0; ///< root of the mean square of all but the worst 2%
+};
+
+/// What the visibility that `got` gives for each point is off by.
+Off error_of(const std::vector<Sample>& points, const std::function<double(const Sample&)>& got);
+
+} // namespace oracle
