@@ -498,6 +498,7 @@ TEST_CASE("stability: what cannot be decoded or placed is refused", "[stability]
         return refusal([&] { unproject({image, changed, storage}, options); });
     };
     CHECK(said([](Camera&, UnprojectOptions&) {}) == "");
+    device.finish(); // PoCL crashes where a program ends while a kernel is still being compiled
     CHECK(
         contains(said([](Camera& c, UnprojectOptions&) { c.view->row(1).setZero(); }), "the view matrix is singular"));
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { (*c.view)(3, 0) = 1e-3; }), "fourth row of 0 0 0 1"));
