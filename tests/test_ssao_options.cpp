@@ -662,6 +662,8 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
         {[](auto& o) { o.radius = -0.5; }, {"radius", "-0.5"}},
         {[](auto& o) { o.radius = infinity; }, {"radius", "inf"}},
         {[&](auto& o) { o.radius = nan; }, {"radius", "nan"}},
+        {[](auto& o) { o.quality = static_cast<Quality>(7); }, {"quality = 7", "fast, balanced or accurate"}},
+        {[](auto& o) { o.border = static_cast<Border>(2); }, {"border = 2", "open or clamp"}},
         {[](auto& o) { o.slices = 0; }, {"slices", "0", "1 to 64"}},
         {[](auto& o) { o.slices = 65; }, {"slices", "65"}},
         {[](auto& o) { o.steps = 0; }, {"steps", "0", "1 to 256"}},

@@ -144,6 +144,9 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
     }
     for (const std::string& extra : command.remaining())
         return extra + ": is one argument too many; try fathom " + command.get_name() + " --help";
+    for (const CLI::Option* option : command.get_options())
+        if (option->get_expected_max() == 1 && option->count() > 1)
+            return option->get_name() + ": is given more than once";
     return command.get_name() + ": " + error.what() + "; try fathom " + command.get_name() + " --help";
 }
 

@@ -80,6 +80,32 @@ void use_default(std::optional<Value>& value, const std::optional<double>& from_
     value = *from_file;
 }
 
+void require_inside(const LensOptions::Pixel& pixel, const char* option, const Camera& camera) {
+    if (pixel.x >= camera.width || pixel.y >= camera.height)
+        throw Error(fmt::format("{}: pixel {},{} lies outside the image of {} × {}; the last one is {},{}", option,
+                                pixel.x, pixel.y, camera.width, camera.height, camera.width - 1, camera.height - 1));
+}
+
+double focus_of(const LensOptions& lens, const StoredDepth& stored) {
+    if (lens.focus_at) {
+        const auto [x, y] = *lens.focus_at;
+        require_inside(*lens.focus_at, "--focus-at", stored.camera);
+        try {
+            return depth_at(stored, x, y);
+        } catch (const std::invalid_argument&) {
+            throw Error(fmt::format("--focus-at: pixel {},{} is no surface; choose one that has a depth, or say the "
+                                    "depth with --focus",
+                                    x, y));
+        }
+    }
+    if (lens.focus_along) {
+        const auto [x, y] = lens.focus_along->pixel;
+        require_inside(lens.focus_along->pixel, "--focus-along", stored.camera);
+        return depth_along_ray(stored.camera, x + 0.5, y + 0.5, lens.focus_along->distance);
+    }
+    return lens.focus.value_or(0);
+}
+
 } // namespace
 
 void add_lens_options(CLI::App& app, LensOptions& lens) {
@@ -125,7 +151,9 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
 void complete(LensOptions& lens, const std::string& camera_file) {
     if (lens.circle)
         return;
-    const LensDefaults defaults = read_camera(camera_file).lens;
+    const CameraFile file = read_camera(camera_file);
+    const LensDefaults& defaults = file.lens;
+    const bool perspective = file.camera.projection.is_perspective();
     if (!lens.focus_at && !lens.focus_along)
         use_default(lens.focus, defaults.focus_distance, "focus_distance", camera_file, true);
     use_default(lens.f_stop, defaults.f_stop, "f_stop", camera_file, true);
@@ -138,9 +166,11 @@ void complete(LensOptions& lens, const std::string& camera_file) {
         missing("--f-stop", "f_stop", "the f-number");
     if (!lens.focus && !lens.focus_at && !lens.focus_along)
         missing("--focus", "focus_distance", "a length in scene units, or --focus-at X,Y");
+    if (!perspective && !lens.focal_length_mm)
+        missing("--focal-length-mm", "lens_mm", "it: parallel rays have none, and the aperture is F over the f-number");
     if (!lens.focal_length_mm && !lens.sensor_mm)
         missing("--focal-length-mm", "lens_mm", "it or --sensor-mm, or both");
-    if (lens.focus && lens.focal_length_mm && *lens.focus * lens.mm_per_unit <= *lens.focal_length_mm)
+    if (perspective && lens.focus && lens.focal_length_mm && *lens.focus * lens.mm_per_unit <= *lens.focal_length_mm)
         throw UsageError(fmt::format("--focus: {} is {} mm, within the focal length of {} mm; focus farther away, or "
                                      "say with --mm-per-unit how long a scene unit is",
                                      number(*lens.focus), number(*lens.focus * lens.mm_per_unit),
@@ -154,16 +184,7 @@ Circle circle_for(const LensOptions& lens, const StoredDepth& stored) {
         return {(*lens.circle)[0], (*lens.circle)[1], perspective ? rays(camera).eye_depth : 0, !perspective};
     }
     try {
-        double focus = lens.focus.value_or(0);
-        if (lens.focus_at)
-            focus = depth_at(stored, lens.focus_at->x, lens.focus_at->y);
-        if (lens.focus_along) {
-            const auto [x, y] = lens.focus_along->pixel;
-            if (x >= camera.width || y >= camera.height)
-                throw std::invalid_argument(
-                    fmt::format("pixel ({}, {}) lies outside the image of {} x {}", x, y, camera.width, camera.height));
-            focus = depth_along_ray(camera, x + 0.5, y + 0.5, lens.focus_along->distance);
-        }
+        const double focus = focus_of(lens, stored);
         return circle_of_confusion({.f_number = *lens.f_stop,
                                     .focus = focus,
                                     .focal_length_mm = lens.focal_length_mm,

@@ -29,6 +29,21 @@ std::optional<int> rank(const std::string& layer) {
     return io::place_of(layer, {"", "combined", "beauty", "rgba", "rgb", "color", "colour"});
 }
 
+std::string listed(const std::vector<Channel>& channels) {
+    std::string list;
+    for (const Channel& channel : channels)
+        list += (list.empty() ? "" : ", ") + channel.name;
+    return list;
+}
+
+// The layer that is called so but for the view in front of it, or that the name is a channel of.
+std::string like(const std::string& name, const std::vector<std::string>& layers) {
+    for (const std::string& layer : layers)
+        if (!layer.empty() && (layer.ends_with("." + name) || name.starts_with(layer + ".")))
+            return layer;
+    return {};
+}
+
 std::string choose(const std::filesystem::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
     const std::vector<std::string> layers = layers_of(channels);
     const std::string* best = nullptr;
@@ -40,12 +55,17 @@ std::string choose(const std::filesystem::path& file, const std::vector<Channel>
         best = &layers.front();
     if (best)
         return *best;
+    if (layers.empty())
+        refuse(file, "has no channels R, G and B, so no picture; it has " + listed(channels));
     std::string list;
     for (const std::string& layer : layers)
-        list += (list.empty() ? "; it has " : ", ") + (layer.empty() ? "R, G, B" : layer);
-    refuse(file, (wanted.empty() ? "has no layer that is named like a picture (Combined, beauty)"
-                                 : "has no layer \"" + wanted + "\"") +
-                     std::string(" with channels R, G and B") + list);
+        list += (list.empty() ? "" : ", ") + (layer.empty() ? "R, G, B without a layer" : layer);
+    if (wanted.empty())
+        refuse(file, "has no layer that is named like a picture (Combined, beauty); say which it is (--color-layer): " +
+                         list);
+    const std::string meant = like(wanted, layers);
+    refuse(file, "has no layer \"" + wanted + "\" with channels R, G and B" +
+                     (meant.empty() ? "; it has " + list : ", but " + meant + "; name that one"));
 }
 
 cv::Mat from_exr(const std::filesystem::path& file, const std::string& wanted) {

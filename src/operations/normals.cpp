@@ -22,6 +22,8 @@ void check(const StoredDepth& stored, const NormalsOptions& options) {
     if (options.channels != 3 && options.channels != 4) {
         throw std::invalid_argument(text("channels = ", options.channels, " must be 3 or 4"));
     }
+    check_choice("method", options.method, {"automatic", "neighbours", "least_squares"});
+    check_choice("space", options.space, {"view", "world"});
     if (!(options.tolerance > 0 && std::isfinite(options.tolerance))) {
         throw std::invalid_argument(text("tolerance = ", options.tolerance, " must be a number above 0"));
     }

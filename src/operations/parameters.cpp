@@ -152,6 +152,15 @@ Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::V
     return world;
 }
 
+void check_choice(const char* option, int value, std::span<const char* const> names) {
+    if (value >= 0 && static_cast<std::size_t>(value) < names.size())
+        return;
+    std::string known;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        known += text(i == 0 ? "" : i + 1 == names.size() ? " or " : ", ", names[i]);
+    throw std::invalid_argument(text(option, " = ", value, " is none of its type's values: ", known));
+}
+
 void check_stored(const StoredDepth& stored) {
     const Image& image = stored.image;
     if (!image)

@@ -7,6 +7,8 @@
 #include <fathom/device.hpp>
 #include <fathom/image.hpp>
 
+#include <span>
+
 namespace fathom {
 
 /// A constant as the device reads it: the bits of a double, or two floats with the high part in the low word.
@@ -27,6 +29,14 @@ Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::V
 /// Throws: std::invalid_argument naming both.
 void check_stored(const StoredDepth& stored);
 void check_result(const StoredDepth& stored, const Image& result, int channels);
+
+/// Is the value one of its type's, whose names are given from 0 on?
+/// Throws: std::invalid_argument naming the option, the value and the names.
+void check_choice(const char* option, int value, std::span<const char* const> names);
+template <typename Choice, std::size_t count>
+void check_choice(const char* option, Choice value, const char* const (&names)[count]) {
+    check_choice(option, static_cast<int>(value), std::span<const char* const>(names));
+}
 
 /// Columns [begin, end) of the images, and the lanes to work on them with: never more than there are columns.
 params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end);

@@ -51,6 +51,9 @@ void check(const StoredDepth& stored, const SsaoOptions& options) {
                  longest_side, " in a row or column"));
     require(std::isfinite(options.radius) && options.radius > 0,
             text("radius = ", options.radius, " must be finite and greater than 0"));
+    check_choice("quality", options.quality, {"fast", "balanced", "accurate"});
+    check_choice("border", options.border, {"open", "clamp"});
+    check_choice("normals_space", options.normals_space, {"view", "world"});
     const int slices = options.slices.value_or(1), steps = options.steps.value_or(1);
     require(slices >= 1 && slices <= 64, text("slices = ", slices, " must be 1 to 64"));
     require(steps >= 1 && steps <= 256, text("steps = ", steps, " must be 1 to 256"));
