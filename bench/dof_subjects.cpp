@@ -49,7 +49,7 @@ private:
         };
         while (sets_.size() < std::min<std::size_t>(frames_.count(), 4)) {
             DofMasks set;
-            for (Image* each : {&set.circle, &set.near, &set.focus, &set.far})
+            for (Image* each : {&set.circle, &set.near, &set.focus, &set.far, &set.mixed_depth})
                 *each = image(1);
             sets_.push_back(set);
             together_.push_back(image(4));
@@ -60,26 +60,6 @@ private:
     std::vector<DofMasks> sets_;
     std::vector<Image> together_;
 };
-
-// The pass of dof_masks alone: the public function makes its results anew, and new memory costs as much as the pass.
-void run_masks(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& results) {
-    const Device& device = stored.image.device();
-    DepthForm form = depth_form(stored.camera, stored.storage);
-    Rays view = form.form == Form::ray_distance ? rays(stored.camera) : Rays{};
-    count_from_lens(form, view, options.circle);
-    const Arithmetic arithmetic = device.options().arithmetic;
-    const int width = stored.image.width(), lanes = lanes_for(device, width);
-    runtime::Choices choices =
-        circle_choices(form, options.circle, view, stored.storage, lanes, worth_streaming(results.circle, lanes));
-    choices.emplace_back("WEIGHTS", 1);
-    runtime::launch(
-        device, runtime::kernel(device, "dof_masks", choices),
-        {static_cast<std::size_t>((width + lanes - 1) / lanes), static_cast<std::size_t>(stored.image.height())},
-        stored.image, results.circle, results.near, results.focus, results.far,
-        grid_parameters(stored, results.circle, 0, width),
-        depth_parameters(form, stored.storage, Background::inf, arithmetic),
-        ray_parameters(view, form.scale, arithmetic), circle_parameters(form, options, arithmetic));
-}
 
 std::vector<float> pixels(const Image& image) {
     std::vector<float> values(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
@@ -94,12 +74,12 @@ bool same_bits(const Image& a, const Image& b) {
 }
 
 Comparison compare_masks(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& results) {
-    run_masks(stored, options, results);
+    dof_masks(stored, results, options);
     const DofMasks public_results = dof_masks(stored, options);
     const bool same = same_bits(results.circle, public_results.circle) &&
                       same_bits(results.near, public_results.near) && same_bits(results.focus, public_results.focus) &&
                       same_bits(results.far, public_results.far);
-    return {same, same ? "the bits of fathom::dof_masks" : "other bits than fathom::dof_masks"};
+    return {same, same ? "the bits of new images" : "other bits than in new images"};
 }
 
 // A lens focused at 7: circles to 20 pixels behind, to ever more before.
@@ -133,7 +113,7 @@ void add_masks(std::vector<Subject>& list, Frames& frames, Baselines& plain, Bas
     const auto add = [&](std::string name, const Camera& c) -> Subject& {
         Subject& subject =
             list.emplace_back(Subject{.name = std::move(name), .floor = "fan out", .run = [&frames, masks, c, options] {
-                                          run_masks({frames.stored(), c}, options, masks->current());
+                                          dof_masks({frames.stored(), c}, masks->current(), options);
                                       }});
         subject.comparison = [&frames, masks, c, options] {
             return compare_masks({frames.stored(), c}, options, masks->current());
@@ -148,6 +128,12 @@ void add_masks(std::vector<Subject>& list, Frames& frames, Baselines& plain, Bas
     add("dof_masks reversed infinite", camera(perspective(1.0, aspect, infinite, Convention::direct3d())));
     add("dof_masks oblique", camera(with_oblique_near_plane(perspective(1.0, aspect, span), {0.1, 0.2, -1, -2})));
     add("dof_masks view-z", view_z);
+    DofMasksOptions and_mixed = options;
+    and_mixed.mixed_depth = true;
+    list.push_back(
+        {.name = "dof_masks and mixed depth", .floor = "fan out", .run = [&frames, masks, standard, and_mixed] {
+             dof_masks({frames.stored(), standard}, masks->current(), and_mixed);
+         }});
     list.push_back({.name = "dof_masks standard, new images", .floor = "fan out", .run = [&frames, standard, options] {
                         dof_masks({frames.stored(), standard}, options);
                     }});
@@ -157,7 +143,7 @@ void add_masks(std::vector<Subject>& list, Frames& frames, Baselines& plain, Bas
                         [&frames, masks, standard, options] {
                             const StoredDepth stored{frames.stored(), standard};
                             linearize(stored, frames.result(), {Background::decode});
-                            run_masks(ViewDepth{frames.result(), standard}.stored(), options, masks->current());
+                            dof_masks(ViewDepth{frames.result(), standard}.stored(), masks->current(), options);
                         },
                     .rival = "dof_masks standard"});
 }

@@ -28,6 +28,7 @@ for lanes in 1 4 8 16; do
     done
     check near_tiles.cl -DV=$lanes
     check near_share.cl -DV=$lanes
+    check mixed_depth.cl -DV=$lanes
     for output in 0 1 2; do
         check near_layer.cl -DV=$lanes -DOUTPUT=$output
     done
@@ -43,22 +44,23 @@ for lanes in 1 4 8 16; do
     done
     for channels in 3 4; do
         check dof_farthest.cl -DV=$lanes -DCHANNELS=$channels
-        check dof_behind.cl -DV=$lanes -DCHANNELS=$channels
         for behind in 0 1; do
+            check dof_behind.cl -DV=$lanes -DCHANNELS=$channels -DPLATE=$behind
             check dof_tiles.cl -DV=$lanes -DCHANNELS=$channels -DBEHIND=$behind
-            check dof_strips.cl -DV=$lanes -DCHANNELS=$channels -DFILL=0 -DBRIGHT=$behind -DBEHIND=1
+            check dof_strips.cl -DV=$lanes -DCHANNELS=$channels -DFILL=0 -DBRIGHT=$behind -DBEHIND=1 -DMOMENT=1
             for bright in 0 1; do
                 check dof_parts.cl -DV=$lanes -DCHANNELS=$channels -DBRIGHT=$bright -DDIRECT=$behind
             done
         done
         for element in 0 1 2 3; do
-            check dof_planes.cl -DV=$lanes -DCHANNELS=$channels -DELEMENT=$element
+            check dof_planes.cl -DV=$lanes -DCHANNELS=$channels -DELEMENT=$element -DPLATE=$((element % 2))
             check dof.cl -DV=$lanes -DCHANNELS=$channels -DELEMENT=$element
         done
         for fill in 0 1; do
             for bright in 0 1; do
-                check dof_strips.cl -DV=$lanes -DCHANNELS=$channels -DFILL=$fill -DBRIGHT=$bright -DBEHIND=0
-                check dof_gather.cl -DV=$lanes -DCHANNELS=$channels -DFILL=$fill -DBRIGHT=$bright -DDIRECT=$((1 - bright))
+                check dof_strips.cl -DV=$lanes -DCHANNELS=$channels -DFILL=$fill -DBRIGHT=$bright -DBEHIND=$fill -DMOMENT=0
+                check dof_gather.cl -DV=$lanes -DCHANNELS=$channels -DFILL=$fill -DBRIGHT=$bright -DDIRECT=$((1 - bright)) \
+                    -DBEHIND=$fill
             done
         done
     done
@@ -78,7 +80,7 @@ for lanes in 1 4 8 16; do
 done
 for file in *.cl; do
     case $file in
-    denoise.cl | dof.cl | dof_behind.cl | dof_farthest.cl | dof_gather.cl | dof_masks.cl | dof_parts.cl | dof_planes.cl | dof_strips.cl | dof_tiles.cl | linearize.cl | near_layer.cl | near_share.cl | near_tiles.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
+    denoise.cl | dof.cl | dof_behind.cl | dof_farthest.cl | dof_gather.cl | dof_masks.cl | dof_parts.cl | dof_planes.cl | dof_strips.cl | dof_tiles.cl | linearize.cl | mixed_depth.cl | near_layer.cl | near_share.cl | near_tiles.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
     *)
         echo "check-kernels.sh does not know the choices of $file" >&2
         exit 1

@@ -10,6 +10,7 @@
 #include "params.h"
 #include "slope.h"
 #include "store.h"
+#include "window.h"
 
 #if !defined(RADIUS) || RADIUS < 0
 #error "RADIUS is not defined: 0 for slopes of the nearest neighbours, or how far the window reaches"
@@ -18,26 +19,6 @@
 // What errors of one bound each make of the slope of five pixels in a row, sum |x| / sum x^2, and of that of seven.
 #define GUESS_ERROR 0.6f
 #define FIT_ERROR 0.43f
-
-// The pixels around this work-item's, in an image of planar depth.
-typedef struct {
-    __global const float* source; // of the pixel (0, y)
-    int x, y, width, height, stride;
-} window;
-
-// Those dx to the right and dy down; NaN beyond the image's borders, unless the whole window lies `inside`.
-INLINE floatV neighbour(const window* w, int inside, int dx, int dy) {
-    const int first = w->x + dx, row = w->y + dy;
-    __global const float* const source = w->source + (long)dy * w->stride;
-    if (inside)
-        return LOAD(float, source + first);
-    float lanes[V];
-    for (int i = 0; i < V; ++i) {
-        const int there = row >= 0 && row < w->height && first + i >= 0 && first + i < w->width;
-        lanes[i] = there ? source[first + i] : NAN;
-    }
-    return *(const float_lanes*)lanes;
-}
 
 // A plane about the pixel: its planar depth there, and its slopes.
 typedef struct {

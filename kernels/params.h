@@ -137,6 +137,13 @@ typedef struct {
     float inverse_transition; // of the pixels from there to none
 } circle_params;
 
+// The bound of planar depth's error, as in normal_params; and the least step between two surfaces that counts, constant and
+// per planar depth. See kernels/mixed_depth.cl.
+typedef struct {
+    float error_constant, error_linear, error_quadratic;
+    float step_constant, step_linear;
+} mixed_params;
+
 // An image of circles in tiles, and tiles in blocks of 16 x 16, each with the least and the greatest circle in it. All images
 // start at their buffer's first element.
 typedef struct {

@@ -27,6 +27,8 @@ struct Scene {
         depth.at<float>(0, 1) = NAN; // no surface
         for (int x = 0; x < width; ++x)
             depth.at<float>(7, x) = 0.1f + 0.004f * static_cast<float>(x); // before the focus
+        for (int x = 0; x < width; ++x)
+            depth.at<float>(20, x) = x < 24 ? 0.95f : x > 24 ? 0.6f : 0.8f; // averaged over an edge
         input = depth_file(folder, "frame.exr", depth);
         stored = {to_device(Device::open(), depth), camera_for(read_camera(camera), width, height)};
     }
@@ -174,8 +176,14 @@ TEST_CASE("dof-masks program: parallel rays have a telecentric lens") {
     CHECK(holds(output, parallel.expected(parallel.lens, [](DofMasksOptions& o) {
         o.circle = {.k = 20, .g = 4, .telecentric = true};
     })));
-    check_refused(run(parallel.arguments(output, {"--focus", "3", "--f-stop", "2", "--sensor-mm", "36"})), 1,
-                  "parallel rays have no focal length");
+    for (const Arguments& lens : {Arguments{"--sensor-mm", "36"}, Arguments{}}) {
+        Arguments all = parallel.arguments(output, {"--focus", "3", "--f-stop", "2"});
+        all.insert(all.end(), lens.begin(), lens.end());
+        check_refused(run(all), 2,
+                      "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: parallel");
+    }
+    // Rays that are parallel come to no focus: how near the lens is to what is sharp does not count.
+    check_done(run(parallel.arguments(output, {"--focus", "0.01", "--f-stop", "2", "--focal-length-mm", "50"})));
 }
 
 TEST_CASE("dof-masks program: several inputs go into a folder") {
@@ -222,6 +230,7 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
         {{"--sky", "black"}, "blur, sharp or exclude"},
         {{"--mask", "all"}, "coc, near, focus or far"},
         {{"--transitoin", "1"}, "did you mean --transition?"},
+        {{"--f-stop", "2", "--f-stop", "4"}, "--f-stop: is given more than once"},
         {{"--f-stop", "2", "--focus", "3"}, "--focal-length-mm: missing"},
         {{"--f-stop", "2", "--sensor-mm", "36"}, "--focus: missing"},
         {{"--focus", "3", "--sensor-mm", "36"}, "--f-stop: missing"},
@@ -246,9 +255,9 @@ TEST_CASE("dof-masks program: a focus that the image has not is refused") {
         check_refused(run(joined(scene.arguments(output, {"--f-stop", "2", "--focal-length-mm", "50"}), focus)), 1,
                       named);
     };
-    refused({"--focus-at", "48,0"}, "pixel (48, 0) lies outside the image of 48 x 32");
-    refused({"--focus-at", "1,0"}, "pixel (1, 0) is no surface");
-    refused({"--focus-along", "0,32,2"}, "pixel (0, 32) lies outside the image of 48 x 32");
+    refused({"--focus-at", "48,0"}, "--focus-at: pixel 48,0 lies outside the image of 48 × 32; the last one is 47,31");
+    refused({"--focus-at", "1,0"}, "--focus-at: pixel 1,0 is no surface");
+    refused({"--focus-along", "0,32,2"}, "--focus-along: pixel 0,32 lies outside the image of 48 × 32");
     refused({"--focus-along", "5,5,0.01"}, "focal length");
     CHECK(scene.folder.results().empty());
 }
@@ -256,17 +265,20 @@ TEST_CASE("dof-masks program: a focus that the image has not is refused") {
 TEST_CASE("dof-masks program: the near layer and tiles go into files of their own") {
     const Scene scene;
     DofMasksOptions options{.circle = circle_of_confusion(scene.lens, scene.stored.camera)};
-    options.near_reach = options.near_coverage = options.hidden_background = true;
+    options.near_reach = options.near_coverage = options.hidden_background = options.mixed_depth = true;
     options.tile_px = 5;
     const DofMasks truth = dof_masks(scene.stored, options);
     const auto file = [&](const std::string& name) { return scene.folder / ("out/" + name); };
-    check_done(run(scene.with_lens(file("masks.exr"),
-                                   {"--hidden-background", file("hidden.exr"), "--near-coverage", file("coverage.tif"),
-                                    "--near-reach", file("reach.pfm"), "--tiles", file("tiles.exr"), "--tile", "5"})));
+    check_done(run(
+        scene.with_lens(file("masks.exr"), {"--hidden-background", file("hidden.exr"), "--near-coverage",
+                                            file("coverage.tif"), "--near-reach", file("reach.pfm"), "--mixed-depth",
+                                            file("mixed.exr"), "--tiles", file("tiles.exr"), "--tile", "5"})));
     CHECK(holds(file("masks.exr"), scene.expected(scene.lens)));
     CHECK(same(channel(file("reach.pfm")), to_mat(truth.near_reach)));
     CHECK(same(channel(file("coverage.tif")), to_mat(truth.near_coverage)));
     CHECK(same(channel(file("hidden.exr"), "hidden"), to_mat(truth.hidden_background)));
+    CHECK(same(channel(file("mixed.exr"), "mixed"), to_mat(truth.mixed_depth)));
+    CHECK(cv::countNonZero(to_mat(truth.mixed_depth)) > 0);
     CHECK(same(channel(file("tiles.exr"), "least"), to_mat(truth.tile_least)));
     CHECK(same(channel(file("tiles.exr"), "greatest"), to_mat(truth.tile_greatest)));
     CHECK(channel(file("tiles.exr"), "least").size() == cv::Size(10, 7));

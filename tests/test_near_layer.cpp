@@ -277,3 +277,67 @@ TEST_CASE("near layer: only what is asked for is there, and bad tiles are refuse
                       "tile_px = -1 must be 1 to 65536, or 0 for no tiles");
     CHECK_THROWS_AS(dof_masks(stored, {.circle = circle, .tile_px = 65537}), std::invalid_argument);
 }
+
+TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their memory", "[dof_masks][near_layer]") {
+    const int width = 53, height = 37;
+    Picture picture = blobs(width, height, 20, 9);
+    const Device device = Device::open("cpu");
+    const StoredDepth stored{Image::from_host(device, Element::f32, picture.depth.data(), {width, height}),
+                             camera_of(width, height)};
+    DofMasksOptions options = everything();
+    options.mixed_depth = true;
+    const auto images = [](const DofMasks& m) {
+        return std::vector<Image>{m.circle,        m.near,        m.focus,      m.far,           m.near_reach,
+                                  m.near_coverage, m.mixed_depth, m.tile_least, m.tile_greatest, m.hidden_background};
+    };
+    const DofMasks truth = dof_masks(stored, options);
+    constexpr float untouched = 77;
+    for (const int margin : {0, 1, 16}) {
+        std::vector<Image> whole, parts;
+        for (const Image& image : images(truth)) {
+            const Layout layout{image.width() + 2 * margin, image.height() + 2 * margin};
+            const Image& around = whole.emplace_back(device, Element::f32, layout);
+            device.queue().enqueueFillBuffer(around.buffer(), untouched, 0, Image::allocation(Element::f32, layout));
+            parts.push_back(around.region(margin, margin, image.width(), image.height()));
+        }
+        const DofMasks given{.circle = parts[0],
+                             .near = parts[1],
+                             .focus = parts[2],
+                             .far = parts[3],
+                             .near_reach = parts[4],
+                             .near_coverage = parts[5],
+                             .hidden_background = parts[9],
+                             .mixed_depth = parts[6],
+                             .tile_least = parts[7],
+                             .tile_greatest = parts[8]};
+        for (const bool around : {true, false}) { // the second time what looks around has to be left alone
+            DofMasksOptions asked = options;
+            asked.near_reach = asked.near_coverage = asked.hidden_background = asked.mixed_depth = around;
+            dof_masks(stored, given, asked);
+        }
+        const std::vector<Image> expected = images(truth);
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            INFO("margin " << margin << ", image " << i);
+            const std::vector<float> got = floats(parts[i]), wanted = floats(expected[i]);
+            REQUIRE(got.size() == wanted.size());
+            CHECK(std::memcmp(got.data(), wanted.data(), 4 * got.size()) == 0); // NaN among them
+            const std::vector<float> all = floats(whole[i]);
+            const auto kept = std::ranges::count(all, untouched);
+            CHECK(kept == whole[i].width() * whole[i].height() - parts[i].width() * parts[i].height());
+        }
+    }
+    const auto refused = [&](const DofMasks& given, const std::string& message) {
+        CHECK_THROWS_WITH(dof_masks(stored, given, {.circle = circle}), message);
+    };
+    const auto image = [&](int columns, int rows) { return Image(device, Element::f32, {columns, rows}); };
+    DofMasks given{.circle = image(width, height), .near = image(width, height), .focus = image(width, height)};
+    refused(given, "far is asked for, and there is no image for it");
+    given.far = image(width, height + 1);
+    refused(given, "the image for far is 53 x 38 pixels; it must be 53 x 37");
+    given.far = Image(device, Element::f16, {width, height});
+    refused(given, "the image for far must be of one float a pixel");
+    given.far = given.near;
+    refused(given, "the images for near and far share memory");
+    given.far = stored.image;
+    refused(given, "the image for far shares memory with the depth");
+}

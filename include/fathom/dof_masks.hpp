@@ -24,6 +24,7 @@ struct DofMasksOptions {
     bool near_reach = false;                                     ///< wanted?
     bool near_coverage = false;                                  ///< wanted?
     bool hidden_background = false;                              ///< wanted?
+    bool mixed_depth = false;                                    ///< wanted?
     int tile_px = 0; ///< pixels across of the tiles whose extremes are wanted, 0: none; 1 to 65536
 };
 
@@ -35,28 +36,41 @@ inline constexpr double circle_ulp = 4.0;
 /// A near layer that covers a pixel by this much less than wholly lets something be seen through it.
 inline constexpr double dof_shows_through = 0x1p-10;
 
+/// A pixel is mixed only if it lies at least this share of the step between two surfaces away from either of them. The share
+/// is that of circles, before they are clamped: of 1/z under a perspective, of z under parallel rays.
+inline constexpr double mixed_depth_least = 1.0 / 16;
+
+/// And only if that step is as deep as this many pixels are wide at its distance: a rough surface has smaller ones everywhere.
+inline constexpr double mixed_depth_widths = 8;
+
 /// Coverage is within this of its definition in exact arithmetic.
 inline constexpr double near_coverage_error = 1e-5;
 
 /// What `dof_masks` gives: one float a pixel each, all of the depth's size.
 ///
-/// The last five are passes of their own, on request. A pixel x lies within the disc of a pixel p where the distance of
+/// All from `near_reach` on are passes of their own, on request. A pixel x lies within the disc of a pixel p where the distance of
 /// their centres, in horizontal pixels, is at most |c_p|/2; pixels outside the image and what is no surface have none.
 struct DofMasks {
-    Image circle; ///< diameter in horizontal pixels, positive behind the focus; NaN for what is no surface
-    Image near;   ///< 1 before the focus, 0 in it and behind it
-    Image focus;  ///< 1 in focus
-    Image far;    ///< 1 behind the focus, 0 in it and before it
+    Image circle = {}; ///< diameter in horizontal pixels, positive behind the focus; NaN for what is no surface
+    Image near = {};   ///< 1 before the focus, 0 in it and behind it
+    Image focus = {};  ///< 1 in focus
+    Image far = {};    ///< 1 behind the focus, 0 in it and before it
 
-    Image near_reach;    ///< the largest |c_p| of all near discs (c_p < 0) that x lies within; 0 where there is none
-    Image near_coverage; ///< min(1, Σ near_p / n_p) over the discs that x lies within, n_p the pixels that lie within
-                         ///< p's where nothing ends the image; of discs wider than 1024 pixels the area
-    Image
-        hidden_background; ///< 1 where a blur needs what the near layer (c_p < −sharp_px) hides: x belongs to it and is
-                           ///< covered less than wholly, by `dof_shows_through`; or x does not, and some of it lies
-                           ///< within the disc of x. 0 elsewhere, and for what is no surface
-    Image tile_least;    ///< the least circle of each tile of tile_px × tile_px pixels, the last ones being narrower;
-    Image tile_greatest; ///< and the greatest. NaN for a tile without any
+    Image near_reach = {}; ///< the largest |c_p| of all near discs (c_p < 0) that x lies within; 0 where there is none
+    Image near_coverage =
+        {}; ///< min(1, Σ near_p / n_p) over the discs that x lies within, n_p the pixels that lie within
+            ///< p's where nothing ends the image; of discs wider than 1024 pixels the area
+    Image hidden_background =
+        {}; ///< 1 where a blur needs what the near layer (c_p < −sharp_px) hides: x belongs to it and is
+            ///< covered less than wholly, by `dof_shows_through`; or x does not, and some of it lies
+            ///< within the disc of x. 0 elsewhere, and for what is no surface
+    Image mixed_depth =
+        {}; ///< 1 where the stored depth belongs to neither of the surfaces on both sides of the pixel, along a row
+            ///< or a column: it lies between them, and neither side's plane goes through it, as where depth was
+            ///< averaged over an edge. 0 elsewhere, and along an axis on which fewer than two pixels are known on a
+            ///< side. Does not depend on the lens
+    Image tile_least = {}; ///< the least circle of each tile of tile_px × tile_px pixels, the last ones being narrower;
+    Image tile_greatest = {}; ///< and the greatest. NaN for a tile without any
 };
 
 /// Circle of confusion and the weights of what is near, in focus and far, from stored depth in one pass.
@@ -71,6 +85,12 @@ struct DofMasks {
 /// Throws: std::invalid_argument for options out of range and a circle that is not this camera's; Error from the device.
 /// Source: Potmesil and Chakravarty 1981; affine in stored depth as Popov 2016, eq. 5, 6: docs/depth-of-field.md.
 DofMasks dof_masks(const StoredDepth& stored, const DofMasksOptions& options);
+
+/// The same into images of the caller's: those that `options` asks for, of one float a pixel, which share memory neither with
+/// the input nor with each other. The others are left alone. A second call allocates nothing; where an image is a region of
+/// another, or rows do not start at multiples of 64 bytes, what looks around a pixel is copied there at the end.
+/// Throws: as above, and std::invalid_argument for images that are missing or do not fit.
+void dof_masks(const StoredDepth& stored, const DofMasks& results, const DofMasksOptions& options);
 
 /// The depth of the surface at a pixel of the image, for `Lens::focus`; infinity for the background.
 /// Throws: std::invalid_argument for a pixel outside the image, or whose stored value is no surface.

@@ -21,7 +21,7 @@ struct Options : DepthOptions {
     LensOptions lens;
     DofMasksOptions masks;
     std::optional<Mask> mask;
-    std::optional<std::string> near_reach, near_coverage, hidden_background, tiles;
+    std::optional<std::string> near_reach, near_coverage, hidden_background, mixed_depth, tiles;
 };
 
 const std::vector<std::string> channels{"coc", "near", "focus", "far"};
@@ -64,13 +64,14 @@ std::vector<cv::Mat> masks_of(const Options& options, const StoredDepth& stored)
     asked.near_reach = options.near_reach.has_value();
     asked.near_coverage = options.near_coverage.has_value();
     asked.hidden_background = options.hidden_background.has_value();
+    asked.mixed_depth = options.mixed_depth.has_value();
     if (!options.tiles)
         asked.tile_px = 0;
     const DofMasks masks = dof_masks(stored, asked);
     const std::vector<Image> all{masks.circle, masks.near, masks.focus, masks.far};
     std::vector<cv::Mat> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
                                               : side_by_side(all)};
-    for (const Image& image : {masks.near_reach, masks.near_coverage, masks.hidden_background})
+    for (const Image& image : {masks.near_reach, masks.near_coverage, masks.hidden_background, masks.mixed_depth})
         if (image)
             results.push_back(to_mat(image));
     if (options.tiles)
@@ -88,6 +89,7 @@ More more_of(const Options& options) {
     add("--near-reach", options.near_reach, {.endings = {".exr", ".tif", ".pfm"}, .channels = {"coc"}});
     add("--near-coverage", options.near_coverage, {.endings = endings, .channels = {"near"}, .png_scale = 1});
     add("--hidden-background", options.hidden_background, {.endings = endings, .channels = {"hidden"}, .png_scale = 1});
+    add("--mixed-depth", options.mixed_depth, {.endings = endings, .channels = {"mixed"}, .png_scale = 1});
     add("--tiles", options.tiles, {.endings = {".exr"}, .channels = {"least", "greatest"}});
     return more;
 }
@@ -101,6 +103,8 @@ void add_more_options(CLI::App& app, Options& options) {
     add("--near-coverage", options.near_coverage, "also write how much of each pixel near circles cover");
     add("--hidden-background", options.hidden_background,
         "also write where a blur needs what lies behind the near layer");
+    add("--mixed-depth", options.mixed_depth,
+        "also write which pixels' depth lies between two surfaces, as if\naveraged over an edge");
     CLI::Option* tiles = add("--tiles", options.tiles, "also write the least and the greatest coc of each tile");
     options.masks.tile_px = 16;
     app.add_option("--tile", options.masks.tile_px, "pixels across of a tile, 1 to 65536 (default: 16)")
@@ -163,8 +167,8 @@ The lens: from its focal length and sensor, or with one of them the other from t
 circles grow with the distance from the focus without end (telecentric); --largest ends them.
 
 With several inputs every FILE above is a folder, as OUT is. The EXR channels are coc (--near-reach), near
-(--near-coverage), hidden (--hidden-background), least and greatest (--tiles). What each mask means:
-docs/depth-of-field.md.
+(--near-coverage), hidden (--hidden-background), mixed (--mixed-depth), least and greatest (--tiles). What each mask
+means: docs/depth-of-field.md.
 
 Example:
   fathom dof-masks frame.exr --camera camera.json -o frame.masks.exr --focus-at 640,360 --f-stop 2.8 \

@@ -1,21 +1,29 @@
-// Masks for depth of field: one pass of kernels/dof_masks.cl, and those of near_layer.cpp where they are asked for.
+// Masks for depth of field: one pass of kernels/dof_masks.cl, those of near_layer.cpp
+// and mixed_depth.cpp where they are asked for.
 
 #include <fathom/dof_masks.hpp>
 
 #include <fathom/linearize.hpp>
 
 #include "operations/circle.hpp"
+#include "operations/mixed_depth.hpp"
 #include "operations/near_layer.hpp"
 #include "operations/parameters.hpp"
+#include "runtime/scratch.hpp"
+
 #include "require.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <vector>
 
 namespace fathom {
 namespace {
 
 void check(const DofMasksOptions& options, const DepthForm& form) {
     check_circle(options.circle, form);
+    check_choice("sky", options.sky, {"blur", "sharp", "exclude"});
     require(std::isfinite(options.sharp_px) && options.sharp_px >= 0,
             text("sharp_px = ", options.sharp_px, " must be 0 or greater"));
     require(std::isfinite(options.transition_px) && options.transition_px >= 0,
@@ -25,22 +33,78 @@ void check(const DofMasksOptions& options, const DepthForm& form) {
             text("tile_px = ", options.tile_px, " must be 1 to 65536, or 0 for no tiles"));
 }
 
-} // namespace
+// One of the results: is it asked for, and how large is it?
+struct Result {
+    bool asked;
+    const char* name;
+    Image DofMasks::*image;
+    Layout layout;
+};
 
-DofMasks dof_masks(const StoredDepth& stored, const DofMasksOptions& options) {
+std::vector<Result> results_of(const StoredDepth& stored, const DofMasksOptions& options) {
+    const int width = stored.image.width(), height = stored.image.height(), tile = std::max(options.tile_px, 1);
+    const Layout pixels{width, height}, tiles{(width - 1) / tile + 1, (height - 1) / tile + 1};
+    const std::vector<Result> all{
+        {true, "circle", &DofMasks::circle, pixels},
+        {options.weights, "near", &DofMasks::near, pixels},
+        {options.weights, "focus", &DofMasks::focus, pixels},
+        {options.weights, "far", &DofMasks::far, pixels},
+        {options.near_reach, "near_reach", &DofMasks::near_reach, pixels},
+        {options.near_coverage, "near_coverage", &DofMasks::near_coverage, pixels},
+        {options.hidden_background, "hidden_background", &DofMasks::hidden_background, pixels},
+        {options.mixed_depth, "mixed_depth", &DofMasks::mixed_depth, pixels},
+        {options.tile_px > 0, "tile_least", &DofMasks::tile_least, tiles},
+        {options.tile_px > 0, "tile_greatest", &DofMasks::tile_greatest, tiles}};
+    std::vector<Result> asked;
+    std::ranges::copy_if(all, std::back_inserter(asked), &Result::asked);
+    return asked;
+}
+
+void check_results(const StoredDepth& stored, const DofMasks& given, const std::vector<Result>& asked) {
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+        const Result& result = asked[i];
+        const Image& image = given.*result.image;
+        require(static_cast<bool>(image), text(result.name, " is asked for, and there is no image for it"));
+        require(image.width() == result.layout.width && image.height() == result.layout.height,
+                text("the image for ", result.name, " is ", image.width(), " x ", image.height(),
+                     " pixels; it must be ", result.layout.width, " x ", result.layout.height));
+        require(image.element() == Element::f32 && image.channels() == 1,
+                text("the image for ", result.name, " must be of one float a pixel"));
+        require(!image.overlaps(stored.image), text("the image for ", result.name, " shares memory with the depth"));
+        for (std::size_t j = 0; j < i; ++j)
+            require(!image.overlaps(given.*asked[j].image),
+                    text("the images for ", asked[j].name, " and ", result.name, " share memory"));
+    }
+}
+
+// Where the kernels write: into the images themselves, if they all lie in their memory as the kernels count.
+DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, runtime::Scratch& scratch) {
+    const auto one_pass = [](const Result& result) {
+        return result.image == &DofMasks::circle || result.image == &DofMasks::near ||
+               result.image == &DofMasks::focus || result.image == &DofMasks::far;
+    };
+    const bool alike = std::ranges::all_of(asked, [&](const Result& result) {
+        const Image& image = given.*result.image;
+        return one_pass(result) && image.offset() == given.circle.offset() &&
+               image.row_stride() == given.circle.row_stride();
+    });
+    DofMasks places;
+    for (const Result& result : asked) {
+        const Image& image = given.*result.image;
+        const std::size_t row = Image::allocation(Element::f32, {result.layout.width, 1}) / sizeof(float);
+        const bool plain = image.offset() == 0 && image.row_stride() == row;
+        places.*result.image = alike || plain ? image : scratch.image(Element::f32, result.layout);
+    }
+    return places;
+}
+
+void circles_and_weights(const StoredDepth& stored, const DofMasksOptions& options, DepthForm form,
+                         const DofMasks& masks) {
     const Device& device = stored.image.device();
-    check_stored(stored);
-    DepthForm form = depth_form(stored.camera, stored.storage);
-    check(options, form);
     Rays view = form.form == Form::ray_distance ? rays(stored.camera) : Rays{};
     count_from_lens(form, view, options.circle);
     const Arithmetic arithmetic = device.options().arithmetic;
     const int width = stored.image.width(), height = stored.image.height();
-
-    const Layout layout{width, height};
-    const auto image = [&] { return Image(device, Element::f32, layout); };
-    DofMasks masks;
-    masks.circle = image();
     const int lanes = lanes_for(device, width);
     runtime::Choices choices =
         circle_choices(form, options.circle, view, stored.storage, lanes, worth_streaming(masks.circle, lanes));
@@ -53,15 +117,45 @@ DofMasks dof_masks(const StoredDepth& stored, const DofMasksOptions& options) {
                         depth_parameters(form, stored.storage, Background::inf, arithmetic),
                         ray_parameters(view, form.scale, arithmetic), circle_parameters(form, options, arithmetic));
     };
-    if (options.weights) {
-        masks.near = image();
-        masks.focus = image();
-        masks.far = image();
+    if (options.weights)
         launch(masks.circle, masks.near, masks.focus, masks.far);
-    } else {
+    else
         launch(masks.circle);
-    }
+}
+
+// Checks everything but the results.
+DepthForm checked_form(const StoredDepth& stored, const DofMasksOptions& options) {
+    check_stored(stored);
+    DepthForm form = depth_form(stored.camera, stored.storage);
+    check(options, form);
+    return form;
+}
+
+} // namespace
+
+void dof_masks(const StoredDepth& stored, const DofMasks& results, const DofMasksOptions& options) {
+    const DepthForm form = checked_form(stored, options);
+    const std::vector<Result> asked = results_of(stored, options);
+    check_results(stored, results, asked);
+    runtime::Scratch scratch(stored.image.device());
+    const DofMasks masks = places_for(results, asked, scratch);
+    circles_and_weights(stored, options, form, masks);
     near_layer(stored, options, masks);
+    if (options.mixed_depth)
+        mixed_depth(stored, masks.mixed_depth);
+    for (const Result& result : asked) {
+        const Image &from = masks.*result.image, &to = results.*result.image;
+        if (from.buffer()() != to.buffer()())
+            runtime::copy(from, to);
+    }
+}
+
+DofMasks dof_masks(const StoredDepth& stored, const DofMasksOptions& options) {
+    checked_form(stored, options);
+    DofMasks masks;
+    for (const Result& result : results_of(stored, options))
+        masks.*result.image = Image(stored.image.device(), Element::f32, result.layout);
+    dof_masks(stored, masks, options);
     return masks;
 }
 

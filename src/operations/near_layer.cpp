@@ -74,16 +74,12 @@ params::near_params near_parameters(const Extremes& tiles, const Extremes& block
 
 } // namespace
 
-void near_layer(const StoredDepth& stored, const DofMasksOptions& options, DofMasks& masks) {
+void near_layer(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& masks) {
     const Image& circle = masks.circle;
     const Device& device = circle.device();
     const int width = circle.width(), height = circle.height();
-    if (options.tile_px > 0) {
-        const Layout layout{parts(width, options.tile_px), parts(height, options.tile_px)};
-        masks.tile_least = Image(device, Element::f32, layout);
-        masks.tile_greatest = Image(device, Element::f32, layout);
+    if (options.tile_px > 0)
         find_extremes({circle, circle}, options.tile_px, {masks.tile_least, masks.tile_greatest});
-    }
     const bool covered = options.near_coverage || options.hidden_background;
     if (!options.near_reach && !covered)
         return;
@@ -107,24 +103,17 @@ void near_layer(const StoredDepth& stored, const DofMasksOptions& options, DofMa
             runtime::kernel(device, "near_layer", {{"V", lanes}, {"STREAM", 0}, {"OUTPUT", static_cast<int>(output)}}),
             range_of(circle, lanes), circle, share, tiles.least, blocks.least, result, p);
     };
-    if (options.near_reach) {
-        masks.near_reach = Image(device, Element::f32, layout);
+    if (options.near_reach)
         gather(Output::reach, circle, masks.near_reach);
-    }
     if (!covered)
         return;
     const Image share = scratch.image(Element::f32, layout);
     runtime::launch(device, runtime::kernel(device, "near_share", {{"V", lanes}, {"STREAM", 0}}),
                     range_of(circle, lanes), circle, share, p);
-    const Image coverage =
-        options.near_coverage ? Image(device, Element::f32, layout) : scratch.image(Element::f32, layout);
+    const Image coverage = options.near_coverage ? masks.near_coverage : scratch.image(Element::f32, layout);
     gather(Output::coverage, share, coverage);
-    if (options.near_coverage)
-        masks.near_coverage = coverage;
-    if (options.hidden_background) {
-        masks.hidden_background = Image(device, Element::f32, layout);
+    if (options.hidden_background)
         gather(Output::hidden, coverage, masks.hidden_background);
-    }
 }
 
 } // namespace fathom

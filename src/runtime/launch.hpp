@@ -65,6 +65,9 @@ inline std::string argument_type(const params::part_params&) {
 inline std::string argument_type(const params::behind_params&) {
     return "behind_params";
 }
+inline std::string argument_type(const params::mixed_params&) {
+    return "mixed_params";
+}
 
 inline const cl::Buffer& argument_value(const Image& image) {
     return image.buffer();

@@ -6,6 +6,7 @@
 #include "text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 
 #ifdef __linux__
@@ -70,6 +71,18 @@ Image Scratch::image(Element element, Layout layout) {
         used_.push_back(huge ? in_huge_pages(device_, size) : Image(device_, element, layout).buffer());
     }
     return Image(device_, used_.back(), element, layout);
+}
+
+void copy(const Image& from, const Image& to) {
+    const auto width = static_cast<std::size_t>(from.width() * from.channels()) * bytes(from.element());
+    const auto corner = [](const Image& image) {
+        const std::size_t size = bytes(image.element());
+        return std::array<cl::size_type, 3>{image.offset() % image.row_stride() * size,
+                                            image.offset() / image.row_stride(), 0};
+    };
+    from.device().queue().enqueueCopyBufferRect(
+        from.buffer(), to.buffer(), corner(from), corner(to), {width, static_cast<std::size_t>(from.height()), 1},
+        from.row_stride() * bytes(from.element()), 0, to.row_stride() * bytes(to.element()), 0);
 }
 
 } // namespace fathom::runtime

@@ -23,4 +23,7 @@ private:
     std::vector<cl::Buffer> used_;
 };
 
+/// Copies an image to another one of its size and type.
+void copy(const Image& from, const Image& to);
+
 } // namespace fathom::runtime

@@ -1,0 +1,59 @@
+// Pixels whose depth was averaged over an edge: they lie on neither of the surfaces beside them, but between these.
+//   left = 2 before1 - before2,  right = 2 after1 - after2       where the planes beside the pixel pass through it
+// along a row or a column of planar depth, which is affine on every plane: two-tap extrapolation as in slope.h (atyuwen 2020).
+// The pixel is mixed where it lies between left and right, and between its neighbours, by more than LEAST of the step from
+// left to right and more than rounding; and where that step is none that the slopes beside it make, as on a curve that turns,
+// and as wide as some pixels, which a rough surface's is not.
+// Neighbours count as well as extrapolations, since two taps of a thing two pixels wide predict nothing. Where one of the four
+// is no number, nothing is said.
+
+#include "params.h"
+#include "window.h"
+
+#define LEAST 0.0625f // mixed_depth_least
+#define STEEP 0.5f    // slopes per step: four pixels mixed in a row, as wide filters make them, are 1 apart of 3
+
+INLINE intV mixed(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2, floatV tolerance,
+                   floatV widths) {
+    const floatV slope_before = before1 - before2, slope_after = after2 - after1;
+    const floatV left = before1 + slope_before, right = after1 - slope_after, step = right - left;
+    const floatV size = fabs(step), least = max(LEAST * size, tolerance);
+    const floatV way = sign(step);
+    const floatV from_left = min((centre - left) * way, (centre - before1) * way);
+    const floatV from_right = min((right - centre) * way, (after1 - centre) * way);
+    return (from_left > least) & (from_right > least) & (size > STEEP * (fabs(slope_before) + fabs(slope_after))) &
+           (size > widths) & (size < INFINITY);
+}
+
+INLINE floatV mixed_at(const window* w, int inside, const mixed_params* p) {
+    const floatV q = LOAD(float, w->source + w->x);
+    const floatV west = neighbour(w, inside, -1, 0), east = neighbour(w, inside, 1, 0);
+    const floatV north = neighbour(w, inside, 0, -1), south = neighbour(w, inside, 0, 1);
+    const floatV size = max(max(fabs(west), fabs(east)), max(fabs(north), fabs(south)));
+    const floatV error =
+        fma(fma((floatV)p->error_quadratic, size, (floatV)p->error_linear), size, (floatV)p->error_constant);
+    const floatV tolerance = 4.0f * error, widths = fma((floatV)p->step_linear, fabs(q), (floatV)p->step_constant);
+    const intV in_row =
+        mixed(neighbour(w, inside, -2, 0), west, q, east, neighbour(w, inside, 2, 0), tolerance, widths);
+    const intV in_column =
+        mixed(neighbour(w, inside, 0, -2), north, q, south, neighbour(w, inside, 0, 2), tolerance, widths);
+    return select((floatV)0.0f, (floatV)1.0f, in_row | in_column);
+}
+
+__kernel void mixed_depth(__global const float* source, __global float* target, const grid_params grid,
+                          const mixed_params p) {
+    const uint x = first_column(grid.x_begin, grid.x_end);
+    const uint y = get_global_id(1);
+    if (x >= grid.x_end || y >= grid.height)
+        return;
+
+    const window w = {.source = source + grid.source_offset + (size_t)y * grid.source_stride,
+                      .x = (int)x,
+                      .y = (int)y,
+                      .width = (int)grid.x_end,
+                      .height = (int)grid.height,
+                      .stride = (int)grid.source_stride};
+    const int inside = x >= 2 && x + V + 2 <= grid.x_end && y >= 2 && y + 2 < grid.height;
+    const floatV found = inside ? mixed_at(&w, 1, &p) : mixed_at(&w, 0, &p);
+    *(__global float_lanes*)(target + grid.target_offset + (size_t)y * grid.target_stride + x) = found;
+}

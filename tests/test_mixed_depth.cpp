@@ -1,0 +1,264 @@
+// dof_masks: pixels whose depth was averaged over an edge, against scenes in which it is known which pixels those are.
+
+#include "catch.hpp"
+#include "stability.hpp"
+
+#include <fathom/dof_masks.hpp>
+#include <fathom/precision.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <string>
+#include <vector>
+
+using namespace fathom;
+
+namespace {
+
+using stability::camera_of;
+using stability::infinity;
+
+constexpr int width = 104, height = 80;
+
+// Planar depth at a position of the image, and which surface that is: 0 behind, 1 before it, 2 the background.
+struct Sample {
+    double q;
+    int surface;
+};
+using Scene = std::function<Sample(double x, double y)>;
+
+// How a scene's planar depth is stored.
+struct Stored {
+    std::string name;
+    Camera camera;
+    bool codes = false; // of 16 bits
+};
+
+std::vector<Stored> ways() {
+    const double aspect = static_cast<double>(width) / height;
+    const DepthSpan span{0.5, 50}, reversed{0.5, infinity, DepthOrder::reversed};
+    std::vector<Stored> list{
+        {"window", camera_of(perspective(1.0, aspect, span), width, height)},
+        {"reversed, infinite", camera_of(perspective(1.0, aspect, reversed, Convention::direct3d()), width, height)},
+        {"orthographic", camera_of(orthographic({-2, 2, -1.5, 1.5}, span), width, height)},
+        {"16 bits", camera_of(perspective(1.0, aspect, span), width, height), true},
+        {"view z", camera_of(perspective(1.0, aspect, span), width, height)}};
+    list.back().camera.encoding = Encoding::view_z;
+    return list;
+}
+
+// Planar depths from 0.1 to 0.5 are depths from 10 to 2; where rays are parallel from 40 to 2. What is stored is affine in
+// them, but for view depth.
+struct Encoder {
+    double slope, start;
+    bool inverse;
+
+    explicit Encoder(const Stored& way) : inverse(way.name == "view z") {
+        const auto stored = [&](double q) {
+            const double z = way.name == "orthographic" ? 50 - 96 * q : 1 / q;
+            return static_cast<double>(stored_depth(way.camera, Storage::float32, 0.5, 0.5, z));
+        };
+        slope = (stored(0.5) - stored(0.1)) / 0.4;
+        start = stored(0.1) - 0.1 * slope;
+        background = way.name == "reversed, infinite" ? 0.0 : inverse ? 1e10 : 1.0;
+    }
+    double background;
+    double stored(const Sample& s) const {
+        return s.surface == 2 ? background : inverse ? 1 / s.q : start + slope * s.q;
+    }
+    double planar(double v) const { return inverse ? 1 / v : (v - start) / slope; }
+};
+
+struct Picture {
+    std::vector<float> values;
+    std::vector<bool> mixed;   // by at least an eighth of the step in planar depth
+    std::vector<bool> several; // surfaces in the pixel
+};
+
+Picture rendered(const Scene& scene, const Stored& way, int samples) {
+    const Encoder encoder(way);
+    Picture picture;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            double sum = 0, least = infinity, most = -infinity;
+            int surfaces = 0;
+            for (int i = 0; i < samples * samples; ++i) {
+                const Sample s = scene(x + (i % samples + 0.5) / samples, y + (i / samples + 0.5) / samples);
+                const double value = encoder.stored(s), q = encoder.planar(value);
+                sum += value;
+                least = std::min(least, q);
+                most = std::max(most, q);
+                surfaces |= 1 << s.surface;
+            }
+            const double value = sum / (samples * samples);
+            const bool several = surfaces == 3 || surfaces > 4;
+            const double share = several ? (encoder.planar(value) - least) / (most - least) : 0;
+            picture.several.push_back(several);
+            picture.mixed.push_back(several && share > 0.125 && share < 0.875);
+            picture.values.push_back(static_cast<float>(value));
+        }
+    }
+    return picture;
+}
+
+std::vector<float> mask_of(const Picture& picture, const Stored& way, const DeviceOptions& options = {}) {
+    static std::map<int, Device> devices; // by lanes
+    const auto [place, is_new] = devices.try_emplace(options.lanes);
+    if (is_new)
+        place->second = Device::open("cpu", options);
+    const Device& device = place->second;
+    std::vector<std::uint16_t> codes;
+    for (const float value : picture.values)
+        codes.push_back(static_cast<std::uint16_t>(std::lround(std::min(value, 1.0f) * 65535)));
+    const Storage storage = way.codes ? Storage::uint16 : Storage::float32;
+    const void* data = way.codes ? static_cast<const void*>(codes.data()) : picture.values.data();
+    const StoredDepth stored{Image::from_host(device, element_of(storage), data, {width, height}), way.camera, storage};
+    const bool parallel = way.name == "orthographic";
+    const DofMasks masks = dof_masks(stored, {.circle = {20, 100, 0, parallel}, .weights = false, .mixed_depth = true});
+    std::vector<float> mask(picture.values.size());
+    masks.mixed_depth.download(mask.data());
+    return mask;
+}
+
+// What is found; in the two outermost rows and columns, where neighbours are missing, only what is wrong counts.
+struct Count {
+    int mixed = 0, found = 0, pure = 0, wrong = 0;
+    void add(const Picture& picture, const std::vector<float>& mask) {
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                const auto i = static_cast<std::size_t>(y * width + x);
+                const bool inside = x >= 2 && y >= 2 && x < width - 2 && y < height - 2;
+                mixed += inside && picture.mixed[i];
+                found += inside && picture.mixed[i] && mask[i] == 1;
+                pure += !picture.several[i];
+                wrong += !picture.several[i] && mask[i] != 0;
+            }
+        }
+    }
+    void print(const std::string& what) const {
+        std::printf("mixed depth, %-44s %5d of %5d found, %4d of %d wrong\n", what.c_str(), found, mixed, wrong, pure);
+    }
+};
+
+// 1/z of a plane through the image's middle.
+double plane(double x, double y, double q, double gx, double gy) {
+    return q + gx * (x - width / 2.0) + gy * (y - height / 2.0);
+}
+
+// A slanted half-plane before another, or before the background, its edge turned by an angle.
+Scene edge(double degrees, bool before_sky) {
+    const double a = degrees * std::numbers::pi / 180;
+    return [=](double x, double y) -> Sample {
+        if ((x - 52.3) * std::cos(a) + (y - 40.6) * std::sin(a) < 0)
+            return {plane(x, y, 0.4, 2e-4, -3e-4), 1};
+        return {plane(x, y, 0.15, -1e-4, 2e-4), before_sky ? 2 : 0};
+    };
+}
+
+// A pole across the image, so many pixels wide.
+Scene pole(double degrees, double wide) {
+    const double a = degrees * std::numbers::pi / 180;
+    return [=](double x, double y) -> Sample {
+        const double across = (x - 52.3) * std::cos(a) + (y - 40.6) * std::sin(a);
+        return std::abs(across) < wide / 2 ? Sample{0.4, 1} : Sample{plane(x, y, 0.15, -1e-4, 2e-4), 0};
+    };
+}
+
+// A ball, whose rim bends away, before a wall.
+Sample ball(double x, double y) {
+    const double r = 30, square = r * r - (x - 52.3) * (x - 52.3) - (y - 40.6) * (y - 40.6);
+    return square > 0 ? Sample{1 / (4 - 0.02 * std::sqrt(square)), 1} : Sample{1 / 6.0, 0};
+}
+
+} // namespace
+
+TEST_CASE("mixed depth: pixels averaged over an edge are found, and surfaces are not", "[dof_masks][mixed_depth]") {
+    for (const Stored& way : ways()) {
+        for (const int samples : {2, 4}) {
+            Count edges, sharp;
+            for (const bool sky : {false, true}) {
+                for (int angle = 0; angle < 180; angle += 15) {
+                    const Scene scene = edge(angle, sky);
+                    const Picture picture = rendered(scene, way, samples), aliased = rendered(scene, way, 1);
+                    edges.add(picture, mask_of(picture, way));
+                    sharp.add(aliased, mask_of(aliased, way));
+                }
+            }
+            edges.print(way.name + ", edges, " + std::to_string(samples * samples) + " samples");
+            sharp.print(way.name + ", edges, 1 sample");
+            CHECK(edges.mixed >= (way.name == "view z" ? 300 : 1000));
+            CHECK(edges.found == edges.mixed);
+            CHECK(edges.wrong == 0);
+            CHECK(sharp.wrong == 0);
+        }
+    }
+}
+
+TEST_CASE("mixed depth: planes and creases have none, however they are tilted", "[dof_masks][mixed_depth]") {
+    for (const Stored& way : ways()) {
+        Count smooth;
+        for (const double steep : {0.0, 1e-4, 1e-3, 3e-3}) {
+            for (int angle = 0; angle < 360; angle += 45) {
+                const double gx = steep * std::cos(angle * std::numbers::pi / 180),
+                             gy = steep * std::sin(angle * std::numbers::pi / 180);
+                const auto tilted = [=](double x, double y) { return std::clamp(plane(x, y, 0.3, gx, gy), 0.05, 0.5); };
+                const auto flat = [=](double x, double y) -> Sample { return {tilted(x, y), 0}; };
+                const auto ridge = [=](double x, double y) -> Sample {
+                    return {std::max(tilted(x, y), plane(x, y, 0.3, -gy, gx / 2)), 0};
+                };
+                for (const Scene& scene : {Scene(flat), Scene(ridge)}) {
+                    const Picture picture = rendered(scene, way, 2);
+                    smooth.add(picture, mask_of(picture, way));
+                }
+            }
+        }
+        smooth.print(way.name + ", planes and creases");
+        CHECK(smooth.wrong == 0);
+    }
+}
+
+TEST_CASE("mixed depth: poles and balls", "[dof_masks][mixed_depth]") {
+    const Stored way = ways().front();
+    for (const double wide : {1.0, 2.0, 3.0, 6.0}) {
+        Count averaged, sharp;
+        for (int angle = 0; angle < 180; angle += 15) {
+            const Picture picture = rendered(pole(angle, wide), way, 2), aliased = rendered(pole(angle, wide), way, 1);
+            averaged.add(picture, mask_of(picture, way));
+            sharp.add(aliased, mask_of(aliased, way));
+        }
+        averaged.print("poles " + std::to_string(static_cast<int>(wide)) + " wide, 4 samples");
+        sharp.print("poles " + std::to_string(static_cast<int>(wide)) + " wide, 1 sample");
+        CHECK(sharp.wrong == 0);
+        CHECK(averaged.wrong == 0);
+        if (wide >= 2) // of one that is mixed on both sides nothing shows how far the step goes
+            CHECK(averaged.found == averaged.mixed);
+    }
+    Count averaged, sharp;
+    const Picture picture = rendered(ball, way, 2), aliased = rendered(ball, way, 1);
+    averaged.add(picture, mask_of(picture, way));
+    sharp.add(aliased, mask_of(aliased, way));
+    averaged.print("a ball, 4 samples");
+    sharp.print("a ball, 1 sample");
+    CHECK(averaged.found == averaged.mixed);
+    CHECK(averaged.wrong == 0);
+    CHECK(sharp.wrong == 0);
+}
+
+TEST_CASE("mixed depth: same bits for every lane count, and nothing where there is no surface",
+          "[dof_masks][mixed_depth][same-bits]") {
+    const Stored way = ways().front();
+    Picture picture = rendered(edge(33, true), way, 2);
+    for (std::size_t i = 0; i < picture.values.size(); i += 7)
+        picture.values[i] = std::nanf("");
+    const std::vector<float> first = mask_of(picture, way, {.lanes = 16});
+    for (std::size_t i = 0; i < first.size(); ++i)
+        REQUIRE((i % 7 == 0 ? first[i] == 0 : first[i] == 0 || first[i] == 1));
+    for (const int lanes : {1, 4, 8}) {
+        const std::vector<float> got = mask_of(picture, way, {.lanes = lanes});
+        CHECK(std::memcmp(got.data(), first.data(), 4 * got.size()) == 0);
+    }
+}
