@@ -5,7 +5,9 @@
 
 #include "tiles.h"
 
-#define JUMP 2.0f // slices: a surface's neighbours in depth are not behind it
+#ifndef PLATE
+#error "PLATE is not defined: 1 where some pixels have what lies behind them already, 0 otherwise"
+#endif
 
 INLINE float circle_of(float slice, const blur_params* p) {
     const float away = fabs(slice - (float)p->middle) / p->per_octave, octave = floor(away);
@@ -20,6 +22,10 @@ __kernel void dof_behind(__global float* planes, __global const float* blocks,
         return;
     __global float* second = planes + (1 + CHANNELS) * p.plane;
     const size_t at = (size_t)row * p.stride + MARGIN + column;
+#if PLATE
+    if (second[at] >= 0.0f)
+        return;
+#endif
     const float slice = planes[at], circle = circle_of(slice, &p);
     size_t found = at;
     if (column >= 0 && column < (int)p.columns && slice >= 0.0f && b.farthest > slice + JUMP) {

@@ -13,6 +13,9 @@
 #error "DIRECT, FILL and BRIGHT are not defined: 1 to read pixels instead of strips, to sum what lies behind, and where\
  strips hold what lies beyond the knee, 0 otherwise"
 #endif
+#ifndef BEHIND
+#error "BEHIND is not defined: 1 where pixels have a second surface, 0 otherwise"
+#endif
 #define PLANES (2 + CHANNELS + FILL * (2 + CHANNELS) + BRIGHT * CHANNELS)
 
 // Rows of pixels at once, which read nearly the same strips.
@@ -27,8 +30,18 @@ INLINE void add_span(__global const float* from, const span_params* span, const 
     for (int column = span->low; column < span->high; ++column) {
         const floatV off = LOAD(float, from + column) - slice;
         const floatV own = weight * max(1.0f - fabs(off), 0.0f);
+#if BEHIND
+        __global const float* second = from + (1 + CHANNELS) * p->plane + column;
+        const floatV off_second = LOAD(float, second) - slice, farther = max(off, off_second);
+        const floatV own_second = weight * max(1.0f - fabs(off_second), 0.0f);
+        sum[0] += own_second;
+        for (int k = 0; k < CHANNELS; ++k)
+            sum[2 + k] = fma(own_second, LOAD(float, second + (k + 1) * p->plane), sum[2 + k]);
+#else
+        const floatV farther = off;
+#endif
         sum[0] += own;
-        sum[1] = fma(weight, min(max(off + 2.0f, 0.0f), 1.0f), sum[1]);
+        sum[1] = fma(weight, min(max(farther + 2.0f, 0.0f), 1.0f), sum[1]);
 #if FILL
         const floatV sharper = weight * min(max(min(off - 1.0f, alike - off), 0.0f), 1.0f);
         sum[2 + CHANNELS] += sharper;
@@ -55,7 +68,7 @@ INLINE void add_span(__global const float* from, const span_params* span, uint p
 #endif
 
 // Lays the slice's share of a row of pixels over what was seen before it.
-// `wide`: 1 where the slice's circle is larger than that of a foreground in the pixel itself.
+// `wide`: 1 where the slice's circle is larger than that of a foreground in the pixel itself, and no plate says what that hides.
 INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* wide) {
     __global float* before = here + (2 * CHANNELS + 2) * plane;
     __global float* left_to_wide = before + plane;
@@ -143,7 +156,11 @@ __kernel void dof_gather(__global const float* planes, __global const float* sou
     for (int i = 0; i < ROWS; ++i) {
         const size_t here = at + (size_t)i * p.stride;
         const floatV own = LOAD(float, planes + here), alike = 2.0f * (float)p.middle - own;
-        const floatV wide = select((floatV)0.0f, min(max(s.slice - alike + 1.0f, 0.0f), 1.0f), own < (float)p.middle);
+        intV unknown = own < (float)p.middle; // what lies behind it
+#if BEHIND
+        unknown &= LOAD(float, planes + (1 + CHANNELS) * p.plane + here) < 0.0f;
+#endif
+        const floatV wide = select((floatV)0.0f, min(max(s.slice - alike + 1.0f, 0.0f), 1.0f), unknown);
         composite(state + here, p.plane, entry >> 31, sum[i], has_near && s.slice > (float)p.middle ? &wide : 0);
     }
 }

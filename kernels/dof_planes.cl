@@ -2,11 +2,15 @@
 //   s = middle + sign(c) n (log2-like of |c|): per octave of |c| beyond one pixel n slices, evenly spaced within the octave
 // A pixel lies in the two slices around s, the nearer one the more; s is a multiple of 1/128, so that the two shares, and
 // any sum of them, are exact. What has no circle, or a colour that is no number, takes part in nothing.
+// Under PLATE the circles and colours are those of a plate: where it lies behind the picture it is the pixel's second surface.
 
 #include "lanes.h"
 #include "pixels.h"
 #include "tiles.h"
 
+#ifndef PLATE
+#error "PLATE is not defined: 1 for what lies behind the picture, 0 for the picture"
+#endif
 #define LARGEST_COLOUR 1e30f // running sums of it stay finite
 
 __kernel void dof_planes(__global const float* circles, __global const ELEMENT_TYPE* colour, __global float* planes,
@@ -38,7 +42,14 @@ __kernel void dof_planes(__global const float* circles, __global const ELEMENT_T
     const floatV octaves = convert_floatV(as_intV(size) - 0x3f800000) * 0x1p-23f; // even within an octave
     const floatV away = convert_floatV(convert_intV(fma(octaves, (floatV)(128.0f * p.per_octave), (floatV)0.5f))) * 0x1p-7f;
     const floatV slice = (float)p.middle + select(away, -away, c < 0.0f);
-    *(__global float_lanes*)(planes + here) = select((floatV)NOWHERE, slice, known);
+#if PLATE
+    const floatV front = LOAD(float, planes + here);
+    known &= (front >= 0.0f) & (slice > front + JUMP);
+    __global float* target = planes + (1 + CHANNELS) * p.plane + here;
+#else
+    __global float* target = planes + here;
+#endif
+    *(__global float_lanes*)target = select((floatV)NOWHERE, slice, known);
     for (int k = 0; k < CHANNELS; ++k)
-        *(__global float_lanes*)(planes + (k + 1) * p.plane + here) = select((floatV)0.0f, value[k], known);
+        *(__global float_lanes*)(target + (k + 1) * p.plane) = select((floatV)0.0f, value[k], known);
 }

@@ -3,7 +3,8 @@
 // certainly behind and sharper, its colour, and what is behind the focus and no sharper; under BRIGHT what of the slice's
 // colour lies beyond the knee. A pixel counts for slice k by 1 - |s - k|, as behind it by s - k up to 1, and as certainly
 // behind, which the other share of a surface between two slices is not, by s - k - 1 up to 1.
-// Under BEHIND a pixel has a second surface, which counts like the first, and there is a last sum: of the columns of the own.
+// Under BEHIND a pixel has a second surface, which counts like the first. Under MOMENT there is a last sum: of the columns of
+// the own.
 // Restarted, and with highlights summed apart, since what a running sum has met stays in its rounding.
 
 #include "tiles.h"
@@ -11,11 +12,11 @@
 #if !defined(FILL) || !defined(BRIGHT)
 #error "FILL and BRIGHT are not defined: 1 to sum what lies behind, and what lies beyond the knee, 0 otherwise"
 #endif
-#ifndef BEHIND
-#error "BEHIND is not defined: 1 where pixels have a second surface, 0 otherwise"
+#if !defined(BEHIND) || !defined(MOMENT)
+#error "BEHIND and MOMENT are not defined: 1 where pixels have a second surface, and to sum columns, 0 otherwise"
 #endif
 #define HIGHLIGHTS (2 + CHANNELS + FILL * (2 + CHANNELS))
-#define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + BEHIND)
+#define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + MOMENT)
 
 // Sums over the lanes before each one, and over all of them, always in the same order.
 #ifdef __has_builtin
@@ -71,7 +72,7 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
     __global float* target = strips + (size_t)across * s.strip_column + (size_t)kept * s.strip_row;
     __global const float* source = planes + in_planes(&p, 0, 0, down * TILE_ROWS + row * s.pitch);
 
-#if BEHIND
+#if MOMENT
     const float16 columns =
         (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(across * TILE_COLUMNS);
 #endif
@@ -96,12 +97,14 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
                 __global const float* second = here + (1 + CHANNELS) * p.plane;
                 const float16 off_second = *(__global const float16_anywhere*)second - s.slice;
                 const float16 own_second = max(1.0f - fabs(off_second), 0.0f);
-                value[0] += own + own_second;
-                value[1] += min(max(max(off, off_second) + 2.0f, 0.0f), 1.0f);
-                value[PLANES - 1] = fma(own + own_second, columns + (float)x, value[PLANES - 1]);
+                const float16 all = own + own_second, farther = max(off, off_second);
 #else
-                value[0] += own;
-                value[1] += min(max(off + 2.0f, 0.0f), 1.0f);
+                const float16 all = own, farther = off;
+#endif
+                value[0] += all;
+                value[1] += min(max(farther + 2.0f, 0.0f), 1.0f);
+#if MOMENT
+                value[PLANES - 1] = fma(all, columns + (float)x, value[PLANES - 1]);
 #endif
 #if FILL
                 const float16 sharper = min(max(min(off - 1.0f, alike - off), 0.0f), 1.0f);

@@ -26,9 +26,9 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
                     const uintV two = select((uintV)0, (uintV)1 << as_uintV(high & 31), as_uintV(((high >> 5) == word) & known));
                     found[word] |= one | two;
                 }
+                for (uint k = 1; k <= CHANNELS; ++k)
+                    bright |= fabs(LOAD(float, planes + (surface * (1 + CHANNELS) + k) * p.plane + at)) > p.knee;
             }
-            for (uint k = 1; k <= CHANNELS; ++k)
-                bright |= fabs(LOAD(float, planes + k * p.plane + at)) > p.knee;
         }
     }
     found[TILE_WORDS - 1] |= select((uintV)0, (uintV)0x80000000u, as_uintV(bright));

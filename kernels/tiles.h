@@ -11,6 +11,7 @@
 #define TILE_WORDS 5 // of bits
 #define MARGIN 16
 #define NOWHERE -1e6f // the slice of what takes part in nothing
+#define JUMP 2.0f     // slices: a surface's neighbours in depth are not behind it
 
 #if !defined(CHANNELS) || CHANNELS < 3 || CHANNELS > 4
 #error "CHANNELS is not defined: 3 or 4, of a pixel's colour"

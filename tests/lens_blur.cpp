@@ -9,8 +9,12 @@
 namespace lens_blur {
 
 bool Hole::open(double x, double y) const {
-    if (corners == 0)
-        return x * x + y * y < 1;
+    if (corners == 0) {
+        const double turn = turned_degrees * std::numbers::pi / 180, longer = std::max(ratio, 1.0);
+        const double along = x * std::cos(turn) + y * std::sin(turn), aside = y * std::cos(turn) - x * std::sin(turn);
+        const double across = along * longer, up = aside * longer / ratio; // half the axes 1/longer and ratio/longer
+        return across * across + up * up < 1;
+    }
     // Inside of every side: the sides' normals point half way between two corners.
     const double half = std::numbers::pi / corners, inner = std::cos(half);
     for (int i = 0; i < corners; ++i) {

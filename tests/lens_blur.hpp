@@ -7,10 +7,11 @@
 
 namespace lens_blur {
 
-/// A hole in the unit disc: a circle, or a regular polygon with a corner on top, turned counter-clockwise.
+/// A hole in the unit disc: a circle, an ellipse, or a regular polygon with a corner on top, turned counter-clockwise.
 struct Hole {
     int corners = 0; ///< 0: a circle
     double turned_degrees = 0;
+    double ratio = 1; ///< of an ellipse, height over width before it is turned; the longer axis is the disc's
 
     bool open(double x, double y) const; ///< y up
 };

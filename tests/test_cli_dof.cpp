@@ -79,6 +79,10 @@ TEST_CASE("dof program: every option reaches the library") {
              o.aperture = {5, 30};
              o.sky = Sky::exclude;
          }},
+        {{"--aperture", "ellipse:0.4", "--rotate", "-20"},
+         [](DofOptions& o) {
+             o.aperture = {0, -20, 0.4};
+         }},
         {{"--largest", "3"}, [](DofOptions& o) { o.largest_px = 3; }},
     };
     const cv::Mat plain = scene.expected();
@@ -131,8 +135,17 @@ TEST_CASE("dof program: a renderer's layer is found, or named") {
     write_image(layered, scene.colour, {.channels = {"View.Combined.R", "View.Combined.G", "View.Combined.B"}});
     CHECK(same(read_colour(layered), scene.colour));
     CHECK(same(read_colour(layered, "View.Combined"), scene.colour));
-    CHECK_THROWS_WITH(read_colour(layered, "Diffuse"), Catch::Matchers::Contains("View.Combined"));
-    CHECK_THROWS_WITH(read_colour(scene.input), Catch::Matchers::Contains("no layer"));
+    const auto says = [](const std::string& text) { return Catch::Matchers::Contains(text); };
+    CHECK_THROWS_WITH(read_colour(layered, "Diffuse"), says("R, G and B; it has View.Combined"));
+    CHECK_THROWS_WITH(read_colour(layered, "Combined"), says("but View.Combined; name that one"));
+    CHECK_THROWS_WITH(read_colour(layered, "View.Combined.R"), says("but View.Combined; name that one"));
+    CHECK_THROWS_WITH(read_colour(scene.input), says("has no channels R, G and B, so no picture; it has Z"));
+    const std::string two = scene.folder / "two.exr";
+    cv::Mat both;
+    cv::merge(std::vector{scene.colour, scene.colour}, both);
+    write_image(two, both, {.channels = {"a.R", "a.G", "a.B", "b.R", "b.G", "b.B"}});
+    CHECK_THROWS_WITH(read_colour(two), says("say which it is (--color-layer): a, b"));
+    CHECK(same(read_colour(two, "b"), scene.colour));
 }
 
 TEST_CASE("dof program: refuses in one line what cannot be") {
@@ -144,6 +157,8 @@ TEST_CASE("dof program: refuses in one line what cannot be") {
     };
     refused({"--aperture", "2"}, 2, "--aperture");
     refused({"--aperture", "oval"}, 2, "--aperture");
+    refused({"--aperture", "ellipse:0"}, 2, "ellipse:R with R from 0.1 to 10");
+    refused({"--aperture", "ellipse:two"}, 2, "--aperture: 'ellipse:two'");
     refused({"--rotate", "nan"}, 2, "--rotate");
     refused({"--quality", "best"}, 2, "--quality");
     refused({"--largest", "600"}, 2, "--largest");
@@ -159,6 +174,40 @@ TEST_CASE("dof program: refuses in one line what cannot be") {
     write_image(small, scene.colour(cv::Rect(0, 0, width - 1, height)).clone(), {.channels = {"R", "G", "B"}});
     check_refused(run(with("--color", small.c_str())), 1, "small.exr");
     check_refused(run(with("--color", missing.c_str())), 1, "missing.exr");
-    check_refused(run(with("--color", scene.input.c_str())), 1, "no layer");
+    check_refused(run(with("--color", scene.input.c_str())), 1, "so no picture; it has Z");
+    CHECK(scene.folder.results().empty());
+}
+
+TEST_CASE("dof program: a background plate shows what the foreground hides") {
+    Scene scene;
+    for (int y = 8; y < 24; ++y)
+        for (int x = 10; x < 30; ++x)
+            scene.depth.at<float>(y, x) = 0.55f; // before the focus
+    scene.input = depth_file(scene.folder, "frame.exr", scene.depth);
+    const cv::Mat behind = ramp(), other = 1 - scene.colour;
+    cv::Mat together;
+    cv::merge(std::vector{other, behind}, together);
+    const std::string plate = scene.folder / "plate.exr", colour = scene.folder / "plate-colour.exr";
+    write_image(plate, together, {.channels = {"R", "G", "B", "Z"}});
+    write_image(colour, other, {.channels = {"R", "G", "B"}});
+    const std::string depth = depth_file(scene.folder, "behind.exr", behind);
+    const Device device = scene.stored.image.device();
+    scene.stored.image = to_device(device, scene.depth);
+    const cv::Mat truth = scene.expected([&](DofOptions& o) {
+        o.plate = {to_device(device, other), {to_device(device, behind), scene.stored.camera}};
+    });
+    CHECK(!same(truth, scene.expected()));
+    const std::string out = scene.folder / "out/blurred.exr";
+    check_done(run(scene.arguments(out, {"--background-plate", plate})));
+    CHECK(same(read_colour(out), truth));
+    check_done(run(scene.arguments(out, {"--background-plate", colour, "--plate-depth", depth})));
+    CHECK(same(read_colour(out), truth));
+    fs::remove(out);
+    check_refused(run(scene.arguments(out, {"--plate-depth", depth})), 2, "--plate-depth requires --background-plate");
+    check_refused(run(scene.arguments(out, {"--background-plate", colour})), 1, "needs --plate-depth");
+    const std::string small = scene.folder / "small.exr";
+    write_image(small, other(cv::Rect(0, 0, width - 1, height)).clone(), {.channels = {"R", "G", "B"}});
+    check_refused(run(scene.arguments(out, {"--background-plate", small, "--plate-depth", depth})), 1,
+                  "small.exr: is 47");
     CHECK(scene.folder.results().empty());
 }

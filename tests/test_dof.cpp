@@ -111,7 +111,9 @@ const Shape shapes[] = {{"circle", {}, {}},
                         {"triangle", {3, 0}, {3, 0}},
                         {"pentagon", {5, 17}, {5, 17}},
                         {"square", {4, 45}, {4, 45}},
-                        {"hexagon", {6, 10}, {6, 10}}};
+                        {"hexagon", {6, 10}, {6, 10}},
+                        {"anamorphic", {0, 0, 2}, {0, 0, 2}},
+                        {"ellipse", {0, 30, 0.4}, {0, 30, 0.4}}};
 
 const std::pair<const char*, BlurQuality> qualities[] = {
     {"standard", BlurQuality::standard}, {"fast", BlurQuality::fast}, {"accurate", BlurQuality::accurate}};
@@ -158,8 +160,8 @@ Layer left_of(double edge, double circle, double colour) {
 
 /// The truth along one axis.
 std::function<double(double)> truth_of(const Stack& stack, bool across, const lens_blur::Hole& hole) {
-    static std::map<std::tuple<int, double, bool>, std::vector<double>> known;
-    auto& shares = known[{hole.corners, hole.turned_degrees, across}];
+    static std::map<std::tuple<int, double, double, bool>, std::vector<double>> known;
+    auto& shares = known[{hole.corners, hole.turned_degrees, hole.ratio, across}];
     if (shares.empty())
         shares = lens_blur::shares(hole, across);
     return [layers = stack.layers, &shares](double x) { return lens_blur::light(layers, shares, x); };
@@ -206,8 +208,11 @@ TEST_CASE("dof: a straight edge is spread as the aperture says", "[dof]") {
             std::printf("  %-9s", shape.name);
             for (const double radius :
                  {1.0, 1.3, 2.0, 2.7, 4.0, 5.6, 8.0, 11.0, 15.9, 16.0, 22.6, 32.0, 45.3, 64.0, 128.0}) {
-                if (shape.aperture.blades && radius > 64)
+                const bool ellipse = shape.aperture.ratio != 1;
+                if ((shape.aperture.blades || ellipse) && radius > 64)
                     continue;
+                if (ellipse && radius != 1.3 && radius != 2.7 && radius != 8 && radius != 22.6 && radius != 45.3)
+                    continue; // half the radii are between those of the circle
                 Off off;
                 for (const double sign : {1.0, -1.0}) {
                     const int reach = static_cast<int>(radius) + 2;
@@ -418,6 +423,85 @@ double variance_of_disc(double radius) {
 
 } // namespace
 
+namespace {
+
+/// A stack's picture, blurred with what lies behind its first layer given.
+std::vector<float> with_plate(const Stack& stack, bool across, DofOptions options) {
+    const Picture plate = Stack{{stack.layers.begin() + 1, stack.layers.end()}, stack.half}.picture(across);
+    const Layout pixels{plate.width, plate.height};
+    options.plate = {
+        Image::from_host(default_device(), Element::f32, plate.colour.data(), {pixels.width, pixels.height, 3}),
+        {Image::from_host(default_device(), Element::f32, plate.depth.data(), pixels),
+         camera_of(plate.width, plate.height)}};
+    return blurred(stack.picture(across), options);
+}
+
+} // namespace
+
+TEST_CASE("dof: what a blurred foreground hides is the background plate's, where there is one", "[dof]") {
+    const auto stripes = [](double x) { return 0.5 + 0.5 * std::sin(0.7 * x); };
+    const auto step = [](double x) { return x < -3 ? 0.0 : 1.0; };
+    for (const auto& [quality_name, quality] : qualities) {
+        std::printf("dof, %s, background plate: radius: largest error with it, without it\n", quality_name);
+        for (const double radius : {4.0, 12.0, 30.0}) {
+            std::printf("  %-3g", radius);
+            const int reach = static_cast<int>(radius) + 2;
+            const Layer half_plane = left_of(0, -2 * radius, 0.8);
+            const Layer pole{-2 * radius, [](double x) { return std::abs(x) < 3; }, [](double) { return 0.8; }};
+            for (const bool edge : {true, false}) {
+                const Layer& front = edge ? half_plane : pole;
+                for (const auto& [circle, behind] : std::vector<std::pair<double, std::function<double(double)>>>{
+                         {0.0, stripes}, {0.0, step}, {radius, step}}) {
+                    const Stack stack{{front, everywhere(circle, behind)}, 3 * reach};
+                    const auto truth = truth_of(stack, false, {});
+                    const auto given = with_plate(stack, false, {.quality = quality});
+                    const auto guessed = blurred(stack.picture(false), {.quality = quality});
+                    Off known, unknown;
+                    for (int i = stack.half - 2 * reach; i < stack.half + 2 * reach; ++i) {
+                        const double exact = truth(i + 0.5 - stack.half);
+                        known.add(first_channel(given, 2 * stack.half, i, stack.half) - exact);
+                        unknown.add(first_channel(guessed, 2 * stack.half, i, stack.half) - exact);
+                    }
+                    std::printf("  %.4f %.4f", known.largest, unknown.largest);
+                    INFO(quality_name << ", radius " << radius << ", behind with a circle of " << circle);
+                    if (quality != BlurQuality::fast && (circle == 0 || (edge && quality == BlurQuality::accurate)))
+                        CHECK(known.largest <= dof_edge_error);
+                    CHECK(known.largest <= 0.7 * unknown.largest);
+                    CHECK(unknown.largest >= 0.02); // there is something to guess
+                }
+            }
+            std::printf("\n");
+        }
+    }
+}
+
+TEST_CASE("dof: a background plate that hides nothing changes no bit, and one that does not fit is refused", "[dof]") {
+    const int side = 90;
+    const Picture picture(
+        side, side, [](int x, int y) { return x > 40 ? 7.3 : -21 + 0.3 * y; },
+        [](int x, int y) { return (x * 7 + y * 3) % 11 / 11.0; });
+    const Image colour = Image::from_host(default_device(), Element::f32, picture.colour.data(), {side, side, 3});
+    const StoredDepth depth{Image::from_host(default_device(), Element::f32, picture.depth.data(), {side, side}),
+                            camera_of(side, side)};
+    for (const auto& [quality_name, quality] : qualities) {
+        INFO(quality_name);
+        CHECK(blurred(picture, {.quality = quality, .plate = Plate{colour, depth}}) ==
+              blurred(picture, {.quality = quality}));
+    }
+    const auto refused = [&](const Image& plate, const StoredDepth& its_depth, const std::string& message) {
+        CHECK_THROWS_WITH(dof(depth, colour, {.circle = lens, .plate = Plate{plate, its_depth}}), message);
+    };
+    const auto image = [](int across, int down, int channels) {
+        return Image(default_device(), Element::f32, {across, down, channels});
+    };
+    refused(image(side, 80, 3), depth, "the plate is 90 x 80 pixels, the depth 90 x 90");
+    refused(image(side, side, 4), depth, "the plate has 4 channels, the colour 3");
+    refused(colour, {image(80, side, 1), camera_of(80, side)},
+            "the plate's depth is 80 x 90 pixels, the plate 90 x 90");
+    CHECK_THROWS_WITH(dof(depth, image(side, side, 3), colour, {.circle = lens, .plate = Plate{colour, depth}}),
+                      "the result shares memory with the plate");
+}
+
 TEST_CASE("dof: a point's light becomes the aperture, all of it", "[dof]") {
     std::printf("dof, point: radius: energy - 1, variance across and down over the disc's\n");
     for (const auto& [quality_name, quality] : qualities) {
@@ -449,6 +533,50 @@ TEST_CASE("dof: a point's light becomes the aperture, all of it", "[dof]") {
             }
         }
         std::printf("\n");
+    }
+}
+
+TEST_CASE("dof: an ellipse's light has the ellipse's variance along both its axes", "[dof]") {
+    std::printf("dof, point through an ellipse: radius: energy - 1, variance along the width, the height, both\n");
+    for (const auto& [quality_name, quality] : qualities) {
+        for (const Aperture& aperture : {Aperture{0, 0, 2}, Aperture{0, 30, 0.4}}) {
+            std::printf("  %s, %g turned by %g:", quality_name, aperture.ratio, aperture.rotation_degrees);
+            for (const double radius : {5.0, 11.0, 40.0}) {
+                const int half = 2 * static_cast<int>(radius) + 16, side = 2 * half + 1;
+                const Picture point(
+                    side, side, [&](int, int) { return 2 * radius; },
+                    [&](int x, int y) { return x == half && y == half ? 1e4 : 0; });
+                const auto got = blurred(point, {.aperture = aperture, .quality = quality});
+                const double turn = aperture.rotation_degrees * 3.14159265358979323846 / 180;
+                double energy = 0, width = 0, height = 0, both = 0;
+                for (int y = 0; y < side; ++y) {
+                    for (int x = 0; x < side; ++x) {
+                        const double value = first_channel(got, side, x, y) / 1e4, right = x - half, up = half - y;
+                        const double along = right * std::cos(turn) + up * std::sin(turn);
+                        const double aside = up * std::cos(turn) - right * std::sin(turn);
+                        energy += value;
+                        width += value * along * along;
+                        height += value * aside * aside;
+                        both += value * along * aside;
+                    }
+                }
+                // An ellipse's profile along an axis is that of a disc; cut into pixels in any direction, nearly.
+                const auto variance = [&](double half_axis) {
+                    return turn == 0 ? variance_of_disc(half_axis) : half_axis * half_axis / 4 + 1.0 / 12;
+                };
+                const double expected_a = variance(radius * std::min(1.0, 1 / aperture.ratio));
+                const double expected_b = variance(radius * std::min(1.0, aperture.ratio));
+                std::printf("  %g: %+.1e %.4f %.4f %+.4f", radius, energy - 1, width / expected_a, height / expected_b,
+                            both / std::sqrt(expected_a * expected_b));
+                const double error = quality != BlurQuality::fast ? 0.02 : 0.08;
+                INFO(quality_name << ", ratio " << aperture.ratio << ", radius " << radius);
+                CHECK(std::abs(energy - 1) <= 1e-5);
+                CHECK(std::abs(width / expected_a - 1) <= error);
+                CHECK(std::abs(height / expected_b - 1) <= error);
+                CHECK(std::abs(both) <= error * std::sqrt(expected_a * expected_b));
+            }
+            std::printf("\n");
+        }
     }
 }
 
@@ -765,9 +893,16 @@ TEST_CASE("dof: options out of range and images that do not fit are refused", "[
     refused(colour, {.circle = lens, .aperture = {2, 0}});
     refused(colour, {.circle = lens, .aperture = {65, 0}});
     refused(colour, {.circle = lens, .aperture = {5, std::nan("")}});
+    refused(colour, {.circle = lens, .aperture = {0, 0, 0.05}});
+    refused(colour, {.circle = lens, .aperture = {0, 0, std::nan("")}});
+    refused(colour, {.circle = lens, .aperture = {5, 0, 2}});
     refused(colour, {.circle = lens, .largest_px = 0.5});
     refused(colour, {.circle = lens, .largest_px = 513});
     refused(colour, {.circle = {.k = std::nan(""), .g = 1}});
+    CHECK_THROWS_WITH(dof(depth, colour, {.circle = lens, .quality = static_cast<BlurQuality>(7)}),
+                      "quality = 7 is none of its type's values: fast, standard or accurate");
+    CHECK_THROWS_WITH(dof(depth, colour, {.circle = lens, .sky = static_cast<Sky>(-1)}),
+                      "sky = -1 is none of its type's values: blur, sharp or exclude");
     CHECK_THROWS_AS(dof(depth, colour, colour, {.circle = lens}), std::invalid_argument);
     CHECK_THROWS_AS(dof(depth, colour, Image(device, Element::u8, {20, 10, 3}), {.circle = lens}),
                     std::invalid_argument);

@@ -4,17 +4,28 @@
 #include <fathom/image.hpp>
 #include <fathom/lens.hpp>
 
+#include <optional>
+
 namespace fathom {
 
 /// The hole that light comes through, inscribed in the circle of confusion.
 struct Aperture {
     int blades = 0;              ///< corners of a regular polygon, 3 to 64; 0: a circle
     double rotation_degrees = 0; ///< counter-clockwise as seen behind the focus; at 0 a corner is on top
+    /// Of no polygon: height over width before it is turned, 0.1 to 10, of an ellipse whose longer axis is the circle of
+    /// confusion, as anamorphic lenses have them.
+    double ratio = 1;
 };
 
 /// How finely circles are told apart and how finely the aperture is drawn.
 /// `accurate` also keeps which part of the lens is left at a pixel, and continues what lies behind an edge.
 enum class BlurQuality { fast, standard, accurate };
+
+/// What a picture would show without what is near: through the same lens and camera, of the picture's size.
+struct Plate {
+    Image colour; ///< as many channels as the picture's; of any type that a picture may have
+    StoredDepth depth;
+};
 
 struct DofOptions {
     Circle circle = {}; ///< the lens: `circle_of_confusion` makes it. Must be given
@@ -22,6 +33,8 @@ struct DofOptions {
     BlurQuality quality = BlurQuality::standard;
     Sky sky = Sky::blur;
     double largest_px = 512; ///< circles are clamped to ± this; 1 to 512
+    /// Where it lies farther than the picture, by more than two slices, it is what the picture hides.
+    std::optional<Plate> plate = {};
 };
 
 /// What a region needs on every side, besides half the largest circle (accurate: one and a half and a pixel), to have the
@@ -40,8 +53,9 @@ inline constexpr double dof_edge_rms_error = 0.003;
 /// In: RGB, or RGBA with the alpha multiplied in, as floats, halves, or 16 or 8 bits that count from 0 to 1; and one stored
 /// depth a pixel. Out: the same size and type. Every pixel's light is spread over its circle of confusion, nearer over
 /// farther, and what lies beyond the image's border is taken to be like what lies inside. Where a blurred foreground hides
-/// what is sharper, that is taken to be like the mean of what lies behind and is sharper within the foreground's circle;
-/// in the accurate quality what any edge hides is like the nearest pixel that lies behind. A pixel whose circle is at most
+/// what is sharper, that is what the plate shows, or is taken to be like the mean of what lies behind and is sharper within
+/// the foreground's circle; in the accurate quality what any edge hides is the plate's, or like the nearest pixel that lies
+/// behind. A pixel whose circle is at most
 /// one pixel, and that no other's reaches, keeps its colour, as do all with a circle of k = g = 0, bit for bit. What is no
 /// surface, or has a colour that is no number up to 1e30, takes part in nothing and shows what reaches it: NaN where nothing
 /// does (0 in integers). Same bits for any lane count or group size, and in a region but near its border: `dof_halo_columns`.

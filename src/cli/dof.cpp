@@ -20,29 +20,49 @@ struct Options : DepthOptions {
     LensOptions lens;
     DofOptions dof;
     std::string colour, colour_layer;
+    std::optional<std::string> plate, plate_depth;
+    std::optional<Storage> packing; // of the depths, as the camera file says
 };
 
 constexpr int most_blades = 64;
 
-// "circle", or a polygon's corners; none of both otherwise.
-std::optional<int> blades_of(const std::string& text) {
-    int corners;
+struct Shape {
+    int blades = 0;
+    double ratio = 1;
+};
+
+// "circle", a polygon's corners, or "ellipse:" and its height over its width; nothing otherwise.
+std::optional<Shape> shape_of(const std::string& text) {
+    const std::string ellipse = "ellipse:";
+    Shape shape;
     if (text == "circle")
-        return 0;
-    if (CLI::detail::lexical_cast(text, corners) && corners >= 3 && corners <= most_blades)
-        return corners;
+        return shape;
+    if (text.starts_with(ellipse)) {
+        const bool good = CLI::detail::lexical_cast(text.substr(ellipse.size()), shape.ratio);
+        return good && shape.ratio >= 0.1 && shape.ratio <= 10 ? std::optional(shape) : std::nullopt;
+    }
+    if (CLI::detail::lexical_cast(text, shape.blades) && shape.blades >= 3 && shape.blades <= most_blades)
+        return shape;
     return std::nullopt;
 }
 
 void add_blur_options(CLI::App& app, DofOptions& dof) {
     app.add_option_function<std::string>(
-           "--aperture", [&dof](const std::string& text) { dof.aperture.blades = *blades_of(text); },
-           "the hole that light comes through: a circle (default), or a\nregular polygon of N corners, 3 to 64")
-        ->type_name("circle|N")
+           "--aperture",
+           [&dof](const std::string& text) {
+               const Shape shape = *shape_of(text);
+               dof.aperture.blades = shape.blades;
+               dof.aperture.ratio = shape.ratio;
+           },
+           "the hole that light comes through: a circle (default), a\nregular polygon of N corners, 3 to 64, or an "
+           "ellipse R times as\nhigh as wide, 0.1 to 10 (an anamorphic lens: 2)")
+        ->type_name("circle|N|ellipse:R")
         ->check(CLI::Validator(
             [](std::string& text) {
-                return blades_of(text) ? std::string()
-                                       : "'" + text + "' will not do; it is circle or a whole number from 3 to 64";
+                return shape_of(text) ? std::string()
+                                      : "'" + text +
+                                            "' will not do; it is circle, a whole number from 3 to 64, or ellipse:R "
+                                            "with R from 0.1 to 10";
             },
             ""))
         ->group("Blur");
@@ -51,7 +71,7 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
         app.add_option(name, target, description)->type_name(value)->check(check)->group("Blur");
     };
     add("--rotate", "DEG", is_a_number("number", [](double) { return true; }), dof.aperture.rotation_degrees,
-        "turns the polygon counter-clockwise; at 0 a corner is on top\nof what is behind the focus (default: 0)");
+        "turns it counter-clockwise; at 0 a polygon has a corner on top\nof what is behind the focus (default: 0)");
     add_choice(app, "--quality", dof.quality,
                {{"fast", BlurQuality::fast}, {"default", BlurQuality::standard}, {"accurate", BlurQuality::accurate}},
                "how finely circles are told apart and drawn (default: default);\naccurate also keeps which part of the "
@@ -64,20 +84,70 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
         dof.largest_px, "no circle is larger, on either side of the focus (default: 512)");
 }
 
-cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) {
-    const std::filesystem::path& file = job.companions.front();
+void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const StoredDepth& stored,
+                     const Job& job) {
+    const int width = stored.image.width(), height = stored.image.height();
+    if (image.cols != width || image.rows != height)
+        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
+                                image.cols, image.rows, job.input.native(), width, height));
+}
+
+cv::Mat picture_of(const std::filesystem::path& file, const Options& options, const StoredDepth& stored,
+                   const Job& job) {
     cv::Mat colour;
     {
         const StderrSilenced silenced;
         colour = read_colour(file, options.colour_layer);
     }
-    const int width = stored.image.width(), height = stored.image.height();
-    if (colour.cols != width || colour.rows != height)
-        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
-                                colour.cols, colour.rows, job.input.native(), width, height));
+    check_same_size(file, colour, stored, job);
+    return colour;
+}
+
+DepthFile plate_depth_of(const std::filesystem::path& file, const Options& options, const StoredDepth& stored,
+                         const Job& job) {
+    const StderrSilenced silenced;
+    DepthFile depth;
+    try {
+        depth = read_depth(file, {.channel = options.channel, .packing = options.packing});
+    } catch (const Error& error) {
+        if (options.plate_depth)
+            throw;
+        throw Error(fmt::format("{}; a plate whose file holds no depth needs --plate-depth", error.what()));
+    }
+    check_same_size(file, depth.values, stored, job);
+    return depth;
+}
+
+cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) {
+    const cv::Mat colour = picture_of(job.companions.front(), options, stored, job);
     DofOptions asked = options.dof;
     asked.circle = circle_for(options.lens, stored);
+    cv::Mat plate; // read by the device until the result is there
+    DepthFile depth;
+    if (options.plate) {
+        const std::filesystem::path& file = job.companions[1];
+        plate = picture_of(file, options, stored, job);
+        if (plate.channels() != colour.channels())
+            throw Error(fmt::format("{}: has {} channels, but {} has {}; both must have an alpha, or none",
+                                    file.native(), plate.channels(), job.companions.front().native(),
+                                    colour.channels()));
+        depth = plate_depth_of(job.companions[2], options, stored, job);
+        const Device& device = stored.image.device();
+        asked.plate = {to_device(device, plate), {to_device(device, depth.values), stored.camera, depth.storage}};
+    }
     return to_mat(dof(stored, to_device(stored.image.device(), colour), asked));
+}
+
+void add_plate_options(CLI::App& app, Options& options) {
+    CLI::Option* plate =
+        app.add_option("--background-plate", options.plate,
+                       "the picture without what is near: what a blurred foreground\nhides, instead of a guess")
+            ->type_name("IMAGE")
+            ->group("Input");
+    app.add_option("--plate-depth", options.plate_depth, "its depth, as DEPTH's (default: the plate's own file)")
+        ->type_name("DEPTH")
+        ->needs(plate)
+        ->group("Input");
 }
 
 std::function<int()> configure(CLI::App& app) {
@@ -93,12 +163,18 @@ std::function<int()> configure(CLI::App& app) {
                    "EXR layer that holds it\n(default: R, G, B, or *.Combined, *.beauty, or the only one)")
         ->type_name("NAME")
         ->group("Input");
+    add_plate_options(app, *options);
     add_lens_options(app, options->lens);
     add_blur_options(app, options->dof);
     return [=] {
         complete(options->lens, options->camera);
         More more;
         more.companions.push_back({"--color", options->colour});
+        if (options->plate) {
+            options->packing = read_camera(options->camera).packing;
+            more.companions.push_back({"--background-plate", *options->plate});
+            more.companions.push_back({"--plate-depth", options->plate_depth.value_or(*options->plate)});
+        }
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector{blur(*options, stored, job)};
         });
@@ -118,7 +194,10 @@ is no surface, or has a colour that is no number, takes part in nothing.
 The lens: from its focal length and sensor, or with one of them the other from the projection, or from the camera
 file. Circles larger than --largest are made that large.
 
-With several inputs IMAGE and OUT are folders, and each input finds and leaves its own name there. What is computed:
+A background plate is the same view without what is near, of the same camera and size. Where it lies behind the picture
+it is what the picture hides there; where it shows the same it changes nothing.
+
+With several inputs every IMAGE, the plate's DEPTH and OUT are folders, and each input finds and leaves its own name there. What is computed:
 docs/depth-of-field.md.
 
 Example:

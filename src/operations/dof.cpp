@@ -31,11 +31,30 @@ void check_colour(const Image& colour, const Image& depth, const char* what) {
     require(colour.element() != Element::u32, text("the ", what, " must be floats, halves, or of 8 or 16 bits"));
 }
 
+void check_plate(const Plate& plate, const StoredDepth& stored, const Image& colour) {
+    check_stored(plate.depth);
+    check_colour(plate.colour, stored.image, "plate");
+    const Image& depth = plate.depth.image;
+    require(depth.width() == stored.image.width() && depth.height() == stored.image.height(),
+            text("the plate's depth is ", depth.width(), " x ", depth.height(), " pixels, the plate ",
+                 stored.image.width(), " x ", stored.image.height()));
+    require(plate.colour.channels() == colour.channels(),
+            text("the plate has ", plate.colour.channels(), " channels, the colour ", colour.channels()));
+    require(plate.depth.x == stored.x && plate.depth.y == stored.y,
+            "the plate's depth is of another region than the depth");
+}
+
 void check(const StoredDepth& stored, const Image& colour, const DofOptions& options) {
     check_stored(stored);
     check_colour(colour, stored.image, "colour");
+    if (options.plate)
+        check_plate(*options.plate, stored, colour);
+    check_choice("quality", options.quality, {"fast", "standard", "accurate"});
     const int blades = options.aperture.blades;
     require(blades == 0 || (blades >= 3 && blades <= 64), text("blades = ", blades, " must be 0, or 3 to 64"));
+    const double ratio = options.aperture.ratio;
+    require(ratio >= 0.1 && ratio <= 10, text("ratio = ", ratio, " must be 0.1 to 10"));
+    require(ratio == 1 || blades == 0, text("ratio = ", ratio, ": a polygon has none, blades must be 0"));
     require(std::isfinite(options.aperture.rotation_degrees),
             text("rotation_degrees = ", options.aperture.rotation_degrees, " must be finite"));
     const double pixels = (stored.image.width() + 128.0) * (stored.image.height() + 32.0);
@@ -57,18 +76,6 @@ int element_choice(Element element) { // ELEMENT of kernels/pixels.h
     default:
         return 0;
     }
-}
-
-void copy(const Image& from, const Image& to) {
-    const auto width = static_cast<std::size_t>(from.width() * from.channels()) * bytes(from.element());
-    const auto corner = [](const Image& image) {
-        const std::size_t size = bytes(image.element());
-        return std::array<cl::size_type, 3>{image.offset() % image.row_stride() * size,
-                                            image.offset() / image.row_stride(), 0};
-    };
-    from.device().queue().enqueueCopyBufferRect(
-        from.buffer(), to.buffer(), corner(from), corner(to), {width, static_cast<std::size_t>(from.height()), 1},
-        from.row_stride() * bytes(from.element()), 0, to.row_stride() * bytes(to.element()), 0);
 }
 
 params::blur_params blur_parameters(const StoredDepth& stored, const SliceScale& scale, double largest) {
@@ -115,6 +122,7 @@ struct Blur {
     params::blur_params p;
     int channels, element, lanes;
     BlurQuality quality;
+    bool plate;
     Aperture aperture;
     float aspect; // of a circle: its height over its width
     bool upright;
@@ -124,6 +132,7 @@ struct Blur {
         choices.insert(choices.end(), {{"V", lanes}, {"STREAM", 0}, {"CHANNELS", channels}});
         return runtime::kernel(device, name, choices);
     }
+    bool behind() const { return plate || accurate(); } // have pixels a second surface?
     bool accurate() const { return quality == BlurQuality::accurate; }
     std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(lanes); }
     int across() const { return static_cast<int>(p.columns) / tile_columns; }
@@ -159,20 +168,32 @@ void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
         scratch.image(Element::f32, {static_cast<int>(b.block_columns), static_cast<int>(b.block_rows)});
     runtime::launch(blur.device, blur.kernel("dof_farthest", {}), {b.block_columns, b.block_rows}, blur.planes, blocks,
                     blur.p, b);
-    runtime::launch(blur.device, blur.kernel("dof_behind", {}), {blur.p.stride, blur.p.rows}, blur.planes, blocks,
-                    blur.p, b);
+    runtime::launch(blur.device, blur.kernel("dof_behind", {{"PLATE", blur.plate}}), {blur.p.stride, blur.p.rows},
+                    blur.planes, blocks, blur.p, b);
+}
+
+// The circles of a picture's pixels, as the options have them.
+Image circles_of(const StoredDepth& stored, const DofOptions& options, runtime::Scratch& scratch) {
+    const Image circles = scratch.image(Element::f32, {stored.image.width(), stored.image.height()});
+    dof_masks(stored, {.circle = circles},
+              {.circle = options.circle, .sky = options.sky, .largest_px = options.largest_px, .weights = false});
+    return circles;
+}
+
+void cut_into_planes(const Blur& blur, const Image& circles, const Image& colour, bool plate) {
+    const runtime::Choices choices{{"ELEMENT", element_choice(colour.element())}, {"PLATE", plate}};
+    runtime::launch(blur.device, blur.kernel("dof_planes", choices), {blur.vectors(blur.p.stride), blur.p.rows},
+                    circles, colour, blur.planes, grid(circles, circles), grid(colour, colour), blur.p);
 }
 
 std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, const Image& colour,
-                                     runtime::Scratch& scratch) {
-    runtime::launch(blur.device, blur.kernel("dof_planes", {{"ELEMENT", blur.element}}),
-                    {blur.vectors(blur.p.stride), blur.p.rows}, circles, colour, blur.planes, grid(circles, circles),
-                    grid(colour, colour), blur.p);
-    std::vector<TileBits> bits = tile_bits(blur, false);
-    if (!blur.accurate())
-        return bits;
-    look_behind(blur, farthest_slice(bits), scratch);
-    return tile_bits(blur, true);
+                                     const DofOptions& options, runtime::Scratch& scratch) {
+    cut_into_planes(blur, circles, colour, false);
+    if (options.plate)
+        cut_into_planes(blur, circles_of(options.plate->depth, options, scratch), options.plate->colour, true);
+    if (blur.accurate())
+        look_behind(blur, farthest_slice(tile_bits(blur, false)), scratch);
+    return tile_bits(blur, blur.behind());
 }
 
 // Nothing seen yet, and all of it through.
@@ -202,7 +223,7 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
     for (const SlicePass& pass : plan.passes) {
         const runtime::Choices sums{{"FILL", pass.fill}, {"BRIGHT", pass.bright}};
         runtime::Choices stripped = sums;
-        stripped.emplace_back("BEHIND", blur.accurate());
+        stripped.insert(stripped.end(), {{"BEHIND", blur.behind()}, {"MOMENT", blur.accurate()}});
         if (!pass.direct)
             runtime::launch(blur.device, blur.kernel("dof_strips", stripped),
                             {pass.strips.tiles, static_cast<std::size_t>(tile_rows) / pass.strips.pitch}, blur.planes,
@@ -216,6 +237,7 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
         }
         runtime::Choices gathered = sums;
         gathered.emplace_back("DIRECT", pass.direct);
+        gathered.emplace_back("BEHIND", blur.plate);
         runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
                         {pass.gather.tiles * blur.vectors(tile_columns) * tile_rows / rows_at_once, 1}, blur.planes,
                         pass.direct ? blur.planes : strips, lists, starts, spans, blur.state, blur.p, pass.gather);
@@ -231,18 +253,18 @@ void dof(const StoredDepth& stored, const Image& colour, const Image& result, co
     require(result.channels() == colour.channels() && result.element() == colour.element(),
             "the result must be of the colour's type");
     require(!result.overlaps(colour) && !result.overlaps(stored.image), "the result shares memory with an input");
-    const Image circles =
-        dof_masks(stored,
-                  {.circle = options.circle, .sky = options.sky, .largest_px = options.largest_px, .weights = false})
-            .circle;
-    if (options.circle.k == 0 && options.circle.g == 0)
-        return copy(colour, result);
-
+    if (options.plate)
+        require(!result.overlaps(options.plate->colour) && !result.overlaps(options.plate->depth.image),
+                "the result shares memory with the plate");
     const Device& device = stored.image.device();
+    runtime::Scratch scratch(device);
+    const Image circles = circles_of(stored, options, scratch);
+    if (options.circle.k == 0 && options.circle.g == 0)
+        return runtime::copy(colour, result);
+
     const bool fast = options.quality == BlurQuality::fast;
     const SliceScale scale = slice_scale(fast ? 3 : 8, options.largest_px);
     const params::blur_params p = blur_parameters(stored, scale, options.largest_px);
-    runtime::Scratch scratch(device);
     const auto planes = [&](int count) {
         return scratch.image(Element::f32, {static_cast<int>(p.stride), count * static_cast<int>(p.rows)});
     };
@@ -255,14 +277,15 @@ void dof(const StoredDepth& stored, const Image& colour, const Image& result, co
               element_choice(colour.element()),
               device.options().lanes,
               options.quality,
+              options.plate.has_value(),
               options.aperture,
               static_cast<float>(pixels.y / pixels.x),
               stored.camera.rows == Rows::top_down,
-              planes((accurate ? 2 : 1) * (channels + 1)),
+              planes((accurate || options.plate ? 2 : 1) * (channels + 1)),
               planes(state_planes(channels, options.quality)),
               {}};
     blur.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * blur.across() * blur.down(), 1});
-    const std::vector<TileBits> tiles = cut_into_tiles(blur, circles, colour, scratch);
+    const std::vector<TileBits> tiles = cut_into_tiles(blur, circles, colour, options, scratch);
     clear(blur);
     run(blur,
         slice_plan(tiles, blur.across(),

@@ -32,8 +32,14 @@ struct Point {
     double x, y;
 };
 
-// Corners of the unit aperture, y up; none for a circle.
-std::vector<Point> corners(const Aperture& aperture) {
+// A polygon's corners, or an ellipse's axes; y up.
+struct Hole {
+    std::vector<Point> corners;
+    double across = 1, up = 1;   // half the axes, before
+    double cosine = 1, sine = 0; // the ellipse is turned
+};
+
+std::vector<Point> corners_of(const Aperture& aperture) {
     std::vector<Point> points;
     for (int i = 0; i < aperture.blades; ++i) {
         const double turn = (90 + aperture.rotation_degrees + 360.0 * i / aperture.blades) * std::numbers::pi / 180;
@@ -42,12 +48,43 @@ std::vector<Point> corners(const Aperture& aperture) {
     return points;
 }
 
-// What a horizontal line crosses of the unit aperture.
-std::optional<Interval> chord(const std::vector<Point>& corners, double y) {
-    if (corners.empty()) {
-        const double square = 1 - y * y;
-        return square > 0 ? std::optional(Interval{-std::sqrt(square), std::sqrt(square)}) : std::nullopt;
+Hole hole_of(const Aperture& aperture) {
+    Hole hole{.corners = corners_of(aperture)};
+    if (!is_round(aperture) && hole.corners.empty()) {
+        hole.across = std::min(1.0, 1 / aperture.ratio);
+        hole.up = std::min(1.0, aperture.ratio);
+        hole.cosine = std::cos(aperture.rotation_degrees * std::numbers::pi / 180);
+        hole.sine = std::sin(aperture.rotation_degrees * std::numbers::pi / 180);
     }
+    return hole;
+}
+
+// How far the unit aperture reaches to the sides, and up.
+Point reach_of(const Hole& hole) {
+    return {std::hypot(hole.across * hole.cosine, hole.up * hole.sine),
+            std::hypot(hole.across * hole.sine, hole.up * hole.cosine)};
+}
+
+double area_of(const Hole& hole) {
+    if (hole.corners.empty())
+        return std::numbers::pi * hole.across * hole.up;
+    const auto count = static_cast<double>(hole.corners.size());
+    return count * std::sin(2 * std::numbers::pi / count) / 2;
+}
+
+// What a horizontal line crosses of the unit ellipse: xx x^2 + 2 xy x y + yy y^2 <= 1.
+std::optional<Interval> chord_of_ellipse(const Hole& hole, double y) {
+    const double a = 1 / (hole.across * hole.across), b = 1 / (hole.up * hole.up);
+    const double xx = hole.cosine * hole.cosine * a + hole.sine * hole.sine * b;
+    const double xy = hole.cosine * hole.sine * (a - b), square = xx - a * b * y * y;
+    if (!(square > 0))
+        return std::nullopt;
+    const double root = std::sqrt(square);
+    return Interval{(-xy * y - root) / xx, (-xy * y + root) / xx};
+}
+
+// What a horizontal line crosses of the unit polygon.
+std::optional<Interval> chord_of_polygon(const std::vector<Point>& corners, double y) {
     Interval found{2, -2};
     for (std::size_t i = 0; i < corners.size(); ++i) {
         const Point a = corners[i], b = corners[(i + 1) % corners.size()];
@@ -59,6 +96,10 @@ std::optional<Interval> chord(const std::vector<Point>& corners, double y) {
     return found.low < found.high ? std::optional(found) : std::nullopt;
 }
 
+std::optional<Interval> chord(const Hole& hole, double y) {
+    return hole.corners.empty() ? chord_of_ellipse(hole, y) : chord_of_polygon(hole.corners, y);
+}
+
 // Chords of one row of a strip, in pixels around the pixel's centre, evenly spaced, only those that there are.
 struct Row {
     std::vector<Interval> chords;
@@ -67,13 +108,13 @@ struct Row {
 
 // How an aperture lies around a pixel.
 struct Placed {
-    std::vector<Point> corners;
-    double radius, height; // in pixels
+    Hole hole;
+    double radius, height; // of the circle of confusion, in pixels
     bool behind;           // the focus: the pixel at offset (x, y) shows through the lens at -(x, y)
     bool upright;
 
     std::optional<Interval> chord(double down) const {
-        const auto found = fathom::chord(corners, (behind == upright ? down : -down) / height);
+        const auto found = fathom::chord(hole, (behind == upright ? down : -down) / height);
         if (!found)
             return found;
         return behind ? Interval{-found->high * radius, -found->low * radius}
@@ -145,21 +186,28 @@ void add_whole(const Row& row, Carried& carried, std::vector<params::span_params
 
 } // namespace
 
+bool is_round(const Aperture& aperture) {
+    return aperture.blades == 0 && aperture.ratio == 1;
+}
+
+double thinnest(const Aperture& aperture) {
+    return std::min(aperture.ratio, 1 / aperture.ratio);
+}
+
 ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch) {
     const double radius = std::abs(circle) / 2, height = radius * aspect;
     if (radius <= 0.5) // nothing is seen but the pixel
         return {0, 0, {0, 1}, {{0, 1, 1}}};
-    const Placed placed{corners(aperture), radius, height, circle > 0, upright};
+    const Placed placed{hole_of(aperture), radius, height, circle > 0, upright};
+    const Point far = reach_of(placed.hole);
     ApertureSpans result{};
-    result.columns = static_cast<int>(std::ceil(radius - 0.5));
-    const int rows = static_cast<int>(std::ceil(height - 0.5));
+    result.columns = std::max(static_cast<int>(std::ceil(radius * far.x - 0.5)), 0);
+    const int rows = std::max(static_cast<int>(std::ceil(height * far.y - 0.5)), 0);
     result.reach = (rows + pitch - 1) / pitch;
-    const double area = 4 * radius * height + 2 * radius + 1;
+    const double area = 4 * radius * far.x * height * far.y + 2 * radius + 1;
     const int bits = std::clamp(bits_of_sum - static_cast<int>(std::ceil(std::log2(area))), 0, 12);
     const double step = std::ldexp(1.0, -bits);
-    const double corner = 2 * std::numbers::pi / std::max(aperture.blades, 1);
-    const double unit = aperture.blades ? aperture.blades * std::sin(corner) / 2 : std::numbers::pi;
-    const bool whole = unit * radius * height >= least_whole;
+    const bool whole = area_of(placed.hole) * radius * height >= least_whole;
 
     const int count = 2 * result.reach + 1;
     for (int phase = 0; phase < pitch; ++phase) {
@@ -189,10 +237,10 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
     return result;
 }
 
-int parts_of_pixel(double circle, double aspect) {
-    const double radius = std::abs(circle) / 2 * std::min(aspect, 1.0);
+int parts_of_pixel(const Aperture& aperture, double circle, double aspect) {
+    const double radius = std::abs(circle) / 2 * std::min(aspect, 1.0) * std::max(thinnest(aperture), 0.5);
     constexpr double finest = 4; // of a circle's radius, parts
-    return radius <= 0.5 ? 1 : std::max(1, static_cast<int>(std::ceil(finest / radius)));
+    return std::abs(circle) <= 1 ? 1 : std::max(1, static_cast<int>(std::ceil(finest / radius)));
 }
 
 std::vector<params::tap_share_params> aperture_taps(const Aperture& aperture, double circle, double aspect,
@@ -200,9 +248,9 @@ std::vector<params::tap_share_params> aperture_taps(const Aperture& aperture, do
     const double radius = std::abs(circle) / 2, height = radius * aspect;
     if (radius <= 0.5)
         return {{0, 0, 1, 0, 0}};
-    const Placed placed{corners(aperture), radius, height, circle > 0, upright};
+    const Placed placed{hole_of(aperture), radius, height, circle > 0, upright};
     const double to_lens = circle > 0 ? -1 : 1;
-    const int parts = parts_of_pixel(circle, aspect);
+    const int parts = parts_of_pixel(aperture, circle, aspect);
     const int columns = static_cast<int>(std::ceil(radius - 0.5)), rows = static_cast<int>(std::ceil(height - 0.5));
     const int across = (2 * columns + 1) * parts, down = (2 * rows + 1) * parts;
     constexpr int lines = 64; // of a part
@@ -246,18 +294,25 @@ struct HalfPlane {
     double distance, along, across;
 };
 
+Hole turned(const Hole& hole, double angle) { // so that this direction is on top
+    Hole result = hole;
+    const double cosine = std::sin(angle), sine = std::cos(angle);
+    for (Point& p : result.corners)
+        p = {p.x * cosine - p.y * sine, p.x * sine + p.y * cosine};
+    result.cosine = hole.cosine * cosine - hole.sine * sine;
+    result.sine = hole.sine * cosine + hole.cosine * sine;
+    return result;
+}
+
 // For every share of the aperture the half-plane that has it, its normal at an angle.
-std::vector<HalfPlane> half_planes(const std::vector<Point>& corners, double angle) {
+std::vector<HalfPlane> half_planes(const Hole& aperture, double angle) {
     constexpr int lines = 1024;
-    std::vector<Point> turned;
-    for (const Point& p : corners) // the normal becomes the vertical
-        turned.push_back(
-            {p.x * std::sin(angle) - p.y * std::cos(angle), p.x * std::cos(angle) + p.y * std::sin(angle)});
+    const Hole hole = turned(aperture, angle);
     std::vector<HalfPlane> sums{{1, 0, 0}};
     std::vector<double> areas{0};
     for (int line = 0; line < lines; ++line) {
         const double y = 1 - (2 * line + 1.0) / lines;
-        const auto found = chord(turned, y);
+        const auto found = chord(hole, y);
         const double length = found ? found->length() : 0, middle = found ? (found->low + found->high) / 2 : 0;
         areas.push_back(areas.back() + length);
         sums.push_back(
@@ -281,10 +336,12 @@ std::vector<HalfPlane> half_planes(const std::vector<Point>& corners, double ang
 } // namespace
 
 std::vector<std::array<float, 4>> aperture_halves(const Aperture& aperture, bool upright) {
-    std::vector<Point> points = corners(aperture);
-    for (Point& p : points)
+    Hole hole = hole_of(aperture);
+    for (Point& p : hole.corners)
         p.y = upright ? -p.y : p.y;
-    const std::size_t directions = points.empty() ? 1 : 64;
+    hole.sine = upright ? -hole.sine : hole.sine;
+    const bool round = is_round(aperture);
+    const std::size_t directions = round ? 1 : 64;
     std::vector<std::array<float, 4>> table;
     for (std::size_t i = 0; i < directions; ++i) {
         // y / (|x| + |y|) of the moment's direction, counted on beyond 1 where x is negative
@@ -292,12 +349,12 @@ std::vector<std::array<float, 4>> aperture_halves(const Aperture& aperture, bool
         const double y = around <= 1 ? around : 2 - around;
         const double moment = std::atan2(y, around <= 1 ? 1 - std::abs(y) : std::abs(y) - 1);
         // Of the normals around, the one whose half-plane has its moment along this direction.
-        std::vector<HalfPlane> best = half_planes(points, moment);
+        std::vector<HalfPlane> best = half_planes(hole, moment);
         std::vector<double> turns(fractions, 0.0), off(fractions, 10.0);
         constexpr int steps = 24;
         constexpr double step = 0.025;
-        for (int j = -steps; j <= steps && !points.empty(); ++j) {
-            const std::vector<HalfPlane> turned = half_planes(points, moment + step * j);
+        for (int j = -steps; j <= steps && !round; ++j) {
+            const std::vector<HalfPlane> turned = half_planes(hole, moment + step * j);
             for (std::size_t f = 1; f + 1 < fractions; ++f) {
                 const double its_off = std::abs(step * j - std::atan2(turned[f].across, turned[f].along));
                 if (its_off < off[f]) {

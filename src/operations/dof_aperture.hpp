@@ -21,12 +21,18 @@ struct ApertureSpans {
     std::vector<params::span_params> spans;
 };
 
+/// Does the aperture look alike however it is turned?
+bool is_round(const Aperture& aperture);
+
+/// Half the shorter axis of the unit aperture: 1 of all but an ellipse.
+double thinnest(const Aperture& aperture);
+
 /// `circle` in horizontal pixels, its sign that of the circle of confusion: before the focus the aperture is upside down.
 /// `aspect`: a circle's height over its width. `upright`: is row 0 on top? Pure: no device.
 ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch);
 
 /// Parts across and down that a pixel is cut into, so that its own parts of a lens that it shows most of are told apart.
-int parts_of_pixel(double circle, double aspect);
+int parts_of_pixel(const Aperture& aperture, double circle, double aspect);
 
 /// Parts of the pixels of a small aperture, row by row: shares that sum to 1, and the middle of what of the lens each shows.
 /// Lens coordinates go from -1 to 1, to the right and down an image of what lies behind the focus.

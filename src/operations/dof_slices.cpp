@@ -117,7 +117,8 @@ SlicePlan slice_plan(std::span<const TileBits> tiles, int across, const SlicePla
             continue;
         }
         const double circle = slice == options.scale.middle ? 1 : options.scale.circle(slice);
-        const int pitch = pitch_for(circle * std::min(options.aspect, 1.0), options.quality);
+        const int pitch =
+            pitch_for(circle * std::min(options.aspect, 1.0) * thinnest(options.aperture), options.quality);
         const ApertureSpans spans = aperture_spans(options.aperture, circle, options.aspect, options.upright, pitch);
         const bool accurate = options.quality == BlurQuality::accurate;
         const int direct_up_to = accurate ? most_taps : most_direct;
@@ -141,11 +142,12 @@ SlicePlan slice_plan(std::span<const TileBits> tiles, int across, const SlicePla
             const double radius = std::abs(circle) / 2, to_lens = circle > 0 ? -1 / radius : 1 / radius;
             pass.part = {.across = static_cast<float>(to_lens),
                          .down = static_cast<float>(to_lens / options.aspect),
-                         .radius = static_cast<float>(radius * parts_of_pixel(circle, options.aspect)),
+                         .radius =
+                             static_cast<float>(radius * parts_of_pixel(options.aperture, circle, options.aspect)),
                          .single = radius <= 0.5,
                          .taps = static_cast<u32>(plan.taps.size()),
                          .tap_count = 0,
-                         .directions = options.aperture.blades ? 64u : 1u};
+                         .directions = is_round(options.aperture) ? 1u : 64u};
             if (direct) {
                 const auto taps = aperture_taps(options.aperture, circle, options.aspect, options.upright);
                 plan.taps.insert(plan.taps.end(), taps.begin(), taps.end());

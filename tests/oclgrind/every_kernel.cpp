@@ -118,7 +118,7 @@ int run_masks(const Device& device, const Camera& camera, bool around) {
     options.circle = depth_form(camera).perspective ? Circle{4, 8, 0, false} : Circle{4, 1, 0, true};
     dof_masks(whole, options);
     options.weights = false;
-    options.near_reach = options.near_coverage = options.hidden_background = around;
+    options.near_reach = options.near_coverage = options.hidden_background = options.mixed_depth = around;
     options.tile_px = around ? 5 : 0;
     dof_masks(whole.region(1, 1, width - 2, height - 1), options);
     device.finish();
@@ -137,11 +137,16 @@ int run_blur(const Device& device, Camera camera) {
         const std::vector<std::uint8_t> content(Image::allocation(element, layout), 0x41); // as a float bright
         const Image colour(device, element, layout);
         device.queue().enqueueWriteBuffer(colour.buffer(), CL_TRUE, 0, content.size(), content.data());
-        dof(part, colour,
-            {.circle = {.k = circle + 20, .g = 20 * depth},
-             .quality = images % 2 ? BlurQuality::fast : BlurQuality::standard});
+        DofOptions options{.circle = {.k = circle + 20, .g = 20 * depth},
+                           .quality = images % 2 ? BlurQuality::fast : BlurQuality::standard};
+        if (images > 0) // farther than the picture
+            options.plate = {colour, {part.image, camera}};
+        if (options.plate)
+            options.plate->depth.camera.scale = 2;
+        dof(part, colour, options);
+        options.quality = BlurQuality::accurate;
         if (device.options().lanes > 1) // one by one it takes the simulator more than five minutes
-            dof(part, colour, {.circle = {.k = circle + 20, .g = 20 * depth}, .quality = BlurQuality::accurate});
+            dof(part, colour, options);
         ++images;
     }
     device.finish();
