@@ -95,3 +95,29 @@ __kernel void builtin_exponential(FRAME, const float near, const float rate) {
     PIXELS(1)
     store_float(near * exp2(rate * d), out);
 }
+
+// The point of a pixel by the whole inverse of viewport and projection, four rows of four floats.
+INLINE float3 point_at(__global const float* stored, float16 rows, int stride, int x, int y) {
+    const float4 q = (float4)(x + 0.5f, y + 0.5f, stored[(size_t)y * stride + x], 1);
+    return (float3)(dot(rows.s0123, q), dot(rows.s4567, q), dot(rows.s89ab, q)) / dot(rows.scdef, q);
+}
+
+__kernel void matrix_position(__global const float* stored, __global float* target, const float16 rows, const int width,
+                              const int height, const int stride, const int target_stride) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= width) return;
+    const float3 p = point_at(stored, rows, stride, x, y);
+    vstore3(p, x, target + (size_t)y * target_stride);
+}
+
+// The normal of the pixel, its right and its lower neighbour, as most shaders have it.
+__kernel void cross_normals(__global const float* stored, __global float* target, const float16 rows, const int width,
+                            const int height, const int stride, const int target_stride) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= width) return;
+    const int left = min(x, width - 2), top = min(y, height - 2);
+    const float3 p = point_at(stored, rows, stride, left, top);
+    const float3 right = point_at(stored, rows, stride, left + 1, top) - p;
+    const float3 down = point_at(stored, rows, stride, left, top + 1) - p;
+    vstore3(normalize(cross(down, right)), x, target + (size_t)y * target_stride);
+}

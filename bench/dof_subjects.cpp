@@ -1,12 +1,10 @@
 // dof_masks on the frames, from window depth under several cameras and from view depth, and after linearize; dof in a room,
 // at its own size.
 
+#include "methods.hpp"
 #include "room_depth.hpp"
 #include "subjects.hpp"
 
-#include "operations/circle.hpp"
-#include "operations/parameters.hpp"
-#include "runtime/launch.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -254,13 +252,15 @@ void add_blur(std::vector<Subject>& list, const Device& device, Baselines& plain
                                          .every = every,
                                          .pixels = 1.0 * blur_width * blur_height});
     };
-    add(
-        floor,
-        [room, &plain] {
-            const auto& [from, to] = room->moved();
-            plain.launch("copy", from, to);
-        },
-        1);
+    for (const char* suffix : {"", " (control)"}) {
+        add(
+            std::string(floor) + suffix,
+            [room, &plain] {
+                const auto& [from, to] = room->moved();
+                plain.launch("copy", from, to);
+            },
+            1);
+    }
     const auto blur = [&](std::string name, double largest, BlurQuality quality, int every = 4) {
         add(
             std::move(name),

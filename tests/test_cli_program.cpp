@@ -174,6 +174,14 @@ TEST_CASE("program: --quiet and --json say what they promise") {
     check_done(json);
     CHECK(json.out.starts_with(R"({"input":")" + input + R"(","output":")" + output +
                                R"(","width":48,"height":32,"channels":["Z"],"seconds":)"));
+    const auto seconds = [&](const std::string& key) {
+        const std::size_t at = json.out.find('"' + key + "\":");
+        REQUIRE(at != std::string::npos);
+        return std::stod(json.out.substr(at + key.size() + 3));
+    };
+    CHECK(seconds("read_seconds") + seconds("compute_seconds") + seconds("write_seconds") ==
+          Approx(seconds("seconds")));
+    CHECK(seconds("write_seconds") > 0);
 }
 
 TEST_CASE("program: --threads and --device change nothing but the time") {

@@ -1,6 +1,7 @@
 // ssao against brute force over all slices and pixels of the same depth image, with the same normals and thickness:
 // what is left is the kernel's own error, not what a layer of depth cannot know.
 
+#include "brute_force.hpp"
 #include "catch.hpp"
 #include "judge.hpp"
 #include "occlusion.hpp"
@@ -42,15 +43,7 @@ struct Seen {
             for (int i = 0; i < 3; ++i)
                 normals_.push_back(static_cast<float>(normal[i]));
         normals = Image::from_host(device, Element::f32, normals_.data(), {camera.width, camera.height, 3});
-        std::vector<double> widths;
-        const auto& sight = layer.sight();
-        const double step = (sight.parallel ? sight.origin_x : sight.direction_x).norm();
-        for (int y = 2; y < camera.height; y += 5)
-            for (int x = 2; x < camera.width; x += 5)
-                if (std::isfinite(layer.planar(x, y)))
-                    widths.push_back(camera.width * step / (sight.parallel ? 1 : layer.planar(x, y)));
-        std::ranges::nth_element(widths, widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2));
-        median_width = widths[widths.size() / 2];
+        median_width = oracle::median_width(layer);
     }
     Seen(const Seen&) = delete;
 
@@ -62,55 +55,17 @@ private:
     std::vector<float> normals_;
 };
 
-/// Of the reference's 256. At a radius of 5% of the width that is 6e-4 of it, at 40% up to 1.8e-3, root mean square.
-constexpr int default_slices = 64;
+using oracle::error_of;
+using oracle::Off;
+using Point = oracle::Sample;
+
+constexpr int default_slices = oracle::sample_slices;
 constexpr double default_slices_error = 1e-3;
-
-/// Every phase of a pattern of 4 × 4 pixels is met alike.
-constexpr int default_stride = 41;
-
-struct Point {
-    int x, y;
-    double visibility;
-};
+constexpr int default_stride = oracle::sample_stride;
 
 std::vector<Point> brute_force(const Seen& seen, double radius, double thickness, int slices = default_slices,
                                int stride = default_stride) {
-    std::vector<Point> points;
-    for (int y = stride / 2; y < seen.camera.height; y += stride)
-        for (int x = stride / 2; x < seen.camera.width; x += stride)
-            if (std::isfinite(seen.layer.planar(x, y)))
-                points.push_back({x, y,
-                                  oracle::screen_visibility(seen.layer, x, y, seen.image.normal[seen.index(x, y)],
-                                                            {radius, thickness, slices})});
-    return points;
-}
-
-struct Off {
-    double rmse = 0, bias = 0, p99 = 0;
-    double common = 0; ///< root of the mean square of all but the worst 2%
-};
-
-template <typename Got>
-Off error_of(const std::vector<Point>& points, const Got& got) {
-    std::vector<double> off;
-    Off error;
-    for (const Point& point : points) {
-        const double difference = got(point) - point.visibility;
-        error.rmse += difference * difference;
-        error.bias += difference;
-        off.push_back(std::abs(difference));
-    }
-    std::ranges::sort(off);
-    const auto count = static_cast<double>(points.size());
-    error.rmse = std::sqrt(error.rmse / count);
-    error.bias /= count;
-    error.p99 = off[static_cast<std::size_t>(0.99 * (count - 1))];
-    off.resize(static_cast<std::size_t>(0.98 * count));
-    for (const double difference : off)
-        error.common += difference * difference;
-    error.common = std::sqrt(error.common / static_cast<double>(off.size()));
-    return error;
+    return oracle::brute_force(seen.layer, seen.image.normal, radius, thickness, slices, stride);
 }
 
 Off error_of(const Seen& seen, const std::vector<Point>& points, SsaoOptions options) {

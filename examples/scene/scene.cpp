@@ -320,9 +320,7 @@ private:
     Eigen::Matrix4d to_world_;
 };
 
-std::optional<Surface> cast(const Scene& scene, const Eye& eye, double x, double y) {
-    const Ray ray = eye.ray(x, y);
-    const Ray world = eye.in_world(ray);
+std::optional<Hit> first_hit(const Scene& scene, const Ray& world) {
     std::optional<Hit> nearest;
     for (const auto& primitive : scene) {
         const auto hit = intersect(primitive, world);
@@ -330,6 +328,12 @@ std::optional<Surface> cast(const Scene& scene, const Eye& eye, double x, double
             nearest = hit;
         }
     }
+    return nearest;
+}
+
+std::optional<Surface> cast(const Scene& scene, const Eye& eye, double x, double y) {
+    const Ray ray = eye.ray(x, y);
+    const auto nearest = first_hit(scene, eye.in_world(ray));
     return nearest ? std::optional(eye.surface(ray, *nearest)) : std::nullopt;
 }
 
@@ -384,6 +388,15 @@ std::optional<Surface> Caster::at(double x, double y) const {
 bool blocked(const Scene& scene, const Vector3d& origin, const Vector3d& direction, double length, double least) {
     const Ray ray{origin, direction, least, length};
     return std::ranges::any_of(scene, [&](const auto& primitive) { return intersect(primitive, ray).has_value(); });
+}
+
+std::optional<Met> met(const Scene& scene, const Ray& ray) {
+    const auto hit = first_hit(scene, ray);
+    if (!hit) {
+        return std::nullopt;
+    }
+    const Vector3d normal = hit->normal.normalized();
+    return Met{ray.at(hit->t), normal.dot(ray.direction) > 0 ? Vector3d(-normal) : normal};
 }
 
 Eigen::Matrix4d to_world(const Camera& camera) {

@@ -121,6 +121,14 @@ private:
 bool blocked(const Scene& scene, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
              double length = std::numeric_limits<double>::infinity(), double least = 1e-9);
 
+/// Where a ray meets a scene, in world space. The normal is of unit length and looks against the ray.
+struct Met {
+    Eigen::Vector3d position, normal;
+};
+
+/// The first primitive that a ray of any kind meets between its ends, world space.
+std::optional<Met> met(const Scene& scene, const Ray& ray);
+
 /// View space (the projection's own axes) to world.
 Eigen::Matrix4d to_world(const Camera& camera);
 

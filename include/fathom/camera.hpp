@@ -61,7 +61,8 @@ struct Camera {
     double log_c = 1.0;                          ///< C of `logarithmic`; per scene unit
     double scale = 1.0;               ///< scene units per stored unit (metric encodings); z = scale/v for `inverse`
     std::optional<double> background; ///< stored value that means "nothing here"; default by encoding
-    std::optional<int> depth_bits;    ///< 1 to 24, or 32: the buffer that a float image came from; for bounds and fits
+    std::optional<int>
+        depth_bits; ///< 1 to 24, or 32: of the buffer that a float image came from, for error bounds and fits
     std::optional<Eigen::Matrix4d> view; ///< world to view, in the projection's axes
 };
 

@@ -55,8 +55,19 @@ std::string key_of(const std::string& option) {
     return key;
 }
 
+// What an input took, from one mark to the next.
+struct Times {
+    Clock::time_point start = Clock::now();
+    Clock::time_point was_read = {}, was_computed = {}, was_written = {};
+};
+
+double seconds(Clock::time_point from, Clock::time_point to) {
+    return std::chrono::duration<double>(to - from).count();
+}
+
 void announce(Report report, const std::vector<Output>& outputs, const Job& job, const cv::Mat& result,
-              double seconds) {
+              const Times& times) {
+    const double whole = seconds(times.start, times.was_written);
     switch (report) {
     case Report::nothing:
         return;
@@ -64,7 +75,7 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
         std::string files;
         for (const std::filesystem::path& file : job.outputs)
             files += (files.empty() ? "" : ", ") + file.native();
-        fmt::print("{}  {} × {}  {:.0f} ms\n", files, result.cols, result.rows, seconds * 1e3);
+        fmt::print("{}  {} × {}  {:.0f} ms\n", files, result.cols, result.rows, whole * 1e3);
         break;
     }
     case Report::json: {
@@ -73,7 +84,10 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
                                     {"width", result.cols},
                                     {"height", result.rows},
                                     {"channels", channels_of(outputs.front().product, result)},
-                                    {"seconds", seconds}};
+                                    {"seconds", whole},
+                                    {"read_seconds", seconds(times.start, times.was_read)},
+                                    {"compute_seconds", seconds(times.was_read, times.was_computed)},
+                                    {"write_seconds", seconds(times.was_computed, times.was_written)}};
         for (std::size_t i = 1; i < outputs.size(); ++i)
             line[key_of(outputs[i].option)] = job.outputs[i].native();
         print_json(line);
@@ -93,18 +107,20 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     const Device device = options.device.open();
 
     const auto process = [&](const Job& job) {
-        const Clock::time_point start = Clock::now();
+        Times times;
         const DepthFile depth = read(job.input, {.channel = options.channel, .packing = camera.packing});
+        times.was_read = Clock::now();
         const std::vector<cv::Mat> results =
             operation({.image = to_device(device, depth.values),
                        .camera = camera_for(camera, depth.values.cols, depth.values.rows),
                        .storage = depth.storage},
                       job);
+        times.was_computed = Clock::now();
         stop_if_interrupted();
         prepare_folders(options, outputs, job);
         write(options, outputs, job, results);
-        announce(options.report, outputs, job, results.front(),
-                 std::chrono::duration<double>(Clock::now() - start).count());
+        times.was_written = Clock::now();
+        announce(options.report, outputs, job, results.front(), times);
     };
 
     int code = done;

@@ -1,0 +1,63 @@
+#pragma once
+
+#include "views.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <array>
+#include <vector>
+
+namespace fathom::bench {
+
+/// One view at one size on a device: depth as stored, a picture, and images for what is computed from them. Several frames
+/// of the same pixels in turn, so that a run does not find the last one's in the cache.
+class Case {
+public:
+    /// `stored`: values from 0 to 1, not rounded.
+    Case(const Device& device, View view, const std::vector<double>& stored, int frames);
+
+    const Device& device() const { return device_; }
+    const View& view() const { return view_; }
+    const Camera& camera() const { return view_.camera(); }
+    int width() const { return camera().width; }
+    int height() const { return camera().height; }
+
+    /// Moves on to the next frame.
+    void next() { current_ = (current_ + 1) % frames_.size(); }
+
+    /// Gives all frames the images that this one has been asked for, so that none is made while time is taken.
+    void complete();
+
+    StoredDepth stored(Storage storage) const; ///< float32 or uint16
+    const Image& floats(int channels);         ///< for a result of one, three or four floats a pixel
+    const std::array<Image, 4>& masks();       ///< for four results of one float
+    const Image& colour();                     ///< patches of colour unless a picture was set
+    void set_colour(const std::vector<float>& picture);
+
+    /// z where this share of the surfaces is nearer.
+    double depth_quantile(double share) const;
+    double median_width() const; ///< width of the image, in scene units, at the median depth
+
+    double radius_px = 0;  ///< of ssao: pixels at the median depth
+    double largest_px = 0; ///< of dof and dof_masks: diameter of the image's largest circle
+
+    double radius() const { return radius_px * median_width() / width(); }
+    Circle lens() const; ///< in focus at the first third of the surfaces
+
+private:
+    struct Frame {
+        Image stored, stored16, colour;
+        std::array<Image, 3> floats; // of one, three and four channels
+        std::array<Image, 4> masks;
+    };
+    Image filled(int channels) const;
+
+    Device device_;
+    View view_;
+    std::vector<float> sorted_depth_; // of every 17th pixel that is a surface
+    std::vector<float> picture_;
+    std::vector<Frame> frames_;
+    std::size_t current_ = 0;
+};
+
+} // namespace fathom::bench

@@ -1,0 +1,231 @@
+#include "errors.hpp"
+
+#include "brute_force.hpp"
+#include "lens_truth.hpp"
+#include "text.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <thread>
+
+namespace fathom::bench {
+namespace {
+
+using oracle::Quad;
+
+constexpr int stride = 7;                       // pixels from one sample to the next, where truth is cheap
+constexpr double radii[] = {1.0 / 20, 2.0 / 5}; // of ssao, in widths of the image
+constexpr double largest_circle = 1.0 / 30;     // of dof, in widths
+constexpr int occlusion_stride = 23;            // between the pixels of brute force: every phase of 4 x 4 alike
+constexpr int blur_stride = 23;                 // between the pixels whose lens is sampled
+
+std::vector<float> pixels(const Image& image) {
+    std::vector<float> values(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
+                              static_cast<std::size_t>(image.channels()));
+    image.download(values.data());
+    return values;
+}
+
+struct BlurSample {
+    int x, y;
+    Eigen::Vector3d colour;
+};
+
+// A view, its truth and the results of methods in it. Truths that take long are made when they are first asked for.
+class Judge {
+public:
+    Judge(const Device& device, const View& view)
+        : view_(view), rendered_(scene::render(view.scene, view.camera())), on_(device, view, rendered_.exact, 1) {
+        on_.largest_px = largest_circle * on_.width();
+    }
+
+    Case& on() { return on_; }
+
+    Deviation error(const Method& method) {
+        const std::vector<float> got = pixels(method.run(on_));
+        if (method.operation == "linearize")
+            return depth_error(method, got);
+        if (method.operation == "unproject")
+            return position_error(got);
+        if (method.operation == "dof_masks")
+            return circle_error(got);
+        if (method.operation == "normals")
+            return normal_error(method, got);
+        return method.operation == "ssao" ? occlusion_error(got) : blur_error(got);
+    }
+
+    /// dof is run on a picture, which is made first.
+    void prepare_blur() {
+        if (blur_.empty())
+            make_blur();
+    }
+
+    /// Sets the radius of ssao.
+    void set_radius(double share) {
+        on_.radius_px = share * on_.width();
+        occlusion_.reset();
+    }
+
+private:
+    std::size_t index(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(on_.width()) + static_cast<std::size_t>(x);
+    }
+
+    template <typename Each>
+    std::vector<double> over_surfaces(int step, const Each& each) const {
+        std::vector<double> errors;
+        for (int y = step / 2; y < rendered_.height; y += step)
+            for (int x = step / 2; x < rendered_.width; x += step)
+                if (std::isfinite(rendered_.z[index(x, y)]))
+                    errors.push_back(each(x, y));
+        return errors;
+    }
+
+    Deviation depth_error(const Method& method, const std::vector<float>& got) const {
+        const oracle::Truth truth(view_.subject, method.storage);
+        const bool codes = method.storage == Storage::uint16;
+        return summary("ulp", over_surfaces(stride, [&](int x, int y) {
+                           const std::size_t i = index(x, y);
+                           const double v = codes ? std::round(65535 * rendered_.exact[i])
+                                                  : static_cast<double>(rendered_.stored[i]);
+                           return oracle::error_in_ulp(got[i], truth.depth(v, x + 0.5, y + 0.5));
+                       }));
+    }
+
+    Deviation position_error(const std::vector<float>& got) const {
+        const oracle::Truth truth(view_.subject, Storage::float32);
+        const oracle::Point eye = truth.eye();
+        return summary("2^-24", over_surfaces(stride, [&](int x, int y) {
+                           const std::size_t i = index(x, y);
+                           const auto v = static_cast<double>(rendered_.stored[i]);
+                           const oracle::Point exact =
+                               truth.position(truth.depth(v, x + 0.5, y + 0.5), x + 0.5, y + 0.5);
+                           double off = 0, distance = 0;
+                           for (std::size_t k = 0; k < 3; ++k) {
+                               const auto wrong = static_cast<double>(static_cast<Quad>(got[3 * i + k]) - exact[k]);
+                               const auto away = static_cast<double>(exact[k] - eye[k]);
+                               off += wrong * wrong;
+                               distance += away * away;
+                           }
+                           return std::sqrt(off / distance) * 0x1p24;
+                       }));
+    }
+
+    Deviation circle_error(const std::vector<float>& got) const {
+        const oracle::Truth truth(view_.subject, Storage::float32);
+        const Circle lens = on_.lens();
+        return summary("ulp", over_surfaces(stride, [&](int x, int y) {
+                           const std::size_t i = index(x, y);
+                           const auto z = static_cast<long double>(
+                               truth.depth(static_cast<double>(rendered_.stored[i]), x + 0.5, y + 0.5));
+                           const long double exact = circle_at(lens, z);
+                           const double off = static_cast<double>(static_cast<long double>(got[i]) - exact);
+                           return off / oracle::ulp(static_cast<Quad>(std::max(std::abs(exact), lens.k)));
+                       }));
+    }
+
+    // OpenCV turns a normal by the sign of its z, which on walls along the axis is noise: it is not charged for that.
+    Deviation normal_error(const Method& method, const std::vector<float>& got) const {
+        const bool either_side = method.kind == Method::Kind::peer;
+        return summary("degrees", over_surfaces(3, [&](int x, int y) {
+                           const std::size_t i = index(x, y);
+                           const Eigen::Vector3d n = Eigen::Vector3f(&got[3 * i]).cast<double>();
+                           const Eigen::Vector3d& exact = rendered_.normal[i];
+                           if (!n.allFinite())
+                               return 90.0; // any direction
+                           const double angle = 2 * std::atan2((n - exact).norm(), (n + exact).norm());
+                           return (either_side ? std::min(angle, std::numbers::pi - angle) : angle) * 180 /
+                                  std::numbers::pi;
+                       }));
+    }
+
+    Deviation occlusion_error(const std::vector<float>& got) {
+        if (!layer_)
+            layer_.emplace(view_.camera(), rendered_.z);
+        if (!occlusion_)
+            occlusion_ = oracle::brute_force(*layer_, rendered_.normal, on_.radius(), on_.radius() / 4,
+                                             oracle::sample_slices, occlusion_stride);
+        const oracle::Off off = oracle::error_of(
+            *occlusion_, [&](const oracle::Sample& p) { return static_cast<double>(got[index(p.x, p.y)]); });
+        return {"visibility", off.bias, off.rmse, off.p99, off.worst, occlusion_->size()};
+    }
+
+    // Not where the circle reaches beyond the image.
+    void make_blur() {
+        on_.set_colour(picture_of(view_));
+        const int margin = static_cast<int>(on_.largest_px / 2) + 1;
+        for (int y = margin; y < on_.height() - margin; y += blur_stride)
+            for (int x = margin; x < on_.width() - margin; x += blur_stride)
+                blur_.push_back({x, y, {}});
+        const LensTruth truth(view_, on_.lens());
+        std::atomic<std::size_t> next = 0;
+        const auto work = [&] {
+            for (std::size_t i = next++; i < blur_.size(); i = next++)
+                blur_[i].colour = truth.at(blur_[i].x, blur_[i].y);
+        };
+        std::vector<std::jthread> workers;
+        for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
+            workers.emplace_back(work);
+    }
+
+    Deviation blur_error(std::vector<float> got) {
+        std::vector<double> errors;
+        for (const BlurSample& sample : blur_)
+            for (int i = 0; i < 3; ++i)
+                errors.push_back(static_cast<double>(got[3 * index(sample.x, sample.y) + static_cast<std::size_t>(i)]) -
+                                 sample.colour[i]);
+        return summary("colour", errors);
+    }
+    const View& view_;
+    scene::Rendered rendered_;
+    Case on_;
+    std::optional<oracle::DepthLayer> layer_;
+    std::optional<std::vector<oracle::Sample>> occlusion_;
+    std::vector<BlurSample> blur_;
+};
+
+} // namespace
+
+std::vector<Figures> errors(const Device& device, const std::vector<Method>& methods, const std::vector<View>& views,
+                            const std::string& only, const std::function<void(const Figures&)>& report) {
+    std::vector<Figures> rows;
+    const auto add = [&](Judge& judge, const View& view, const Method& method, double radius_px) {
+        if (method.fits && !method.fits(view))
+            return;
+        rows.push_back({.operation = method.operation,
+                        .method = method.name,
+                        .kind = kind_name(method.kind),
+                        .storage = name(method.storage),
+                        .scene = view.name,
+                        .width = view.camera().width,
+                        .height = view.camera().height,
+                        .radius_px = radius_px,
+                        .error = judge.error(method)});
+        report(rows.back());
+    };
+    for (const View& view : views) {
+        Judge judge(device, view);
+        for (const Method& method : methods) {
+            if (method.kind == Method::Kind::floor || !method.matches(only) || method.operation == "ssao" ||
+                method.operation == "filter")
+                continue;
+            if (method.operation == "dof")
+                judge.prepare_blur();
+            const bool circle = method.operation == "dof" || method.operation == "dof_masks";
+            add(judge, view, method, circle ? judge.on().largest_px : 0);
+        }
+        for (const double share : radii) {
+            judge.set_radius(share);
+            for (const Method& method : methods)
+                if (method.operation == "ssao" && method.matches(only))
+                    add(judge, view, method, judge.on().radius_px);
+        }
+    }
+    return rows;
+}
+
+} // namespace fathom::bench

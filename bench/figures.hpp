@@ -1,0 +1,59 @@
+#pragma once
+
+#include "measure.hpp"
+#include "table.hpp"
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fathom::bench {
+
+/// How far results are from the truth, over sample points.
+struct Deviation {
+    std::string unit;
+    double mean = 0; ///< signed, where the unit has a sign
+    double rms = 0, p99 = 0, worst = 0;
+    std::size_t points = 0;
+};
+
+/// Of single errors, signed or not.
+Deviation summary(std::string unit, const std::vector<double>& errors);
+
+/// What is known about one method at one place; a row of every table that fathom_bench writes.
+struct Figures {
+    std::string operation; ///< as the library names it; copy: a floor
+    std::string method;    ///< preset, form or formula
+    std::string kind;      ///< library, baseline, peer or floor
+    std::string storage;
+    std::string scene; ///< frames: random depths
+    int width = 0, height = 0;
+    double radius_px = 0; ///< ssao: at the median depth; dof and dof_masks: the largest circle's diameter. 0: none
+    std::vector<double> seconds = {};
+    std::string floor = {};
+    double floor_seconds = 0; ///< median
+    std::optional<Deviation> error = {};
+    double bytes = 0; ///< of the device's memory; 0: not counted
+};
+
+/// One line for people.
+void print_row(const Figures& row);
+
+/// The columns of such a table, which do not change:
+///   device, driver, commit                as Table writes them
+///   operation, method, kind, storage, scene, width, height, radius_px     as above
+///   clock                                 wall, or processor: time of all threads together
+///   runs, ms, ms_q25, ms_q75              how often it was timed; the median, and the quartiles
+///   floor, floor_ms, time_to_floor        the copy that moves the same bytes, its median, and the ratio of the medians
+///   unit, mean, rms, p99, worst, points   the error against the truth over sample points:
+///                                           ulp        of the depth's float (linearize); of the larger of circle and k
+///                                           2^-24      of the distance (unproject)
+///                                           degrees    between normals, not signed; 90 for none
+///                                           visibility got less true
+///                                           colour     of 1, got less true
+///   bytes                                 images in and out, and scratch
+/// Empty: not measured.
+Table table_of(const Device& device, const std::vector<Figures>& rows, Clock clock);
+
+} // namespace fathom::bench

@@ -1,0 +1,260 @@
+#include "methods.hpp"
+
+#include "scalar_ssao.hpp"
+
+#include "operations/circle.hpp"
+#include "operations/parameters.hpp"
+#include "runtime/launch.hpp"
+#include "runtime/state.hpp"
+#include "text.hpp"
+
+#include <Eigen/LU>
+
+#include <map>
+#include <memory>
+#include <utility>
+
+namespace fathom::bench {
+namespace {
+
+using Kind = Method::Kind;
+
+void add_floors(std::vector<Method>& list, Baselines& kernels) {
+    const auto add = [&](const std::string& name, std::function<Image(Case&)> run) {
+        for (const char* suffix : {"", " (control)"})
+            list.push_back({"copy", name + suffix, Kind::floor, Storage::float32, name, run});
+    };
+    const auto spread = [&](const char* kernel, int channels) {
+        return [&kernels, kernel, channels](Case& on) {
+            kernels.launch(kernel, on.stored(Storage::float32).image, on.floats(channels));
+            return on.floats(channels);
+        };
+    };
+    add("copy", spread("copy", 1));
+    add("spread", spread("spread", 3));
+    add("fan out", spread("fan_out", 4));
+    // Seven floats a pixel: depth and colour in, colour out, as a copy of 3 and a half.
+    add("copy depth and RGB", [&kernels](Case& on) {
+        const Layout flat{3 * on.width(), on.height()};
+        const Image& from = on.stored(Storage::float32).image;
+        kernels.launch("copy", Image(on.device(), on.colour().buffer(), Element::f32, flat),
+                       Image(on.device(), on.floats(3).buffer(), Element::f32, flat));
+        const int half = (on.height() + 1) / 2;
+        kernels.launch("copy", from.region(0, 0, on.width(), half), on.floats(1).region(0, 0, on.width(), half));
+        return on.floats(3);
+    });
+}
+
+bool plain_perspective(const View& view) {
+    const auto& frustum = *view.subject.frustum;
+    return !frustum.parallel && !frustum.plane && !frustum.reversed;
+}
+
+// The formulas that engines and simulators use, in float.
+void add_formulas(std::vector<Method>& list, Baselines& kernels) {
+    const auto add = [&](std::string name, const char* kernel, bool engine) {
+        list.push_back({"linearize",
+                        std::move(name),
+                        Kind::baseline,
+                        Storage::float32,
+                        "copy",
+                        [&kernels, kernel, engine](Case& on) {
+                            const auto& frustum = *on.view().subject.frustum;
+                            const auto near = static_cast<float>(frustum.near), far = static_cast<float>(frustum.far);
+                            const float first = engine ? 1 / far - 1 / near : near, second = engine ? 1 / near : far;
+                            kernels.launch(kernel, on.stored(Storage::float32).image, on.floats(1), {first, second});
+                            return on.floats(1);
+                        },
+                        {},
+                        plain_perspective});
+    };
+    add("engine 1/(Zd+W)", "engine_fma", true);
+    add("tutorial 2nf/(f+n-z(f-n))", "tutorial_ndc", false);
+    add("simulator nf/(f-(f-n)d)", "simulator_ratio", false);
+}
+
+// Positions, and the cross product of their differences, by the whole inverse matrix in float.
+void add_matrix(std::vector<Method>& list, Baselines& kernels) {
+    const auto add = [&](const char* operation, std::string name, const char* kernel, Storage storage) {
+        list.push_back({operation, std::move(name), Kind::baseline, storage, "spread", [&kernels, kernel](Case& on) {
+                            const Image& from = on.stored(Storage::float32).image;
+                            const Eigen::Matrix4f inverse = unprojection(on.camera()).transpose().cast<float>();
+                            cl_float16 rows;
+                            std::copy_n(inverse.data(), 16, rows.s);
+                            kernels.start(kernel, on.width(), on.height(), from.buffer(), on.floats(3).buffer(), rows,
+                                          cl_int{on.width()}, cl_int{on.height()},
+                                          static_cast<cl_int>(from.row_stride()),
+                                          static_cast<cl_int>(on.floats(3).row_stride()));
+                            return on.floats(3);
+                        }});
+    };
+    add("unproject", "inverse matrix in float", "matrix_position", Storage::float32);
+    add("normals", "cross product of differences", "cross_normals", Storage::float32);
+}
+
+void add_streams(std::vector<Method>& list) {
+    for (const Storage storage : {Storage::float32, Storage::uint16}) {
+        list.push_back({"linearize", "fathom", Kind::library, storage, "copy", [storage](Case& on) {
+                            linearize(on.stored(storage), on.floats(1), {Background::decode});
+                            return on.floats(1);
+                        }});
+        for (const auto& [name, method] : {std::pair{"neighbours", NormalMethod::neighbours},
+                                           std::pair{"least squares", NormalMethod::least_squares}}) {
+            list.push_back({"normals", name, Kind::library, storage, "spread", [storage, method](Case& on) {
+                                normals(on.stored(storage), on.floats(3), {.method = method});
+                                return on.floats(3);
+                            }});
+        }
+    }
+    list.push_back({"unproject", "fathom", Kind::library, Storage::float32, "spread", [](Case& on) {
+                        unproject(on.stored(Storage::float32), on.floats(3), {.background = Background::decode});
+                        return on.floats(3);
+                    }});
+    list.push_back({"dof_masks", "fathom", Kind::library, Storage::float32, "fan out", [](Case& on) {
+                        const auto& [circle, near, focus, far] = on.masks();
+                        DofMasks results;
+                        results.circle = circle, results.near = near, results.focus = focus, results.far = far;
+                        run_masks(on.stored(Storage::float32), {.circle = on.lens()}, results);
+                        return circle;
+                    }});
+}
+
+Method occlusion(std::string name, const SsaoOptions& options) {
+    return {"ssao", std::move(name), Kind::library, Storage::float32, "copy", [options](Case& on) {
+                SsaoOptions all = options;
+                all.radius = on.radius();
+                return ssao(on.stored(Storage::float32), all).visibility;
+            }};
+}
+
+void add_ssao(std::vector<Method>& list) {
+    list.push_back(occlusion("fast", {.quality = Quality::fast}));
+    list.push_back(occlusion("balanced", {}));
+    list.push_back(occlusion("accurate", {.quality = Quality::accurate}));
+    for (const auto& [slices, steps] : {std::pair{1, 8}, {1, 16}, {2, 16}, {2, 32}, {4, 32}, {4, 64}})
+        list.push_back(occlusion(text(slices, " x ", steps), {.slices = slices, .steps = steps}));
+    // One of them is kept: for the view and the radius that were asked for last.
+    struct Kept {
+        const void* stored = nullptr;
+        double radius = 0;
+        std::unique_ptr<ScalarSsao> loop;
+    };
+    const auto kept = std::make_shared<std::map<const void*, Kept>>();
+    list.push_back({"ssao",
+                    "loop per pixel, not filtered",
+                    Kind::baseline,
+                    Storage::float32,
+                    "copy",
+                    [kept](Case& on) {
+                        const Image& stored = on.stored(Storage::float32).image;
+                        Kept& mine = (*kept)[&on];
+                        if (mine.stored != stored.buffer()() || mine.radius != on.radius()) {
+                            const auto& f = *on.view().subject.frustum;
+                            const double near = static_cast<double>(f.near), far = static_cast<double>(f.far);
+                            mine.loop =
+                                std::make_unique<ScalarSsao>(stored, view_fov_y, DepthSpan{near, far}, on.radius(),
+                                                             on.radius() / 4, ScalarSsao::Patterns::sixteen);
+                            mine.stored = stored.buffer()();
+                            mine.radius = on.radius();
+                        }
+                        mine.loop->run(on.floats(1));
+                        return on.floats(1);
+                    },
+                    {},
+                    [](const View& view) { return plain_perspective(view) && view.closed; }});
+}
+
+void add_dof(std::vector<Method>& list, Baselines& kernels) {
+    const auto add = [&](std::string name, BlurQuality quality) {
+        list.push_back(
+            {"dof", std::move(name), Kind::library, Storage::float32, "copy depth and RGB", [quality](Case& on) {
+                 dof(on.stored(Storage::float32), on.colour(), on.floats(3), {.circle = on.lens(), .quality = quality});
+                 return on.floats(3);
+             }});
+    };
+    add("fast", BlurQuality::fast);
+    add("standard", BlurQuality::standard);
+    add("accurate", BlurQuality::accurate);
+    // Its kernel knows only rows without a gap between them.
+    list.push_back({"dof",
+                    "gather by the centre's circle",
+                    Kind::baseline,
+                    Storage::float32,
+                    "copy depth and RGB",
+                    [&kernels](Case& on) {
+                        const Image circles =
+                            dof_masks(on.stored(Storage::float32), {.circle = on.lens(), .weights = false}).circle;
+                        kernels.start("centre_gather", on.width(), on.height(), circles.buffer(), on.colour().buffer(),
+                                      on.floats(3).buffer(), cl_int{on.width()}, cl_int{on.height()});
+                        return on.floats(3);
+                    },
+                    {},
+                    [](const View& view) { return view.camera().width % 16 == 0; }});
+}
+
+double bytes(const Image& image) {
+    return image ? static_cast<double>(image.buffer().getInfo<CL_MEM_SIZE>()) : 0;
+}
+
+} // namespace
+
+const char* kind_name(Kind kind) {
+    switch (kind) {
+    case Kind::library:
+        return "library";
+    case Kind::baseline:
+        return "baseline";
+    case Kind::peer:
+        return "peer";
+    case Kind::floor:
+        return "floor";
+    }
+    return "";
+}
+
+std::vector<Method> methods(Baselines& kernels) {
+    std::vector<Method> list;
+    add_floors(list, kernels);
+    add_streams(list);
+    add_formulas(list, kernels);
+    add_matrix(list, kernels);
+    add_ssao(list);
+    add_dof(list, kernels);
+    return list;
+}
+
+double bytes_of(const Method& method, Case& on) {
+    auto& scratch = on.device().state().scratch;
+    scratch.clear();
+    const Image result = method.run(on);
+    on.device().finish();
+    double sum = bytes(result) + bytes(on.stored(method.storage).image);
+    if (method.operation == "dof")
+        sum += bytes(on.colour());
+    if (method.operation == "dof_masks")
+        sum += 3 * bytes(result);
+    for (const cl::Buffer& buffer : scratch)
+        sum += static_cast<double>(buffer.getInfo<CL_MEM_SIZE>());
+    return sum;
+}
+
+void run_masks(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& results) {
+    const Device& device = stored.image.device();
+    DepthForm form = depth_form(stored.camera, stored.storage);
+    Rays view = form.form == Form::ray_distance ? rays(stored.camera) : Rays{};
+    count_from_lens(form, view, options.circle);
+    const Arithmetic arithmetic = device.options().arithmetic;
+    const int width = stored.image.width(), lanes = lanes_for(device, width);
+    runtime::Choices choices =
+        circle_choices(form, options.circle, view, stored.storage, lanes, worth_streaming(results.circle, lanes));
+    choices.emplace_back("WEIGHTS", 1);
+    runtime::launch(
+        device, runtime::kernel(device, "dof_masks", choices),
+        {static_cast<std::size_t>((width + lanes - 1) / lanes), static_cast<std::size_t>(stored.image.height())},
+        stored.image, results.circle, results.near, results.focus, results.far,
+        grid_parameters(stored, results.circle, 0, width),
+        depth_parameters(form, stored.storage, Background::inf, arithmetic),
+        ray_parameters(view, form.scale, arithmetic), circle_parameters(form, options, arithmetic));
+}
+
+} // namespace fathom::bench

@@ -1,0 +1,158 @@
+#include "sweeps.hpp"
+
+#include "room_depth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <set>
+
+namespace fathom::bench {
+namespace {
+
+// Enough frames to go through half a gigabyte, sixteen at most.
+Case case_of(const Device& device, const View& view) {
+    const double bytes = 8.0 * view.camera().width * view.camera().height;
+    const int frames = bytes > 0.3e9 ? 1 : std::clamp(static_cast<int>(0.5e9 / bytes) + 1, 2, 16);
+    return {device, view, stored_depth_of(view.scene, view.camera()), frames};
+}
+
+double radius_of(const Method& method, const Case& on) {
+    return method.operation == "ssao" ? on.radius_px : method.operation.starts_with("dof") ? on.largest_px : 0;
+}
+
+// The chosen methods and their floors, interleaved.
+std::vector<Figures> timed(Case& on, const std::vector<Method>& methods,
+                           const std::function<bool(const Method&)>& chosen, const Effort& effort) {
+    std::vector<const Method*> list;
+    for (const Method& method : methods) {
+        const auto same_floor = [&](const Method& other) {
+            return other.kind != Method::Kind::floor && other.floor == method.floor && chosen(other);
+        };
+        const bool wanted = method.kind == Method::Kind::floor
+                                ? std::ranges::any_of(methods, same_floor)
+                                : chosen(method) && (!method.fits || method.fits(on.view()));
+        if (wanted)
+            list.push_back(&method);
+    }
+    std::vector<Figures> rows;
+    std::vector<Work> work;
+    for (const Method* method : list) {
+        rows.push_back({.operation = method->operation,
+                        .method = method->name,
+                        .kind = kind_name(method->kind),
+                        .storage = name(method->storage),
+                        .scene = on.view().name,
+                        .width = on.width(),
+                        .height = on.height(),
+                        .radius_px = radius_of(*method, on),
+                        .floor = method->floor});
+        const auto run = [&, method] { rows.back().bytes = bytes_of(*method, on); };
+        const int every = rounds_between(on.device(), {.run = run}, effort.rounds, effort.seconds);
+        work.push_back({.before =
+                            [&on, method] {
+                                on.next();
+                                if (method->prepare)
+                                    method->prepare(on);
+                            },
+                        .run = [&on, method] { method->run(on); },
+                        .every = every});
+    }
+    on.complete();
+    const auto samples = measured(on.device(), work, effort.rounds, effort.clock, 0);
+    std::map<std::string, double> floors;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        rows[i].seconds = samples[i];
+        if (list[i]->kind == Method::Kind::floor && list[i]->name == list[i]->floor)
+            floors[list[i]->name] = median(samples[i]);
+    }
+    for (Figures& row : rows) {
+        row.floor_seconds = floors.at(row.floor);
+        effort.report(row);
+    }
+    return rows;
+}
+
+void append(std::vector<Figures>& rows, std::vector<Figures> more) {
+    rows.insert(rows.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+// Names of methods that take too long to be asked for more.
+class Slow {
+public:
+    void learn(const std::vector<Figures>& rows, Clock clock) {
+        const double limit = clock == Clock::wall ? longest_run : 2 * longest_run; // of two cores
+        for (const Figures& row : rows)
+            if (median(row.seconds) > limit)
+                names_.insert(row.operation + ' ' + row.method);
+    }
+    bool contain(const Method& method) const { return names_.contains(method.operation + ' ' + method.name); }
+
+private:
+    std::set<std::string> names_;
+};
+
+// One row each of what the charts against pixels show.
+bool swept(const Method& method) {
+    static const std::pair<const char*, const char*> names[] = {
+        {"linearize", "fathom"}, {"unproject", "fathom"}, {"normals", "neighbours"},
+        {"dof_masks", "fathom"}, {"ssao", "balanced"},    {"dof", "standard"},
+    };
+    return method.storage == Storage::float32 && std::ranges::any_of(names, [&](const auto& each) {
+               return method.operation == each.first && method.name == each.second;
+           });
+}
+
+} // namespace
+
+std::vector<Figures> presets(const Device& device, const std::vector<Method>& methods, const std::vector<View>& views,
+                             const Effort& effort) {
+    std::vector<Figures> rows;
+    Slow slow;
+    for (const View& view : views) {
+        Case on = case_of(device, view);
+        on.radius_px = on.width() / 20.0;
+        on.largest_px = on.width() / 30.0;
+        append(rows, timed(
+                         on, methods, [&](const Method& m) { return m.matches(effort.only); }, effort));
+    }
+    return rows;
+}
+
+std::vector<Figures> pixel_sweep(const Device& device, const std::vector<Method>& methods, double megapixels,
+                                 const Effort& effort) {
+    std::vector<Figures> rows;
+    for (const double size : {0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0}) {
+        if (size > megapixels)
+            break;
+        const int width = static_cast<int>(std::sqrt(size * 1e6 * 16 / 9) / 16 + 0.5) * 16;
+        Case on = case_of(device, room_view(width, static_cast<int>(size * 1e6 / width + 0.5)));
+        on.radius_px = 96;
+        on.largest_px = 64;
+        append(rows, timed(
+                         on, methods, [&](const Method& m) { return swept(m) && m.matches(effort.only); }, effort));
+    }
+    return rows;
+}
+
+std::vector<Figures> radius_sweep(const Device& device, const std::vector<Method>& methods, Size size,
+                                  const Effort& effort) {
+    std::vector<Figures> rows;
+    Slow slow;
+    Case on = case_of(device, room_view(size.first, size.second));
+    for (const double radius : {4, 8, 16, 32, 64, 128, 256, 512}) {
+        on.radius_px = on.largest_px = radius;
+        const auto preset = [&](const Method& m) {
+            static const char* names[] = {"ssao fast", "ssao balanced", "ssao accurate",
+                                          "dof fast",  "dof standard",  "dof accurate"};
+            return m.matches(effort.only) &&
+                   std::ranges::any_of(names, [&](const char* each) { return m.operation + ' ' + m.name == each; });
+        };
+        append(rows, timed(on, methods, preset, effort));
+        slow.learn(rows, effort.clock);
+    }
+    return rows;
+}
+
+} // namespace fathom::bench

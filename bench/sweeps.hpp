@@ -1,0 +1,39 @@
+#pragma once
+
+#include "figures.hpp"
+#include "methods.hpp"
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fathom::bench {
+
+/// How long to measure.
+struct Effort {
+    int rounds = 31;
+    double seconds = 4; ///< no method takes more in all, but three runs
+    Clock clock = Clock::wall;
+    std::string only = {};
+    std::function<void(const Figures&)> report = {}; ///< told of every row as soon as it is there
+};
+
+inline constexpr double longest_run = 2.5; ///< seconds
+
+using Size = std::pair<int, int>;
+
+/// Every method in each of the views, with the floors: rays of a twentieth of the width, circles up to a thirtieth. Those that take
+/// longer than `longest_run` are left out of those that follow.
+std::vector<Figures> presets(const Device& device, const std::vector<Method>& methods, const std::vector<View>& views,
+                             const Effort& effort);
+
+/// One method of each operation from 0.1 megapixels on; rays of 96 pixels, circles up to 64, as 1920 × 1080 has in `presets`.
+std::vector<Figures> pixel_sweep(const Device& device, const std::vector<Method>& methods, double megapixels,
+                                 const Effort& effort);
+
+/// The presets of ssao with ever longer rays, and of dof with ever larger circles until a run takes longer than `longest_run`.
+std::vector<Figures> radius_sweep(const Device& device, const std::vector<Method>& methods, Size size,
+                                  const Effort& effort);
+
+} // namespace fathom::bench

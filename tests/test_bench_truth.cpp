@@ -1,0 +1,97 @@
+// The bench's own truths and tables: a lens in a scene whose blur is known, depth that is filled in between rays, summaries.
+
+#include "catch.hpp"
+#include "figures.hpp"
+#include "judge.hpp"
+#include "lens_blur.hpp"
+#include "lens_truth.hpp"
+#include "room_depth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+using namespace fathom;
+
+namespace {
+
+// A wall that faces the camera, dark to the left of x = 0.
+bench::View wall(bool parallel) {
+    const oracle::Subject camera = parallel ? oracle::from_parallel({-8, 8, -4.5, 4.5}, {0, 100})
+                                            : oracle::from_field_of_view(0.9, 16.0 / 9, {0.1, 100});
+    return {"wall", {scene::Plane{{0, 0, -10}, {0, 0, 1}}}, oracle::named(camera, "wall", 160, 90), 100, true};
+}
+
+// Worst difference from a half-plane blurred by a circle of this diameter, of pixels as wide as a pixel is.
+double worst_edge_error(bool parallel, double diameter) {
+    const bench::View view = wall(parallel);
+    const double focus = 5, away = 10;
+    const double k = parallel ? diameter * focus / (away - focus) : diameter / (1 - focus / away);
+    const Circle lens = parallel ? Circle{k, static_cast<long double>(k / focus), 0, true}
+                                 : Circle{k, static_cast<long double>(k * focus)};
+    CHECK(static_cast<double>(circle_at(lens, away)) == Approx(diameter));
+    const bench::LensTruth truth(view, lens);
+    const double bright = truth.at(159, 20)[0], dark = truth.at(0, 20)[0];
+    CHECK(std::abs(bright - dark) > 0.15);
+    double worst = 0;
+    for (int x = 60; x < 100; ++x) {
+        double share = 0; // of the pixel's width
+        for (int i = 0; i < 64; ++i)
+            share += lens_blur::half_plane((x + (i + 0.5) / 64 - 80) / (diameter / 2)) / 64;
+        const double got = (truth.at(x, 20)[0] - dark) / (bright - dark);
+        worst = std::max(worst, std::abs(got - share));
+    }
+    return worst;
+}
+
+} // namespace
+
+TEST_CASE("bench: the lens through a scene blurs an edge as the closed form does", "[bench]") {
+    // An edge cuts about √N of the cells that N rays stand for, whose errors add up like random ones: N^(1/4) rays of N.
+    const double allowed = 1.5 * std::pow(1024, -0.75);
+    for (const bool parallel : {false, true}) {
+        for (const double diameter : {2.0, 12.0, 30.0}) {
+            const double worst = worst_edge_error(parallel, diameter);
+            std::printf("%s, circle of %.0f pixels: worst %.5f of the step (allowed %.5f)\n",
+                        parallel ? "parallel rays" : "perspective", diameter, worst, allowed);
+            CHECK(worst <= allowed);
+        }
+    }
+}
+
+TEST_CASE("bench: depth filled in between rays is that of the rays", "[bench]") {
+    for (const bench::View& view : bench::views(320, 180)) {
+        const auto filled = bench::stored_depth_of(view.scene, view.camera());
+        const scene::Rendered cast = scene::render(view.scene, view.camera());
+        REQUIRE(filled.size() == cast.exact.size());
+        std::size_t missed = 0;
+        for (std::size_t i = 0; i < filled.size(); ++i)
+            missed += std::abs(filled[i] - cast.exact[i]) > 1e-9;
+        std::printf("%s: %zu of %zu pixels missed\n", view.name.c_str(), missed, filled.size());
+        // Things narrower than a cell that no corner sees; the room's depth is what times are measured on.
+        CHECK(missed <= filled.size() / (view.name == "railings" ? 10 : 100));
+    }
+}
+
+TEST_CASE("bench: the columns of its tables stay what they are", "[bench]") {
+    const auto& device = oracle::device(Arithmetic::fp64);
+    bench::Figures row{.operation = "ssao",
+                       .method = "balanced",
+                       .kind = "library",
+                       .storage = "float32",
+                       .scene = "room",
+                       .width = 640,
+                       .height = 360,
+                       .radius_px = 32};
+    row.seconds = {0.004, 0.002, 0.003};
+    row.floor = "copy";
+    row.floor_seconds = 0.001;
+    row.error = bench::summary("visibility", {0.3, -0.4, 0.0});
+    const std::string csv = bench::table_of(device, {row}, bench::Clock::wall).csv();
+    CHECK(
+        csv.starts_with("device,driver,commit,operation,method,kind,storage,scene,width,height,radius_px,clock,runs,ms,"
+                        "ms_q25,ms_q75,floor,floor_ms,time_to_floor,unit,mean,rms,p99,worst,points,bytes\n"));
+    CHECK(csv.ends_with("ssao,balanced,library,float32,room,640,360,32,wall,3,3,3,4,copy,1,3,visibility,-0.0333333,"
+                        "0.288675,0.4,0.4,3,\n"));
+}
