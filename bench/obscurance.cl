@@ -56,9 +56,10 @@ __kernel void obscurance(__global const float* fronts, __global const float* slo
             floatV share = 0.0f;
             for (int level = greatest(left_over); level > 0; level = greatest(left_over)) {
                 const intV active = left_over == level;
-                const uint table = (((uint)(level - 1) * 16 + (uint)pattern) * p.slices + k) * 2 + (uint)back;
-                __global const tap_params* const tap = (__global const tap_params*)taps + (p.steps + 2) * table + 1;
                 const int count = (int)counts[level];
+                const uint table = ((uint)pattern * p.slices + k) * 2 + (uint)back;
+                __global const tap_params* const tap = (__global const tap_params*)taps +
+                                                       counts[2 * p.levels + level] + ((uint)count + 2) * table + 1;
                 const placeV place = place_at(here, column, row, (int)counts[p.levels + level], &split);
                 floatV sum = 0.0f;
                 float length = 0;

@@ -117,7 +117,6 @@ typedef struct {
     float pixel;           // a pixel's width: at distance one (perspective), or anywhere
     float edge;            // how many of them a neighbour may lie off the tangent plane
     u32 slices;            // per pixel
-    u32 steps;             // of a side of a slice, at most
     u32 levels;            // of radii on the screen, each the square root of two times the last
 } occlusion_params;
 

@@ -461,9 +461,10 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
             for (int level = greatest(left_over); level > 0; level = greatest(left_over)) {
                 const intV active = left_over == level;
                 const floatV first = select((floatV)INFINITY, side.first, active);
-                const uint table = (((uint)(level - 1) * 16 + (uint)pattern) * p.slices + k) * 2 + (uint)back;
-                __global const tap_params* const tap = (__global const tap_params*)taps + (p.steps + 2) * table + 1;
                 const int count = (int)counts[level];
+                const uint table = ((uint)pattern * p.slices + k) * 2 + (uint)back;
+                __global const tap_params* const tap =
+                    (__global const tap_params*)taps + counts[2 * p.levels + level] + ((uint)count + 2) * table + 1;
                 const placeV place = place_at(here, column, row, (int)counts[p.levels + level], &split);
                 intV covered = 0;
                 for (int done = 0; done < count; done += 32) {

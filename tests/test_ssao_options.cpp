@@ -415,6 +415,25 @@ TEST_CASE("ssao: a second layer where the thickness would end is the thickness",
     }
 }
 
+TEST_CASE("ssao: a second layer may have a clip range of its own", "[ssao]") {
+    const double aspect = double(width) / height;
+    const std::pair<Projection, Projection> pairs[] = {
+        {perspective(1.0, aspect, {0.1, 100}), perspective(1.0, aspect, {0.5, 1000})},
+        {orthographic({-4, 4, -3, 3}, {0.1, 100}), orthographic({-4, 4, -3, 3}, {0.5, 1000})}};
+    for (const auto& [projection, other] : pairs) {
+        Camera camera;
+        camera.projection = projection;
+        camera.width = width, camera.height = height;
+        camera.encoding = Encoding::view_z;
+        Seen room(scene::room(), camera);
+        SsaoOptions options = options_of(0.5);
+        options.back = room.stored;
+        const std::vector<float> expected = room.visibility(options);
+        options.back->camera.projection = other;
+        CHECK(difference(room.visibility(options), expected).worst <= rounding_worst);
+    }
+}
+
 TEST_CASE("ssao: a constant map of thicknesses is the thickness", "[ssao]") {
     for (const auto& [name, camera] : cameras()) {
         Seen room(scene::room(), camera);
@@ -687,6 +706,16 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
              o.back = StoredDepth{image(10, 20), seen.camera};
          },
          {"second layer", "10 x 20", "161 x 121"}},
+        {[&](auto& o) {
+             o.back = seen.stored;
+             o.back->camera.projection = perspective(0.9, double(width) / height, {0.1, 100});
+         },
+         {"second layer", "other rays"}},
+        {[&](auto& o) {
+             o.back = seen.stored;
+             o.back->camera.projection = orthographic({-1, 1, -1, 1}, {0.1, 100});
+         },
+         {"second layer", "other rays"}},
         {[&](auto& o) { o.normals = image(121, 161, 3); }, {"normals", "121 x 161", "161 x 121"}},
         {[&](auto& o) { o.normals = image(width, height, 2); }, {"normals", "three or four"}},
         {[&](auto& o) { o.normals = image(width, height, 3, Element::f16); }, {"normals", "float"}},

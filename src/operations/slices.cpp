@@ -92,8 +92,7 @@ public:
             const double last = places[i > 0 ? i - 1 : i].along,
                          next = places[std::min(i + 1, places.size() - 1)].along;
             taps.push_back(tap(pattern, at, last, next, i > 1 ? last : inner, inner));
-            if (static_cast<int>(i) <= count(radius) + 1)
-                reach = std::max({reach, std::abs((pattern % 4 + at.x) >> 2), std::abs((pattern / 4 + at.y) >> 2)});
+            reach = std::max({reach, std::abs((pattern % 4 + at.x) >> 2), std::abs((pattern / 4 + at.y) >> 2)});
         }
         return reach;
     }
@@ -105,7 +104,7 @@ private:
         const double shifted = (rank(pattern, patterns_used_) * 5 % 16 + 0.5) / patterns + number * golden;
         const double shift = patterns_used_ == 1 ? 0.5 : fraction(shifted);
         std::vector<double> distance{0};
-        for (int i = 0; i <= steps_; ++i)
+        for (int i = 0; i <= count(radius); ++i)
             distance.push_back(std::max(i + 1.0, radius * std::pow((i + shift) / count(radius), tap_power)));
         return distance;
     }
@@ -147,16 +146,18 @@ SliceTable slice_table(int slices, int steps, int largest_radius, int patterns_u
         table.turns.insert(table.turns.end(),
                            {single(turn.cosine), single(turn.sine), single(turn.share), single(turn.rounding)});
     }
-    std::vector<std::uint32_t> reaches;
+    std::vector<std::uint32_t> reaches, firsts;
     for (int level = 1; level <= table.levels; ++level) {
         const double radius = std::exp2(level / 2.0);
         int reach = 0;
+        firsts.push_back(static_cast<std::uint32_t>(table.taps.size()));
         for (int i = 0; i < patterns * slices * 2; ++i)
             reach = std::max(reach, maker.add_taps(table.taps, radius, i / (slices * 2), i / 2 % slices, i % 2));
         table.counts.push_back(static_cast<std::uint32_t>(maker.count(radius)));
         reaches.push_back(static_cast<std::uint32_t>(reach));
     }
     table.counts.insert(table.counts.end(), reaches.begin(), reaches.end());
+    table.counts.insert(table.counts.end(), firsts.begin(), firsts.end());
     return table;
 }
 

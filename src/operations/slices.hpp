@@ -11,12 +11,14 @@ namespace fathom {
 struct SliceTable {
     int slices;
     int steps;
-    int levels;                           ///< radii of 2^(level/2) pixels, from 1 to `levels`
-    std::vector<params::tap_params> taps; ///< [level − 1][pattern][slice][side][step]
+    int levels; ///< radii of 2^(level/2) pixels, from 1 to `levels`
+    std::vector<params::tap_params>
+        taps; ///< [level − 1][pattern][slice][side][step], two steps more than `counts` says
     std::vector<float>
         turns; ///< [pattern][slice]: cosine and sine of the slice's direction on the screen, share of the
                ///< radius, rounding of its sectors
-    std::vector<std::uint32_t> counts; ///< [level]: steps of a side; then the same: planes' rows or columns they reach
+    std::vector<std::uint32_t> counts; ///< [level]: steps of a side; then of the same levels: planes' rows or columns
+                                       ///< that they reach, and where their taps begin
 };
 
 /// Pixels in a row or column of an image, at most: a quarter of them is a tap's offset, in 16 bits.

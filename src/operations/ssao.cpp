@@ -44,6 +44,18 @@ void check_size(const Image& image, const StoredDepth& stored, const char* what)
     require(image.element() == Element::f32, text("the ", what, " must be floats"));
 }
 
+// What a second layer's rays may differ by from the first's, of their length: clip planes round them.
+constexpr long double rays_rounding = 1e-6L;
+
+bool same_rays(const StoredDepth& a, const StoredDepth& b) {
+    const EyeRays first = eye_rays(rays(a.camera)), second = eye_rays(rays(b.camera));
+    const auto same = [](const auto& one, const auto& other) {
+        return (one - other).norm() <= rays_rounding * one.norm();
+    };
+    return first.perspective == second.perspective && same(first.direction, second.direction) &&
+           same(first.origin, second.origin) && a.x == b.x && a.y == b.y;
+}
+
 void check(const StoredDepth& stored, const SsaoOptions& options) {
     check_stored(stored);
     require(std::max(stored.image.width(), stored.image.height()) <= longest_side,
@@ -76,6 +88,9 @@ void check(const StoredDepth& stored, const SsaoOptions& options) {
                     options.back->image.height() == stored.image.height(),
                 text("the second layer is ", size_of(options.back->image.width(), options.back->image.height()),
                      " pixels, the depth ", size_of(stored.image.width(), stored.image.height())));
+        require(same_rays(stored, *options.back),
+                "the second layer is seen along other rays than the depth: both need the same frustum and place in it, "
+                "whatever their clip range and encoding");
     }
     if (options.normals) {
         check_size(options.normals, stored, "normals");
@@ -154,7 +169,6 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRay
     p.pixel = static_cast<float>(std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
     p.edge = filter_edge;
     p.slices = u32(table.slices);
-    p.steps = u32(table.steps);
     p.levels = u32(table.levels);
     return p;
 }
