@@ -65,6 +65,12 @@ INLINE void add_span(__global const float* from, const span_params* span, uint p
     for (int k = 0; k < PLANES; ++k)
         sum[k] = fma(weight, LOAD(float, high + k * plane) - LOAD(float, low + k * plane), sum[k]);
 }
+
+// The same of a row without any of the slice's own.
+INLINE void add_behind(__global const float* from, const span_params* span, uint plane, floatV* sum) {
+    __global const float* here = from + plane;
+    sum[1] = fma((floatV)span->weight, LOAD(float, here + span->high) - LOAD(float, here + span->low), sum[1]);
+}
 #endif
 
 // Lays the slice's share of a row of pixels over what was seen before it.
@@ -72,16 +78,19 @@ INLINE void add_span(__global const float* from, const span_params* span, uint p
 INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* wide) {
     __global float* before = here + (2 * CHANNELS + 2) * plane;
     __global float* left_to_wide = before + plane;
-    const floatV through = LOAD(float, here), through_far = follows ? LOAD(float, before) : through;
-    const intV some = sum[0] > 0.0f;
+    const floatV through = LOAD(float, here);
+    const floatV through_far = follows ? LOAD(float, before) : through;
+    *(__global float_lanes*)before = through;
+    const intV some = (sum[0] > 0.0f) & (through > 0.0f);
+    if (!any_of(some))
+        return;
     floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / sum[1])), some);
     if (wide) {
         const floatV left = LOAD(float, left_to_wide);
-        seen = fma(*wide, min(seen, left) - seen, seen);
+        seen = fma(*wide, min(seen, max(left, 0.0f)) - seen, seen);
         *(__global float_lanes*)left_to_wide = fma(-*wide, seen, left);
     }
     const floatV share = select((floatV)0.0f, seen / sum[0], some);
-    *(__global float_lanes*)before = through;
     *(__global float_lanes*)here = through - seen;
     for (int k = 0; k < CHANNELS; ++k) {
         __global float* to = here + (k + 1) * plane;
@@ -107,7 +116,8 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
 #endif
 }
 
-__kernel void dof_gather(__global const float* planes, __global const float* source, __global const uint* list,
+__kernel void dof_gather(__global const float* planes, __global const uint* tiles, __global const float* source,
+                         __global const uint* list,
                          __global const uint* starts, __global const float* spans, __global float* state,
                          const blur_params p, const slice_params s) {
     // Neighbours share a group, and what they read its memory.
@@ -120,47 +130,73 @@ __kernel void dof_gather(__global const float* planes, __global const float* sou
     const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
     const size_t at = in_planes(&p, across, x, y);
 
+    const int begin = max(y / pitch - s.reach, 0), end = min((y + ROWS - 1) / pitch + s.reach + 1, rows);
+    const int per_tile = TILE_ROWS / pitch, last_tile = (end - 1) / per_tile;
+    __global float* here = state + at;
+    intV open = 0;
+    for (int i = 0; i < ROWS; ++i)
+        open |= LOAD(float, here + i * p.stride) > 0.0f;
+    if (!any_of(open))
+        return;
+    uint most = 0;
+    for (int tile = begin / per_tile; tile <= last_tile && most < 2; ++tile)
+        most = max(most, found_around(tiles, &p, across, (uint)tile, s.pad, (uint)s.slice));
+    if (most < 2) { // nothing to see here, but the next slice asks for T before this one
+        __global float* before = here + (2 * CHANNELS + 2) * p.plane;
+        for (int i = 0; i < ROWS; ++i)
+            *(__global float_lanes*)(before + i * p.stride) = LOAD(float, here + i * p.stride);
+        return;
+    }
+
     floatV sum[ROWS][PLANES];
     for (int i = 0; i < ROWS; ++i)
         for (int k = 0; k < PLANES; ++k)
             sum[i][k] = 0.0f;
-    const int begin = max(y / pitch - s.reach, 0), end = min((y + ROWS - 1) / pitch + s.reach + 1, rows);
 #if !DIRECT
     const int first = (int)(s.first * TILE_ROWS) / pitch;
     __global const float* block = source + (size_t)across * s.strip_column + s.pad + x;
 #endif
-    for (int row = begin; row < end; ++row) {
+    for (int tile = begin / per_tile; tile <= last_tile; ++tile) {
+        const uint found = found_around(tiles, &p, across, (uint)tile, s.pad, (uint)s.slice);
+        if (found == 0)
+            continue;
+        const int last_row = min((tile + 1) * per_tile, end);
+        for (int row = max(tile * per_tile, begin); row < last_row; ++row) {
 #if DIRECT
-        __global const float* from = source + at + (long)(row - y) * (long)p.stride;
+            __global const float* from = source + at + (long)(row - y) * (long)p.stride;
 #else
-        __global const float* from = block + (size_t)(row - first) * s.strip_row;
+            __global const float* from = block + (size_t)(row - first) * s.strip_row;
 #endif
 #pragma unroll
-        for (int i = 0; i < ROWS; ++i) {
-            const int which = row - (y + i) / pitch + s.reach;
-            if (which < 0 || which >= height)
-                continue;
-            const uint entry_of_row = s.starts + (uint)((y + i) % pitch * height + which);
-            const uint last = starts[entry_of_row + 1];
-            for (uint j = starts[entry_of_row]; j < last; ++j) {
-                const span_params span = ((__global const span_params*)spans)[j];
+            for (int i = 0; i < ROWS; ++i) {
+                const int which = row - (y + i) / pitch + s.reach;
+                if (which < 0 || which >= height)
+                    continue;
+                const uint entry_of_row = s.starts + (uint)((y + i) % pitch * height + which);
+                const uint last = starts[entry_of_row + 1];
+                for (uint j = starts[entry_of_row]; j < last; ++j) {
+                    const span_params span = ((__global const span_params*)spans)[j];
 #if DIRECT
-                add_span(from, &span, &p, s.slice, sum[i]);
+                    add_span(from, &span, &p, s.slice, sum[i]);
 #else
-                add_span(from, &span, s.strip_plane, sum[i]);
+                    if (FILL | (found == 2))
+                        add_span(from, &span, s.strip_plane, sum[i]);
+                    else
+                        add_behind(from, &span, s.strip_plane, sum[i]);
 #endif
+                }
             }
         }
     }
     const bool has_near = entry >> 30 & 1u;
     for (int i = 0; i < ROWS; ++i) {
-        const size_t here = at + (size_t)i * p.stride;
-        const floatV own = LOAD(float, planes + here), alike = 2.0f * (float)p.middle - own;
+        const size_t row = at + (size_t)i * p.stride;
+        const floatV own = LOAD(float, planes + row), alike = 2.0f * (float)p.middle - own;
         intV unknown = own < (float)p.middle; // what lies behind it
 #if BEHIND
-        unknown &= LOAD(float, planes + (1 + CHANNELS) * p.plane + here) < 0.0f;
+        unknown &= LOAD(float, planes + (1 + CHANNELS) * p.plane + row) < 0.0f;
 #endif
         const floatV wide = select((floatV)0.0f, min(max(s.slice - alike + 1.0f, 0.0f), 1.0f), unknown);
-        composite(state + here, p.plane, entry >> 31, sum[i], has_near && s.slice > (float)p.middle ? &wide : 0);
+        composite(state + row, p.plane, entry >> 31, sum[i], has_near && s.slice > (float)p.middle ? &wide : 0);
     }
 }

@@ -60,8 +60,13 @@ INLINE void add_colour(float16* value, int k, float16 own, float16 colour, float
     value[2 + k] = fma(own, base, value[2 + k]);
 }
 
-__kernel void dof_strips(__global const float* planes, __global const uint* list, __global float* strips,
-                         const blur_params p, const slice_params s) {
+// What a pixel counts that is so many slices behind this one, or in it.
+INLINE float16 behind_slice(float16 off) {
+    return min(max(off + 2.0f, 0.0f), 1.0f);
+}
+
+__kernel void dof_strips(__global const float* planes, __global const uint* tiles, __global const uint* list,
+                         __global float* strips, const blur_params p, const slice_params s) {
     const uint index = get_global_id(0), row = get_global_id(1);
     if (index >= s.tiles)
         return;
@@ -84,6 +89,23 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
     float sum[PLANES];
     for (int k = 0; k < PLANES; ++k)
         sum[k] = 0.0f;
+#if !BEHIND
+    const uint found = found_around(tiles, &p, across, down, s.pad, (uint)s.slice);
+    if (found == 0) // and nobody reads it
+        return;
+#if !FILL
+    if (found == 1) {
+        for (int x = first; x < end; x += 16, target += 16) {
+            float16 value = 0.0f;
+            for (uint i = 0; i < s.pitch && x >= 0 && x < (int)p.columns; ++i)
+                value += behind_slice(*(__global const float16_anywhere*)(source + (size_t)i * p.stride + x) - s.slice);
+            store_running(value, &sum[1], target + s.strip_plane);
+        }
+        target[s.strip_plane] = sum[1];
+        return;
+    }
+#endif
+#endif
     for (int x = first; x < end; x += 16, target += 16) {
         float16 value[PLANES];
         for (int k = 0; k < PLANES; ++k)
@@ -102,7 +124,7 @@ __kernel void dof_strips(__global const float* planes, __global const uint* list
                 const float16 all = own, farther = off;
 #endif
                 value[0] += all;
-                value[1] += min(max(farther + 2.0f, 0.0f), 1.0f);
+                value[1] += behind_slice(farther);
 #if MOMENT
                 value[PLANES - 1] = fma(all, columns + (float)x, value[PLANES - 1]);
 #endif

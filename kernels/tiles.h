@@ -22,4 +22,23 @@ INLINE size_t in_planes(const blur_params* p, uint across, uint x, uint y) {
     return (size_t)y * p->stride + MARGIN + across * TILE_COLUMNS + x;
 }
 
+// What slice k finds in a row of tiles, `pad` columns around a tile: 2 pixels of its own, 1 only some that are not nearer,
+// 0 none.
+INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint across, uint down, uint pad, uint k) {
+    const uint aside = (pad + TILE_COLUMNS - 1) / TILE_COLUMNS, count = p->columns / TILE_COLUMNS;
+    const uint first = across > aside ? across - aside : 0, last = min(across + aside, count - 1);
+    const uint from = k > 0 ? k - 1 : 0; // pixels that lie between the slice before and this one
+    uint some = 0;
+    for (uint tile = first; tile <= last; ++tile) {
+        __global const uint* words = tiles + TILE_WORDS * (down * count + tile);
+        if (words[k / 32] >> k % 32 & 1u)
+            return 2;
+        for (uint word = from / 32; word < TILE_WORDS; ++word) {
+            const uint bits = word == TILE_WORDS - 1 ? words[word] & 0x7fffffffu : words[word];
+            some |= word == from / 32 ? bits >> from % 32 : bits;
+        }
+    }
+    return some != 0;
+}
+
 #endif

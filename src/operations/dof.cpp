@@ -227,7 +227,7 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
         if (!pass.direct)
             runtime::launch(blur.device, blur.kernel("dof_strips", stripped),
                             {pass.strips.tiles, static_cast<std::size_t>(tile_rows) / pass.strips.pitch}, blur.planes,
-                            lists, strips, blur.p, pass.strips);
+                            blur.tiles, lists, strips, blur.p, pass.strips);
         if (blur.accurate()) {
             runtime::launch(blur.device, blur.kernel("dof_parts", {{"DIRECT", pass.direct}, {"BRIGHT", pass.bright}}),
                             {pass.gather.tiles * blur.vectors(tile_columns) * tile_rows, 1},
@@ -240,7 +240,8 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
         gathered.emplace_back("BEHIND", blur.plate);
         runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
                         {pass.gather.tiles * blur.vectors(tile_columns) * tile_rows / rows_at_once, 1}, blur.planes,
-                        pass.direct ? blur.planes : strips, lists, starts, spans, blur.state, blur.p, pass.gather);
+                        blur.tiles, pass.direct ? blur.planes : strips, lists, starts, spans, blur.state, blur.p,
+                        pass.gather);
     }
     blur.device.finish(); // the tables are the host's
 }
