@@ -659,7 +659,7 @@ TEST_CASE("dof: the same bits whatever the lanes and the groups, and every time"
 }
 
 TEST_CASE("dof: a tile with a halo equals the whole in its middle", "[dof]") {
-    const Picture picture = mixed(440, 260);
+    const Picture picture = mixed(380, 170);
     const Device& device = default_device();
     const Camera camera = camera_of(picture.width, picture.height);
     const StoredDepth depth{
@@ -667,12 +667,14 @@ TEST_CASE("dof: a tile with a halo equals the whole in its middle", "[dof]") {
     const Image colour =
         Image::from_host(device, Element::f32, picture.colour.data(), {picture.width, picture.height, 3});
     for (const auto& [name, quality] : qualities) {
-        const DofOptions options{.circle = lens, .quality = quality, .largest_px = 30};
+        const bool accurate = quality == BlurQuality::accurate;
+        const int radius = accurate ? 8 : 15;
+        const DofOptions options{.circle = lens, .quality = quality, .largest_px = 2.0 * radius};
         const auto whole = floats(dof(depth, colour, options));
         // A circle's radius, and to where running sums start before it; accurate: what lies behind, a circle farther on.
-        const int reach = quality == BlurQuality::accurate ? 3 * 15 + 1 : 15;
+        const int reach = accurate ? 3 * radius + 1 : radius;
         const int aside = reach + dof_halo_columns, above = reach + dof_halo_rows;
-        constexpr int across = 341, down = 215;
+        constexpr int across = 281, down = 125;
         for (const auto& [left, top] : {std::pair{0, 0}, {1, 0}, {13, 7}, {64, 16}, {99, 45}}) {
             const auto tile =
                 floats(dof(depth.region(left, top, across, down), colour.region(left, top, across, down), options));
