@@ -6,6 +6,8 @@
 // product telescopes. An alpha of the own sum alone, as painters have it, counts complementary coverage twice.
 // What a blurred foreground hides of something sharper is nowhere in the image. There the colour behind is the mean of what
 // lies behind within the foreground's own circle (FILL), used by dof.cl for what is left of T.
+// Nothing is summed where T is 0, nor rows of tiles without what lies in the slice or behind it, and no colours where nothing
+// lies in the slice: all of that would add zeros, so the bits are the same.
 
 #include "tiles.h"
 
