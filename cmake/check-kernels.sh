@@ -66,7 +66,7 @@ for lanes in 1 4 8 16; do
     done
     for perspective in 0 1; do
         for choice in 0 1; do
-            for thickness in 0 1 2 3; do
+            for thickness in 0 1 2; do
                 check ssao_planes.cl -DV=$lanes -DPERSPECTIVE=$perspective -DTHICKNESS=$thickness -DGIVEN_NORMALS=$choice \
                     -DCLAMP=$choice
             done

@@ -12,7 +12,7 @@
 #error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
 #endif
 #ifndef THICKNESS
-#error "THICKNESS is not defined: 0 endless, 1 the same everywhere, 2 an image of it, 3 planar depth of the back"
+#error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 planar depth of the back"
 #endif
 #ifndef GIVEN_NORMALS
 #error                                                                                                                 \
@@ -124,11 +124,9 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
         front[j] = select(select((floatV)UNKNOWN, (floatV)NOTHING, known), q, surface);
         const floatV fx = convert_floatV((intV)x + LANE_INDEX(int)) + ((float)split.pixel_x + 0.5f);
         const float fy = (float)y + (float)split.pixel_y + 0.5f;
-#if THICKNESS == 0
-        back[j] = (floatV)UNKNOWN;
-#elif THICKNESS < 3
+#if THICKNESS < 2
         const floatV length = ray_length(&occlusion, fx, fy);
-#if THICKNESS == 1
+#if THICKNESS == 0
         const floatV thickness = (floatV)occlusion.thickness;
 #else
         const floatV thickness = row_at(extra, &extra_grid, x, y, 0.0f);

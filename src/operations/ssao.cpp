@@ -202,13 +202,9 @@ params::grid_params grid(const Image& target, const Region& region) {
             .reserved = u32(region.y)};
 }
 
-// THICKNESS of kernels/ssao_planes.cl.
+// THICKNESS of kernels/ssao_planes.cl. What is endless is `longest_length` thick.
 int thickness_kind(const SsaoOptions& options) {
-    if (options.back)
-        return 3;
-    if (options.thickness_map)
-        return 2;
-    return std::isfinite(options.thickness.value_or(0)) ? 1 : 0;
+    return options.back ? 2 : options.thickness_map ? 1 : 0;
 }
 
 } // namespace
