@@ -6,6 +6,7 @@
 
 #include "errors.hpp"
 #include "figures.hpp"
+#include "form_pairs.hpp"
 #include "methods.hpp"
 #include "subjects.hpp"
 #include "sweeps.hpp"
@@ -51,6 +52,7 @@ constexpr const char* help =
     "          presets     every method's time and memory in a room (1920x1080 and 3840x2160)\n"
     "          pixels      one method of each operation, from 0.1 megapixels on\n"
     "          radius      ssao and dof, radii of 4 to 512 pixels (1920x1080)\n"
+    "          forms       kernels that decode depth against those that could do more (3840x2160, and in the cache)\n"
     "  --rounds N   runs of every row (default 31); rows that take long run less often\n"
     "  --seconds S  of a row in all, but for the table of operations (default 4); three runs at least\n"
     "  --megapixels N  the largest image of the table of pixels (default 64)\n"
@@ -59,7 +61,8 @@ constexpr const char* help =
     "every\n"
     "               round\n"
     "  --processor-time  count the threads' own time, for a machine that others use too\n"
-    "  --csv FILE, --json FILE  the table for programs: bench/figures.hpp says what its columns are\n";
+    "  --csv FILE, --json FILE  the table for programs: bench/figures.hpp says what its columns are, form_pairs.hpp of "
+    "forms\n";
 
 [[noreturn]] void usage(const std::string& message) {
     std::fprintf(stderr, "fathom_bench: %s\n%s", message.c_str(), help);
@@ -298,9 +301,16 @@ std::vector<Figures> charted(const Device& device, const Arguments& a) {
     } else if (a.table == "radius") {
         rows = radius_sweep(device, list, size_or(1920, 1080), effort);
     } else {
-        usage("--table is operations, errors, presets, pixels or radius, not " + a.table);
+        usage("--table is operations, errors, presets, pixels, radius or forms, not " + a.table);
     }
     return rows;
+}
+
+Table made(const Device& device, const Arguments& a) {
+    if (a.table == "forms")
+        return form_pairs(device, a.width > 0 ? a.width : 3840, a.width > 0 ? a.height : 2160, a.only, a.rounds,
+                          a.clock);
+    return table_of(device, a.table == "operations" ? operations(device, a) : charted(device, a), a.clock);
 }
 
 int run(const Arguments& a) {
@@ -308,7 +318,7 @@ int run(const Arguments& a) {
     std::printf("%s, %s, %d lanes, %s; commit %s\n", device.info().name.c_str(), device.info().platform.c_str(),
                 device.options().lanes, device.options().arithmetic == Arithmetic::fp64 ? "fp64" : "two-float",
                 commit().c_str());
-    const Table table = table_of(device, a.table == "operations" ? operations(device, a) : charted(device, a), a.clock);
+    const Table table = made(device, a);
     if (!a.csv.empty())
         table.write_csv(a.csv);
     if (!a.json.empty())

@@ -46,6 +46,37 @@ Subject oblique_parallel(const Eigen::Vector4d& plane, DepthSpan span, const cha
                  text_of("oblique orthographic", name, span));
 }
 
+std::vector<Subject> of_every_encoding() {
+    std::vector<Subject> subjects;
+    for (const Encoding encoding : encodings)
+        subjects.push_back(encoded(encoding));
+    const DepthSpan reversed{0.1, std::numeric_limits<double>::infinity(), DepthOrder::reversed};
+    subjects.push_back(named(from_field_of_view(1, 1, reversed, Convention::vulkan()), "reversed"));
+    subjects.push_back(
+        named(with_oblique_near_plane(from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}), "oblique"));
+    subjects.push_back(named(from_parallel({-5, 7, -4, 3}, {-3, 100}), "orthographic"));
+    subjects.push_back(oblique_parallel({0.3, -0.2, -1, -2}, {-3, 100}, "OpenGL", {}));
+    subjects.push_back(named(from_matrix(tilted(perspective_matrix(0.7, 0.5, 0.1, 100), 0.2, -0.1)), "tilted"));
+    return subjects;
+}
+
+std::vector<Subject> everywhere(const char* what, const std::function<Subject(DepthSpan, Convention)>& make) {
+    constexpr double nears[] = {0.1, 1e-6, 3.7, 1e3, 0.01};
+    std::vector<Subject> subjects;
+    for (const auto& [name, convention] : conventions) {
+        for (const DepthOrder order : orders) {
+            for (std::size_t i = 0; i <= std::size(ratios); ++i) {
+                const bool infinite = i == std::size(ratios);
+                const double near = nears[i % std::size(nears)];
+                const double far = infinite ? std::numeric_limits<double>::infinity() : near * ratios[i];
+                const DepthSpan span{near, far, order};
+                subjects.push_back(named(make(span, convention), text_of(what, name, span)));
+            }
+        }
+    }
+    return subjects;
+}
+
 double half_value(std::uint16_t bits) {
     const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
     const double sign = (bits & 0x8000) != 0 ? -1 : 1;

@@ -6,8 +6,10 @@
 
 #include <fathom/fathom.hpp>
 
+#include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace oracle {
 
@@ -40,6 +42,15 @@ Subject oblique_perspective(Eigen::Vector4d plane, fathom::DepthSpan span, const
 /// An oblique near plane over parallel rays.
 Subject oblique_parallel(const Eigen::Vector4d& plane, fathom::DepthSpan span, const char* name,
                          const fathom::Convention& convention);
+
+/// A camera of every form and encoding.
+std::vector<Subject> of_every_encoding();
+
+inline constexpr double ratios[] = {2, 10, 1e3, 1e6, 1e9};
+
+/// Every convention, order and range of depths, infinite ones included, as `make` builds them.
+std::vector<Subject> everywhere(const char* what,
+                                const std::function<Subject(fathom::DepthSpan, fathom::Convention)>& make);
 
 double half_value(std::uint16_t bits);
 

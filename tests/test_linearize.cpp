@@ -16,57 +16,24 @@
 
 using namespace fathom;
 using oracle::conventions;
+using oracle::everywhere;
 using oracle::half_value;
 using oracle::oblique_parallel;
+using oracle::of_every_encoding;
 using oracle::orders;
+using oracle::ratios;
 using oracle::Subject;
 using oracle::text_of;
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double ratios[] = {2, 10, 1e3, 1e6, 1e9};
-constexpr double nears[] = {0.1, 1e-6, 3.7, 1e3, 0.01};
-
-/// Every convention, order and range of depths, infinite ones included, as `make` builds them.
-template <typename Make>
-std::vector<Subject> everywhere(const char* what, const Make& make) {
-    std::vector<Subject> subjects;
-    for (const auto& [name, convention] : conventions) {
-        for (const DepthOrder order : orders) {
-            for (std::size_t i = 0; i <= std::size(ratios); ++i) {
-                const bool infinite = i == std::size(ratios);
-                const double near = nears[i % std::size(nears)];
-                const DepthSpan span{near, infinite ? infinity : near * ratios[i], order};
-                subjects.push_back(oracle::named(make(span, convention), text_of(what, name, span)));
-            }
-        }
-    }
-    return subjects;
-}
-
 Camera with(const Projection& projection, int width) {
     Camera camera;
     camera.projection = projection;
     camera.width = width;
     camera.height = 1;
     return camera;
-}
-
-/// A camera of every form and encoding.
-std::vector<Subject> of_every_encoding() {
-    std::vector<Subject> subjects;
-    for (const Encoding encoding : oracle::encodings)
-        subjects.push_back(oracle::encoded(encoding));
-    const DepthSpan reversed{0.1, infinity, DepthOrder::reversed};
-    subjects.push_back(oracle::named(oracle::from_field_of_view(1, 1, reversed, Convention::vulkan()), "reversed"));
-    subjects.push_back(oracle::named(
-        with_oblique_near_plane(oracle::from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}), "oblique"));
-    subjects.push_back(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, {-3, 100}), "orthographic"));
-    subjects.push_back(oblique_parallel({0.3, -0.2, -1, -2}, {-3, 100}, "OpenGL", {}));
-    subjects.push_back(oracle::named(
-        oracle::from_matrix(oracle::tilted(oracle::perspective_matrix(0.7, 0.5, 0.1, 100), 0.2, -0.1)), "tilted"));
-    return subjects;
 }
 
 std::vector<Subject> near_both_ends() {
