@@ -31,6 +31,9 @@ struct DofOptions {
     Circle circle = {}; ///< the lens: `circle_of_confusion` makes it. Must be given
     Aperture aperture = {};
     BlurQuality quality = BlurQuality::standard;
+    /// Instead of it: the root mean square error of colours from 0 to 1 that the choice may have in the scenes of
+    /// docs/performance.md, and the cheapest that has no more is taken (`cheapest` of choice.hpp).
+    std::optional<double> max_error = {};
     Sky sky = Sky::blur;
     double largest_px = 512; ///< circles are clamped to ± this; 1 to 512
     /// Where it lies farther than the picture, by more than two slices, it is what the picture hides.

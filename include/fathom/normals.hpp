@@ -2,6 +2,8 @@
 
 #include <fathom/image.hpp>
 
+#include <optional>
+
 namespace fathom {
 
 /// How the slope of a surface is found.
@@ -13,6 +15,9 @@ enum class NormalMethod {
 
 struct NormalsOptions {
     NormalMethod method = NormalMethod::automatic;
+    /// Instead of it: the mean error in degrees that the choice may have in the scenes of docs/performance.md, and the
+    /// cheapest that has no more is taken (`cheapest` of choice.hpp).
+    std::optional<double> max_error = {};
     Space space = Space::view;
     int channels = 3;     ///< 3, or 4 with the validity: 1, and 0 where there is no normal
     double tolerance = 1; ///< what depth may be off by, in half steps of its storage: more for a sensor that is noisier

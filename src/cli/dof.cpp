@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "each_depth.hpp"
 #include "lens.hpp"
+#include "max_error.hpp"
 
 #include <fathom/dof.hpp>
 #include <fathom/error.hpp>
@@ -19,6 +20,7 @@ namespace {
 struct Options : DepthOptions {
     LensOptions lens;
     DofOptions dof;
+    bool explain = false;
     std::string colour, colour_layer;
     std::optional<std::string> plate, plate_depth;
     std::optional<Storage> packing; // of the depths, as the camera file says
@@ -119,6 +121,7 @@ DepthFile plate_depth_of(const std::filesystem::path& file, const Options& optio
 }
 
 cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) {
+    explain_choice("dof", stored, job, options.dof.max_error, options.explain);
     const cv::Mat colour = picture_of(job.companions.front(), options, stored, job);
     DofOptions asked = options.dof;
     asked.circle = circle_for(options.lens, stored);
@@ -166,6 +169,7 @@ std::function<int()> configure(CLI::App& app) {
     add_plate_options(app, *options);
     add_lens_options(app, options->lens);
     add_blur_options(app, options->dof);
+    add_max_error(app, options->dof.max_error, options->explain, "rms of colours from 0 to 1", {"--quality"}, "Blur");
     return [=] {
         complete(options->lens, options->camera);
         More more;

@@ -1,6 +1,7 @@
 // fathom normals
 #include "command.hpp"
 #include "each_depth.hpp"
+#include "max_error.hpp"
 
 #include <fathom/normals.hpp>
 #include <fathom/opencv.hpp>
@@ -10,6 +11,7 @@ namespace {
 
 struct Options : DepthOptions {
     NormalsOptions normals;
+    bool explain = false;
 };
 
 std::function<int()> configure(CLI::App& app) {
@@ -27,6 +29,7 @@ std::function<int()> configure(CLI::App& app) {
                "from the neighbours on the same surface, or a plane fitted to\n"
                "them, for quantised depth (automatic: for 16 bits and fewer)")
         ->group("Normals");
+    add_max_error(app, normal.max_error, options->explain, "mean degrees", {"--method"}, "Normals");
     app.add_option("--tolerance", normal.tolerance,
                    "what depth may be off by, in half steps of its storage; more\n"
                    "for a sensor that is noisier (default: 1)")
@@ -39,6 +42,7 @@ std::function<int()> configure(CLI::App& app) {
         ->group("Output");
     return [options, product] {
         return each_depth(*options, product, {}, [&](const StoredDepth& stored, const Job& job) {
+            explain_choice("normals", stored, job, options->normals.max_error, options->explain);
             return std::vector{directions_for(job.outputs.front(), to_mat(normals(stored, options->normals)))};
         });
     };

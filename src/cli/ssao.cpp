@@ -2,6 +2,7 @@
 #include "codecs.hpp"
 #include "command.hpp"
 #include "each_depth.hpp"
+#include "max_error.hpp"
 #include "messages.hpp"
 
 #include <fathom/error.hpp>
@@ -18,6 +19,7 @@ namespace {
 
 struct Options : DepthOptions {
     SsaoOptions ssao;
+    bool explain = false;
     std::optional<std::string> normals, thickness_map, bent_normal, confidence;
 };
 
@@ -129,6 +131,7 @@ cv::Mat read_thickness(const std::filesystem::path& file) {
 // Visibility, then what else was asked for, in the order of the options.
 std::vector<cv::Mat> occlude(const Options& options, const StoredDepth& stored, const Job& job) {
     check_region(options.ssao.region, stored);
+    explain_choice("ssao", stored, job, options.ssao.max_error, options.explain);
     SsaoOptions asked = options.ssao;
     cv::Mat normals, thickness; // read by the device until the results are there
     if (options.normals) {
@@ -164,6 +167,8 @@ std::function<int()> configure(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, options->ssao);
+    add_max_error(app, options->ssao.max_error, options->explain, "rms of visibility",
+                  {"--quality", "--slices", "--steps", "--patterns"}, "Occlusion");
     CLI::Option* normals = app.add_option("--normals", options->normals,
                                           "normals of the surfaces, as `fathom normals` writes them: EXR, PNG,\n"
                                           "TIFF or PFM (default: from the depth)");

@@ -2,6 +2,7 @@
 
 #include <fathom/dof.hpp>
 
+#include "operations/choice.hpp"
 #include "operations/dof_slices.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
@@ -250,6 +251,8 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
 
 void dof(const StoredDepth& stored, const Image& colour, const Image& result, const DofOptions& options) {
     check(stored, colour, options);
+    if (options.max_error)
+        return dof(stored, colour, result, chosen(stored, options));
     check_colour(result, stored.image, "result");
     require(result.channels() == colour.channels() && result.element() == colour.element(),
             "the result must be of the colour's type");

@@ -2,6 +2,7 @@
 
 #include "operations/normals.hpp"
 
+#include "operations/choice.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/scratch.hpp"
 
@@ -85,6 +86,8 @@ NormalMethod chosen_method(NormalMethod wanted, const StoredDepth& stored) {
 
 void normals(const StoredDepth& stored, const Image& result, const NormalsOptions& options) {
     check(stored, options);
+    if (options.max_error)
+        return normals(stored, result, chosen(stored, options));
     check_result(stored, result, options.channels);
     if (stored.image.overlaps(result)) {
         throw std::invalid_argument("the normals share memory with the stored depth");

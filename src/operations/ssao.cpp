@@ -4,6 +4,7 @@
 
 #include <fathom/normals.hpp>
 
+#include "operations/choice.hpp"
 #include "operations/parameters.hpp"
 #include "operations/ssao.hpp"
 #include "require.hpp"
@@ -211,6 +212,8 @@ int thickness_kind(const SsaoOptions& options) {
 
 Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options) {
     check(stored, options);
+    if (options.max_error)
+        return ssao(stored, chosen(stored, options));
     const Device& device = stored.image.device();
     const EyeRays eye = eye_rays(rays(stored.camera));
     const int width = stored.image.width(), height = stored.image.height();

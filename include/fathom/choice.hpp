@@ -1,0 +1,28 @@
+#pragma once
+
+#include <fathom/camera.hpp>
+#include <fathom/image.hpp>
+
+#include <string>
+
+namespace fathom {
+
+/// A method or preset of `ssao`, `dof` or `normals`, and what was measured of it: the tables of docs/performance.md, as they
+/// were when the library was built.
+struct Choice {
+    std::string method; ///< as the tables name it: a quality, slices x steps, or a way to find normals
+    double error = 0;   ///< in the scene where it is greatest: rms of visibility, rms of colours up to 1, mean degrees
+    std::string scene;  ///< that scene
+    double ns_per_pixel = 0; ///< of 1920 x 1080, time of all threads together
+    std::string device;      ///< that took that time
+};
+
+/// The cheapest way of `operation`, "ssao", "dof" or "normals", whose error in no scene of the tables exceeds `max_error`:
+/// what `SsaoOptions::max_error` and its kin do. Scenes harder than those have larger errors.
+///
+/// Errors are those of depth stored as this one is, or in 16 bits where `depth_bits` are no more; where nothing was measured of
+/// such depth, the largest of any storage.
+/// Throws: std::invalid_argument for an error that is not above 0, or that nothing meets, with the best that there is.
+Choice cheapest(const std::string& operation, const StoredDepth& stored, double max_error);
+
+} // namespace fathom

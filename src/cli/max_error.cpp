@@ -1,0 +1,50 @@
+// --max-error and --explain, which ssao, dof and normals share.
+#include "max_error.hpp"
+
+#include "messages.hpp"
+
+#include <fathom/choice.hpp>
+#include <fathom/error.hpp>
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+namespace fathom::cli {
+
+void add_max_error(CLI::App& app, std::optional<double>& max_error, bool& explain, const std::string& unit,
+                   const std::vector<std::string>& chosen, const std::string& group) {
+    CLI::Option* option =
+        app.add_option("--max-error", max_error,
+                       "instead of " + CLI::detail::join(chosen, ", ") +
+                           ":\nthe cheapest whose error was at most E in every scene of\ndocs/performance.md (" + unit +
+                           ")")
+            ->type_name("E")
+            ->check(is_a_number("number above 0", [](double e) { return e > 0; }))
+            ->group(group);
+    for (const std::string& name : chosen)
+        option->excludes(name);
+    app.add_flag("--explain", explain, "say on stderr what --max-error chose, its error and its cost")
+        ->needs(option)
+        ->group(group);
+}
+
+void explain_choice(const std::string& operation, const StoredDepth& stored, const Job& job,
+                    std::optional<double> max_error, bool explain) {
+    if (!max_error)
+        return;
+    Choice choice;
+    try {
+        choice = cheapest(operation, stored, *max_error);
+    } catch (const std::invalid_argument& error) {
+        const std::string message = error.what(), option = "max_error = ";
+        throw Error(message.starts_with(option) ? "--max-error " + message.substr(option.size()) : message);
+    }
+    if (explain)
+        complain(fmt::format("{}: {} {}: error up to {} (in the scene {}), {:.3g} ns per pixel at 1920 × 1080 (all "
+                             "threads of {})",
+                             job.input.native(), operation, choice.method, number(choice.error), choice.scene,
+                             choice.ns_per_pixel, choice.device));
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "outputs.hpp"
+
+#include <fathom/image.hpp>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fathom::cli {
+
+/// Adds --max-error, which the options named `chosen` contradict, and --explain. `unit` says what the error is.
+void add_max_error(CLI::App& app, std::optional<double>& max_error, bool& explain, const std::string& unit,
+                   const std::vector<std::string>& chosen, const std::string& group);
+
+/// Sees that there is something that meets an input's --max-error, and on request prints on one line of stderr what that is,
+/// its error and its cost. Without --max-error nothing.
+/// Throws: Error where nothing meets it.
+void explain_choice(const std::string& operation, const StoredDepth& stored, const Job& job,
+                    std::optional<double> max_error, bool explain);
+
+} // namespace fathom::cli

@@ -1,0 +1,229 @@
+// What max_error chooses: from tables made up here, and that the options stand for it.
+
+#include "catch.hpp"
+#include "images.hpp"
+#include "judge.hpp"
+#include "seen.hpp"
+
+#include "operations/choice.hpp"
+
+#include <fathom/fathom.hpp>
+#include <fathom/opencl.hpp>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+using namespace fathom;
+using fathom::images::floats;
+using fathom::images::same_bits;
+using fathom::seen::refusal;
+
+namespace {
+
+const char* const errors_csv = "operation,method,kind,storage,scene,unit,mean,rms\n"
+                               "ssao,fast,library,float32,room,visibility,0.01,0.02\n"
+                               "ssao,fast,library,float32,bars,visibility,-0.3,0.2\n"
+                               "ssao,fast,library,float32,hills,visibility,0,0.1\n"
+                               "ssao,balanced,library,float32,bars,visibility,0,0.07\n"
+                               "ssao,accurate,library,float32,bars,visibility,0,0.06\n"
+                               "ssao,3 x 5,library,float32,bars,visibility,0,0.065\n"
+                               "ssao,2 x 9,library,float32,bars,visibility,0,0.01\n"
+                               "ssao,sector sweep,library,float32,bars,visibility,0,0.001\n"
+                               "ssao,\"loop, each pixel\",baseline,float32,bars,visibility,0,0.002\n"
+                               "normals,neighbours,library,float32,room,degrees,0.4,4\n"
+                               "normals,least squares,library,float32,room,degrees,0.5,3\n"
+                               "normals,neighbours,library,uint16,room,degrees,5,6\n"
+                               "normals,least squares,library,uint16,room,degrees,2,7\n";
+
+const char* const times_csv = "device,operation,method,kind,storage,scene,width,height,ms\n"
+                              "\"chip, small\",ssao,fast,library,float32,room,1000,1000,50\n"
+                              "chip,ssao,balanced,library,float32,room,1000,1000,100\n"
+                              "chip,ssao,accurate,library,float32,room,1000,1000,300\r\n"
+                              "chip,ssao,3 x 5,library,float32,room,1000,1000,100\n"
+                              "chip,ssao,sector sweep,library,float32,room,1000,1000,1\n"
+                              "chip,ssao,\"loop, each pixel\",baseline,float32,room,1000,1000,1\n"
+                              "chip,normals,neighbours,library,float32,room,1000,1000,3\n"
+                              "chip,normals,least squares,library,float32,room,1000,1000,20\n"
+                              "chip,normals,neighbours,library,uint16,room,1000,1000,4\n"
+                              "chip,normals,least squares,library,uint16,room,1000,1000,19";
+
+std::vector<Choice> known(const char* operation, const char* storage) {
+    return choices(measured_methods(errors_csv, times_csv), operation, storage);
+}
+
+std::string choice(const char* operation, const char* storage, double max_error) {
+    const std::optional<Choice> found = cheapest(known(operation, storage), max_error);
+    return found ? found->method : "";
+}
+
+std::string content(const char* table) {
+    std::ifstream file(std::string(FATHOM_SOURCE_DIR "/docs/performance/") + table);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+const Device& device() {
+    return oracle::device(Arithmetic::fp64);
+}
+
+// Of rows that fill whole multiples of 64 bytes.
+template <typename Value>
+Image uploaded(Element element, const Layout& layout, const std::vector<Value>& values) {
+    const Image image(device(), element, layout);
+    device().queue().enqueueWriteBuffer(image.buffer(), CL_TRUE, 0, values.size() * sizeof(Value), values.data());
+    return image;
+}
+
+StoredDepth ramp(Storage storage = Storage::float32) {
+    constexpr int width = 64, height = 32;
+    const Camera camera = fathom::seen::camera_of(perspective(1.0, 2.0, {0.5, 100}), width, height);
+    std::vector<float> values(width * height);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = 0.9f + 0.05f * static_cast<float>(i % 23) / 23;
+    if (storage == Storage::float32)
+        return {uploaded(Element::f32, {width, height}, values), camera};
+    std::vector<std::uint16_t> codes;
+    for (const float value : values)
+        codes.push_back(static_cast<std::uint16_t>(std::lround(65535 * value)));
+    return {uploaded(Element::u16, {width, height}, codes), camera, storage};
+}
+
+} // namespace
+
+TEST_CASE("choice: the cheapest within the error of its worst scene") {
+    CHECK(choice("ssao", "float32", 1) == "fast");
+    CHECK(choice("ssao", "float32", 0.2) == "fast"); // its worst scene, neither first nor last; equal is enough
+    CHECK(choice("ssao", "float32", 0.19) == "3 x 5");
+    CHECK(choice("ssao", "float32", 0.0625) == "accurate");
+    const Choice fast = *cheapest(known("ssao", "float32"), 1);
+    CHECK(fast.error == 0.2);
+    CHECK(fast.scene == "bars");
+    CHECK(fast.ns_per_pixel == Approx(50));
+    CHECK(fast.device == "chip, small");
+}
+
+TEST_CASE("choice: among equally cheap ones the more exact") {
+    CHECK(choice("ssao", "float32", 0.1) == "3 x 5"); // as cheap as balanced, which comes first
+}
+
+TEST_CASE("choice: nothing, where nothing meets it") {
+    CHECK(choice("ssao", "float32", 0.0599).empty()); // "2 x 9" was not timed; no option is a sector sweep; a baseline
+    CHECK(choice("linearize", "float32", 1e9).empty());
+    CHECK(!cheapest(std::vector<Choice>{}, 1));
+}
+
+TEST_CASE("choice: errors are those of the storage, or the worst of any") {
+    CHECK(choice("normals", "float32", 0.45) == "neighbours"); // of the mean, not the root of the mean square
+    CHECK(choice("normals", "float32", 0.39).empty());
+    CHECK(choice("normals", "uint16", 2) == "least squares");
+    CHECK(choice("normals", "uint16", 5) == "neighbours");
+    CHECK(choice("normals", "uint24", 2) == "least squares");
+    CHECK(choice("normals", "uint24", 1.9).empty());
+    CHECK(choice("ssao", "uint16", 0.2) == "fast");
+    const std::vector<Choice> worst = known("normals", "uint24");
+    REQUIRE(worst.size() == 2);
+    CHECK(worst[0].error == 5);
+    CHECK(worst[0].ns_per_pixel == Approx(4));
+    CHECK(worst[1].ns_per_pixel == Approx(20));
+}
+
+TEST_CASE("choice: tables without a column that is needed are refused") {
+    CHECK(refusal([] { measured_methods("operation,method\nssao,fast\n", times_csv); }).find("'kind'") !=
+          std::string::npos);
+}
+
+// The tables are read when the library is built: what is built in is what is in the repository.
+TEST_CASE("choice: the library chooses by the tables of docs/performance") {
+    const std::vector<Measured> measured = measured_methods(content("errors.csv"), content("presets.csv"));
+    for (const char* operation : {"ssao", "dof", "normals"}) {
+        for (const Storage storage : {Storage::float32, Storage::uint16}) {
+            const std::vector<Choice> list = choices(measured, operation, name(storage));
+            REQUIRE(list.size() >= 2);
+            for (const Choice& each : list) {
+                const Choice expected = *cheapest(list, each.error),
+                             found = cheapest(operation, ramp(storage), each.error);
+                INFO(operation << ' ' << name(storage) << ' ' << each.method);
+                CHECK(found.method == expected.method);
+                CHECK(found.error == expected.error);
+                CHECK(found.error <= each.error);
+                CHECK(found.ns_per_pixel <= each.ns_per_pixel);
+            }
+        }
+    }
+}
+
+TEST_CASE("choice: depth of 16 bits is judged as such in floats too") {
+    StoredDepth stored = ramp();
+    const double of_floats = cheapest("normals", stored, 90).error;
+    stored.camera.depth_bits = 16;
+    CHECK(cheapest("normals", stored, 90).error == cheapest("normals", ramp(Storage::uint16), 90).error);
+    CHECK(cheapest("normals", stored, 90).error > of_floats);
+}
+
+TEST_CASE("choice: an operation with max_error has the bits of what is chosen") {
+    const StoredDepth stored = ramp();
+    const SsaoOptions options{.radius = 0.5};
+    const std::vector<Choice> list =
+        choices(measured_methods(content("errors.csv"), content("presets.csv")), "ssao", "float32");
+    for (const Choice& each : list) {
+        SsaoOptions asked = options;
+        asked.max_error = each.error;
+        const SsaoOptions settled = chosen(stored, asked);
+        CHECK(!settled.max_error);
+        const std::string method = cheapest("ssao", stored, each.error).method;
+        INFO(method);
+        if (method == "fast" || method == "balanced" || method == "accurate") {
+            CHECK(settled.quality == (method == "fast"       ? Quality::fast
+                                      : method == "balanced" ? Quality::balanced
+                                                             : Quality::accurate));
+            CHECK(!settled.slices);
+        } else {
+            REQUIRE((settled.slices && settled.steps));
+            CHECK(std::to_string(*settled.slices) + " x " + std::to_string(*settled.steps) == method);
+        }
+        CHECK(same_bits(floats(ssao(stored, asked).visibility), floats(ssao(stored, settled).visibility)));
+    }
+
+    std::vector<float> colours(64 * 32 * 3, 0.5f);
+    for (std::size_t i = 0; i < colours.size(); i += 7)
+        colours[i] = 0;
+    const Image colour = uploaded(Element::f32, {64, 32, 3}, colours);
+    DofOptions blur{.circle = {8, 40}};
+    blur.max_error = 1;
+    const std::vector<float> found = floats(dof(stored, colour, blur));
+    CHECK(same_bits(found, floats(dof(stored, colour, chosen(stored, blur)))));
+    CHECK(
+        !same_bits(found, floats(dof(stored, colour, {.circle = {8, 40}})))); // the cheapest of all is not the default
+
+    const NormalsOptions any{.max_error = 90};
+    CHECK(chosen(stored, any).method != NormalMethod::automatic);
+    CHECK(same_bits(floats(normals(stored, any)), floats(normals(stored, chosen(stored, any)))));
+}
+
+TEST_CASE("choice: max_error is refused where nothing meets it, where it is no error, and beside what it chooses") {
+    const StoredDepth stored = ramp();
+    const auto said = [](const std::string& message, const char* part) {
+        INFO(message);
+        CHECK(message.find(part) != std::string::npos);
+    };
+    const std::vector<Choice> list =
+        choices(measured_methods(content("errors.csv"), content("presets.csv")), "ssao", "float32");
+    const Choice& best = *std::ranges::min_element(list, {}, &Choice::error);
+    const std::string none = refusal([&] { ssao(stored, {.radius = 1, .max_error = 1e-6}); });
+    said(none, "max_error = 1e-06");
+    said(none, best.method.c_str());
+    said(none, best.scene.c_str());
+    for (const double wrong : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
+        said(refusal([&] { ssao(stored, {.radius = 1, .max_error = wrong}); }), "max_error = ");
+    said(refusal([&] { ssao(stored, {.radius = 1, .quality = Quality::fast, .max_error = 1}); }), "quality");
+    said(refusal([&] { ssao(stored, {.radius = 1, .slices = 2, .max_error = 1}); }), "slices");
+    said(refusal([&] { ssao(stored, {.radius = 1, .steps = 2, .max_error = 1}); }), "steps");
+    said(refusal([&] { ssao(stored, {.radius = 1, .patterns = 4, .max_error = 1}); }), "patterns");
+    said(refusal([&] { normals(stored, {.method = NormalMethod::neighbours, .max_error = 90}); }), "method");
+    said(refusal([&] {
+             chosen(stored, DofOptions{.circle = {8, 40}, .quality = BlurQuality::fast, .max_error = 1});
+         }),
+         "quality");
+    said(refusal([&] { cheapest("linearize", stored, 1); }), "linearize");
+}

@@ -1,0 +1,88 @@
+// fathom ... --max-error: what is chosen, what --explain says of it, and what is refused.
+
+#include "rendered_input.hpp"
+
+#include <fathom/choice.hpp>
+#include <fathom/ssao.hpp>
+
+#include <cstdio>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+// An error that the cheapest of all meets, whatever the tables say.
+constexpr double anything = 180;
+
+std::string printed(const char* form, double value) {
+    char text[64];
+    std::snprintf(text, sizeof text, form, value);
+    return text;
+}
+
+Arguments asked(const RenderedInput& room, const std::string& operation, const Arguments& more) {
+    Arguments arguments{operation, room.input, "--camera", room.camera, "-o", room.folder / "out/result.exr"};
+    if (operation == "ssao")
+        arguments = joined(arguments, {"--radius", "0.8"});
+    if (operation == "dof")
+        arguments = joined(
+            arguments, {"--color", room.folder / "picture.exr", "--focus", "5", "--f-stop", "2", "--sensor-mm", "36"});
+    return joined(arguments, more);
+}
+
+struct Room : RenderedInput {
+    Room() : RenderedInput(scene::room(), view) {
+        write_image(folder / "picture.exr", cv::Mat(height, width, CV_32FC3, cv::Scalar::all(0.5)),
+                    {.channels = {"R", "G", "B"}, .png_scale = {}});
+    }
+};
+
+} // namespace
+
+TEST_CASE("max-error program: what is chosen is what the library takes, and --explain tells it") {
+    const Room room;
+    for (const std::string operation : {"ssao", "dof", "normals"}) {
+        INFO(operation);
+        const Choice expected = cheapest(operation, room.stored, anything);
+        check_done(run(asked(room, operation, {"--max-error", "180"})));
+        const Outcome told = run(asked(room, operation, {"--max-error", "180", "--explain", "--quiet"}));
+        INFO(told.err);
+        CHECK(told.code == 0);
+        CHECK(told.out.empty());
+        CHECK(std::count(told.err.begin(), told.err.end(), '\n') == 1);
+        for (const std::string& part :
+             {room.input, operation + ' ' + expected.method, expected.scene, expected.device,
+              printed("%.7g", expected.error), printed("%.3g ns per pixel", expected.ns_per_pixel)})
+            CHECK(told.err.find(part) != std::string::npos);
+    }
+    check_done(run(asked(room, "ssao", {"--max-error", "180"})));
+    SsaoOptions options{.radius = 0.8};
+    options.max_error = anything;
+    CHECK(same(channel(room.folder / "out/result.exr", "AO"), to_mat(ssao(room.stored, options).visibility)));
+}
+
+TEST_CASE("max-error program: refused in one line, with the best, where nothing meets it") {
+    const Room room;
+    for (const std::string operation : {"ssao", "dof", "normals"}) {
+        const Outcome outcome = run(asked(room, operation, {"--max-error", "1e-9"}));
+        check_refused(outcome, 1, "--max-error 1e-09 is met by nothing that " + operation + " has: the best, ");
+        CHECK(outcome.err.find(room.input) != std::string::npos);
+    }
+}
+
+TEST_CASE("max-error program: refused beside what it chooses itself") {
+    const Room room;
+    const auto refused = [&](const std::string& operation, const std::string& option, const std::string& value) {
+        check_refused(run(asked(room, operation, {"--max-error", "180", option, value})), 2, option);
+    };
+    refused("ssao", "--quality", "fast");
+    refused("ssao", "--quality", "balanced"); // the default, but said
+    refused("ssao", "--slices", "2");
+    refused("ssao", "--steps", "8");
+    refused("ssao", "--patterns", "4");
+    refused("dof", "--quality", "default");
+    refused("normals", "--method", "automatic");
+    check_refused(run(asked(room, "ssao", {"--explain"})), 2, "--max-error");
+    check_refused(run(asked(room, "ssao", {"--max-error", "0"})), 2, "--max-error");
+}
