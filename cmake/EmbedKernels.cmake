@@ -34,5 +34,5 @@ function(fathom_embed_kernels target)
     COMMAND ${FATHOM_CMAKE_DIR}/check-kernels.sh ${FATHOM_CLANG} ${FATHOM_KERNEL_DIR}
     COMMAND ${CMAKE_COMMAND} -E touch ${stamp}
     DEPENDS ${files} ${FATHOM_CMAKE_DIR}/check-kernels.sh VERBATIM COMMENT "Checking the kernels with clang")
-  target_sources(${target} PRIVATE ${stamp})
+  add_custom_target(${target}_kernels_checked ALL DEPENDS ${stamp}) # beside the objects, which need not wait for it
 endfunction()

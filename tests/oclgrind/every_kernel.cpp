@@ -140,7 +140,7 @@ int run_blur(const Device& device, Camera camera) {
         DofOptions options{.circle = {.k = circle + 20, .g = 20 * depth},
                            .quality = images % 2 ? BlurQuality::fast : BlurQuality::standard};
         if (images > 0) // farther than the picture
-            options.plate = {colour, {part.image, camera}};
+            options.plate = {colour, part};
         if (options.plate)
             options.plate->depth.camera.scale = 2;
         dof(part, colour, options);
