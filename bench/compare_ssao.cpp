@@ -18,6 +18,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -109,12 +110,19 @@ void add_library(std::vector<Method>& list, const Case& c) {
     for (const auto& [name, quality] : qualities)
         list.push_back({name, [c, options = options_of(c, quality)] { return ssao(c.stored, options).visibility; }});
     for (const auto& [name, quality] : qualities) {
-        const auto half = std::make_shared<HalfResolution>(c.stored, c.radius);
-        list.push_back({text(name, ", half resolution"), [c, half, options = options_of(c, quality)] {
-                            half->pick();
-                            half->upsample(ssao(half->half(), options).visibility, c.target);
-                            return c.target;
-                        }});
+        SsaoOptions half = options_of(c, quality);
+        half.half_resolution = true;
+        list.push_back({text(name, ", half resolution"), [c, half] { return ssao(c.stored, half).visibility; }});
+    }
+    for (const auto& [name, quality, steps] : {std::tuple{"fast", Quality::fast, 16},
+                                               {"balanced", Quality::balanced, 64},
+                                               {"accurate", Quality::accurate, 60},
+                                               {"accurate", Quality::accurate, 100}}) {
+        SsaoOptions half = options_of(c, quality);
+        half.half_resolution = true;
+        half.steps = steps;
+        list.push_back(
+            {text(name, ", half, ", steps, " steps"), [c, half] { return ssao(c.stored, half).visibility; }});
     }
     SsaoOptions many = options_of(c, Quality::accurate);
     many.steps = 120;
@@ -141,23 +149,13 @@ void add_obscurance(std::vector<Method>& list, const Case& c, const std::string&
                         },
                         true});
     }
-    const auto half = std::make_shared<HalfResolution>(c.stored, c.radius);
-    const StoredDepth& picked = half->half();
-    const auto obscurance = std::make_shared<Obscurance>(picked, c.radius, 1, 6, falloff, 1);
-    const Image small(c.stored.image.device(), Element::f32, {picked.image.width(), picked.image.height()});
-    list.push_back({text(name, ", 6 steps, half"),
-                    [c, half, obscurance, small] {
-                        half->pick();
-                        obscurance->run(small);
-                        half->upsample(small, c.target);
-                        return c.target;
-                    },
-                    true});
 }
 
-std::vector<Method> methods_of(const Case& c) {
+std::vector<Method> methods_of(const Case& c, bool library_only) {
     std::vector<Method> list;
     add_library(list, c);
+    if (library_only)
+        return list;
     add_line_sweep(list, c);
     add_obscurance(list, c, "obscurance, HBAO+", Falloff::hbao_plus);
     add_obscurance(list, c, "obscurance, scalable", Falloff::scalable);
@@ -216,6 +214,7 @@ void report(const std::vector<oracle::Sample>& points, const Method& method, int
 struct Arguments {
     int rounds = 5, width = 960, height = 540;
     std::string only;
+    bool library_only = false;
 };
 
 Arguments parse(int argc, char** argv) {
@@ -223,13 +222,17 @@ Arguments parse(int argc, char** argv) {
     for (int i = 1; i < argc; i += 2) {
         const std::string option = argv[i];
         const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
-        const bool known = value && (option == "--rounds" || option == "--only" || option == "--size");
+        const bool known =
+            value && (option == "--rounds" || option == "--only" || option == "--size" || option == "--methods");
         if (option == "--rounds" && value)
             a.rounds = std::atoi(value);
         if (option == "--only" && value)
             a.only = value;
+        if (option == "--methods" && value)
+            a.library_only = std::string(value) == "library";
         if (!known || a.rounds < 1 || (option == "--size" && std::sscanf(value, "%dx%d", &a.width, &a.height) != 2)) {
-            std::fprintf(stderr, "usage: compare_ssao [--only SCENE] [--size WxH] [--rounds N]\n");
+            std::fprintf(stderr,
+                         "usage: compare_ssao [--only SCENE] [--methods all|library] [--size WxH] [--rounds N]\n");
             std::exit(2);
         }
     }
@@ -250,7 +253,7 @@ void compare(const View& view, const Arguments& a, const Device& device) {
                 "\n%s, radius %.0f %% of the width, thickness %g radii, %zu points: root of the mean square, mean "
                 "and 99 %% of the error; processor time\n",
                 view.name.c_str(), 100 * share, thickness, points.size());
-            std::vector<Method> list = methods_of(c);
+            std::vector<Method> list = methods_of(c, a.library_only);
             measure(list, device, a.rounds);
             for (const Method& method : list)
                 report(points, method, a.width);

@@ -1,4 +1,4 @@
-// Host side of line_sweep.cl, obscurance.cl and half_resolution.cl.
+// Host side of line_sweep.cl and obscurance.cl.
 
 #include "ssao_rivals.hpp"
 
@@ -82,8 +82,8 @@ params::occlusion_params parameters(const StoredDepth& stored, const EyeRays& ey
 } // namespace
 
 OcclusionPlanes::OcclusionPlanes(const StoredDepth& stored, double radius, const SliceTable& table, int patterns)
-    : layout(split_parameters(stored)), stored_(stored), eye_(eye_rays(rays(stored.camera))), patterns_(patterns),
-      depth_(device(), Element::f32, {stored.image.width(), stored.image.height()}) {
+    : layout(split_parameters(pixel_lattice(stored))), stored_(stored), eye_(eye_rays(rays(stored.camera))),
+      patterns_(patterns), depth_(device(), Element::f32, {stored.image.width(), stored.image.height()}) {
     occlusion = parameters(stored, eye_, radius, table);
     fronts = planes(1);
     backs = planes(1);
@@ -117,6 +117,7 @@ void OcclusionPlanes::split() {
                                               {{"THICKNESS", 0},
                                                {"GIVEN_NORMALS", 0},
                                                {"CLAMP", 0},
+                                               {"EVERY", 1},
                                                {"V", lanes},
                                                {"STREAM", 0},
                                                {"PERSPECTIVE", eye_.perspective}});
@@ -181,7 +182,7 @@ void LineSweep::run(const Image& visibility) {
 namespace {
 
 SliceTable table_of(const StoredDepth& stored, int slices, int steps) {
-    const params::split_params layout = split_parameters(stored);
+    const params::split_params layout = split_parameters(pixel_lattice(stored));
     return slice_table(slices, steps, std::max(stored.image.width(), stored.image.height()), 16, 0, 0,
                        {static_cast<int>(layout.stride), static_cast<int>(layout.plane)});
 }
@@ -208,65 +209,6 @@ void Obscurance::run(const Image& visibility) {
         device, kernel_, {(layout.columns + 255) / 256 * 256 / size(device.options().lanes) * 16 * layout.rows, 1},
         planes_.fronts, planes_.slopes, taps_, turns_, counts_, intensity_, planes_.sums, layout, planes_.occlusion);
     planes_.filter(visibility);
-}
-
-namespace {
-
-// The camera of every second pixel of every second row: pixel i + ½ of its image is 2 i + ½ of the other's.
-Camera half_camera(const Camera& camera) {
-    Camera half = camera;
-    half.width = (camera.width + 1) / 2;
-    half.height = (camera.height + 1) / 2;
-    // x' = (x + ½) / 2 in pixels; on the screen, u' = 2 x'/w' − 1 with u = 2 x/w − 1. Rows may grow either way.
-    const auto row = [](int from, int to, long double sign) {
-        const long double scale = 0.5L * from / to, shift = scale - 1 + 0.5L / to;
-        return std::pair(scale, sign * shift);
-    };
-    const bool grows_down = (camera.projection.convention.clip_y == ClipY::down) == (camera.rows == Rows::top_down);
-    const auto [scale_x, shift_x] = row(camera.width, half.width, 1);
-    const auto [scale_y, shift_y] = row(camera.height, half.height, grows_down ? 1 : -1);
-    Projection::Matrix& matrix = half.projection.matrix;
-    matrix.row(0) = (scale_x * matrix.row(0) + shift_x * matrix.row(3)).eval();
-    matrix.row(1) = (scale_y * matrix.row(1) + shift_y * matrix.row(3)).eval();
-    return half;
-}
-
-} // namespace
-
-HalfResolution::HalfResolution(const StoredDepth& stored, double radius)
-    : stored_(stored), eye_(eye_rays(rays(stored.camera))),
-      occlusion_(parameters(stored, eye_, radius,
-                            {.slices = 1, .steps = 1, .levels = 1, .taps = {}, .turns = {}, .counts = {}})) {
-    const Device& device = stored.image.device();
-    half_.camera = half_camera(stored.camera);
-    const Layout layout{half_.camera.width, half_.camera.height};
-    half_.image = Image(device, Element::f32, layout);
-    depth_ = Image(device, Element::f32, {stored.image.width(), stored.image.height()});
-    slopes_ = Image(device, Element::f32, {layout.width, layout.height, 2});
-    const auto kernel = [&](const char* name) {
-        const std::string before = runtime::assembled_source("slope.h") + runtime::assembled_source("ray.h");
-        return built(device, before, "half_resolution.cl", name,
-                     {{"V", 1}, {"STREAM", 0}, {"FP64", fp64(device)}, {"PERSPECTIVE", eye_.perspective}});
-    };
-    pick_ = kernel("half_stored");
-    slopes_kernel_ = kernel("half_slopes");
-    upsample_ = kernel("joint_upsample");
-}
-
-void HalfResolution::pick() {
-    runtime::launch(stored_.image.device(), pick_, {size(half_.image.width()), size(half_.image.height())},
-                    stored_.image, half_.image, grid(stored_.image, half_.image));
-}
-
-void HalfResolution::upsample(const Image& half_visibility, const Image& visibility) {
-    const Device& device = stored_.image.device();
-    planar(stored_, eye_, depth_);
-    params::grid_params slopes_grid = grid(depth_, depth_), half_grid = grid(half_visibility, half_.image);
-    slopes_grid.target_stride = half_grid.target_stride = u32(slopes_.row_stride() / 2);
-    runtime::launch(device, slopes_kernel_, {size(half_.image.width()), size(half_.image.height())}, depth_, slopes_,
-                    slopes_grid, occlusion_);
-    runtime::launch(device, upsample_, {size(visibility.width()), size(visibility.height())}, depth_, slopes_,
-                    half_visibility, visibility, grid(depth_, visibility), half_grid, occlusion_);
 }
 
 } // namespace fathom::bench

@@ -76,24 +76,4 @@ private:
     Image taps_, turns_, counts_, intensity_;
 };
 
-/// Half resolution: every second pixel of every second row as an image of its own, and what is made of that for all pixels.
-class HalfResolution {
-public:
-    explicit HalfResolution(const StoredDepth& stored, double radius);
-
-    /// The smaller image: `pick` starts writing it.
-    const StoredDepth& half() const { return half_; }
-    void pick();
-
-    /// Starts making visibility out of that of the smaller image.
-    void upsample(const Image& half_visibility, const Image& visibility);
-
-private:
-    StoredDepth stored_, half_;
-    EyeRays eye_;
-    params::occlusion_params occlusion_;
-    runtime::Kernel pick_, slopes_kernel_, upsample_;
-    Image depth_, slopes_;
-};
-
 } // namespace fathom::bench

@@ -68,10 +68,11 @@ for lanes in 1 4 8 16; do
         for choice in 0 1; do
             for thickness in 0 1 2; do
                 check ssao_planes.cl -DV=$lanes -DPERSPECTIVE=$perspective -DTHICKNESS=$thickness -DGIVEN_NORMALS=$choice \
-                    -DCLAMP=$choice
+                    -DCLAMP=$choice -DEVERY=$((1 + choice))
             done
             check ssao.cl -DV=$lanes -DPERSPECTIVE=$perspective -DCONFIDENCE=$choice -DBENT=$choice
             for output in 0 1 2; do
+                check joint_upsample.cl -DV=$lanes -DPERSPECTIVE=$perspective -DOUTPUT=$output
                 check denoise.cl -DV=$lanes -DPERSPECTIVE=$perspective -DREACH=$((2 * choice)) -DOUTPUT=$output \
                     -DCLAMP=$choice
             done
@@ -80,7 +81,7 @@ for lanes in 1 4 8 16; do
 done
 for file in *.cl; do
     case $file in
-    denoise.cl | dof.cl | dof_behind.cl | dof_farthest.cl | dof_gather.cl | dof_masks.cl | dof_parts.cl | dof_planes.cl | dof_strips.cl | dof_tiles.cl | linearize.cl | mixed_depth.cl | near_layer.cl | near_share.cl | near_tiles.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
+    denoise.cl | dof.cl | dof_behind.cl | dof_farthest.cl | dof_gather.cl | dof_masks.cl | dof_parts.cl | dof_planes.cl | dof_strips.cl | dof_tiles.cl | joint_upsample.cl | linearize.cl | mixed_depth.cl | near_layer.cl | near_share.cl | near_tiles.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
     *)
         echo "check-kernels.sh does not know the choices of $file" >&2
         exit 1

@@ -18,6 +18,8 @@
 // on a rendered frame changes by 2%.
 #define WORSE_SIDE 4.0f
 
+#define THIN 0.25f // of the radius: what lies that far from its neighbours' planes is not part of them
+
 // Planar depth of a neighbour, NaN for the background, which no slope may reach to.
 INLINE floatV surface_only(floatV q) {
 #if PERSPECTIVE
@@ -47,6 +49,17 @@ INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1
     const intV all = (worse <= tolerance) & (fabs(all_five) < INFINITY);
     const floatV chosen = select(select(one_side, both_sides, both), all_five, all);
     return select((floatV)0.0f, chosen, better < INFINITY);
+}
+
+// The slope, but for things of one or two pixels: no plane of theirs explains them, and other things' must not. They go on
+// to their neighbour, if one lies within `step`, and face the eye otherwise.
+INLINE floatV unless_thin(floatV found, const floatV* near, floatV q, floatV step) {
+    const floatV from_before = fabs(fma((floatV)2.0f, near[1], -near[0]) - q);
+    const floatV from_after = fabs(fma((floatV)2.0f, near[2], -near[3]) - q);
+    const floatV before = q - near[1], after = near[2] - q;
+    const floatV closer = select(after, before, !(fabs(before) > fabs(after)));
+    const floatV chosen = select((floatV)0.0f, closer, fabs(closer) < step);
+    return select(found, chosen, (from_before > step) & (from_after > step));
 }
 
 #endif

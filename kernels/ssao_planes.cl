@@ -22,18 +22,30 @@
 #error "CLAMP is not defined: 1 to repeat the border outside the image, 0 for nothing there"
 #endif
 
-#define THIN 0.25f // of the radius: what lies that far from its neighbours' planes is not part of them
+#ifndef EVERY
+#error "EVERY is not defined: 1 for all pixels, 2 for every second one of a row; strides say which rows"
+#endif
 
-// V neighbours of a row; `outside` where the image is not.
+// V neighbours of a row, from one of them on.
+INLINE floatV load_every(__global const float* first) {
+#if EVERY == 2 && V > 1
+    const floatV a = LOAD(float, first), b = LOAD(float, first + V);
+    return (floatV)(a.even, b.even);
+#else
+    return LOAD(float, first);
+#endif
+}
+
+// The same; `outside` where the image is not.
 INLINE floatV row_at(__global const float* image, const grid_params* grid, int x, int y, float outside) {
     const int width = (int)grid->x_end, height = (int)grid->height;
-    if (y >= 0 && y < height && x >= 0 && x + V <= width)
-        return LOAD(float, image + grid->source_offset + (size_t)y * grid->source_stride + x);
+    if (y >= 0 && y < height && x >= 0 && x + V + EVERY - 1 <= width)
+        return load_every(image + grid->source_offset + (size_t)y * grid->source_stride + EVERY * x);
     float lanes[V];
     for (int i = 0; i < V; ++i) {
         const int column = clamp(x + i, 0, width - 1), row = clamp(y, 0, height - 1);
         const bool inside = CLAMP || (column == x + i && row == y);
-        lanes[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + column] : outside;
+        lanes[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + EVERY * column] : outside;
     }
     return *(const float_lanes*)lanes;
 }
@@ -42,12 +54,12 @@ INLINE floatV row_at(__global const float* image, const grid_params* grid, int x
 // The same without the border's repetition: slopes are one-sided there.
 INLINE floatV neighbours_at(__global const float* image, const grid_params* grid, int x, int y) {
     const int width = (int)grid->x_end, height = (int)grid->height;
-    if (y >= 0 && y < height && x >= 0 && x + V <= width)
-        return surface_only(LOAD(float, image + grid->source_offset + (size_t)y * grid->source_stride + x));
+    if (y >= 0 && y < height && x >= 0 && x + V + EVERY - 1 <= width)
+        return surface_only(load_every(image + grid->source_offset + (size_t)y * grid->source_stride + EVERY * x));
     float lanes[V];
     for (int i = 0; i < V; ++i) {
         const bool inside = y >= 0 && y < height && x + i >= 0 && x + i < width;
-        lanes[i] = inside ? image[grid->source_offset + (size_t)y * grid->source_stride + x + i] : NAN;
+        lanes[i] = inside ? image[grid->source_offset + (size_t)y * grid->source_stride + EVERY * (x + i)] : NAN;
     }
     return surface_only(*(const float_lanes*)lanes);
 }
@@ -60,17 +72,6 @@ INLINE floatV across_gaps(floatV found, const floatV* near, floatV q, floatV ste
     const floatV wide = select(one_side, 0.5f * (from_before + from_after), before & after);
     const floatV off = select(one_side, from_before - from_after, before & after); // both sides agree on a plane
     return select(found, wide, !isfinite(near[1]) & !isfinite(near[2]) & (fabs(off) < step));
-}
-
-// The slope, but for things of one or two pixels: no plane of theirs explains them, and other things' must not. They go on
-// to their neighbour, if one lies within `step`, and face the eye otherwise.
-INLINE floatV unless_thin(floatV found, const floatV* near, floatV q, floatV step) {
-    const floatV from_before = fabs(fma((floatV)2.0f, near[1], -near[0]) - q);
-    const floatV from_after = fabs(fma((floatV)2.0f, near[2], -near[3]) - q);
-    const floatV before = q - near[1], after = near[2] - q;
-    const floatV closer = select(after, before, !(fabs(before) > fabs(after)));
-    const floatV chosen = select((floatV)0.0f, closer, fabs(closer) < step);
-    return select(found, chosen, (from_before > step) & (from_after > step));
 }
 
 #endif
@@ -86,7 +87,7 @@ INLINE void slopes_of(__global const float* normals, const split_params* split, 
         float lanes[V];
         for (int i = 0; i < V; ++i) {
             const bool inside = y >= 0 && y < (int)split->height && x + i >= 0 && x + i < (int)split->width;
-            lanes[i] = inside ? normals[offset + (size_t)y * stride + (size_t)(x + i) * channels + c] : 0;
+            lanes[i] = inside ? normals[offset + (size_t)y * stride + (size_t)(EVERY * (x + i)) * channels + c] : 0;
         }
         n[c] = *(const float_lanes*)lanes;
     }

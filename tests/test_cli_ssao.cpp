@@ -81,6 +81,11 @@ TEST_CASE("ssao program: every option reaches the library") {
     const std::vector<Case> cases{
         {{"--quality", "fast"}, [](SsaoOptions& o) { o.quality = Quality::fast; }},
         {{"--quality", "accurate"}, [](SsaoOptions& o) { o.quality = Quality::accurate; }},
+        {{"--half-resolution", "--quality", "fast"},
+         [](SsaoOptions& o) {
+             o.half_resolution = true;
+             o.quality = Quality::fast;
+         }},
         {{"--slices", "5"}, [](SsaoOptions& o) { o.slices = 5; }},
         {{"--steps", "3"}, [](SsaoOptions& o) { o.steps = 3; }},
         {{"--patterns", "1"}, [](SsaoOptions& o) { o.patterns = 1; }},

@@ -46,7 +46,13 @@ struct SsaoOptions {
 
     double falloff = 0; ///< 0 to 1: share of the radius, at its end, over which occluders fade out; 0: a hard end
     Border border = Border::open;
-    std::uint32_t seed = 0;            ///< turns the patterns
+    std::uint32_t seed = 0; ///< turns the patterns
+
+    /// Look from every second pixel of every second row of the camera's image alone, and let all others have what those
+    /// beside them have, along their tangent planes: for large radii. What has none beside it on a surface is open, with a
+    /// confidence of 0.
+    bool half_resolution = false;
+
     std::optional<Region> region = {}; ///< what is wanted of the image; the rest of it is looked at all the same
 
     double tolerance = 1; ///< what depth may be off by, in half steps of its storage: more for a noisier sensor;

@@ -82,6 +82,11 @@ void add_occlusion_options(CLI::App& app, SsaoOptions& ssao) {
     add("--tolerance", "T", is_a_number("number above 0", [](double t) { return t > 0; }), ssao.tolerance,
         "what depth may be off by, in half steps of its storage; more\n"
         "for a sensor that is noisier (default: 1)");
+    app.add_flag("--half-resolution", ssao.half_resolution,
+                 "look from every second pixel of every second row alone, and\n"
+                 "upsample along the surfaces: a third of the time, for radii of\n"
+                 "many pixels")
+        ->group("Occlusion");
     add("--seed", "N", is_whole(0, 4294967295.0), ssao.seed, "turns the patterns (default: 0)");
 }
 

@@ -1,4 +1,5 @@
-// Ambient occlusion from stored depth: planar depth, planes, slices, and the filter over the patterns.
+// Ambient occlusion from stored depth: planar depth, planes, slices, and the filter over the patterns; at half resolution,
+// all of that from every second pixel of every second row, and joint upsampling.
 
 #include <fathom/ssao.hpp>
 
@@ -100,6 +101,13 @@ void check(const StoredDepth& stored, const SsaoOptions& options) {
         require(options.normals_space == Space::view || stored.camera.view,
                 "normals in the world need the camera's view matrix, and it has none");
     }
+    if (options.half_resolution) {
+        const PixelLattice half = pixel_lattice(stored, 2);
+        require(half.width > 0 && half.height > 0,
+                text("half_resolution looks from even columns and rows, and the depth's ",
+                     size_of(stored.image.width(), stored.image.height()), " pixels at (", stored.x, ", ", stored.y,
+                     ") have none"));
+    }
     if (options.region) {
         const Region& r = *options.region;
         require(r.x >= 0 && r.y >= 0 && r.width > 0 && r.height > 0 && r.x <= stored.image.width() - r.width &&
@@ -135,13 +143,35 @@ params::u32 u32(std::integral auto value) {
 
 } // namespace
 
-params::split_params split_parameters(const StoredDepth& stored) {
-    const int width = stored.image.width(), height = stored.image.height();
-    const int columns = ((width + (stored.x & 3) + 3) / 4 + 15) / 16 * 16;
-    const int rows = (height + (stored.y & 3) + 3) / 4;
+PixelLattice pixel_lattice(const StoredDepth& stored, int every) {
+    const int x = stored.x % every, y = stored.y % every; // of two, the even ones
+    return {.every = every,
+            .x = x,
+            .y = y,
+            .width = (stored.image.width() - x + every - 1) / every,
+            .height = (stored.image.height() - y + every - 1) / every,
+            .camera_x = (stored.x + x) / every,
+            .camera_y = (stored.y + y) / every};
+}
+
+// Pixel i of the lattice is pixel `every` i of the camera, so i + 1/2 stands for every (i + 1/2) + (1 - every) / 2.
+EyeRays rays_of(const EyeRays& eye, const PixelLattice& lattice) {
+    Rays::Matrix pixel = Rays::Matrix::Identity();
+    pixel(0, 0) = pixel(1, 1) = lattice.every;
+    pixel(0, 2) = pixel(1, 2) = 0.5L * (1 - lattice.every);
+    EyeRays result = eye;
+    result.origin = eye.origin * pixel;
+    result.direction = eye.direction * pixel;
+    result.depth = eye.depth * pixel;
+    return result;
+}
+
+params::split_params split_parameters(const PixelLattice& lattice) {
+    const int columns = ((lattice.width + (lattice.camera_x & 3) + 3) / 4 + 15) / 16 * 16;
+    const int rows = (lattice.height + (lattice.camera_y & 3) + 3) / 4;
     const int stride = columns + 2 * margin;
-    return {u32(width),   u32(height), u32(stored.x), u32(stored.y),
-            u32(columns), u32(rows),   u32(stride),   u32(stride * (rows + 2))};
+    return {u32(lattice.width), u32(lattice.height), u32(lattice.camera_x), u32(lattice.camera_y),
+            u32(columns),       u32(rows),           u32(stride),           u32(stride * (rows + 2))};
 }
 
 params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRays& eye, const PlanarError& error,
@@ -176,16 +206,18 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRay
 
 namespace {
 
-params::grid_params grid(const Image& source, const StoredDepth& stored) {
-    return {.source_offset = source.offset(),
+params::grid_params grid(const Image& source, const PixelLattice& lattice) {
+    const std::size_t first = static_cast<std::size_t>(lattice.y) * source.row_stride() +
+                              static_cast<std::size_t>(lattice.x * source.channels());
+    return {.source_offset = source.offset() + first,
             .target_offset = 0,
-            .source_stride = u32(source.row_stride()),
+            .source_stride = u32(source.row_stride()) * u32(lattice.every),
             .target_stride = 0,
             .x_begin = 0,
-            .x_end = u32(source.width()),
-            .height = u32(source.height()),
-            .pixel_x = u32(stored.x),
-            .pixel_y = u32(stored.y),
+            .x_end = u32(lattice.width),
+            .height = u32(lattice.height),
+            .pixel_x = u32(lattice.camera_x),
+            .pixel_y = u32(lattice.camera_y),
             .reserved = u32(source.channels())};
 }
 
@@ -208,80 +240,147 @@ int thickness_kind(const SsaoOptions& options) {
     return options.back ? 2 : options.thickness_map ? 1 : 0;
 }
 
+// One call's camera, pixels and constants, and where its images come from.
+struct Call {
+    const StoredDepth& stored;
+    const SsaoOptions& options;
+    const Device& device;
+    EyeRays eye;
+    PixelLattice lattice;
+    params::split_params split;
+    Preset chosen;
+    SliceTable table;
+    params::occlusion_params occlusion;
+    runtime::Scratch scratch;
+
+    Call(const StoredDepth& depth, const SsaoOptions& asked)
+        : stored(depth), options(asked), device(depth.image.device()), eye(eye_rays(rays(depth.camera))),
+          lattice(pixel_lattice(depth, asked.half_resolution ? 2 : 1)), split(split_parameters(lattice)),
+          chosen(preset(asked)), table(slice_table(chosen.slices, chosen.steps, std::max(lattice.width, lattice.height),
+                                                   chosen.patterns, asked.falloff, asked.seed,
+                                                   {static_cast<int>(split.stride), static_cast<int>(split.plane)})),
+          occlusion(parameters(lattice)), scratch(device) {}
+
+    params::occlusion_params parameters(const PixelLattice& pixels) const {
+        return occlusion_parameters(stored.camera, rays_of(eye, pixels), planar_error(stored.camera, stored.storage),
+                                    options, table);
+    }
+
+    runtime::Kernel& kernel(const char* name, runtime::Choices choices) const {
+        choices.insert(choices.end(), {{"V", device.options().lanes}, {"STREAM", 0}, {"PERSPECTIVE", eye.perspective}});
+        return runtime::kernel(device, name, choices);
+    }
+
+    std::size_t vectors(params::u32 columns) const {
+        return columns / static_cast<std::size_t>(device.options().lanes);
+    }
+
+    Image planes(int count) {
+        return scratch.image(Element::f32,
+                             {static_cast<int>(split.stride), count * 16 * static_cast<int>(split.rows + 2)});
+    }
+};
+
+struct Planes {
+    Image fronts, backs, slopes;
+};
+
+Planes split_into_planes(Call& call, const Image& depth) {
+    const SsaoOptions& options = call.options;
+    Image extra = depth;
+    if (options.back) {
+        extra = call.scratch.image(Element::f32, {depth.width(), depth.height()});
+        planar(*options.back, eye_rays(rays(options.back->camera)), extra);
+    } else if (options.thickness_map) {
+        extra = options.thickness_map;
+    }
+    const Image given = normals_for(call.stored, options), normals = given ? given : depth;
+    call.occlusion.slope_errors = options.normals ? 0
+                                  : given         ? slope_errors_fitted * static_cast<float>(call.lattice.every)
+                                                  : slope_errors_neighbours;
+    const Planes planes{call.planes(1), call.planes(1), call.planes(1)};
+    runtime::launch(call.device,
+                    call.kernel("ssao_planes", {{"THICKNESS", thickness_kind(options)},
+                                                {"GIVEN_NORMALS", options.normals ? 1
+                                                                  : given         ? 2
+                                                                                  : 0},
+                                                {"CLAMP", options.border == Border::clamp},
+                                                {"EVERY", call.lattice.every}}),
+                    {call.vectors(call.split.stride), 4 * (call.split.rows + 2)}, depth, extra, normals, planes.fronts,
+                    planes.backs, planes.slopes, grid(depth, call.lattice), grid(extra, call.lattice),
+                    grid(normals, call.lattice), call.split, call.occlusion);
+    return planes;
+}
+
+// The filter's and the upsampling's OUTPUT, and how many channels it has.
+enum class Output { visibility, confidence, bent_normal };
+
+int channels_of(Output output) {
+    return output == Output::bent_normal ? 3 : 1;
+}
+
+void filter(const Call& call, const Planes& planes, const Image& sums, Output output, const Image& result,
+            const Region& region) {
+    const int reach = call.chosen.patterns == 16 ? 2 : call.chosen.patterns == 4 ? 1 : 0;
+    runtime::launch(call.device,
+                    call.kernel("denoise", {{"REACH", reach},
+                                            {"OUTPUT", static_cast<int>(output)},
+                                            {"CLAMP", call.options.border == Border::clamp}}),
+                    {call.vectors(call.split.columns), static_cast<std::size_t>(region.height)}, planes.fronts,
+                    planes.slopes, sums, result, grid(result, region), call.split, call.occlusion);
+}
+
+void upsample(const Call& call, const Image& depth, const Image& found, Output output, const Image& result,
+              const Region& region) {
+    const PixelLattice all = pixel_lattice(call.stored);
+    const std::size_t lanes = static_cast<std::size_t>(call.device.options().lanes);
+    const std::size_t columns = static_cast<std::size_t>(depth.width() + call.lattice.x);
+    runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
+                    {(columns + 2 * lanes - 1) / (2 * lanes), static_cast<std::size_t>(region.height)}, depth, found,
+                    result, grid(depth, all), grid(found, pixel_lattice({found, call.stored.camera})),
+                    grid(result, region), call.parameters(all));
+}
+
 } // namespace
 
 Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options) {
     check(stored, options);
     if (options.max_error)
         return ssao(stored, chosen(stored, options));
-    const Device& device = stored.image.device();
-    const EyeRays eye = eye_rays(rays(stored.camera));
+    Call call(stored, options);
     const int width = stored.image.width(), height = stored.image.height();
-    runtime::Scratch scratch(device);
-    const Image depth = scratch.image(Element::f32, {width, height});
-    planar(stored, eye, depth);
-    Image extra = depth;
-    if (options.back) {
-        extra = scratch.image(Element::f32, {width, height});
-        planar(*options.back, eye_rays(rays(options.back->camera)), extra);
-    } else if (options.thickness_map) {
-        extra = options.thickness_map;
-    }
-    const Image given = normals_for(stored, options), normals = given ? given : depth;
+    const Image depth = call.scratch.image(Element::f32, {width, height});
+    planar(stored, call.eye, depth);
+    const Planes planes = split_into_planes(call, depth);
 
-    const Preset chosen = preset(options);
-    const params::split_params split = split_parameters(stored);
-    const SliceTable table =
-        slice_table(chosen.slices, chosen.steps, std::max(width, height), chosen.patterns, options.falloff,
-                    options.seed, {static_cast<int>(split.stride), static_cast<int>(split.plane)});
-    params::occlusion_params occlusion =
-        occlusion_parameters(stored.camera, eye, planar_error(stored.camera, stored.storage), options, table);
-    occlusion.slope_errors = options.normals ? 0 : given ? slope_errors_fitted : slope_errors_neighbours;
-
-    const int quantities = options.bent_normal ? 6 : options.confidence ? 3 : 2;
-    const auto planes = [&](int count) {
-        return scratch.image(Element::f32,
-                             {static_cast<int>(split.stride), count * 16 * static_cast<int>(split.rows + 2)});
-    };
-    const Image fronts = planes(1), backs = planes(1), slopes = planes(1), sums = planes(quantities);
-    const Image taps = runtime::table(device, Element::f32, table.taps);
-    const Image turns = runtime::table(device, Element::f32, table.turns);
-    const Image counts = runtime::table(device, Element::u32, table.counts);
-
-    const int lanes = device.options().lanes;
-    const auto vectors = [&](params::u32 columns) { return std::size_t{columns} / static_cast<std::size_t>(lanes); };
-    const auto kernel = [&](const char* name, runtime::Choices choices) -> runtime::Kernel& {
-        choices.insert(choices.end(), {{"V", lanes}, {"STREAM", 0}, {"PERSPECTIVE", eye.perspective}});
-        return runtime::kernel(device, name, choices);
-    };
-    const bool clamped = options.border == Border::clamp;
-    runtime::launch(device,
-                    kernel("ssao_planes", {{"THICKNESS", thickness_kind(options)},
-                                           {"GIVEN_NORMALS", options.normals ? 1
-                                                             : given         ? 2
-                                                                             : 0},
-                                           {"CLAMP", clamped}}),
-                    {vectors(split.stride), 4 * (split.rows + 2)}, depth, extra, normals, fronts, backs, slopes,
-                    grid(depth, stored), grid(extra, stored), grid(normals, stored), split, occlusion);
-    runtime::launch(device, kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}}),
-                    {(split.columns + 255) / 256 * 256 / static_cast<std::size_t>(lanes) * 16 * split.rows, 1}, fronts,
-                    backs, slopes, taps, turns, counts, sums, split, occlusion);
+    const Image sums = call.planes(options.bent_normal ? 6 : options.confidence ? 3 : 2);
+    const Image taps = runtime::table(call.device, Element::f32, call.table.taps);
+    const Image turns = runtime::table(call.device, Element::f32, call.table.turns);
+    const Image counts = runtime::table(call.device, Element::u32, call.table.counts);
+    runtime::launch(call.device,
+                    call.kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}}),
+                    {call.vectors((call.split.columns + 255) / 256 * 256) * 16 * call.split.rows, 1}, planes.fronts,
+                    planes.backs, planes.slopes, taps, turns, counts, sums, call.split, call.occlusion);
 
     const Region region = options.region.value_or(Region{0, 0, width, height});
-    const int reach = chosen.patterns == 16 ? 2 : chosen.patterns == 4 ? 1 : 0;
-    const auto filtered = [&](int output, int channels) {
-        const Image result(device, Element::f32, {region.width, region.height, channels});
-        runtime::launch(device, kernel("denoise", {{"REACH", reach}, {"OUTPUT", output}, {"CLAMP", clamped}}),
-                        {vectors(split.columns), static_cast<std::size_t>(region.height)}, fronts, slopes, sums, result,
-                        grid(result, region), split, occlusion);
+    const auto filtered = [&](Output output) {
+        const Image result(call.device, Element::f32, {region.width, region.height, channels_of(output)});
+        if (!options.half_resolution) {
+            filter(call, planes, sums, output, result, region);
+            return result;
+        }
+        const Region all{0, 0, call.lattice.width, call.lattice.height};
+        const Image found = call.scratch.image(Element::f32, {all.width, all.height, channels_of(output)});
+        filter(call, planes, sums, output, found, all);
+        upsample(call, depth, found, output, result, region);
         return result;
     };
-    Occlusion result{.visibility = filtered(0, 1), .bent_normal = {}, .confidence = {}};
+    Occlusion result{.visibility = filtered(Output::visibility), .bent_normal = {}, .confidence = {}};
     if (options.confidence)
-        result.confidence = filtered(1, 1);
+        result.confidence = filtered(Output::confidence);
     if (options.bent_normal)
-        result.bent_normal = filtered(2, 3);
-    device.finish(); // the tables are the host's
+        result.bent_normal = filtered(Output::bent_normal);
+    call.device.finish(); // the tables are the host's
     return result;
 }
 

@@ -107,8 +107,11 @@ int run_occlusion(const Device& device, const Camera& camera) {
     ssao(whole, options);
     options.normals = {};
     ssao(whole.region(1, 1, width - 2, height - 1), options);
+    options.half_resolution = options.confidence = options.bent_normal = true;
+    ssao(whole, options);
+    ssao(whole.region(1, 1, width - 2, height - 1), options);
     device.finish();
-    return 5;
+    return 7;
 }
 
 /// Circles of every form, and what looks around a pixel.

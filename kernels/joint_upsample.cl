@@ -1,0 +1,185 @@
+// Joint upsampling: from a result for every second pixel of every second row to all of them.
+//   value = sum_n w_n value_n / sum_n w_n,   w = how near the pixel beside it lies to this one's tangent plane
+// Pixels without a result of their own take those on either side, two or four of them, as planar depth says that they are of
+// the same surface; where none is, the nearest counts. So nothing is mixed across an edge, and nothing invented.
+// Kopf et al. 2007, "Joint Bilateral Upsampling"; the plane, and what may lie off it, are those of denoise.cl.
+
+#include "ray.h"
+#include "slope.h"
+#include "window.h"
+
+#ifndef PERSPECTIVE
+#error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
+#endif
+#ifndef OUTPUT
+#error "OUTPUT is not defined: 0 visibility, 1 confidence, 2 bent normal"
+#endif
+#if OUTPUT == 2
+#define CHANNELS 3
+#else
+#define CHANNELS 1
+#endif
+
+#define NEAREST 1e-4f // what counts beside a surface's own: too little to be seen there, and all where there is none
+
+// 2 V neighbours of a row: those of even and those of odd columns of the camera's image.
+typedef struct {
+    floatV even, odd;
+} columnsV;
+
+INLINE columnsV columns_at(const window* w, int inside, int dx, int dy) {
+    const floatV a = neighbour(w, inside, dx, dy), b = neighbour(w, inside, dx + V, dy);
+#if V == 1
+    return (columnsV){a, b};
+#else
+    return (columnsV){(floatV)(a.even, b.even), (floatV)(a.odd, b.odd)};
+#endif
+}
+
+INLINE columnsV surfaces_at(const window* w, int inside, int dx, int dy) {
+    const columnsV q = columns_at(w, inside, dx, dy);
+    return (columnsV){surface_only(q.even), surface_only(q.odd)};
+}
+
+// The pixels of each lane, their tangent planes, and what they take from those beside them.
+typedef struct {
+    floatV q, right, down;
+    floatV edge; // how far a neighbour may lie off
+    floatV whole, sum[CHANNELS];
+} centreV;
+
+INLINE centreV centre_at(const occlusion_params* p, floatV x, float y, const floatV* across, floatV q,
+                         const floatV* along) {
+    centreV c = {.q = q, .whole = 0.0f};
+    for (int i = 0; i < CHANNELS; ++i)
+        c.sum[i] = 0.0f;
+    const floatV tolerance = 4.0f * depth_error(p, q);
+    const floatV step =
+        fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(p, x, y), (floatV)(THIN * p->radius), tolerance);
+    c.right = unless_thin(slope(across[0], across[1], q, across[2], across[3], tolerance), across, q, step);
+    c.down = unless_thin(slope(along[0], along[1], q, along[2], along[3], tolerance), along, q, step);
+    const floatV size = PERSPECTIVE ? fabs(q) * p->pixel : (floatV)p->pixel;
+    const floatV steep = fma(c.right, c.right, c.down * c.down);
+    c.edge = fma((floatV)p->edge, sqrt(fma(size, size, steep)), tolerance);
+    return c;
+}
+
+// V results from a column on; NaN outside.
+INLINE void results_at(__global const float* results, const grid_params* grid, int column, int row, floatV* values) {
+    const bool there = row >= 0 && row < (int)grid->height;
+    __global const float* const from = results + grid->source_offset + (size_t)max(row, 0) * grid->source_stride;
+#if CHANNELS == 1
+    if (there && column >= 0 && column + V <= (int)grid->x_end) {
+        values[0] = LOAD(float, from + column);
+        return;
+    }
+#endif
+    for (int c = 0; c < CHANNELS; ++c) {
+        float lanes[V];
+        for (int i = 0; i < V; ++i) {
+            const bool inside = there && column + i >= 0 && column + i < (int)grid->x_end;
+            lanes[i] = inside ? from[(column + i) * CHANNELS + c] : NAN;
+        }
+        values[c] = *(const float_lanes*)lanes;
+    }
+}
+
+// A result dx to the right and dy down, where a surface of planar depth q has it.
+INLINE void take(centreV* c, floatV q, const floatV* values, float dx, float dy) {
+    const floatV off = fabs(fma(c->right, (floatV)dx, fma(c->down, (floatV)dy, c->q)) - q);
+    const floatV weight = max(1.0f - off / c->edge, 0.0f) + NEAREST * c->edge / (c->edge + off);
+    const intV counts = off < INFINITY;
+    c->whole += select((floatV)0.0f, weight, counts);
+    for (int i = 0; i < CHANNELS; ++i)
+        c->sum[i] += select((floatV)0.0f, weight * values[i], counts);
+}
+
+INLINE void finish(const centreV* c, floatV q, floatV* values) {
+    const intV known = !isnan(q), surface = known & (q > (PERSPECTIVE ? 0.0f : -FLT_MAX));
+#if OUTPUT == 2
+    const floatV length = sqrt(fma(c->sum[0], c->sum[0], fma(c->sum[1], c->sum[1], c->sum[2] * c->sum[2])));
+    for (int i = 0; i < 3; ++i) {
+        const floatV unit = select((floatV)0.0f, c->sum[i] / length, surface & (length > 0.0f));
+        values[i] = select((floatV)NAN, unit, known);
+    }
+#else
+    const floatV mean = min(max(c->sum[0] / c->whole, 0.0f), 1.0f);
+    const floatV unknown = OUTPUT == 0 ? 1.0f : 0.0f; // nothing was looked at from here
+    values[0] = select((floatV)NAN, select((floatV)1.0f, select(unknown, mean, c->whole > 0.0f), surface), known);
+#endif
+}
+
+// 2 V pixels of the region, whose first column is x_begin.
+INLINE void store_columns(__global float* to, const grid_params* grid, int x, int channel, floatV even, floatV odd) {
+    floatV row[2];
+#if V == 1
+    row[0] = even, row[1] = odd;
+#else
+    row[0].even = even.lo, row[0].odd = odd.lo;
+    row[1].even = even.hi, row[1].odd = odd.hi;
+#endif
+    const int first = (int)grid->x_begin, end = (int)grid->x_end;
+    for (int j = 0; j < 2; ++j, x += V) {
+        if (CHANNELS == 1 && x >= first && x + V <= end) {
+            *(__global float_lanes*)(to + (x - first)) = row[j];
+            continue;
+        }
+        const float_lanes values = row[j];
+        for (int lane = 0; lane < V; ++lane) {
+            if (x + lane >= first && x + lane < end)
+                to[CHANNELS * (x + lane - first) + channel] = ((const float*)&values)[lane];
+        }
+    }
+}
+
+__kernel void joint_upsample(__global const float* depth, __global const float* results, __global float* target,
+                             const grid_params grid, const grid_params results_grid, const grid_params target_grid,
+                             const occlusion_params p) {
+    const int left = (int)(grid.pixel_x & 1), top = (int)(grid.pixel_y & 1);
+    const int column = (int)get_global_id(0) * V, x = 2 * column - left;
+    const int y = (int)get_global_id(1) + (int)target_grid.reserved;
+    if (x >= (int)target_grid.x_end || x + 2 * V <= (int)target_grid.x_begin)
+        return;
+    const window w = {depth + grid.source_offset + (size_t)y * grid.source_stride,
+                      x,
+                      y,
+                      (int)grid.x_end,
+                      (int)grid.height,
+                      (int)grid.source_stride};
+    const int inside = x >= 2 && x + 2 * V + 2 <= w.width && y >= 2 && y + 2 < w.height;
+    const columnsV here = columns_at(&w, inside, 0, 0);
+    const columnsV surface = {surface_only(here.even), surface_only(here.odd)};
+    const columnsV before = surfaces_at(&w, inside, -2, 0), after = surfaces_at(&w, inside, 2, 0);
+    const columnsV up = surfaces_at(&w, inside, 0, -1), down = surfaces_at(&w, inside, 0, 1);
+    const columnsV up2 = surfaces_at(&w, inside, 0, -2), down2 = surfaces_at(&w, inside, 0, 2);
+
+    const float py = (float)(y + (int)grid.pixel_y) + 0.5f;
+    const floatV px = convert_floatV((intV)(x + (int)grid.pixel_x) + 2 * LANE_INDEX(int)) + 0.5f;
+    const floatV across_even[4] = {before.even, before.odd, surface.odd, after.even};
+    const floatV across_odd[4] = {before.odd, surface.even, after.even, after.odd};
+    const floatV along_even[4] = {up2.even, up.even, down.even, down2.even};
+    const floatV along_odd[4] = {up2.odd, up.odd, down.odd, down2.odd};
+    centreV even = centre_at(&p, px, py, across_even, surface.even, along_even);
+    centreV odd = centre_at(&p, px + 1.0f, py, across_odd, surface.odd, along_odd);
+
+    const int between = (y + top) & 1;
+    floatV of_left[CHANNELS], of_right[CHANNELS];
+    for (int dy = -between; dy <= between; dy += 2) {
+        const int row = ((y + dy + top) >> 1) - top;
+        results_at(results, &results_grid, column - left, row, of_left);
+        results_at(results, &results_grid, column - left + 1, row, of_right);
+        const floatV q_left = dy == 0 ? surface.even : dy < 0 ? up.even : down.even;
+        const floatV q_right = dy == 0 ? after.even : surfaces_at(&w, inside, 2, dy).even;
+        take(&even, q_left, of_left, 0, (float)dy);
+        take(&odd, q_left, of_left, -1, (float)dy);
+        take(&odd, q_right, of_right, 1, (float)dy);
+    }
+
+    floatV to_even[CHANNELS], to_odd[CHANNELS];
+    finish(&even, here.even, to_even);
+    finish(&odd, here.odd, to_odd);
+    __global float* const to =
+        target + target_grid.target_offset + (size_t)get_global_id(1) * target_grid.target_stride;
+    for (int c = 0; c < CHANNELS; ++c)
+        store_columns(to, &target_grid, x, c, between ? to_even[c] : of_left[c], to_odd[c]);
+}
