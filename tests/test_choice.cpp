@@ -220,6 +220,7 @@ TEST_CASE("choice: max_error is refused where nothing meets it, where it is no e
     said(refusal([&] { ssao(stored, {.radius = 1, .slices = 2, .max_error = 1}); }), "slices");
     said(refusal([&] { ssao(stored, {.radius = 1, .steps = 2, .max_error = 1}); }), "steps");
     said(refusal([&] { ssao(stored, {.radius = 1, .patterns = 4, .max_error = 1}); }), "patterns");
+    said(refusal([&] { ssao(stored, {.radius = 1, .max_error = 1, .half_resolution = true}); }), "half_resolution");
     said(refusal([&] { normals(stored, {.method = NormalMethod::neighbours, .max_error = 90}); }), "method");
     said(refusal([&] {
              chosen(stored, DofOptions{.circle = {8, 40}, .quality = BlurQuality::fast, .max_error = 1});

@@ -173,7 +173,7 @@ std::function<int()> configure(CLI::App& app) {
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, options->ssao);
     add_max_error(app, options->ssao.max_error, options->explain, "rms of visibility",
-                  {"--quality", "--slices", "--steps", "--patterns"}, "Occlusion");
+                  {"--quality", "--slices", "--steps", "--patterns", "--half-resolution"}, "Occlusion");
     CLI::Option* normals = app.add_option("--normals", options->normals,
                                           "normals of the surfaces, as `fathom normals` writes them: EXR, PNG,\n"
                                           "TIFF or PFM (default: from the depth)");

@@ -220,6 +220,7 @@ Choice cheapest(const std::string& operation, const StoredDepth& stored, double 
 SsaoOptions chosen(const StoredDepth& stored, SsaoOptions options) {
     require(options.quality == Quality::balanced && !options.slices && !options.steps && !options.patterns,
             "max_error chooses the quality, slices, steps and patterns itself: give them or it");
+    require(!options.half_resolution, "max_error goes by errors at full resolution: leave it or half_resolution out");
     return with_choice("ssao", stored, std::move(options));
 }
 
