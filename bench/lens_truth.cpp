@@ -75,7 +75,8 @@ LensTruth::LensTruth(const View& view, const Circle& circle)
     const auto k = static_cast<double>(circle.k);
     lens_radius_ = circle.telecentric ? k / (2 * per_unit) : k * focus_ / (2 * per_unit);
     const long double sense = p.clip_far() > p.clip_near() ? 1 : -1;
-    near_ = (sense * (p.matrix.row(2) - p.clip_near() * p.matrix.row(3))).cast<double>();
+    inside_ << (sense * (p.matrix.row(2) - p.clip_near() * p.matrix.row(3))).cast<double>(),
+        (sense * (p.clip_far() * p.matrix.row(3) - p.matrix.row(2))).cast<double>();
 }
 
 Eigen::Vector3d LensTruth::along(double x, double y, const Eigen::Vector2d& on_lens) const {
@@ -86,9 +87,15 @@ Eigen::Vector3d LensTruth::along(double x, double y, const Eigen::Vector2d& on_l
     scene::Ray ray{start, at_depth(focus_) - start, 0, std::numeric_limits<double>::infinity()};
     if (!perspective_)
         ray.first = -ray.last;
-    const double inside = near_ * ray.origin.homogeneous(), growth = near_.head<3>() * ray.direction;
-    if (growth > 0)
-        ray.first = std::max(ray.first, -inside / growth);
+    const Eigen::Vector2d start_inside = inside_ * ray.origin.homogeneous(),
+                          growth = inside_.leftCols<3>() * ray.direction;
+    for (int plane = 0; plane < 2; ++plane) {
+        const double crossing = -start_inside[plane] / growth[plane];
+        if (growth[plane] > 0)
+            ray.first = std::max(ray.first, crossing);
+        else if (growth[plane] < 0)
+            ray.last = std::min(ray.last, crossing);
+    }
     const scene::Ray world{(to_world_ * ray.origin.homogeneous()).head<3>(),
                            to_world_.topLeftCorner<3, 3>() * ray.direction, ray.first, ray.last};
     const auto met = scene::met(view_.scene, world);

@@ -15,7 +15,7 @@ std::vector<float> picture_of(const View& view);
 
 /// Red, green and blue of a pixel through a lens of this circle of confusion, by quadrature over the lens and the pixel:
 /// each ray runs from a point of the lens through the point in focus into the scene itself, so that what a pinhole's picture
-/// does not hold is in it.
+/// does not hold is in it. Beyond the far plane there is nothing, as in the picture.
 class LensTruth {
 public:
     LensTruth(const View& view, const Circle& circle);
@@ -28,7 +28,7 @@ private:
     const View& view_;
     scene::Caster caster_;
     Eigen::Matrix4d to_world_;
-    Eigen::RowVector4d near_; ///< what lies at or behind the near plane has near_ · position >= 0
+    Eigen::Matrix<double, 2, 4> inside_; ///< times a position: not below 0 behind the near plane and before the far one
     double focus_, lens_radius_;
     bool perspective_;
 };

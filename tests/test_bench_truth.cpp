@@ -10,16 +10,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <string>
+#include <tuple>
 
 using namespace fathom;
 
 namespace {
 
 // A wall that faces the camera, dark to the left of x = 0.
-bench::View wall(bool parallel) {
-    const oracle::Subject camera = parallel ? oracle::from_parallel({-8, 8, -4.5, 4.5}, {0, 100})
-                                            : oracle::from_field_of_view(0.9, 16.0 / 9, {0.1, 100});
+bench::View wall(bool parallel, double near = 0.1, double far = 100) {
+    const oracle::Subject camera = parallel ? oracle::from_parallel({-8, 8, -4.5, 4.5}, {near, far})
+                                            : oracle::from_field_of_view(0.9, 16.0 / 9, {near, far});
     return {"wall", {scene::Plane{{0, 0, -10}, {0, 0, 1}}}, oracle::named(camera, "wall", 160, 90), 100, true};
 }
 
@@ -56,6 +58,28 @@ TEST_CASE("bench: the lens through a scene blurs an edge as the closed form does
             std::printf("%s, circle of %.0f pixels: worst %.5f of the step (allowed %.5f)\n",
                         parallel ? "parallel rays" : "perspective", diameter, worst, allowed);
             CHECK(worst <= allowed);
+        }
+    }
+}
+
+// The town's horizon once showed the lens an endless ground, of which the picture ends at the far plane.
+TEST_CASE("bench: the lens sees what the picture does, and nothing beyond the near and far planes", "[bench]") {
+    constexpr double inf = std::numeric_limits<double>::infinity();
+    for (const bool parallel : {false, true}) {
+        const Circle lens = parallel ? Circle{20, 4, 0, true} : Circle{20, 100};
+        for (const auto& [near, far, is_there] : {std::tuple{0.1, 9.99, false},
+                                                  {0.1, 10.01, true},
+                                                  {9.99, 30.0, true},
+                                                  {10.01, 30.0, false},
+                                                  {0.1, inf, true}}) {
+            if (parallel && far == inf)
+                continue;
+            const bench::View view = wall(parallel, near, far);
+            INFO((parallel ? "parallel rays, " : "perspective, ") << near << " to " << far);
+            const Eigen::Vector3d colour = bench::LensTruth(view, lens).at(120, 30);
+            CHECK(((colour - bench::sky_colour()).norm() > 0.1) == is_there);
+            CHECK((bench::picture_of(view)[3 * (30 * 160 + 120) + 2] != static_cast<float>(bench::sky_colour()[2])) ==
+                  is_there);
         }
     }
 }
