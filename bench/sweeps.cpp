@@ -114,8 +114,10 @@ std::vector<Figures> presets(const Device& device, const std::vector<Method>& me
         Case on = case_of(device, view);
         on.radius_px = on.width() / 20.0;
         on.largest_px = on.width() / 30.0;
-        append(rows, timed(
-                         on, methods, [&](const Method& m) { return m.matches(effort.only); }, effort));
+        append(rows,
+               timed(
+                   on, methods, [&](const Method& m) { return m.matches(effort.only) && !slow.contain(m); }, effort));
+        slow.learn(rows, effort.clock);
     }
     return rows;
 }
@@ -138,19 +140,21 @@ std::vector<Figures> pixel_sweep(const Device& device, const std::vector<Method>
 
 std::vector<Figures> radius_sweep(const Device& device, const std::vector<Method>& methods, Size size,
                                   const Effort& effort) {
+    static const std::pair<const char*, double> presets[] = {
+        // and the last radius for them
+        {"ssao fast", 512}, {"ssao balanced", 512}, {"ssao accurate", 512},
+        {"dof fast", 512},  {"dof standard", 512},  {"dof accurate", largest_accurate_px},
+    };
     std::vector<Figures> rows;
-    Slow slow;
     Case on = case_of(device, room_view(size.first, size.second));
     for (const double radius : {4, 8, 16, 32, 64, 128, 256, 512}) {
         on.radius_px = on.largest_px = radius;
-        const auto preset = [&](const Method& m) {
-            static const char* names[] = {"ssao fast", "ssao balanced", "ssao accurate",
-                                          "dof fast",  "dof standard",  "dof accurate"};
-            return m.matches(effort.only) &&
-                   std::ranges::any_of(names, [&](const char* each) { return m.operation + ' ' + m.name == each; });
+        const auto chosen = [&](const Method& m) {
+            return m.matches(effort.only) && std::ranges::any_of(presets, [&](const auto& preset) {
+                       return m.operation + ' ' + m.name == preset.first && radius <= preset.second;
+                   });
         };
-        append(rows, timed(on, methods, preset, effort));
-        slow.learn(rows, effort.clock);
+        append(rows, timed(on, methods, chosen, effort));
     }
     return rows;
 }

@@ -21,6 +21,8 @@ struct Effort {
 
 inline constexpr double longest_run = 2.5; ///< seconds
 
+inline constexpr double largest_accurate_px = 128;
+
 using Size = std::pair<int, int>;
 
 /// Every method in each of the views, with the floors: rays of a twentieth of the width, circles up to a thirtieth. Those that take
@@ -32,7 +34,8 @@ std::vector<Figures> presets(const Device& device, const std::vector<Method>& me
 std::vector<Figures> pixel_sweep(const Device& device, const std::vector<Method>& methods, double megapixels,
                                  const Effort& effort);
 
-/// The presets of ssao with ever longer rays, and of dof with ever larger circles until a run takes longer than `longest_run`.
+/// The presets of ssao with ever longer rays, and of dof with ever larger circles: those of the accurate one, which takes by
+/// far the longest, end at `largest_accurate_px`.
 std::vector<Figures> radius_sweep(const Device& device, const std::vector<Method>& methods, Size size,
                                   const Effort& effort);
 

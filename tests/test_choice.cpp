@@ -89,6 +89,16 @@ StoredDepth ramp(Storage storage = Storage::float32) {
     return {uploaded(Element::u16, {width, height}, codes), camera, storage};
 }
 
+// As the tables have it.
+std::string name_of(const SsaoOptions& options) {
+    const std::string name = options.slices
+                                 ? std::to_string(*options.slices) + " x " + std::to_string(options.steps.value())
+                             : options.quality == Quality::fast     ? "fast"
+                             : options.quality == Quality::balanced ? "balanced"
+                                                                    : "accurate";
+    return name + (options.half_resolution ? ", half resolution" : "");
+}
+
 } // namespace
 
 TEST_CASE("choice: the cheapest within the error of its worst scene") {
@@ -101,6 +111,34 @@ TEST_CASE("choice: the cheapest within the error of its worst scene") {
     CHECK(fast.scene == "bars");
     CHECK(fast.ns_per_pixel == Approx(50));
     CHECK(fast.device == "chip, small");
+}
+
+TEST_CASE("choice: half resolution is a way of its own") {
+    const char* const errors = "operation,method,kind,storage,scene,rms\n"
+                               "ssao,fast,library,float32,bars,0.2\n"
+                               "ssao,\"fast, half resolution\",library,float32,bars,0.25\n"
+                               "ssao,\"3 x 5, half resolution\",library,float32,bars,0.15\n"
+                               "ssao,\"fast, quarter resolution\",library,float32,bars,0.1\n";
+    const char* const times = "device,operation,method,storage,width,height,ms\n"
+                              "chip,ssao,fast,float32,100,100,5\n"
+                              "chip,ssao,\"fast, half resolution\",float32,100,100,2\n"
+                              "chip,ssao,\"3 x 5, half resolution\",float32,100,100,7\n"
+                              "chip,ssao,\"fast, quarter resolution\",float32,100,100,1\n";
+    const std::vector<Choice> list = choices(measured_methods(errors, times), "ssao", "float32");
+    CHECK(list.size() == 3);
+    CHECK(cheapest(list, 0.3)->method == "fast, half resolution");
+    CHECK(cheapest(list, 0.2)->method == "fast");
+    CHECK(cheapest(list, 0.15)->method == "3 x 5, half resolution");
+}
+
+TEST_CASE("choice: not half resolution for a row that it does not look from") {
+    const StoredDepth stored = ramp(), row = stored.region(0, 5, 64, 1), two = stored.region(0, 5, 64, 2);
+    for (const double max_error : {0.06, 0.08, 0.1, 0.15, 0.2, 0.25, 0.3, 0.5, 1.0}) {
+        CHECK(chosen(two, {.radius = 0.5, .max_error = max_error}).half_resolution ==
+              chosen(stored, {.radius = 0.5, .max_error = max_error}).half_resolution);
+        CHECK(!chosen(row, {.radius = 0.5, .max_error = max_error}).half_resolution);
+    }
+    CHECK(chosen(stored, {.radius = 0.5, .max_error = 1}).half_resolution); // the cheapest of all
 }
 
 TEST_CASE("choice: among equally cheap ones the more exact") {
@@ -173,15 +211,7 @@ TEST_CASE("choice: an operation with max_error has the bits of what is chosen") 
         CHECK(!settled.max_error);
         const std::string method = cheapest("ssao", stored, each.error).method;
         INFO(method);
-        if (method == "fast" || method == "balanced" || method == "accurate") {
-            CHECK(settled.quality == (method == "fast"       ? Quality::fast
-                                      : method == "balanced" ? Quality::balanced
-                                                             : Quality::accurate));
-            CHECK(!settled.slices);
-        } else {
-            REQUIRE((settled.slices && settled.steps));
-            CHECK(std::to_string(*settled.slices) + " x " + std::to_string(*settled.steps) == method);
-        }
+        CHECK(name_of(settled) == method);
         CHECK(same_bits(floats(ssao(stored, asked).visibility), floats(ssao(stored, settled).visibility)));
     }
 

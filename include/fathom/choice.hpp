@@ -10,7 +10,7 @@ namespace fathom {
 /// A method or preset of `ssao`, `dof` or `normals`, and what was measured of it: the tables of docs/performance.md, as they
 /// were when the library was built.
 struct Choice {
-    std::string method; ///< as the tables name it: a quality, slices x steps, or a way to find normals
+    std::string method; ///< as the tables name it: "fast", "4 x 64, half resolution", "neighbours"
     double error = 0;   ///< in the scene where it is greatest: rms of visibility, rms of colours up to 1, mean degrees
     std::string scene;  ///< that scene
     double ns_per_pixel = 0; ///< of 1920 x 1080, time of all threads together
@@ -21,7 +21,8 @@ struct Choice {
 /// what `SsaoOptions::max_error` and its kin do. Scenes harder than those have larger errors.
 ///
 /// Errors are those of depth stored as this one is, or in 16 bits where `depth_bits` are no more; where nothing was measured of
-/// such depth, the largest of any storage.
+/// such depth, the largest of any storage. ssao at half resolution is one of the ways, but for depth without an even column
+/// and row of the camera's.
 /// Throws: std::invalid_argument for an error that is not above 0, or that nothing meets, with the best that there is.
 Choice cheapest(const std::string& operation, const StoredDepth& stored, double max_error);
 

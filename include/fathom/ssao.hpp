@@ -34,8 +34,8 @@ struct SsaoOptions {
         {}; ///< instead of the quality's: 1, 4 or 16 shifts of slices and steps among neighbouring
             ///< pixels, averaged over as many afterwards; 1: every pixel alike, nothing averaged
 
-    /// Instead of all these: the root mean square error of visibility that the choice may have in the scenes of
-    /// docs/performance.md, and the cheapest that has no more is taken (`cheapest` of choice.hpp).
+    /// Instead of all these, and of half_resolution: the root mean square error of visibility that the choice may have in the
+    /// scenes of docs/performance.md, and the cheapest that has no more is taken (`cheapest` of choice.hpp).
     std::optional<double> max_error = {};
 
     /// What is solid behind a surface, along its ray, scene units; default: a quarter of the radius; infinity: all that

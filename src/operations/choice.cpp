@@ -2,6 +2,7 @@
 
 #include "operations/choice.hpp"
 
+#include "operations/ssao.hpp"
 #include "require.hpp"
 
 #include <algorithm>
@@ -83,11 +84,15 @@ bool set_slices(const std::string& method, SsaoOptions& options) {
     return true;
 }
 
+constexpr std::string_view half_resolution = ", half resolution"; // behind what it is of
+
 bool set(const std::string& method, SsaoOptions& options) {
-    const auto quality = named<Quality>(
-        method, {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}});
+    options.half_resolution = method.ends_with(half_resolution);
+    const std::string of = method.substr(0, method.size() - (options.half_resolution ? half_resolution.size() : 0));
+    const auto quality =
+        named<Quality>(of, {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}});
     options.quality = quality.value_or(Quality::balanced);
-    return quality || set_slices(method, options);
+    return quality || set_slices(of, options);
 }
 
 bool set(const std::string& method, DofOptions& options) {
@@ -206,7 +211,10 @@ Choice cheapest(const std::string& operation, const StoredDepth& stored, double 
     static const std::vector<Measured> measured =
         measured_methods(fathom_performance_tables().at("errors.csv"), fathom_performance_tables().at("presets.csv"));
     require(max_error > 0, text("max_error = ", max_error, " must be greater than 0"));
-    const std::vector<Choice> list = choices(measured, operation, storage_of(stored));
+    std::vector<Choice> list = choices(measured, operation, storage_of(stored));
+    const PixelLattice half = pixel_lattice(stored, 2);
+    if (half.width == 0 || half.height == 0) // a tile of an odd row or column alone
+        std::erase_if(list, [](const Choice& choice) { return choice.method.ends_with(half_resolution); });
     require(!list.empty(), text("'", operation, "' has no methods to choose from; ssao, dof and normals have"));
     const std::optional<Choice> found = cheapest(list, max_error);
     if (found)
@@ -220,7 +228,7 @@ Choice cheapest(const std::string& operation, const StoredDepth& stored, double 
 SsaoOptions chosen(const StoredDepth& stored, SsaoOptions options) {
     require(options.quality == Quality::balanced && !options.slices && !options.steps && !options.patterns,
             "max_error chooses the quality, slices, steps and patterns itself: give them or it");
-    require(!options.half_resolution, "max_error goes by errors at full resolution: leave it or half_resolution out");
+    require(!options.half_resolution, "max_error chooses the resolution itself: give it or half_resolution");
     return with_choice("ssao", stored, std::move(options));
 }
 
