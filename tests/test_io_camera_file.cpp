@@ -1,6 +1,7 @@
 // The camera file: every key means what docs/camera.md says, and every mistake is named.
 #include "catch.hpp"
 #include "io_files.hpp"
+#include "real_inputs.hpp"
 
 #include <fathom/io.hpp>
 
@@ -244,11 +245,9 @@ TEST_CASE("camera file: the image's size is taken or checked", "[io]") {
 }
 
 TEST_CASE("camera file: those of the real inputs", "[io]") {
-    const fs::path data = FATHOM_SHARED_DATA;
-    if (!fs::exists(data)) {
-        WARN("no real inputs in " << data << "; skipped");
+    if (!real::there("habitat"))
         return;
-    }
+    const fs::path& data = real::data;
     int files = 0;
     for (const auto& entry : fs::recursive_directory_iterator(data))
         if (entry.path().extension() == ".json") {

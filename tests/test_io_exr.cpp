@@ -1,6 +1,7 @@
 // Depth out of OpenEXR files: which channel, which window, which of them are refused.
 #include "catch.hpp"
 #include "io_files.hpp"
+#include "real_inputs.hpp"
 
 #include <fathom/io.hpp>
 
@@ -302,11 +303,9 @@ TEST_CASE("exr: windows that no image has are refused before memory is asked for
 }
 
 TEST_CASE("exr: real files", "[io]") {
-    const fs::path data = FATHOM_SHARED_DATA;
-    if (!fs::exists(data)) {
-        WARN("no real inputs in " << data << "; skipped");
+    if (!real::there("habitat"))
         return;
-    }
+    const fs::path& data = real::data;
     const auto room = read_depth(data / "habitat/room.depth.exr");
     CHECK(room.channel == "Z");
     CHECK(room.values.size() == cv::Size(320, 240));

@@ -1,6 +1,7 @@
 // Depth out of PNG, TIFF, PFM and PGM: which types are depth, and that their values come back untouched.
 #include "catch.hpp"
 #include "io_files.hpp"
+#include "real_inputs.hpp"
 
 #include <fathom/io.hpp>
 
@@ -186,11 +187,9 @@ TEST_CASE("read: a PNG's remarks do not reach stderr", "[io]") {
 }
 
 TEST_CASE("read: the OpenGL buffers", "[io]") {
-    const fs::path data = fs::path(FATHOM_SHARED_DATA) / "opengl";
-    if (!fs::exists(data)) {
-        WARN("no real inputs in " << data << "; skipped");
+    if (!real::there("opengl"))
         return;
-    }
+    const fs::path data = real::data / "opengl";
     int files = 0;
     for (const auto& entry : fs::directory_iterator(data)) {
         const auto name = entry.path().filename().string();
