@@ -32,11 +32,8 @@ INLINE floatV facing_of(const pixelV* c, const occlusion_params* p) {
 __kernel void obscurance(__global const float* fronts, __global const float* slopes, __global const float* taps,
                          __global const float* turns, __global const uint* counts, __global const float* intensity,
                          __global float* sums, const split_params split, const occlusion_params p) {
-    const uint item = (uint)get_global_id(0), wide = TILE / V, tile_items = wide * 16 * split.rows;
-    const uint tile = item / tile_items, in_tile = item % tile_items;
-    const int column = (int)(tile * TILE + in_tile % wide * V);
-    const int pattern = (int)(in_tile / wide % 16);
-    const int row = (int)(in_tile / wide / 16);
+    const itemV item = item_of(&split);
+    const int pattern = item.pattern, column = item.column, row = item.row;
     if (column >= (int)split.columns)
         return;
 

@@ -140,12 +140,7 @@ __kernel void joint_upsample(__global const float* depth, __global const float* 
     const int y = (int)get_global_id(1) + (int)target_grid.reserved;
     if (x >= (int)target_grid.x_end || x + 2 * V <= (int)target_grid.x_begin)
         return;
-    const window w = {depth + grid.source_offset + (size_t)y * grid.source_stride,
-                      x,
-                      y,
-                      (int)grid.x_end,
-                      (int)grid.height,
-                      (int)grid.source_stride};
+    const window w = window_at(depth, &grid, x, y);
     const int inside = x >= 2 && x + 2 * V + 2 <= w.width && y >= 2 && y + 2 < w.height;
     const columnsV here = columns_at(&w, inside, 0, 0);
     const columnsV surface = {surface_only(here.even), surface_only(here.odd)};

@@ -14,7 +14,7 @@
 #define STEEP 0.5f    // slopes per step: four pixels mixed in a row, as wide filters make them, are 1 apart of 3
 
 INLINE intV mixed(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2, floatV tolerance,
-                   floatV widths) {
+                  floatV widths) {
     const floatV slope_before = before1 - before2, slope_after = after2 - after1;
     const floatV left = before1 + slope_before, right = after1 - slope_after, step = right - left;
     const floatV size = fabs(step), least = max(LEAST * size, tolerance);
@@ -47,12 +47,7 @@ __kernel void mixed_depth(__global const float* source, __global float* target, 
     if (x >= grid.x_end || y >= grid.height)
         return;
 
-    const window w = {.source = source + grid.source_offset + (size_t)y * grid.source_stride,
-                      .x = (int)x,
-                      .y = (int)y,
-                      .width = (int)grid.x_end,
-                      .height = (int)grid.height,
-                      .stride = (int)grid.source_stride};
+    const window w = window_at(source, &grid, (int)x, (int)y);
     const int inside = x >= 2 && x + V + 2 <= grid.x_end && y >= 2 && y + 2 < grid.height;
     const floatV found = inside ? mixed_at(&w, 1, &p) : mixed_at(&w, 0, &p);
     *(__global float_lanes*)(target + grid.target_offset + (size_t)y * grid.target_stride + x) = found;

@@ -99,12 +99,7 @@ __kernel void normals(__global const float* source, __global float* target, cons
     if (x >= grid.x_end || y >= grid.height)
         return;
 
-    const window w = {.source = source + grid.source_offset + (size_t)y * grid.source_stride,
-                      .x = (int)x,
-                      .y = (int)y,
-                      .width = (int)grid.x_end,
-                      .height = (int)grid.height,
-                      .stride = (int)grid.source_stride};
+    const window w = window_at(source, &grid, (int)x, (int)y);
     READ_AHEAD(w.source + x + 2 * (size_t)grid.source_stride);
     const floatV q = LOAD(float, w.source + x), size = fabs(q);
 #if PERSPECTIVE

@@ -158,6 +158,18 @@ INLINE placeV place_at(uint here, int column, int row, int reach, const split_pa
     return (placeV){here, column, row, inside_row && row >= reach && row + reach < (int)split->rows};
 }
 
+// The pixels of this work-item, of which a launch has one dimension: tiles of columns, so that what one's taps look at stays
+// in the cache; all patterns of a row before the next row.
+typedef struct {
+    int pattern, column, row;
+} itemV;
+
+INLINE itemV item_of(const split_params* split) {
+    const uint item = (uint)get_global_id(0), wide = TILE / V, tile_items = wide * 16 * split->rows;
+    const uint tile = item / tile_items, in_tile = item % tile_items;
+    return (itemV){(int)(in_tile / wide % 16), (int)(tile * TILE + in_tile % wide * V), (int)(in_tile / wide / 16)};
+}
+
 INLINE uint at_tap(const placeV* place, const split_params* split, __global const tap_params* tap) {
     const uint at = place->here + (uint)tap->offset;
     if (place->inside)
@@ -427,12 +439,8 @@ INLINE void add_open(const sideV* side, const sliceV* slice, const pixelV* c, co
 __kernel void ssao(__global const float* fronts, __global const float* backs, __global const float* slopes,
                    __global const float* taps, __global const float* turns, __global const uint* counts,
                    __global float* sums, const split_params split, const occlusion_params p) {
-    // Tiles of columns, so that what one's taps look at stays in the cache; all patterns of a row before the next row.
-    const uint item = (uint)get_global_id(0), wide = TILE / V, tile_items = wide * 16 * split.rows;
-    const uint tile = item / tile_items, in_tile = item % tile_items;
-    const int column = (int)(tile * TILE + in_tile % wide * V);
-    const int pattern = (int)(in_tile / wide % 16);
-    const int row = (int)(in_tile / wide / 16);
+    const itemV item = item_of(&split);
+    const int pattern = item.pattern, column = item.column, row = item.row;
     if (column >= (int)split.columns)
         return;
 

@@ -11,6 +11,15 @@ typedef struct {
     int x, y, width, height, stride;
 } window;
 
+INLINE window window_at(__global const float* source, const grid_params* grid, int x, int y) {
+    return (window){.source = source + grid->source_offset + (size_t)y * grid->source_stride,
+                    .x = x,
+                    .y = y,
+                    .width = (int)grid->x_end,
+                    .height = (int)grid->height,
+                    .stride = (int)grid->source_stride};
+}
+
 // Those dx to the right and dy down; NaN beyond the image's borders, unless the whole window lies `inside`.
 INLINE floatV neighbour(const window* w, int inside, int dx, int dy) {
     const int first = w->x + dx, row = w->y + dy;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "camera_over.hpp"
+
 #include <fathom/camera.hpp>
 
 #include <Eigen/Geometry>
@@ -22,11 +24,7 @@ struct Place {
 };
 
 inline Camera camera_of(const Projection& projection, int width = 64, int height = 32) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return camera_over(projection, width, height);
 }
 
 inline Place place_of(const Camera& camera, const Point& point) {

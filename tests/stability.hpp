@@ -2,6 +2,7 @@
 
 // Small images through the device, for tests of what happens at the edges.
 
+#include "camera_over.hpp"
 #include "judge.hpp"
 
 #include <fathom/fathom.hpp>
@@ -17,11 +18,7 @@ inline constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 inline constexpr Arithmetic arithmetics[] = {Arithmetic::fp64, Arithmetic::two_float};
 
 inline Camera camera_of(const Projection& projection, int width = 64, int height = 64) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return camera_over(projection, width, height);
 }
 
 /// Decodes stored values as one row of a camera that is as wide, at the camera's own top left.

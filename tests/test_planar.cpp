@@ -1,5 +1,6 @@
 // Planar depth and the bound of its error: for every encoding and storage, stored to the nearest value and decoded again.
 
+#include "camera_over.hpp"
 #include "catch.hpp"
 #include "judge.hpp"
 #include "operations/planar.hpp"
@@ -28,11 +29,7 @@ struct Subject {
 };
 
 Camera camera_of(const Projection& projection) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return camera_over(projection, width, height);
 }
 
 Camera with(Camera camera, Encoding encoding, double scale = 1) {

@@ -1,6 +1,7 @@
 // Each option of ssao against what it says: regions, bent normals, falloff, second layers, maps, borders, given normals,
 // arithmetic, seeds; and what is refused.
 
+#include "camera_over.hpp"
 #include "catch.hpp"
 #include "images.hpp"
 #include "judge.hpp"
@@ -70,11 +71,7 @@ struct Seen {
 };
 
 Camera camera_of(const Projection& projection, int across = width, int down = height) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = across;
-    camera.height = down;
-    return camera;
+    return camera_over(projection, across, down);
 }
 
 std::vector<std::pair<const char*, Camera>> cameras() {

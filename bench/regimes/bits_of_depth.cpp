@@ -14,8 +14,8 @@ constexpr const char* as_floats = "taken for floats";
 
 Regime bits_of_depth(const Device& device) {
     Regime regime{"bits-of-depth", "bits (32: float)"};
-    const Camera camera = camera_of(perspective(1.0, static_cast<double>(corner_width) / corner_height, {1, 100}),
-                                    corner_width, corner_height);
+    const Camera camera = camera_over(perspective(1.0, static_cast<double>(corner_width) / corner_height, {1, 100}),
+                                      corner_width, corner_height);
     const Corner corner(camera);
     const auto put = [&](const char* quantity, const char* curve, int bits, double error) {
         regime.panel(quantity).curve(curve).points.push_back({static_cast<double>(bits), error});

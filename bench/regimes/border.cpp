@@ -17,7 +17,7 @@ constexpr const char* across = "error of visibility, the wall runs out of the im
 // Depth of a wall over the columns before its foot, as its camera sees it.
 std::vector<float> visibility_of(const Device& device, int width, int height, int foot, Border border) {
     Camera camera =
-        camera_of(orthographic({-width / 2.0, width / 2.0, -height / 2.0, height / 2.0}, {0.5, 1e3}), width, height);
+        camera_over(orthographic({-width / 2.0, width / 2.0, -height / 2.0, height / 2.0}, {0.5, 1e3}), width, height);
     camera.encoding = Encoding::view_z;
     std::vector<float> depth(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     for (std::size_t i = 0; i < depth.size(); ++i)

@@ -15,8 +15,8 @@ constexpr const char* decoding = "error of the stored number's z, relative";
 constexpr const char* engines = "1/(Z d + W) in floats";
 
 Camera camera_with(const DepthSpan& span) {
-    return camera_of(perspective(1.0, static_cast<double>(corner_width) / corner_height, span), corner_width,
-                     corner_height);
+    return camera_over(perspective(1.0, static_cast<double>(corner_width) / corner_height, span), corner_width,
+                       corner_height);
 }
 
 // Stored values over the whole range and crowded at its far end.

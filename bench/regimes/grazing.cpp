@@ -20,8 +20,8 @@ constexpr const char* lost = "visibility lost by a plane, largest";
 constexpr const char* at_foot = "error of visibility at a wall's foot, rms";
 
 Camera parallel(double near, double far) {
-    return camera_of(orthographic({-extent / 2, extent / 2, -0.375 * extent, 0.375 * extent}, {near, far}), width,
-                     height);
+    return camera_over(orthographic({-extent / 2, extent / 2, -0.375 * extent, 0.375 * extent}, {near, far}), width,
+                       height);
 }
 
 double angle_degrees(const float* got, const Eigen::Vector3d& truth) {
@@ -82,7 +82,7 @@ void sweep_foot(const Device& device, Regime& regime, double grazing) {
 // A floor one below the eye. Rows below the horizon are met at their own angle of depression.
 void sweep_floor(const Device& device, Regime& regime) {
     for (const auto& [name, field] : {std::pair{"floor, 69 degrees high", 1.2}, {"floor, 7 degrees high", 0.12}}) {
-        const Camera camera = camera_of(perspective(field, 4.0 / 3, {0.5, 1e4}), width, height);
+        const Camera camera = camera_over(perspective(field, 4.0 / 3, {0.5, 1e4}), width, height);
         const scene::Rendered truth = scene::render({scene::Plane{{0, -1, 0}, {0, 1, 0}}}, camera);
         const auto found = floats_of(normals(stored_of(device, truth.stored, camera)));
         const NormalBound bound(camera);

@@ -2,20 +2,14 @@
 
 // Small images through the device.
 
+#include "camera_over.hpp"
+
 #include <fathom/fathom.hpp>
 
 #include <cstddef>
 #include <vector>
 
 namespace fathom::regimes {
-
-inline Camera camera_of(const Projection& projection, int width, int height) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = width;
-    camera.height = height;
-    return camera;
-}
 
 /// On a CPU device the values themselves: they have to stay.
 template <typename Value>

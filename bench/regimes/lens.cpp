@@ -35,7 +35,7 @@ struct Picture {
 
     /// The first channel of the blurred picture.
     std::vector<double> blurred(const Device& device, BlurQuality quality) const {
-        Camera camera = camera_of(perspective(1.0, static_cast<double>(width) / height, {0.01, 100}), width, height);
+        Camera camera = camera_over(perspective(1.0, static_cast<double>(width) / height, {0.01, 100}), width, height);
         camera.encoding = Encoding::view_z;
         const Image image = Image::from_host(device, Element::f32, colour.data(), {width, height, 3});
         DofOptions options;
@@ -177,8 +177,8 @@ Regime highlights(const Device& device) {
 
 Regime focus_distance(const Device& device) {
     Regime regime{"focus", "focus / focal length - 1"};
-    Camera camera = camera_of(perspective(1.0, static_cast<double>(corner_width) / corner_height, {0.1, 100}),
-                              corner_width, corner_height);
+    Camera camera = camera_over(perspective(1.0, static_cast<double>(corner_width) / corner_height, {0.1, 100}),
+                                corner_width, corner_height);
     const Corner corner(camera);
     camera.width = 1920; // of the picture that circles are meant for
     camera.height = 1440;

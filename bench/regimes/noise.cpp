@@ -19,8 +19,8 @@ constexpr const char* plain = "as it is";
 constexpr const char* told = "tolerance told";
 
 Camera sensor() {
-    Camera camera = camera_of(perspective(1.0, static_cast<double>(corner_width) / corner_height, {0.1, 100}),
-                              corner_width, corner_height);
+    Camera camera = camera_over(perspective(1.0, static_cast<double>(corner_width) / corner_height, {0.1, 100}),
+                                corner_width, corner_height);
     camera.encoding = Encoding::view_z;
     camera.scale = 0.001;
     return camera;

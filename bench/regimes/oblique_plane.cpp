@@ -27,7 +27,7 @@ constexpr Kind kinds[] = {{"D16", {16}}, {"D24", {24}}, {"D32F", {32}}, {"D32F r
 Corner behind(double angle, double distance, DepthOrder order) {
     const Projection wide = perspective(1.0, static_cast<double>(corner_width) / corner_height, {0.1, 100, order});
     const Eigen::Vector4d plane(std::cos(angle), 0, -std::sin(angle), -distance);
-    return Corner(camera_of(with_oblique_near_plane(wide, plane), corner_width, corner_height), edge, from);
+    return Corner(camera_over(with_oblique_near_plane(wide, plane), corner_width, corner_height), edge, from);
 }
 
 } // namespace

@@ -16,7 +16,7 @@ constexpr const char* off = "largest error of z, relative to the nearest vertex"
 
 // An edge from the nearest to the farthest depth over so many pixels, cut into equal parts on the screen.
 Point along_edge(const Device& device, double ratio, int parts) {
-    Camera camera = camera_of(perspective(1.0, 16.0, {near, far}), width, height);
+    Camera camera = camera_over(perspective(1.0, 16.0, {near, far}), width, height);
     camera.encoding = Encoding::pseudo_linear;
     camera.near = near;
     camera.far = far;

@@ -23,7 +23,7 @@ std::vector<float> view_depth_of(double radius) {
 
 double off_by(const Device& device, const std::vector<float>& depth, const SsaoOptions& options) {
     Camera camera =
-        camera_of(orthographic({-width / 2.0, width / 2.0, -height / 2.0, height / 2.0}, {0.5, 1e4}), width, height);
+        camera_over(orthographic({-width / 2.0, width / 2.0, -height / 2.0, height / 2.0}, {0.5, 1e4}), width, height);
     camera.encoding = Encoding::view_z;
     const auto visibility = floats_of(ssao(stored_of(device, depth, camera), options).visibility);
     double sum = 0;

@@ -91,7 +91,7 @@ std::vector<float> far_faces(const scene::Rendered& image, const Camera& camera,
 
 Regime thin_occluders(const Device& device) {
     Regime regime{"thickness", "assumed thickness / true thickness"};
-    const Camera camera = camera_of(perspective(0.4, static_cast<double>(width) / height, {0.5, 500}), width, height);
+    const Camera camera = camera_over(perspective(0.4, static_cast<double>(width) / height, {0.5, 500}), width, height);
     for (const int pixels : {2, 6}) {
         const scene::Scene scene = bars_of(pixels);
         const scene::Rendered image = scene::render(scene, camera);

@@ -86,14 +86,6 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
         dof.largest_px, "no circle is larger, on either side of the focus (default: 512)");
 }
 
-void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const StoredDepth& stored,
-                     const Job& job) {
-    const int width = stored.image.width(), height = stored.image.height();
-    if (image.cols != width || image.rows != height)
-        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
-                                image.cols, image.rows, job.input.native(), width, height));
-}
-
 cv::Mat picture_of(const std::filesystem::path& file, const Options& options, const StoredDepth& stored,
                    const Job& job) {
     cv::Mat colour;

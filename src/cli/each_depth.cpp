@@ -148,6 +148,14 @@ int each_depth(const DepthOptions& options, const Product& product,
                       [&](const StoredDepth& stored, const Job&) { return std::vector{operation(stored)}; });
 }
 
+void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const StoredDepth& stored,
+                     const Job& job) {
+    const int width = stored.image.width(), height = stored.image.height();
+    if (image.cols != width || image.rows != height)
+        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
+                                image.cols, image.rows, job.input.native(), width, height));
+}
+
 cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions) {
     if (ending_of(file) == ".png")
         for (int y = 0; y < directions.rows; ++y)

@@ -29,6 +29,10 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
 int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation);
 
+/// Throws: Error where an image from another file is not of the depth's size.
+void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const StoredDepth& stored,
+                     const Job& job);
+
 /// Unit vectors as a file of this name holds them: in a .png ½n + ½ would make grey of (0, 0, 0), which is none, so it
 /// becomes NaN, which is black there.
 cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions);

@@ -103,14 +103,6 @@ void use_default_radius(Options& options) {
     options.ssao.radius = *distance;
 }
 
-void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const StoredDepth& stored,
-                     const Job& job) {
-    const int width = stored.image.width(), height = stored.image.height();
-    if (image.cols != width || image.rows != height)
-        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
-                                image.cols, image.rows, job.input.native(), width, height));
-}
-
 void check_region(const std::optional<Region>& region, const StoredDepth& stored) {
     const int width = stored.image.width(), height = stored.image.height();
     if (region && (region->x > width - region->width || region->y > height - region->height))
