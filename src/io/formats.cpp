@@ -8,7 +8,8 @@ namespace fathom::io {
 
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer) {
     if (!layer.empty())
-        refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave it out (--color-layer of the program)");
+        refuse(file,
+               "is no OpenEXR file and has no layer \"" + layer + "\"; leave it out (--color-layer of the program)");
     const Bytes bytes = read_file(file);
     for (const auto read : {read_png, read_tiff, read_netpbm})
         if (auto image = read(file, bytes))
