@@ -112,11 +112,15 @@ std::vector<Figures> presets(const Device& device, const std::vector<Method>& me
     Slow slow;
     for (const View& view : views) {
         Case on = case_of(device, view);
+        const auto wanted = [&](const Method& m) { return m.matches(effort.only) && !slow.contain(m); };
+        const auto occlusion = [&](const Method& m) { return m.operation == "ssao" && wanted(m); };
         on.radius_px = on.width() / 20.0;
         on.largest_px = on.width() / 30.0;
-        append(rows,
-               timed(
-                   on, methods, [&](const Method& m) { return m.matches(effort.only) && !slow.contain(m); }, effort));
+        append(rows, timed(on, methods, wanted, effort));
+        if (&view == &views.front()) {
+            on.radius_px = 2 * on.width() / 5.0;
+            append(rows, timed(on, methods, occlusion, effort));
+        }
         slow.learn(rows, effort.clock);
     }
     return rows;

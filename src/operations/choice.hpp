@@ -20,7 +20,7 @@ struct Measured {
 };
 
 /// The library's methods of ssao, dof and normals in tables of fathom_bench (columns: bench/figures.hpp): the errors of one
-/// and the times of the other. What has no time, and what no option stands for, is left out. Pure.
+/// and the times of the other, the first of each method. What has no time, and what no option stands for, is left out. Pure.
 /// Throws: std::invalid_argument for tables without such columns.
 std::vector<Measured> measured_methods(std::string_view errors_csv, std::string_view times_csv);
 
