@@ -105,7 +105,7 @@ void add_streams(std::vector<Method>& list) {
                         }});
         for (const auto& [name, method] : {std::pair{"neighbours", NormalMethod::neighbours},
                                            std::pair{"least squares", NormalMethod::least_squares}}) {
-            list.push_back({"normals", name, Kind::library, storage, "spread", [storage, method](Case& on) {
+            list.push_back({"normals", name, Kind::library, storage, "spread", [storage, method = method](Case& on) {
                                 normals(on.stored(storage), on.floats(3), {.method = method});
                                 return on.floats(3);
                             }});
@@ -189,7 +189,7 @@ void add_ssao(std::vector<Method>& list) {
     for (const auto& [name, falloff, strength] :
          {std::tuple{"obscurance, HBAO+", Falloff::hbao_plus, hbao_plus_strength},
           {"obscurance, scalable", Falloff::scalable, scalable_strength}})
-        list.push_back(rival(name, [falloff, strength](Case& on) {
+        list.push_back(rival(name, [falloff = falloff, strength = strength](Case& on) {
             return std::make_shared<Obscurance>(on.stored(Storage::float32), on.radius(), 1, 6, falloff, strength);
         }));
 }
