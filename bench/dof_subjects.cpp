@@ -181,6 +181,17 @@ public:
         return {.circle = {k, k * focus}, .quality = quality};
     }
 
+    /// The back wall all over, in the picture's colours.
+    const Plate& plate() {
+        if (!plate_) {
+            const StoredDepth& of = depth();
+            std::vector<float> stored = pixels(of.image);
+            std::ranges::fill(stored, *std::ranges::max_element(stored));
+            plate_ = {colour(), {uploaded(device_, {blur_width, blur_height}, stored), of.camera}};
+        }
+        return *plate_;
+    }
+
     /// For the gather, which is not charged for them.
     const Image& circles(double largest) {
         if (!circles_)
@@ -224,6 +235,7 @@ private:
     std::optional<StoredDepth> depth_;
     double nearest_ = 0, farthest_ = 0;
     Image colour_, result_, circles_;
+    std::optional<Plate> plate_;
     std::array<Image, 2> moved_;
 };
 
@@ -261,15 +273,31 @@ void add_blur(std::vector<Subject>& list, const Device& device, Baselines& plain
             },
             1);
     }
-    const auto blur = [&](std::string name, double largest, BlurQuality quality, int every = 4) {
+    const auto blur = [&](std::string name, double largest, BlurQuality quality, int every = 4,
+                          Aperture aperture = {}) {
         add(
             std::move(name),
-            [=] { dof(room->depth(), room->colour(), room->result(), room->options(largest, quality)); }, every);
+            [=] {
+                DofOptions options = room->options(largest, quality);
+                options.aperture = aperture;
+                dof(room->depth(), room->colour(), room->result(), options);
+            },
+            every);
     };
     constexpr double usual = 64;
     blur("dof default, 64 px", usual, BlurQuality::standard);
     blur("dof fast, 64 px", usual, BlurQuality::fast);
     blur("dof accurate, 64 px", usual, BlurQuality::accurate, 16);
+    blur("dof default, 64 px, six blades", usual, BlurQuality::standard, 4, {.blades = 6});
+    blur("dof default, 64 px, 2 : 1", usual, BlurQuality::standard, 4, {.ratio = 2});
+    add(
+        "dof default, 64 px, with a plate",
+        [=] {
+            DofOptions options = room->options(usual, BlurQuality::standard);
+            options.plate = room->plate();
+            dof(room->depth(), room->colour(), room->result(), options);
+        },
+        4);
     blur("dof default, 16 px", 16, BlurQuality::standard);
     blur("dof default, 256 px", 256, BlurQuality::standard);
     blur("dof default, all in focus", 1, BlurQuality::standard);

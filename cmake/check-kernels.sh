@@ -44,6 +44,8 @@ for lanes in 1 4 8 16; do
     done
     for channels in 3 4; do
         check dof_farthest.cl -DV=$lanes -DCHANNELS=$channels
+        check dof_clear.cl -DV=$lanes -DCHANNELS=$channels -DPLANES=$((2 * channels + 4)) -DWIDE=1
+        check dof_clear.cl -DV=$lanes -DCHANNELS=$channels -DPLANES=$((2 * channels + 7)) -DWIDE=0
         for behind in 0 1; do
             check dof_behind.cl -DV=$lanes -DCHANNELS=$channels -DPLATE=$behind
             check dof_tiles.cl -DV=$lanes -DCHANNELS=$channels -DBEHIND=$behind
@@ -81,7 +83,7 @@ for lanes in 1 4 8 16; do
 done
 for file in *.cl; do
     case $file in
-    denoise.cl | dof.cl | dof_behind.cl | dof_farthest.cl | dof_gather.cl | dof_masks.cl | dof_parts.cl | dof_planes.cl | dof_strips.cl | dof_tiles.cl | joint_upsample.cl | linearize.cl | mixed_depth.cl | near_layer.cl | near_share.cl | near_tiles.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
+    denoise.cl | dof.cl | dof_behind.cl | dof_clear.cl | dof_farthest.cl | dof_gather.cl | dof_masks.cl | dof_parts.cl | dof_planes.cl | dof_strips.cl | dof_tiles.cl | joint_upsample.cl | linearize.cl | mixed_depth.cl | near_layer.cl | near_share.cl | near_tiles.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
     *)
         echo "check-kernels.sh does not know the choices of $file" >&2
         exit 1

@@ -6,8 +6,9 @@
 // product telescopes. An alpha of the own sum alone, as painters have it, counts complementary coverage twice.
 // What a blurred foreground hides of something sharper is nowhere in the image. There the colour behind is the mean of what
 // lies behind within the foreground's own circle (FILL), used by dof.cl for what is left of T.
-// Nothing is summed where T is 0, nor rows of tiles without what lies in the slice or behind it, and no colours where nothing
-// lies in the slice: all of that would add zeros, so the bits are the same.
+// Nothing is summed where T is 0 or no aperture around has any of the slice's own, nor rows of tiles without what lies in the
+// slice or behind it, and no colours where nothing lies in the slice: all of that would add zeros, so the bits are the same.
+// Where pixels are read directly an item goes through several slices, so that what they have laid stays near.
 
 #include "tiles.h"
 
@@ -19,6 +20,13 @@
 #error "BEHIND is not defined: 1 where pixels have a second surface, 0 otherwise"
 #endif
 #define PLANES (2 + CHANNELS + FILL * (2 + CHANNELS) + BRIGHT * CHANNELS)
+
+#if DIRECT
+#define WORDS 3 // of an entry of the list: SlicePass of dof_slices.hpp
+#define MOST_DIRECT 2 // pixels around one; most_direct of dof_slices.cpp
+#else
+#define WORDS 1
+#endif
 
 // Rows of pixels at once, which read nearly the same strips.
 #define ROWS 2
@@ -118,87 +126,167 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
 #endif
 }
 
-__kernel void dof_gather(__global const float* planes, __global const uint* tiles, __global const float* source,
-                         __global const uint* list,
-                         __global const uint* starts, __global const float* spans, __global float* state,
-                         const blur_params p, const slice_params s) {
-    // Neighbours share a group, and what they read its memory.
-    const uint item = get_global_id(0), x = item % (TILE_COLUMNS / V) * V;
-    const uint index = item / (TILE_COLUMNS / V) / (TILE_ROWS / ROWS);
-    if (index >= s.tiles)
-        return;
-    const uint entry = list[s.list + index], across = entry & 0xffffu, down = entry >> 16 & 0x3fffu;
-    const int y = (int)(down * TILE_ROWS + item / (TILE_COLUMNS / V) % (TILE_ROWS / ROWS) * ROWS);
-    const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
-    const size_t at = in_planes(&p, across, x, y);
+// A slice, and what is known of it in a tile.
+typedef struct {
+    __global const float* planes;
+    const blur_params* p;
+    float slice;
+    bool follows, has_near;
+} slice_at;
 
-    const int begin = max(y / pitch - s.reach, 0), end = min((y + ROWS - 1) / pitch + s.reach + 1, rows);
-    const int per_tile = TILE_ROWS / pitch, last_tile = (end - 1) / per_tile;
-    __global float* here = state + at;
-    intV open = 0;
-    for (int i = 0; i < ROWS; ++i)
-        open |= LOAD(float, here + i * p.stride) > 0.0f;
-    if (!any_of(open))
-        return;
-    uint most = 0;
-    for (int tile = begin / per_tile; tile <= last_tile && most < 2; ++tile)
-        most = max(most, found_around(tiles, &p, across, (uint)tile, s.pad, (uint)s.slice));
-    if (most < 2) { // nothing to see here, but the next slice asks for T before this one
-        __global float* before = here + (2 * CHANNELS + 2) * p.plane;
-        for (int i = 0; i < ROWS; ++i)
-            *(__global float_lanes*)(before + i * p.stride) = LOAD(float, here + i * p.stride);
-        return;
-    }
+INLINE void lay(const slice_at* s, __global float* state, size_t at, const floatV* sum) {
+    const float middle = (float)s->p->middle;
+    const floatV own = LOAD(float, s->planes + at), alike = 2.0f * middle - own;
+    intV unknown = own < middle; // what lies behind it
+#if BEHIND
+    unknown &= LOAD(float, s->planes + (1 + CHANNELS) * s->p->plane + at) < 0.0f;
+#endif
+    const floatV wide = select((floatV)0.0f, min(max(s->slice - alike + 1.0f, 0.0f), 1.0f), unknown);
+    composite(state + at, s->p->plane, s->follows, sum, s->has_near && s->slice > middle ? &wide : 0);
+}
 
-    floatV sum[ROWS][PLANES];
+// What all sums of an item need.
+typedef struct {
+    __global const float* source; // of the item's first column: pixels in row 0, or strips
+    __global const uint* tiles;
+    __global const uint* starts;
+    __global const span_params* spans;
+    uint across; // the column of tiles
+} gather_from;
+
+// Sums over the aperture around each row.
+INLINE void sum_rows(const gather_from* from, const blur_params* p, const slice_params* s, int y,
+                     floatV sum[ROWS][PLANES]) {
     for (int i = 0; i < ROWS; ++i)
         for (int k = 0; k < PLANES; ++k)
             sum[i][k] = 0.0f;
-#if !DIRECT
-    const int first = (int)(s.first * TILE_ROWS) / pitch;
-    __global const float* block = source + (size_t)across * s.strip_column + s.pad + x;
-#endif
+    const int pitch = (int)s->pitch, rows = (int)p->rows / pitch, height = 2 * s->reach + 1;
+    const int begin = max(y / pitch - s->reach, 0), end = min((y + ROWS - 1) / pitch + s->reach + 1, rows);
+    const int per_tile = TILE_ROWS / pitch, last_tile = (end - 1) / per_tile;
     for (int tile = begin / per_tile; tile <= last_tile; ++tile) {
-        const uint found = found_around(tiles, &p, across, (uint)tile, s.pad, (uint)s.slice);
+        const uint found = found_around(from->tiles, p, from->across, (uint)tile, s->pad, (uint)s->slice);
         if (found == 0)
             continue;
         const int last_row = min((tile + 1) * per_tile, end);
         for (int row = max(tile * per_tile, begin); row < last_row; ++row) {
 #if DIRECT
-            __global const float* from = source + at + (long)(row - y) * (long)p.stride;
+            __global const float* here = from->source + (size_t)row * p->stride;
 #else
-            __global const float* from = block + (size_t)(row - first) * s.strip_row;
+            const int kept = row - (int)(s->first * TILE_ROWS) / pitch;
+            __global const float* here = from->source + (size_t)kept * s->strip_row;
 #endif
 #pragma unroll
             for (int i = 0; i < ROWS; ++i) {
-                const int which = row - (y + i) / pitch + s.reach;
+                const int which = row - (y + i) / pitch + s->reach;
                 if (which < 0 || which >= height)
                     continue;
-                const uint entry_of_row = s.starts + (uint)((y + i) % pitch * height + which);
-                const uint last = starts[entry_of_row + 1];
-                for (uint j = starts[entry_of_row]; j < last; ++j) {
-                    const span_params span = ((__global const span_params*)spans)[j];
+                const uint entry = s->starts + (uint)((y + i) % pitch * height + which), last = from->starts[entry + 1];
+                for (uint j = from->starts[entry]; j < last; ++j) {
+                    const span_params span = from->spans[j];
 #if DIRECT
-                    add_span(from, &span, &p, s.slice, sum[i]);
+                    add_span(here, &span, p, s->slice, sum[i]);
 #else
                     if (FILL | (found == 2))
-                        add_span(from, &span, s.strip_plane, sum[i]);
+                        add_span(here, &span, s->strip_plane, sum[i]);
                     else
-                        add_behind(from, &span, s.strip_plane, sum[i]);
+                        add_behind(here, &span, s->strip_plane, sum[i]);
 #endif
                 }
             }
         }
     }
-    const bool has_near = entry >> 30 & 1u;
-    for (int i = 0; i < ROWS; ++i) {
-        const size_t row = at + (size_t)i * p.stride;
-        const floatV own = LOAD(float, planes + row), alike = 2.0f * (float)p.middle - own;
-        intV unknown = own < (float)p.middle; // what lies behind it
-#if BEHIND
-        unknown &= LOAD(float, planes + (1 + CHANNELS) * p.plane + row) < 0.0f;
-#endif
-        const floatV wide = select((floatV)0.0f, min(max(s.slice - alike + 1.0f, 0.0f), 1.0f), unknown);
-        composite(state + row, p.plane, entry >> 31, sum[i], has_near && s.slice > (float)p.middle ? &wide : 0);
+}
+
+#if !DIRECT
+// Does the slice have pixels of its own within reach of an item's?
+INLINE bool any_around(const gather_from* from, const blur_params* p, const slice_params* s, int y) {
+    const int pitch = (int)s->pitch, rows = (int)p->rows / pitch, per_tile = TILE_ROWS / pitch;
+    const int begin = max(y / pitch - s->reach, 0), end = min((y + ROWS - 1) / pitch + s->reach + 1, rows);
+    for (int tile = begin / per_tile; tile <= (end - 1) / per_tile; ++tile) {
+        if (found_around(from->tiles, p, from->across, (uint)tile, s->pad, (uint)s->slice) < 2)
+            continue;
+        const int last_row = min((tile + 1) * per_tile, end);
+        for (int row = max(tile * per_tile, begin); row < last_row; ++row) {
+            const int kept = row - (int)(s->first * TILE_ROWS) / pitch;
+            __global const float* own = from->source + (size_t)kept * s->strip_row;
+            if (own[V + s->columns] > own[-s->columns])
+                return true;
+        }
     }
+    return false;
+}
+#endif
+
+// The next slice asks for T before this one.
+INLINE void keep_open(__global float* here, const blur_params* p) {
+    __global float* before = here + (2 * CHANNELS + 2) * p->plane;
+    for (int i = 0; i < ROWS; ++i)
+        *(__global float_lanes*)(before + i * p->stride) = LOAD(float, here + i * p->stride);
+}
+
+// Lays a slice over the rows from y on; false where nothing is left to see.
+INLINE bool lay_rows(const gather_from* from, __global const float* planes, __global float* state, const blur_params* p,
+                     const slice_params* s, size_t at, int y, bool follows, bool has_near) {
+    __global float* here = state + at;
+    intV open = 0;
+    for (int i = 0; i < ROWS; ++i)
+        open |= LOAD(float, here + i * p->stride) > 0.0f;
+    if (!any_of(open))
+        return false;
+#if !DIRECT
+    if (!any_around(from, p, s, y)) {
+        keep_open(here, p);
+        return true;
+    }
+#endif
+    const slice_at slice = {planes, p, s->slice, follows, has_near};
+    floatV sum[ROWS][PLANES];
+    sum_rows(from, p, s, y, sum);
+    for (int i = 0; i < ROWS; ++i)
+        lay(&slice, state, at + (size_t)i * p->stride, sum[i]);
+    return true;
+}
+
+__kernel void dof_gather(__global const float* planes, __global const uint* tiles, __global const float* source,
+                         __global const uint* list, __global const uint* starts, __global const float* spans,
+                         __global float* state, const blur_params p, const slice_params s) {
+    // Neighbours share a group, and what they read its memory.
+    const uint item = get_global_id(0), x = item % (TILE_COLUMNS / V) * V;
+    const uint index = item / (TILE_COLUMNS / V) / (TILE_ROWS / ROWS);
+    if (index >= s.tiles)
+        return;
+    const uint entry = list[s.list + index * WORDS], across = ENTRY_ACROSS(entry), down = ENTRY_DOWN(entry);
+    const int y = (int)(down * TILE_ROWS + item / (TILE_COLUMNS / V) % (TILE_ROWS / ROWS) * ROWS);
+    const size_t at = in_planes(&p, across, x, y);
+    const bool has_near = entry & ENTRY_NEAR;
+#if DIRECT
+    const size_t column = in_planes(&p, across, x, 0);
+    const gather_from from = {source + column, tiles, starts, (__global const span_params*)spans, across};
+    const uint reach = list[s.list + index * WORDS + 1], follow = list[s.list + index * WORDS + 2];
+    const slice_range around =
+        slices_within(planes + column, &p, y - MOST_DIRECT, y + ROWS + MOST_DIRECT, MOST_DIRECT, 1 + BEHIND);
+    bool skipped = false; // the slice before had nothing here: it left T as it was
+    for (uint i = 0; i < 32 && reach >> i; ++i) {
+        slice_params one = s;
+        one.slice += (float)i;
+        skipped |= !(follow >> i & 1u);
+        if (!(reach >> i & 1u))
+            continue;
+        if (one.slice <= around.least - 1.0f || one.slice >= around.greatest + 1.0f) {
+            skipped = true;
+            continue;
+        }
+        one.starts = starts[s.starts + 2 * i];
+        one.reach = (int)starts[s.starts + 2 * i + 1];
+        if (!lay_rows(&from, planes, state, &p, &one, at, y, !skipped, has_near))
+            return;
+        skipped = false;
+    }
+    if (skipped)
+        keep_open(state + at, &p);
+#else
+    const size_t first = (size_t)(across - s.first_column) * s.strip_column + s.pad + x;
+    const gather_from from = {source + first, tiles, starts, (__global const span_params*)spans, across};
+    lay_rows(&from, planes, state, &p, &s, at, y, entry & ENTRY_FOLLOWS, has_near);
+#endif
 }

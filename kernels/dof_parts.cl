@@ -150,7 +150,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     const uint index = item / (TILE_COLUMNS / V) / TILE_ROWS;
     if (index >= s.tiles)
         return;
-    const uint entry = list[s.list + index], across = entry & 0xffffu, down = entry >> 16 & 0x3fffu;
+    const uint entry = list[s.list + index], across = ENTRY_ACROSS(entry), down = ENTRY_DOWN(entry);
     const int y = (int)(down * TILE_ROWS + item / (TILE_COLUMNS / V) % TILE_ROWS);
     const size_t at = in_planes(&p, across, x, y);
     __global float* here = state + at;
@@ -158,7 +158,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     __global float* moment = before + p.plane;
     __global float* moment_before = moment + 2 * p.plane;
 
-    const bool follows = entry >> 31;
+    const bool follows = entry & ENTRY_FOLLOWS;
     const floatV through = LOAD(float, here), u = LOAD(float, moment), v = LOAD(float, moment + p.plane);
     if (!any_of(through > 0.0f))
         return;
@@ -168,6 +168,25 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     *(__global float_lanes*)before = through;
     *(__global float_lanes*)moment_before = u;
     *(__global float_lanes*)(moment_before + p.plane) = v;
+
+#if DIRECT
+    const slice_range around =
+        slices_within(source + at - (size_t)y * p.stride, &p, y - s.reach, y + s.reach + 1, s.columns, 2);
+    if (s.slice <= around.least - 1.0f || s.slice >= around.greatest + 1.0f)
+        return;
+#else
+    const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
+    const int begin = max(y / pitch - s.reach, 0), end = min(y / pitch + s.reach + 1, rows);
+    const int first = (int)(s.first * TILE_ROWS) / pitch;
+    __global const float* block = source + (size_t)(across - s.first_column) * s.strip_column + s.pad + x;
+    bool own = false;
+    for (int row = begin; row < end && !own; ++row) {
+        __global const float* sum = block + (size_t)(row - first) * s.strip_row;
+        own = sum[V + s.columns] > sum[-s.columns];
+    }
+    if (!own)
+        return;
+#endif
 
     floatV even[SUMS], cut[SUMS];
     for (int k = 0; k < SUMS; ++k)
@@ -180,10 +199,6 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     add_pixels(source + at, (int)x, y, (__global const tap_share_params*)tables, &p, s.slice, &part, &open, any, even,
                cut);
 #else
-    const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
-    const int begin = max(y / pitch - s.reach, 0), end = min(y / pitch + s.reach + 1, rows);
-    const int first = (int)(s.first * TILE_ROWS) / pitch;
-    __global const float* block = source + (size_t)across * s.strip_column + s.pad + x;
     for (int row = begin; row < end; ++row) {
         const uint entry_of_row = s.starts + (uint)(y % pitch * height + row - y / pitch + s.reach);
         const uint last = starts[entry_of_row + 1];

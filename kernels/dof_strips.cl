@@ -70,11 +70,11 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
     const uint index = get_global_id(0), row = get_global_id(1);
     if (index >= s.tiles)
         return;
-    const uint across = list[s.list + index] & 0xffffu, down = list[s.list + index] >> 16;
+    const uint across = ENTRY_ACROSS(list[s.list + index]), down = ENTRY_DOWN(list[s.list + index]);
     const int first = (int)(across * TILE_COLUMNS) - (int)s.pad;
     const int end = (int)(across * TILE_COLUMNS + TILE_COLUMNS + s.pad);
     const uint kept = (down - s.first) * (TILE_ROWS / s.pitch) + row;
-    __global float* target = strips + (size_t)across * s.strip_column + (size_t)kept * s.strip_row;
+    __global float* target = strips + (size_t)(across - s.first_column) * s.strip_column + (size_t)kept * s.strip_row;
     __global const float* source = planes + in_planes(&p, 0, 0, down * TILE_ROWS + row * s.pitch);
 
 #if MOMENT

@@ -173,19 +173,20 @@ typedef struct {
     float knee;        // colours beyond this are summed apart
 } blur_params;
 
-// One slice of circle of confusion, and the tiles that it is worked out for at once.
+// One slice of circle of confusion, and the tiles that it is worked out for at once; of several the first.
 typedef struct {
     float slice;
     u32 tiles, list;  // how many there are, and where the list of them begins
     u32 starts;       // where the table of spans by row begins
     u32 first;        // row of tiles of the first strips
+    u32 first_column; // and column of tiles
     u32 pitch;        // rows of pixels summed into a row of a strip: 1, 2, 4, 8 or 16
     u32 pad;          // columns of a strip on either side of its tile
     u32 strip_plane;  // elements from plane to plane of a strip's row
     u32 strip_row;    // elements from row to row
     u32 strip_column; // elements from a column of tiles to the next
     int reach;        // rows of strips above and below that the aperture covers
-    u32 reserved;
+    int columns;      // and columns on either side
 } slice_params;
 
 // Pixels from `low` to before `high` of a row, and what each counts.

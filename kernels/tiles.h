@@ -7,7 +7,7 @@
 #include "params.h"
 
 #define TILE_COLUMNS 64
-#define TILE_ROWS 16
+#define TILE_ROWS 8
 #define TILE_WORDS 5 // of bits
 #define MARGIN 16
 #define NOWHERE -1e6f // the slice of what takes part in nothing
@@ -39,6 +39,41 @@ INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint 
         }
     }
     return some != 0;
+}
+
+// An entry of a list of tiles.
+#define ENTRY_ACROSS(entry) ((entry)&0xffffu)
+#define ENTRY_DOWN(entry) ((entry) >> 16 & 0x3fffu)
+#define ENTRY_NEAR 0x40000000u    // some pixels lie before the focus
+#define ENTRY_FOLLOWS 0x80000000u // the slice just before was here too
+
+// Slices that the pixels lie in of rows [begin, end), so many columns aside of V of them.
+typedef struct {
+    float least, greatest;
+} slice_range;
+
+INLINE slice_range slices_within(__global const float* column, const blur_params* p, int begin, int end, int aside,
+                                 uint surfaces) {
+    floatV least = INFINITY, greatest = -INFINITY;
+    for (int row = max(begin, 0); row < min(end, (int)p->rows); ++row) {
+        for (uint surface = 0; surface < surfaces; ++surface) {
+            __global const float* from = column + surface * (1 + CHANNELS) * p->plane + (size_t)row * p->stride;
+            for (int x = -aside;; x = min(x + V, aside)) {
+                const floatV s = LOAD(float, from + x);
+                least = min(least, select((floatV)INFINITY, s, s >= 0.0f));
+                greatest = max(greatest, s);
+                if (x == aside)
+                    break;
+            }
+        }
+    }
+    const float_lanes lows = least, highs = greatest;
+    slice_range range = {INFINITY, -INFINITY};
+    for (int i = 0; i < V; ++i) {
+        range.least = min(range.least, ((const float*)&lows)[i]);
+        range.greatest = max(range.greatest, ((const float*)&highs)[i]);
+    }
+    return range;
 }
 
 #endif

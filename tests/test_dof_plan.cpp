@@ -93,15 +93,36 @@ TEST_CASE("dof plan: spans add up to the aperture, which is upside down before t
     std::printf("dof, apertures as spans: area off by at most %.4f\n", worst);
 }
 
+// A tile of a pass's list: its place, which of the pass's slices reach it, and which of these follow one that does, a bit each.
+struct Entry {
+    int x, y;
+    params::u32 reach, follow;
+};
+
+std::vector<Entry> entries(const SlicePlan& plan, const SlicePass& pass) {
+    std::vector<Entry> found;
+    const std::size_t words = pass.direct ? 3 : 1;
+    for (std::size_t i = 0; i < pass.gather.tiles; ++i) {
+        const params::u32* entry = &plan.lists[pass.gather.list + words * i];
+        const auto x = static_cast<int>(entry[0] & 0xffff), y = static_cast<int>(entry[0] >> 16 & 0x3fff);
+        found.push_back(pass.direct ? Entry{x, y, entry[1], entry[2]} : Entry{x, y, 1, entry[0] >> 31});
+    }
+    return found;
+}
+
+void put(std::vector<TileBits>& tiles, std::size_t tile, int slice) {
+    tiles[tile][static_cast<std::size_t>(slice / 32)] |= 1u << (slice % 32);
+}
+
 TEST_CASE("dof plan: every tile that a slice reaches is worked on, and no other") {
-    constexpr int across = 7, down = 9;
+    constexpr int across = 7, down = 21;
     const SliceScale scale = slice_scale(8, 512);
     for (const auto& [slice, columns, rows] : {std::tuple{scale.middle, 0, 0},
                                                {scale.middle + 8, 1, 1},
-                                               {scale.middle - 8 * 5, 1, 1},
-                                               {scale.middle + 8 * 7, 1, 4}}) { // 64 pixels up and down
+                                               {scale.middle - 8 * 5, 1, 2},    // 16 pixels up and down
+                                               {scale.middle + 8 * 7, 1, 8}}) { // 64
         std::vector<TileBits> tiles(across * down);
-        tiles[4 * across + 3][static_cast<std::size_t>(slice / 32)] |= 1u << (slice % 32);
+        put(tiles, 10 * across + 3, slice);
         const SlicePlan plan = slice_plan(tiles, across, {.aperture = {}, .scale = scale});
         REQUIRE(plan.passes.size() == 1);
         const SlicePass& pass = plan.passes.front();
@@ -109,27 +130,41 @@ TEST_CASE("dof plan: every tile that a slice reaches is worked on, and no other"
         CHECK(!pass.bright);
         CHECK(pass.direct == (std::abs(scale.circle(slice)) < 5));
         std::set<std::pair<int, int>> found;
-        for (params::u32 i = 0; i < pass.gather.tiles; ++i) {
-            const params::u32 entry = plan.lists[pass.gather.list + i];
-            CHECK(entry >> 31 == 0); // no slice before it
-            found.insert({static_cast<int>(entry & 0xffff), static_cast<int>(entry >> 16 & 0x3fff)});
+        for (const Entry& entry : entries(plan, pass)) {
+            CHECK(entry.reach == 1);
+            CHECK(entry.follow == 0);
+            found.insert({entry.x, entry.y});
         }
         CHECK(found.size() == pass.gather.tiles);
         for (int y = 0; y < down; ++y)
             for (int x = 0; x < across; ++x)
-                CHECK(found.contains({x, y}) == (std::abs(x - 3) <= columns && std::abs(y - 4) <= rows));
+                CHECK(found.contains({x, y}) == (std::abs(x - 3) <= columns && std::abs(y - 10) <= rows));
     }
-    // The next slice knows where this one was.
-    std::vector<TileBits> tiles(across * down);
+}
+
+TEST_CASE("dof plan: a slice knows where the one just before it was") {
+    const SliceScale scale = slice_scale(8, 512);
+    std::vector<TileBits> tiles(7 * 9);
     const int first = scale.middle + 20;
     for (const int slice : {first, first + 1, first + 3})
-        tiles.front()[static_cast<std::size_t>(slice / 32)] |= 1u << (slice % 32);
-    const SlicePlan plan = slice_plan(tiles, across, {.aperture = {}, .scale = scale});
+        put(tiles, 0, slice);
+    const SlicePlan plan = slice_plan(tiles, 7, {.aperture = {}, .scale = scale});
     REQUIRE(plan.passes.size() == 3);
-    const auto follows = [&](std::size_t pass) { return plan.lists[plan.passes[pass].gather.list] >> 31; };
-    CHECK(follows(0) == 0);
-    CHECK(follows(1) == 1);
-    CHECK(follows(2) == 0);
+    const auto follow = [&](std::size_t pass) { return entries(plan, plan.passes[pass]).front().follow; };
+    CHECK(follow(0) == 0);
+    CHECK(follow(1) == 1);
+    CHECK(follow(2) == 0);
+
+    // The same of slices that are read directly, which share a launch, and of the first one with strips.
+    std::vector<TileBits> small(7 * 9);
+    for (const int away : {1, 2, 4, 18, 19})
+        put(small, 0, scale.middle + away);
+    const SlicePlan direct = slice_plan(small, 7, {.aperture = {}, .scale = scale});
+    REQUIRE(direct.passes.size() == 2);
+    const Entry group = entries(direct, direct.passes[0]).front();
+    CHECK(group.reach == (1u | 1u << 1 | 1u << 3 | 1u << 17));
+    CHECK(group.follow == 1u << 1);
+    CHECK(entries(direct, direct.passes[1]).front().follow == 1);
 }
 
 TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is the pixel where it is in focus") {

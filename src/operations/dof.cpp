@@ -10,7 +10,6 @@
 #include "runtime/table.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace fathom {
 namespace {
@@ -59,7 +58,9 @@ void check(const StoredDepth& stored, const Image& colour, const DofOptions& opt
     require(std::isfinite(options.aperture.rotation_degrees),
             text("rotation_degrees = ", options.aperture.rotation_degrees, " must be finite"));
     const double pixels = (stored.image.width() + 128.0) * (stored.image.height() + 32.0);
-    require(pixels * (2 * colour.channels() + 7) < 0x1p31,
+    constexpr int widest = 0xffff * tile_columns, highest = 0x3fff * tile_rows; // ENTRY_* of kernels/tiles.h
+    require(pixels * (2 * colour.channels() + 7) < 0x1p31 && stored.image.width() <= widest &&
+                stored.image.height() <= highest,
             text("an image of ", stored.image.width(), " x ", stored.image.height(),
                  " pixels is too large; blur it in parts"));
     require(options.largest_px >= 1 && options.largest_px <= 512,
@@ -197,15 +198,10 @@ std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, con
     return tile_bits(blur, blur.behind());
 }
 
-// Nothing seen yet, and all of it through.
 void clear(const Blur& blur) {
-    const std::size_t plane = blur.p.plane * sizeof(float);
-    const auto planes = static_cast<std::size_t>(state_planes(blur.channels, blur.quality));
-    blur.device.queue().enqueueFillBuffer(blur.state.buffer(), 1.0f, 0, plane);
-    blur.device.queue().enqueueFillBuffer(blur.state.buffer(), 0.0f, plane, (planes - 1) * plane);
-    if (!blur.accurate()) // no foreground yet that would keep any from wide circles
-        blur.device.queue().enqueueFillBuffer(blur.state.buffer(), std::numeric_limits<float>::infinity(),
-                                              (planes - 1) * plane, plane);
+    const int planes = state_planes(blur.channels, blur.quality);
+    runtime::launch(blur.device, blur.kernel("dof_clear", {{"PLANES", planes}, {"WIDE", !blur.accurate()}}),
+                    {blur.vectors(blur.p.stride), blur.p.rows}, blur.state, blur.p);
 }
 
 void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {

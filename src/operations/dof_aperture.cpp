@@ -20,8 +20,11 @@ int lines_per_pixel(double height) {
 // Sums of weights must stay below 2^24 steps of the product of a share (2^-7) and a weight.
 constexpr int bits_of_sum = 24 - 7;
 
-// From this area on spans are of whole pixels: that of a circle of radius 16.
-constexpr double least_whole = 804;
+// From this area on spans are of whole pixels: that of a circle of radius 16, or 10.6 where fast; of polygons 16, since their
+// sides may lie along the rows.
+double least_whole(const Aperture& aperture, BlurQuality quality) {
+    return quality == BlurQuality::fast && aperture.blades == 0 ? 355 : 804;
+}
 
 struct Interval {
     double low, high;
@@ -143,6 +146,14 @@ void add_shares(const Row& row, int columns, double step, std::vector<params::sp
     }
     for (double& share : shares)
         share = std::round(share / step) * step;
+    if (columns <= 2) { // read pixel by pixel: each once
+        for (std::size_t i = 1; i + 1 < shares.size(); ++i) {
+            const int x = static_cast<int>(i) - columns - 1;
+            if (shares[i] > 0)
+                spans.push_back({x, x + 1, static_cast<float>(shares[i])});
+        }
+        return;
+    }
     // The profile rises and then falls: the last rise that is open is closed by the next fall.
     std::vector<std::pair<int, double>> open;
     for (std::size_t i = 1; i < shares.size(); ++i) {
@@ -194,7 +205,8 @@ double thinnest(const Aperture& aperture) {
     return std::min(aperture.ratio, 1 / aperture.ratio);
 }
 
-ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch) {
+ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch,
+                             BlurQuality quality) {
     const double radius = std::abs(circle) / 2, height = radius * aspect;
     if (radius <= 0.5) // nothing is seen but the pixel
         return {0, 0, {0, 1}, {{0, 1, 1}}};
@@ -207,7 +219,7 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
     const double area = 4 * radius * far.x * height * far.y + 2 * radius + 1;
     const int bits = std::clamp(bits_of_sum - static_cast<int>(std::ceil(std::log2(area))), 0, 12);
     const double step = std::ldexp(1.0, -bits);
-    const bool whole = area_of(placed.hole) * radius * height >= least_whole;
+    const bool whole = area_of(placed.hole) * radius * height >= least_whole(aperture, quality);
 
     const int count = 2 * result.reach + 1;
     for (int phase = 0; phase < pitch; ++phase) {
@@ -289,9 +301,10 @@ namespace {
 
 constexpr std::size_t fractions = 256; // FRACTIONS of kernels/dof_parts.cl
 
-// A half-plane of the aperture: its distance from the middle, its first moment along and across its normal.
+// A half-plane of the aperture: its distance from the middle, the size of its first moment and by which angle this is turned
+// from its normal.
 struct HalfPlane {
-    double distance, along, across;
+    double distance, moment, lean;
 };
 
 Hole turned(const Hole& hole, double angle) { // so that this direction is on top
@@ -308,29 +321,45 @@ Hole turned(const Hole& hole, double angle) { // so that this direction is on to
 std::vector<HalfPlane> half_planes(const Hole& aperture, double angle) {
     constexpr int lines = 1024;
     const Hole hole = turned(aperture, angle);
-    std::vector<HalfPlane> sums{{1, 0, 0}};
-    std::vector<double> areas{0};
+    struct Sum { // of the lines down to this distance from the middle
+        double distance, area, along, across;
+    };
+    std::vector<Sum> sums{{1, 0, 0, 0}};
     for (int line = 0; line < lines; ++line) {
         const double y = 1 - (2 * line + 1.0) / lines;
         const auto found = chord(hole, y);
         const double length = found ? found->length() : 0, middle = found ? (found->low + found->high) / 2 : 0;
-        areas.push_back(areas.back() + length);
-        sums.push_back(
-            {1 - 2 * (line + 1.0) / lines, sums.back().along + y * length, sums.back().across + middle * length});
+        const Sum& before = sums.back();
+        sums.push_back({1 - 2 * (line + 1.0) / lines, before.area + length, before.along + y * length,
+                        before.across + middle * length});
     }
     std::vector<HalfPlane> result;
     std::size_t at = 0;
     for (std::size_t i = 0; i < fractions; ++i) {
-        const double area = areas.back() * static_cast<double>(i) / (fractions - 1);
-        while (at + 2 < areas.size() && areas[at + 1] <= area)
+        const double whole = sums.back().area, area = whole * static_cast<double>(i) / (fractions - 1);
+        while (at + 2 < sums.size() && sums[at + 1].area <= area)
             ++at;
-        const double step = areas[at + 1] - areas[at], part = step > 0 ? (area - areas[at]) / step : 0;
-        const auto between = [&](double a, double b) { return a + (b - a) * std::clamp(part, 0.0, 1.0); };
-        result.push_back({between(sums[at].distance, sums[at + 1].distance),
-                          between(sums[at].along, sums[at + 1].along) / areas.back(),
-                          between(sums[at].across, sums[at + 1].across) / areas.back()});
+        const Sum &one = sums[at], &two = sums[at + 1];
+        const double part = two.area > one.area ? std::clamp((area - one.area) / (two.area - one.area), 0.0, 1.0) : 0;
+        const double along = std::lerp(one.along, two.along, part) / whole;
+        const double across = std::lerp(one.across, two.across, part) / whole;
+        const bool any = i > 0 && i + 1 < fractions; // the whole and nothing have no moment
+        result.push_back({std::lerp(one.distance, two.distance, part), std::hypot(along, across),
+                          any ? std::atan2(across, along) : 0});
     }
     return result;
+}
+
+// The angle of a direction: y / (|x| + |y|), counted on beyond 1 where x is negative, goes in even steps.
+double direction_at(int i, int directions) {
+    const double around = 4.0 * i / directions - 1;
+    const double y = around <= 1 ? around : 2 - around;
+    return std::atan2(y, around <= 1 ? 1 - std::abs(y) : std::abs(y) - 1);
+}
+
+std::array<float, 4> entry_of(const HalfPlane& half, double turn) {
+    return {static_cast<float>(std::cos(turn)), static_cast<float>(std::sin(turn)), static_cast<float>(half.distance),
+            static_cast<float>(std::max(half.moment, 1e-6))};
 }
 
 } // namespace
@@ -340,34 +369,36 @@ std::vector<std::array<float, 4>> aperture_halves(const Aperture& aperture, bool
     for (Point& p : hole.corners)
         p.y = upright ? -p.y : p.y;
     hole.sine = upright ? -hole.sine : hole.sine;
-    const bool round = is_round(aperture);
-    const std::size_t directions = round ? 1 : 64;
+    if (is_round(aperture)) {
+        std::vector<std::array<float, 4>> table;
+        for (const HalfPlane& half : half_planes(hole, 0))
+            table.push_back(entry_of(half, 0));
+        return table;
+    }
+    constexpr int directions = 64, normals = 256, aside = 24; // a corner's moment is up to 0.5 off its normal
+    constexpr double step = 2 * std::numbers::pi / normals;
+    std::vector<std::vector<HalfPlane>> known;
+    for (int n = 0; n < normals; ++n)
+        known.push_back(half_planes(hole, step * n));
     std::vector<std::array<float, 4>> table;
-    for (std::size_t i = 0; i < directions; ++i) {
-        // y / (|x| + |y|) of the moment's direction, counted on beyond 1 where x is negative
-        const double around = 4.0 * static_cast<double>(i) / static_cast<double>(directions) - 1;
-        const double y = around <= 1 ? around : 2 - around;
-        const double moment = std::atan2(y, around <= 1 ? 1 - std::abs(y) : std::abs(y) - 1);
-        // Of the normals around, the one whose half-plane has its moment along this direction.
-        std::vector<HalfPlane> best = half_planes(hole, moment);
-        std::vector<double> turns(fractions, 0.0), off(fractions, 10.0);
-        constexpr int steps = 24;
-        constexpr double step = 0.025;
-        for (int j = -steps; j <= steps && !round; ++j) {
-            const std::vector<HalfPlane> turned = half_planes(hole, moment + step * j);
-            for (std::size_t f = 1; f + 1 < fractions; ++f) {
-                const double its_off = std::abs(step * j - std::atan2(turned[f].across, turned[f].along));
-                if (its_off < off[f]) {
-                    off[f] = its_off;
-                    turns[f] = step * j;
-                    best[f] = turned[f];
-                }
-            }
+    for (int i = 0; i < directions; ++i) {
+        const double moment = direction_at(i, directions);
+        const int nearest = static_cast<int>(std::lround(moment / step));
+        for (std::size_t f = 0; f < fractions;
+             ++f) { // between the two normals whose moments lie on both sides of this direction
+            int below = nearest - aside;
+            const auto half = [&](int n) -> const HalfPlane& {
+                return known[static_cast<std::size_t>((n + normals) % normals)][f];
+            };
+            const auto past = [&](int n) { return step * n - moment - half(n).lean; };
+            while (below + 1 < nearest + aside && past(below + 1) <= 0)
+                ++below;
+            const HalfPlane &one = half(below), &two = half(below + 1);
+            const double part = std::clamp(-past(below) / (past(below + 1) - past(below)), 0.0, 1.0);
+            table.push_back(
+                entry_of({std::lerp(one.distance, two.distance, part), std::lerp(one.moment, two.moment, part), 0},
+                         step * (below + part) - moment));
         }
-        for (std::size_t f = 0; f < fractions; ++f)
-            table.push_back({static_cast<float>(std::cos(turns[f])), static_cast<float>(std::sin(turns[f])),
-                             static_cast<float>(best[f].distance),
-                             static_cast<float>(std::max(std::hypot(best[f].along, best[f].across), 1e-6))});
     }
     return table;
 }

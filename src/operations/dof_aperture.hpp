@@ -28,8 +28,10 @@ bool is_round(const Aperture& aperture);
 double thinnest(const Aperture& aperture);
 
 /// `circle` in horizontal pixels, its sign that of the circle of confusion: before the focus the aperture is upside down.
-/// `aspect`: a circle's height over its width. `upright`: is row 0 on top? Pure: no device.
-ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch);
+/// `aspect`: a circle's height over its width. `upright`: is row 0 on top? `quality`: fast rounds spans of smaller circles to
+/// whole pixels. Pure: no device.
+ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch,
+                             BlurQuality quality = BlurQuality::standard);
 
 /// Parts across and down that a pixel is cut into, so that its own parts of a lens that it shows most of are told apart.
 int parts_of_pixel(const Aperture& aperture, double circle, double aspect);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 namespace fathom {
 namespace {
@@ -14,7 +16,7 @@ using params::u32;
 constexpr std::size_t strip_budget = std::size_t{24} << 20;
 
 // Up to this many pixels around one, reading them one by one is cheaper than running sums.
-constexpr int most_direct = 2;
+constexpr int most_direct = 2; // MOST_DIRECT of kernels/dof_gather.cl
 
 // With every pixel's own place in the lens: for small circles a pixel's middle is not that of what shows through it.
 constexpr int most_taps = 8;
@@ -65,20 +67,13 @@ Grid with_any(std::span<const TileBits> tiles, int across, int end) {
     return grid;
 }
 
-// Tiles in rows [begin, end), the last bits set where `also` and `near` are marked.
-u32 add_list(const Grid& grid, int begin, int end, const Grid& also, const Grid& near, std::vector<u32>& lists) {
-    const std::size_t before = lists.size();
-    for (int y = begin; y < end; ++y)
-        for (int x = 0; x < grid.across; ++x)
-            if (grid.marked[grid.index(x, y)])
-                lists.push_back(static_cast<u32>(x) | static_cast<u32>(y) << 16 |
-                                static_cast<u32>(near.marked[grid.index(x, y)]) << 30 |
-                                static_cast<u32>(also.marked[grid.index(x, y)]) << 31);
-    return static_cast<u32>(lists.size() - before);
-}
+// Tiles in columns [left, right) and rows [begin, end).
+struct Area {
+    int left, right, begin, end;
+};
 
-int pitch_for(double circle, BlurQuality quality) {
-    const double radius = std::abs(circle) / 2;
+// Rows of pixels that are summed into a row of a strip.
+int pitch_for(double radius, BlurQuality quality) {
     if (quality == BlurQuality::fast)
         return radius >= 24 ? 8 : radius >= 12 ? 4 : radius >= 5 ? 2 : 1;
     return radius >= 96 ? 4 : radius >= 48 ? 2 : 1;
@@ -87,6 +82,225 @@ int pitch_for(double circle, BlurQuality quality) {
 int divided_up(int a, int b) {
     return (a + b - 1) / b;
 }
+
+// What a slice does, wherever its pixels are.
+struct Slice {
+    int number;
+    double circle;
+    int pitch;
+    ApertureSpans spans;
+    bool direct, fill;
+    int tiles_up, tiles_aside; // that its aperture reaches
+};
+
+Slice slice_of(int number, const SlicePlanOptions& options) {
+    Slice slice{};
+    slice.number = number;
+    slice.circle = number == options.scale.middle ? 1 : options.scale.circle(number);
+    const double least = std::abs(slice.circle) / 2 * std::min(options.aspect, 1.0); // radius
+    slice.pitch = pitch_for(least * thinnest(options.aperture), options.quality);
+    slice.spans =
+        aperture_spans(options.aperture, slice.circle, options.aspect, options.upright, slice.pitch, options.quality);
+    const bool accurate = options.quality == BlurQuality::accurate;
+    const int direct_up_to = accurate ? most_taps : most_direct;
+    slice.direct = slice.spans.columns <= direct_up_to && slice.spans.reach <= direct_up_to;
+    slice.fill = !accurate && number < options.scale.middle;
+    slice.tiles_up = divided_up(slice.spans.reach * slice.pitch, tile_rows);
+    slice.tiles_aside = divided_up(slice.spans.columns, tile_columns);
+    return slice;
+}
+
+class Planner {
+public:
+    Planner(std::span<const TileBits> tiles, int across, const SlicePlanOptions& options)
+        : options_(options), bright_(with_bit(tiles, across, 159)),
+          near_(with_any(tiles, across, options.scale.middle)), none_(across, bright_.down), before_(none_) {}
+
+    void add(int number, const Grid& own) {
+        const Slice slice = slice_of(number, options_);
+        const Grid reached = widened(own, slice.tiles_aside, slice.tiles_up);
+        if (options_.quality != BlurQuality::accurate && slice.direct) {
+            add_to_group(slice, reached);
+        } else {
+            end_group();
+            add_passes(slice, own, reached);
+        }
+        before_ = reached;
+    }
+
+    /// No pixel lies in a slice.
+    void skip() { before_ = none_; }
+
+    SlicePlan plan() {
+        end_group();
+        return std::move(plan_);
+    }
+
+private:
+    // Tiles of a group of slices whose pixels are read directly: which of these reach them, and which follow one that does.
+    struct Group {
+        int first;
+        bool fill;
+        std::vector<u32> reach, follow; // a bit a slice
+        std::vector<u32> slices;        // where its spans begin, and its rows
+    };
+
+    u32 add_spans(const ApertureSpans& spans) {
+        const auto first_start = static_cast<u32>(plan_.starts.size()),
+                   first_span = static_cast<u32>(plan_.spans.size());
+        for (const u32 start : spans.starts)
+            plan_.starts.push_back(start + first_span);
+        plan_.spans.insert(plan_.spans.end(), spans.spans.begin(), spans.spans.end());
+        return first_start;
+    }
+
+    void add_to_group(const Slice& slice, const Grid& reached) {
+        if (group_ && (slice.fill != group_->fill || slice.number - group_->first >= 32))
+            end_group();
+        if (!group_)
+            group_ = Group{slice.number,
+                           slice.fill,
+                           std::vector<u32>(reached.marked.size()),
+                           std::vector<u32>(reached.marked.size()),
+                           {}};
+        const auto bit = static_cast<std::size_t>(slice.number - group_->first);
+        for (std::size_t i = 0; i < reached.marked.size(); ++i) {
+            group_->reach[i] |= static_cast<u32>(reached.marked[i]) << bit;
+            group_->follow[i] |= static_cast<u32>(before_.marked[i]) << bit;
+        }
+        group_->slices.resize(2 * bit);
+        group_->slices.push_back(add_spans(slice.spans));
+        group_->slices.push_back(static_cast<u32>(slice.spans.reach));
+    }
+
+    void end_group() {
+        if (!group_)
+            return;
+        SlicePass pass{};
+        pass.direct = true;
+        pass.fill = group_->fill;
+        pass.gather.slice = static_cast<float>(group_->first);
+        pass.gather.list = static_cast<u32>(plan_.lists.size());
+        pass.gather.starts = static_cast<u32>(plan_.starts.size());
+        pass.gather.pitch = 1;
+        pass.gather.pad = 16;
+        plan_.starts.insert(plan_.starts.end(), group_->slices.begin(), group_->slices.end());
+        for (int y = 0; y < near_.down; ++y) {
+            for (int x = 0; x < near_.across; ++x) {
+                const std::size_t i = near_.index(x, y);
+                if (group_->reach[i] == 0)
+                    continue;
+                plan_.lists.insert(plan_.lists.end(), {entry(x, y, none_), group_->reach[i], group_->follow[i]});
+                ++pass.gather.tiles;
+            }
+        }
+        plan_.passes.push_back(pass);
+        group_.reset();
+    }
+
+    // A launch, or several where the strips of all tiles would not fit.
+    void add_passes(const Slice& slice, const Grid& own, const Grid& reached) {
+        SlicePass pass{};
+        pass.direct = slice.direct;
+        pass.fill = slice.fill;
+        for (std::size_t i = 0; i < own.marked.size(); ++i)
+            pass.bright = pass.bright || (!slice.direct && own.marked[i] && bright_.marked[i]);
+        const bool accurate = options_.quality == BlurQuality::accurate;
+        if (accurate)
+            pass.part = part(slice);
+        const int channels = options_.channels;
+        const int planes = 2 + channels + pass.fill * (2 + channels) + pass.bright * channels + accurate;
+        const int pad = divided_up(slice.spans.columns + 2, 16) * 16;
+        const int plane = divided_up(tile_columns + 2 * pad + 1, 16) * 16;
+        pass.gather.slice = static_cast<float>(slice.number);
+        pass.gather.starts = add_spans(slice.spans);
+        pass.gather.pitch = static_cast<u32>(slice.pitch);
+        pass.gather.pad = static_cast<u32>(pad);
+        pass.gather.strip_plane = static_cast<u32>(plane);
+        pass.gather.strip_row = static_cast<u32>(planes * plane);
+        pass.gather.reach = slice.spans.reach;
+        pass.gather.columns = slice.spans.columns;
+        const int down = near_.down, across = near_.across, per_tile = tile_rows / slice.pitch;
+        const std::size_t tile = pass.gather.strip_row * static_cast<std::size_t>(per_tile);
+        const auto kept = static_cast<int>(std::min<std::size_t>(strip_budget / tile, 1u << 15)); // tiles
+        const int high = slice.direct || kept >= down ? down : std::max(kept - 2 * slice.tiles_up, 1);
+        for (int begin = 0; begin < down; begin += high) {
+            const int end = std::min(begin + high, down);
+            const int first = std::max(begin - slice.tiles_up, 0), last = std::min(end + slice.tiles_up, down);
+            const int wide = slice.direct ? across : std::max(kept / (last - first), 1);
+            for (int left = 0; left < across; left += wide) {
+                const int right = std::min(left + wide, across);
+                pass.gather.first = static_cast<u32>(first);
+                pass.gather.first_column = static_cast<u32>(left);
+                pass.gather.strip_column = pass.gather.strip_row * static_cast<u32>((last - first) * per_tile);
+                add_pass(pass, slice, reached, {left, right, begin, end});
+            }
+        }
+    }
+
+    void add_pass(SlicePass pass, const Slice& slice, const Grid& reached, const Area& area) {
+        pass.gather.list = static_cast<u32>(plan_.lists.size());
+        pass.gather.tiles = add_list(area, before_, [&](int x, int y) { return reached.marked[reached.index(x, y)]; });
+        if (pass.gather.tiles == 0)
+            return;
+        if (!slice.direct) {
+            pass.strips = pass.gather;
+            pass.strips.list = static_cast<u32>(plan_.lists.size());
+            const int up = slice.tiles_up;
+            const Area read{area.left, area.right, std::max(area.begin - up, 0), std::min(area.end + up, near_.down)};
+            pass.strips.tiles = add_list(read, none_, [&](int x, int y) {
+                for (int row = std::max(y - up, area.begin); row < std::min(y + up + 1, area.end); ++row)
+                    if (reached.marked[reached.index(x, row)])
+                        return true;
+                return false;
+            });
+            plan_.strip_elements = std::max(plan_.strip_elements, static_cast<std::size_t>(pass.gather.strip_column) *
+                                                                      static_cast<std::size_t>(area.right - area.left));
+        }
+        plan_.passes.push_back(pass);
+    }
+
+    params::part_params part(const Slice& slice) {
+        const double radius = std::abs(slice.circle) / 2, to_lens = slice.circle > 0 ? -1 / radius : 1 / radius;
+        const int parts = parts_of_pixel(options_.aperture, slice.circle, options_.aspect);
+        params::part_params part{.across = static_cast<float>(to_lens),
+                                 .down = static_cast<float>(to_lens / options_.aspect),
+                                 .radius = static_cast<float>(radius * parts),
+                                 .single = radius <= 0.5,
+                                 .taps = static_cast<u32>(plan_.taps.size()),
+                                 .tap_count = 0,
+                                 .directions = is_round(options_.aperture) ? 1u : 64u};
+        if (slice.direct) {
+            const auto taps = aperture_taps(options_.aperture, slice.circle, options_.aspect, options_.upright);
+            plan_.taps.insert(plan_.taps.end(), taps.begin(), taps.end());
+            part.tap_count = static_cast<u32>(taps.size());
+        }
+        return part;
+    }
+
+    // A tile: ENTRY_* of kernels/tiles.h. Follows where `before` is marked.
+    u32 entry(int x, int y, const Grid& before) const {
+        const std::size_t i = near_.index(x, y);
+        return static_cast<u32>(x) | static_cast<u32>(y) << 16 | static_cast<u32>(near_.marked[i]) << 30 |
+               static_cast<u32>(before.marked[i]) << 31;
+    }
+
+    template <class Wanted>
+    u32 add_list(const Area& area, const Grid& before, const Wanted& wanted) {
+        const std::size_t size = plan_.lists.size();
+        for (int y = area.begin; y < area.end; ++y)
+            for (int x = area.left; x < area.right; ++x)
+                if (wanted(x, y))
+                    plan_.lists.push_back(entry(x, y, before));
+        return static_cast<u32>(plan_.lists.size() - size);
+    }
+
+    const SlicePlanOptions& options_;
+    Grid bright_, near_, none_;
+    Grid before_; // tiles that the slice just before reached
+    SlicePlan plan_;
+    std::optional<Group> group_;
+};
 
 } // namespace
 
@@ -104,102 +318,15 @@ SliceScale slice_scale(int per_octave, double largest_px) {
 }
 
 SlicePlan slice_plan(std::span<const TileBits> tiles, int across, const SlicePlanOptions& options) {
-    SlicePlan plan;
-    const Grid bright = with_bit(tiles, across, 159);
-    const int down = bright.down;
-    const Grid none(across, down);
-    const Grid near = with_any(tiles, across, options.scale.middle);
-    Grid before = none; // tiles that the slice just before reached
+    Planner planner(tiles, across, options);
     for (int slice = 0; slice < options.scale.count(); ++slice) {
         const Grid own = with_bit(tiles, across, slice);
-        if (!own.any()) {
-            before = none;
-            continue;
-        }
-        const double circle = slice == options.scale.middle ? 1 : options.scale.circle(slice);
-        const int pitch =
-            pitch_for(circle * std::min(options.aspect, 1.0) * thinnest(options.aperture), options.quality);
-        const ApertureSpans spans = aperture_spans(options.aperture, circle, options.aspect, options.upright, pitch);
-        const bool accurate = options.quality == BlurQuality::accurate;
-        const int direct_up_to = accurate ? most_taps : most_direct;
-        const bool direct = spans.columns <= direct_up_to && spans.reach <= direct_up_to;
-        const int rows = spans.reach * pitch;
-        const int tiles_up = divided_up(rows, tile_rows), tiles_aside = divided_up(spans.columns, tile_columns);
-        const Grid reached = widened(own, tiles_aside, tiles_up);
-
-        SlicePass pass{};
-        pass.direct = direct;
-        pass.fill = !accurate && slice < options.scale.middle;
-        for (std::size_t i = 0; i < own.marked.size(); ++i)
-            pass.bright = pass.bright || (!direct && own.marked[i] && bright.marked[i]);
-        const int planes =
-            2 + options.channels + pass.fill * (2 + options.channels) + pass.bright * options.channels + accurate;
-        const int pad = divided_up(spans.columns + 2, 16) * 16;
-        const int plane = divided_up(tile_columns + 2 * pad + 1, 16) * 16;
-        const int per_tile = tile_rows / pitch;
-
-        if (accurate) {
-            const double radius = std::abs(circle) / 2, to_lens = circle > 0 ? -1 / radius : 1 / radius;
-            pass.part = {.across = static_cast<float>(to_lens),
-                         .down = static_cast<float>(to_lens / options.aspect),
-                         .radius =
-                             static_cast<float>(radius * parts_of_pixel(options.aperture, circle, options.aspect)),
-                         .single = radius <= 0.5,
-                         .taps = static_cast<u32>(plan.taps.size()),
-                         .tap_count = 0,
-                         .directions = is_round(options.aperture) ? 1u : 64u};
-            if (direct) {
-                const auto taps = aperture_taps(options.aperture, circle, options.aspect, options.upright);
-                plan.taps.insert(plan.taps.end(), taps.begin(), taps.end());
-                pass.part.tap_count = static_cast<u32>(taps.size());
-            }
-        }
-
-        const auto starts = static_cast<u32>(plan.starts.size()), first_span = static_cast<u32>(plan.spans.size());
-        for (const u32 start : spans.starts)
-            plan.starts.push_back(start + first_span);
-        plan.spans.insert(plan.spans.end(), spans.spans.begin(), spans.spans.end());
-
-        const std::size_t row_of_tiles = static_cast<std::size_t>(across) * static_cast<std::size_t>(per_tile) *
-                                         static_cast<std::size_t>(planes) * static_cast<std::size_t>(plane);
-        const int kept = direct ? down : static_cast<int>(std::min<std::size_t>(strip_budget / row_of_tiles, 1u << 15));
-        const int band = direct ? down : std::max(kept - 2 * tiles_up, 1);
-        for (int begin = 0; begin < down; begin += band) {
-            const int end = std::min(begin + band, down);
-            const int first = std::max(begin - tiles_up, 0), last = std::min(end + tiles_up, down);
-            Grid wanted(across, down);
-            for (int y = begin; y < end; ++y)
-                for (int x = 0; x < across; ++x)
-                    wanted.marked[wanted.index(x, y)] = reached.marked[reached.index(x, y)];
-            const int strip_rows = (last - first) * per_tile;
-            const params::slice_params common{.slice = static_cast<float>(slice),
-                                              .tiles = 0,
-                                              .list = 0,
-                                              .starts = starts,
-                                              .first = static_cast<u32>(first),
-                                              .pitch = static_cast<u32>(pitch),
-                                              .pad = static_cast<u32>(pad),
-                                              .strip_plane = static_cast<u32>(plane),
-                                              .strip_row = static_cast<u32>(planes * plane),
-                                              .strip_column = static_cast<u32>(planes * plane * strip_rows),
-                                              .reach = spans.reach,
-                                              .reserved = 0};
-            pass.strips = pass.gather = common;
-            pass.gather.list = static_cast<u32>(plan.lists.size());
-            pass.gather.tiles = add_list(wanted, begin, end, before, near, plan.lists);
-            if (pass.gather.tiles == 0)
-                continue;
-            if (!direct) {
-                pass.strips.list = static_cast<u32>(plan.lists.size());
-                pass.strips.tiles = add_list(widened(wanted, 0, tiles_up), first, last, none, none, plan.lists);
-                plan.strip_elements = std::max(plan.strip_elements, static_cast<std::size_t>(pass.strips.strip_column) *
-                                                                        static_cast<std::size_t>(across));
-            }
-            plan.passes.push_back(pass);
-        }
-        before = reached;
+        if (own.any())
+            planner.add(slice, own);
+        else
+            planner.skip();
     }
-    return plan;
+    return planner.plan();
 }
 
 } // namespace fathom

@@ -29,7 +29,10 @@ inline bool has_bit(const TileBits& tile, int bit) {
     return (tile[static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0;
 }
 
-/// A launch of kernels/dof_strips.cl, unless the pixels are read directly, and of kernels/dof_gather.cl.
+/// A launch of kernels/dof_strips.cl, unless the pixels are read directly, and of kernels/dof_gather.cl. Where pixels are read
+/// directly and the quality is not accurate, a launch is of several slices, the first in `gather`: after its tile an entry of
+/// the list has a bit for each that reaches it, and a bit for each that follows one that does; at `starts` stand where a
+/// slice's own starts begin, and its reach.
 struct SlicePass {
     params::slice_params strips, gather;
     params::part_params part; ///< accurate only
@@ -55,7 +58,7 @@ struct SlicePlanOptions {
     int channels = 3;
 };
 
-inline constexpr int tile_columns = 64, tile_rows = 16; // kernels/tiles.h
+inline constexpr int tile_columns = 64, tile_rows = 8; // kernels/tiles.h
 
 /// Which tiles each slice reaches, front to back. Pure: no device.
 SlicePlan slice_plan(std::span<const TileBits> tiles, int across, const SlicePlanOptions& options);

@@ -1,0 +1,21 @@
+// Before the first slice: all of the lens is left, and nothing seen. Of what is left to wide circles no foreground keeps
+// anything yet.
+
+#include "tiles.h"
+
+#if !defined(PLANES) || !defined(WIDE)
+#error "PLANES and WIDE are not defined: planes of the state, and 1 where the last is what is left to wide circles, 0 otherwise"
+#endif
+
+__kernel void dof_clear(__global float* state, const blur_params p) {
+    const uint column = get_global_id(0) * V, row = get_global_id(1);
+    if (column >= p.stride)
+        return;
+    __global float* here = state + (size_t)row * p.stride + column;
+    *(__global float_lanes*)here = 1.0f;
+    for (int k = 1; k < PLANES - WIDE; ++k)
+        *(__global float_lanes*)(here + k * p.plane) = 0.0f;
+#if WIDE
+    *(__global float_lanes*)(here + (PLANES - 1) * p.plane) = INFINITY;
+#endif
+}
