@@ -71,6 +71,40 @@ __kernel void centre_gather(__global const float* circles, __global const float*
     vstore3(sum / count, (size_t)y * width + x, target);
 }
 
+// As engines do (Jimenez 2014): 49 places in three rings over the largest circle of the tiles around. One counts where its circle
+// reaches the pixel, that of what lies farther being no larger than the pixel's, and by its light's share of that circle.
+__kernel void ring_gather(__global const float* circles, __global const float* least, __global const float* greatest,
+                          __global const float* colour, __global float* target, const int width, const int height,
+                          const int tile, const int stride) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= width) return;
+    const int across = (width + tile - 1) / tile, down = (height + tile - 1) / tile;
+    float largest = 0.0f;
+    for (int j = max(y / tile - 1, 0); j <= min(y / tile + 1, down - 1); ++j)
+        for (int i = max(x / tile - 1, 0); i <= min(x / tile + 1, across - 1); ++i)
+            largest = fmax(largest, fmax(fabs(least[j * stride + i]), fabs(greatest[j * stride + i])));
+    const size_t here = (size_t)y * width + x;
+    const float own = circles[here];
+    float weight = 1.0f / fmax(own * own, 1.0f);
+    float3 sum = weight * vload3(here, colour);
+    for (int ring = 1; ring <= 3; ++ring) {
+        const float away = largest * (0.5f / 3.0f) * ring;
+        const float2 turn = ring == 1 ? (float2)(0.70710678f, 0.70710678f) // by an eighth, a sixteenth, a twenty-fourth
+                                      : ring == 2 ? (float2)(0.92387953f, 0.38268343f) : (float2)(0.96592583f, 0.25881905f);
+        float2 at = (float2)(away, 0.0f);
+        for (int i = 0; i < 8 * ring; ++i, at = (float2)(at.x * turn.x - at.y * turn.y, at.x * turn.y + at.y * turn.x)) {
+            const int column = clamp((int)(x + 0.5f + at.x), 0, width - 1);
+            const int row = clamp((int)(y + 0.5f + at.y), 0, height - 1);
+            const size_t there = (size_t)row * width + column;
+            const float its = circles[there], size = its > own ? fmin(fabs(its), fabs(own)) : fabs(its);
+            const float share = 0.5f * size >= away - 0.5f ? 1.0f / fmax(size * size, 1.0f) : 0.0f;
+            sum += share * vload3(there, colour);
+            weight += share;
+        }
+    }
+    vstore3(sum / weight, here, target);
+}
+
 // 1 / (Z d + W), both constants in float: Unity's and Unreal's way.
 __kernel void engine_fma(FRAME, const float z, const float w) {
     PIXELS(1)

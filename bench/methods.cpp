@@ -11,6 +11,7 @@
 
 #include <Eigen/LU>
 
+#include <functional>
 #include <memory>
 #include <tuple>
 #include <utility>
@@ -205,21 +206,37 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
     add("fast", BlurQuality::fast);
     add("standard", BlurQuality::standard);
     add("accurate", BlurQuality::accurate);
-    // Its kernel knows only rows without a gap between them.
-    list.push_back({"dof",
-                    "gather by the centre's circle",
-                    Kind::baseline,
-                    Storage::float32,
-                    "copy depth and RGB",
-                    [&kernels](Case& on) {
-                        const Image circles =
-                            dof_masks(on.stored(Storage::float32), {.circle = on.lens(), .weights = false}).circle;
-                        kernels.start("centre_gather", on.width(), on.height(), circles.buffer(), on.colour().buffer(),
-                                      on.floats(3).buffer(), cl_int{on.width()}, cl_int{on.height()});
-                        return on.floats(3);
-                    },
-                    {},
-                    [](const View& view) { return view.camera().width % 16 == 0; }});
+    // Their kernels know only rows without a gap between them.
+    const auto gather = [&](const char* name, std::function<void(Case&, const DofMasks&)> start, int tile) {
+        list.push_back({"dof",
+                        name,
+                        Kind::baseline,
+                        Storage::float32,
+                        "copy depth and RGB",
+                        [=](Case& on) {
+                            start(on, dof_masks(on.stored(Storage::float32),
+                                                {.circle = on.lens(), .weights = false, .tile_px = tile}));
+                            return on.floats(3);
+                        },
+                        {},
+                        [](const View& view) { return view.camera().width % 16 == 0; }});
+    };
+    gather(
+        "gather by the centre's circle",
+        [&kernels](Case& on, const DofMasks& masks) {
+            kernels.start("centre_gather", on.width(), on.height(), masks.circle.buffer(), on.colour().buffer(),
+                          on.floats(3).buffer(), cl_int{on.width()}, cl_int{on.height()});
+        },
+        0);
+    constexpr int tile = 32;
+    gather(
+        "gather of 49 in rings",
+        [&kernels](Case& on, const DofMasks& masks) {
+            kernels.start("ring_gather", on.width(), on.height(), masks.circle.buffer(), masks.tile_least.buffer(),
+                          masks.tile_greatest.buffer(), on.colour().buffer(), on.floats(3).buffer(), cl_int{on.width()},
+                          cl_int{on.height()}, cl_int{tile}, static_cast<cl_int>(masks.tile_least.row_stride()));
+        },
+        tile);
 }
 
 double bytes(const Image& image) {
