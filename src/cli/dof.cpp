@@ -77,7 +77,7 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
     add_choice(app, "--quality", dof.quality,
                {{"fast", BlurQuality::fast}, {"default", BlurQuality::standard}, {"accurate", BlurQuality::accurate}},
                "how finely circles are told apart and drawn (default: default);\naccurate also keeps which part of the "
-               "lens edges leave open")
+               "lens edges leave open, in 10 times\nthe time and more where circles are large")
         ->group("Blur");
     add_choice(app, "--sky", dof.sky, {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
                "the background: infinitely far (default), in focus, or left out\nlike what is no surface")
