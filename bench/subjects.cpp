@@ -48,7 +48,7 @@ struct Plane {
 };
 constexpr Plane oblique_plane{0.1, 0.2, -1, -2};
 
-// Lengyel 2005, eq. 7 and 10, for the symmetric perspective above, in quadruple precision.
+// Lengyel 2005, eq. 7, 9 and 10, for the symmetric perspective above, in quadruple precision.
 Quad oblique_depth(const Frames& frames, int px, int py, float stored) {
     const Quad slope_y = tanq(Quad{1.0} / 2), slope_x = slope_y * Quad{16.0 / 9};
     const Quad a = oblique_plane.a, b = oblique_plane.b, c = oblique_plane.c, d = oblique_plane.d;

@@ -1,6 +1,6 @@
 // From a stored value to a view depth: the device side of the camera. docs/camera.md derives it.
 //   z = -(m3.q) / (m4.q),  q = (x, y, d, 1),  M = (viewport projection)^-1
-// Popov 2016, eq. 1 and 5-9. The host finds the simplest form that is exact (src/camera/form.cpp); the kernel is built
+// Popov 2016, eq. 1, 3 and 5-9. The host finds the simplest form that is exact (src/camera/form.cpp); the kernel is built
 // for that form and for the way the value lies in memory.
 
 #ifndef FATHOM_CAMERA_H

@@ -1,7 +1,7 @@
 // The signed circle of confusion of a stored value at a pixel, without a depth in between where there is another way.
 //   c = k - g/(z - lens)        under a perspective, where 1/(z - lens) of window depth is affine in (v, x, y)
 //   c = g z - k                 under parallel rays
-// Potmesil and Chakravarty 1981; the affine form follows from Popov 2016, eq. 5 and 6. Host side: src/operations/circle.cpp.
+// Potmesil and Chakravarty 1981; that 1/z is affine is Popov 2016, eq. 5 and 6. Host side: src/operations/circle.cpp.
 
 #ifndef FATHOM_CIRCLE_H
 #define FATHOM_CIRCLE_H

@@ -2,7 +2,7 @@
 //   position = origin(x, y) + w direction(x, y)
 // w is the view depth, or its quotient by the depth that one step of the direction covers where the projection's fourth
 // row has x and y. View and world space, perspective and orthographic differ in constants only.
-// Lenaerts, positions from depth; docs/camera.md.
+// Lenaerts, reconstructing positions from the depth buffer, part 2; docs/camera.md.
 
 #include "camera.h"
 #include "store.h"

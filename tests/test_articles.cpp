@@ -3,8 +3,8 @@
 //   Popov 2016     An Efficient Depth Linearization Method for Oblique View Frustums, JCGT 5(4)
 //   Lengyel 2005   Oblique View Frustum Depth Projection and Clipping, Journal of Game Development 1(2)
 //   Kooima 2013    Median Distance Perspective Projection
-//   Goldberg 2014  on z·w as linear depth (yosoygames.com.ar); Ulrich, Outerra: logarithmic depth
-//   Lenaerts 2014  Reconstructing positions from the depth buffer, parts 1 and 2
+//   Goldberg 2014  on z·w as linear depth (yosoygames.com.ar)
+//   Lenaerts 2014  Reconstructing positions from the depth buffer, part 2
 
 #include "catch.hpp"
 #include "seen.hpp"
@@ -395,7 +395,7 @@ TEST_CASE("Goldberg: z times w is linear at vertices only, and the bound holds i
     REQUIRE(error_at({7, 7, 7}, {0.2L, 0.5L, 0.3L}) < 1e-13L);
 }
 
-TEST_CASE("Ulrich and Goldberg: logarithmic depth keeps a relative step, window depth does not", "[articles]") {
+TEST_CASE("Ulrich: logarithmic depth keeps a relative step, window depth does not", "[articles]") {
     Camera window = camera_of(perspective(centred, {0.1, 1e4})), logarithmic = window;
     logarithmic.encoding = Encoding::logarithmic;
     logarithmic.far = 1e4;

@@ -113,7 +113,7 @@ void draw_oblique(const std::filesystem::path& folder) {
     chart.series.push_back(near_plane);
     chart.series.push_back(far_plane);
 
-    // Lengyel's figure 5: how deep a direction can reach, against the angle.
+    // How deep a direction can reach, against the angle.
     Chart depth{"Where the ray meets the far plane",
                 {"angle of the near plane, degrees", 0, 50, {0, 10, 20, 30, 40, 50}},
                 {"attainable depth / far", 1, 100, {1, 3, 10, 30, 100}, true},

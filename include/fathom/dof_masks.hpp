@@ -83,7 +83,8 @@ struct DofMasks {
 /// are large.
 /// Accuracy: `circle_ulp`. From window depth under a perspective there is no division, oblique near planes included.
 /// Throws: std::invalid_argument for options out of range and a circle that is not this camera's; Error from the device.
-/// Source: Potmesil and Chakravarty 1981; affine in stored depth as Popov 2016, eq. 5, 6: docs/depth-of-field.md.
+/// Source: Potmesil and Chakravarty 1981; affine in the stored value because 1/z is, by Popov 2016, eq. 5, 6:
+/// docs/depth-of-field.md.
 DofMasks dof_masks(const StoredDepth& stored, const DofMasksOptions& options);
 
 /// The same into images of the caller's: those that `options` asks for, of one float a pixel, which share memory neither with

@@ -32,7 +32,7 @@ inline constexpr double exponential_least_two_float = 0x1p-100;
 /// Accuracy: `linearize_ulp_fp64`, `linearize_ulp_two_float`, `linearize_ulp_exponential`, `linearize_ulp_ray_distance`,
 /// and the condition terms above.
 /// Throws: std::invalid_argument for a camera that does not fit the image or cannot be decoded; Error from the device.
-/// Source: Popov 2016, eq. 1 and 5–9, as derived in docs/camera.md.
+/// Source: Popov 2016, eq. 1, 3 and 5–9, as derived in docs/camera.md.
 ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options = {});
 
 /// The same into an image of the caller's: one float a pixel, same size, not sharing memory with the input.

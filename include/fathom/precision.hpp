@@ -14,7 +14,7 @@ Storage storage_of(DepthBits bits);
 
 /// Distance along the view axis between the two stored values that enclose depth `z` at pixel position (x, y):
 /// no two surfaces nearer to each other than this can be told apart. Scene units.
-/// Source: Lengyel 2005, section 4; for any form it is |dz/dv| times the step of the stored value.
+/// Source: none is needed: for any form it is |dz/dv| times the step of the stored value.
 double depth_spacing(const Camera& camera, DepthBits bits, double x, double y, double z);
 
 /// Bound of z's error that storing it caused: half the spacing, the larger of the two sides.
@@ -22,7 +22,7 @@ double depth_error_bound(const Camera& camera, DepthBits bits, double x, double 
 
 /// Greatest distance along the view axis at which a surface can still be stored in the direction of pixel (x, y):
 /// where the ray leaves through the far plane, tilted or not; infinity when it never does.
-/// Source: Lengyel 2005, eq. 17–19.
+/// Source: the far plane of Lengyel 2005, eq. 8; equally his eq. 18, solved for the depth that is stored as far.
 double attainable_depth(const Camera& camera, double x, double y);
 
 /// How far `pseudo_linear` depth can be off inside a triangle whose vertices lie at depths from `nearest` to `farthest`:

@@ -115,7 +115,7 @@ Projection from_column_major(std::span<const float, 16> elements, Convention con
 ///   M₃' = v_n M₄ + α C,  α = (v_f − v_n)(M₄·Q)/(C·Q),  Q = M⁻¹(±1, ±1, v_f, 1)
 /// Throws: std::invalid_argument when C·Q ≤ 0 (the far corner is clipped away), when the eye of a perspective is not on
 /// the clipped side (C·eye ≥ 0), and when the plane of an orthographic projection does not face ahead.
-/// Source: Lengyel 2005, eq. 7, 9, 10; Pranckevičius 2007 for orthographic projections.
+/// Source: Lengyel 2005, eq. 7, 9, 10, which hold for any invertible matrix; Pranckevičius 2007 for orthographic ones.
 Projection with_oblique_near_plane(const Projection& projection, const Eigen::Vector4d& plane);
 
 } // namespace fathom

@@ -24,7 +24,7 @@ inline constexpr double unproject_relative_error = 4 * 0x1p-24;
 /// scene units. Pixels that are no surface, background included, have NaN in x, y, z.
 /// Accuracy: `unproject_relative_error`, plus the condition term of `linearize`.
 /// Throws: std::invalid_argument when the world is asked of a camera without a view matrix, or for channels other than 3, 4.
-/// Source: Lenaerts, positions from depth; rays as derived in docs/camera.md.
+/// Source: Lenaerts 2014, reconstructing positions from the depth buffer, part 2; rays as derived in docs/camera.md.
 Image unproject(const StoredDepth& stored, const UnprojectOptions& options = {});
 
 /// The same into an image of the caller's: 3 or 4 float channels, same size.

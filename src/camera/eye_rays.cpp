@@ -1,7 +1,8 @@
 // Rays from the eye, along which planes are affine on the screen.
 //   n·(O + w D(x, y)) = c  ⇒  1/w = n·D(x, y) / (c − n·O)                              rays that meet in the eye O
 //   n·(O(x, y) + w D) = c  ⇒  w = (c − n·O(x, y)) / n·D                                parallel rays
-// Lenaerts (positions from depth); design of every operation that compares depths: 1/w, or w, never w for all.
+// The ray O + w D is that of Lenaerts, part 2; the planes follow. Operations that compare depths take 1/w under a
+// perspective and w under parallel rays.
 
 #include "camera/eye_rays.hpp"
 

@@ -1,7 +1,7 @@
 // The simplest exact form of a camera.
 //   q = (x, y, d, 1),  M = (viewport · projection)⁻¹,  Z = −(m₃·q)/(m₄·q)              distance along the view axis
 // Every encoding is either that line, with most of its coefficients zero, or an exponential, or a length along a ray.
-// Popov 2016, eq. 1, 5–9; Kooima (median); Ulrich and Goldberg (logarithmic); Lenaerts (rays).
+// Popov 2016, eq. 1, 3, 5–9; Kooima (median); Ulrich and Outerra (logarithmic); Lenaerts, part 2 (rays).
 
 #include <fathom/camera.hpp>
 

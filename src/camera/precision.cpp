@@ -1,6 +1,6 @@
 // Precision of a stored depth: what storing it in a step of finite size costs in scene units.
 // Every form is monotonic in the stored value, so the neighbours of a depth are found by storing it, stepping, decoding.
-// Lengyel 2005, section 4 and eq. 17–19.
+// The far plane of an oblique frustum is Lengyel 2005, eq. 8; spacings need no source.
 
 #include <fathom/precision.hpp>
 

@@ -1,7 +1,7 @@
 // Projections: builders, the oblique near plane, and any 4 × 4.
 //   z_clip / w = v_f + q (1/Z - 1/far),  q = (v_n - v_f) / (1/near - 1/far)    (Z = distance along the view axis)
 // Everything is derived in long double; an infinite far plane is 1/far = 0, with no case of its own.
-// Lengyel 2005 (oblique near plane); Kooima (infinite far plane).
+// Lengyel 2005, eq. 7, 9, 10 (oblique near plane); Everitt and Kilgard 2002, as Kooima has it (infinite far plane).
 
 #include <fathom/projection.hpp>
 

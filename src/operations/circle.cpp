@@ -2,7 +2,7 @@
 //   z = (n·q)/(m·q),  q = (v, x, y, 1)
 //   c = k − g/(z − lens) = k − g (m·q)/(n'·q),  n' = n − lens m                 under a perspective
 //   c = g z − k          = ((g n − k m)·q)/(m·q)                                under parallel rays
-// where n' or m is constant that is affine in q. Potmesil and Chakravarty 1981; Popov 2016, eq. 5, 6.
+// where n' or m is constant that is affine in q. Potmesil and Chakravarty 1981; 1/z is affine by Popov 2016, eq. 5, 6.
 
 #include "operations/circle.hpp"
 
