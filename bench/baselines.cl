@@ -1,7 +1,7 @@
 // What the bench compares with: copies that move the same bytes, and the formulas that engines and simulators use.
 // V pixels per work-item with ordinary loads and stores, as a careful user of OpenCL would write them.
 
-#include "lanes.h"
+#include "vector.h"
 
 #define FRAME __global const float *source, __global float *target, const grid_params grid
 #define PIXELS(channels)                                                                                               \
@@ -52,7 +52,7 @@ __kernel void fan_out_apart(__global const float* source, __global float* first,
 
 // Blur by a gather with the circle of the pixel itself, as tutorials have it: red, green and blue of all pixels within it,
 // whatever their own circles.
-__kernel void centre_gather(__global const float* circles, __global const float* colour, __global float* target,
+__kernel void centre_gather(__global const float* circles, __global const float* color, __global float* target,
                             const int width, const int height) {
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= width) return;
@@ -63,7 +63,7 @@ __kernel void centre_gather(__global const float* circles, __global const float*
     for (int dy = max(-reach, -y); dy <= min(reach, height - 1 - y); ++dy) {
         const int across = (int)sqrt(max(square - dy * dy, 0.0f));
         const int low = max(x - across, 0), high = min(x + across, width - 1);
-        __global const float* from = colour + 3 * ((size_t)(y + dy) * width + low);
+        __global const float* from = color + 3 * ((size_t)(y + dy) * width + low);
         for (int i = low; i <= high; ++i, from += 3)
             sum += (float3)(from[0], from[1], from[2]);
         count += high - low + 1;
@@ -71,10 +71,10 @@ __kernel void centre_gather(__global const float* circles, __global const float*
     vstore3(sum / count, (size_t)y * width + x, target);
 }
 
-// As engines do (Jimenez 2014): 49 places in three rings over the largest circle of the tiles around. One counts where its circle
+// As engines do (Jimenez 2014): 49 places in three rings over the max CoC of the tiles around. One counts where its circle
 // reaches the pixel, that of what lies farther being no larger than the pixel's, and by its light's share of that circle.
 __kernel void ring_gather(__global const float* circles, __global const float* least, __global const float* greatest,
-                          __global const float* colour, __global float* target, const int width, const int height,
+                          __global const float* color, __global float* target, const int width, const int height,
                           const int tile, const int stride) {
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= width) return;
@@ -86,7 +86,7 @@ __kernel void ring_gather(__global const float* circles, __global const float* l
     const size_t here = (size_t)y * width + x;
     const float own = circles[here];
     float weight = 1.0f / fmax(own * own, 1.0f);
-    float3 sum = weight * vload3(here, colour);
+    float3 sum = weight * vload3(here, color);
     for (int ring = 1; ring <= 3; ++ring) {
         const float away = largest * (0.5f / 3.0f) * ring;
         const float2 turn = ring == 1 ? (float2)(0.70710678f, 0.70710678f) // by an eighth, a sixteenth, a twenty-fourth
@@ -98,7 +98,7 @@ __kernel void ring_gather(__global const float* circles, __global const float* l
             const size_t there = (size_t)row * width + column;
             const float its = circles[there], size = its > own ? fmin(fabs(its), fabs(own)) : fabs(its);
             const float share = 0.5f * size >= away - 0.5f ? 1.0f / fmax(size * size, 1.0f) : 0.0f;
-            sum += share * vload3(there, colour);
+            sum += share * vload3(there, color);
             weight += share;
         }
     }

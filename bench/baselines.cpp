@@ -8,15 +8,15 @@ namespace fathom::bench {
 
 Baselines::Baselines(const Device& device, bool stream) : device_(device) {
     std::string source = fathom_baseline_files().at("baselines.cl");
-    const std::string include = "#include \"lanes.h\"\n";
-    source.replace(source.find(include), include.size(), runtime::assembled_source("lanes.h"));
+    const std::string include = "#include \"vector.h\"\n";
+    source.replace(source.find(include), include.size(), runtime::assembled_source("vector.h"));
     program_ = cl::Program(device.context(), source);
-    const int lanes = device.options().lanes;
-    program_.build(text("-cl-std=CL1.2 -DFP64=0 -DV=", lanes, " -DSTREAM=", stream && lanes > 1).c_str());
+    const int vector_width = device.options().vector_width;
+    program_.build(text("-cl-std=CL1.2 -DFP64=0 -DV=", vector_width, " -DSTREAM=", stream && vector_width > 1).c_str());
 }
 
 int Baselines::vectors(int width) const {
-    return (width + device_.options().lanes - 1) / device_.options().lanes;
+    return (width + device_.options().vector_width - 1) / device_.options().vector_width;
 }
 
 params::grid_params Baselines::grid(const Image& source, const Image& target) {

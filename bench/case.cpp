@@ -11,16 +11,16 @@ namespace fathom::bench {
 namespace {
 
 std::vector<float> patches(int width, int height) {
-    std::vector<float> colour;
-    colour.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
+    std::vector<float> color;
+    color.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
             const auto patch = static_cast<unsigned>((y / 12) * 7919 + (x / 16) * 104729);
             for (const unsigned factor : {2654435761u, 2246822519u, 3266489917u})
-                colour.push_back(static_cast<float>((patch * factor) >> 8) * 0x1p-24f);
+                color.push_back(static_cast<float>((patch * factor) >> 8) * 0x1p-24f);
         }
     }
-    return colour;
+    return color;
 }
 
 Image codes(const Device& device, Layout layout, const std::vector<double>& stored) {
@@ -81,8 +81,8 @@ const std::array<Image, 4>& Case::masks() {
     return images;
 }
 
-const Image& Case::colour() {
-    Image& image = frames_[current_].colour;
+const Image& Case::color() {
+    Image& image = frames_[current_].color;
     if (picture_.empty())
         picture_ = patches(width(), height());
     if (!image)
@@ -90,10 +90,10 @@ const Image& Case::colour() {
     return image;
 }
 
-void Case::set_colour(const std::vector<float>& picture) {
+void Case::set_color(const std::vector<float>& picture) {
     picture_ = picture;
     for (Frame& frame : frames_)
-        frame.colour = {};
+        frame.color = {};
 }
 
 void Case::complete() {
@@ -105,8 +105,8 @@ void Case::complete() {
         for (std::size_t i = 0; i < made.masks.size(); ++i)
             if (made.masks[i] && !frame.masks[i])
                 frame.masks[i] = filled(1);
-        if (made.colour && !frame.colour)
-            frame.colour = uploaded(device_, {width(), height(), 3}, picture_);
+        if (made.color && !frame.color)
+            frame.color = uploaded(device_, {width(), height(), 3}, picture_);
     }
     device_.finish();
 }
@@ -121,13 +121,13 @@ double Case::median_width() const {
     return 2 * (camera().projection.is_perspective() ? depth_quantile(0.5) : 1) / scale;
 }
 
-Circle Case::lens() const {
+CircleOfConfusion Case::lens() const {
     const double focus = depth_quantile(1.0 / 3), near = depth_quantile(0), far = depth_quantile(1);
     if (!camera().projection.is_perspective()) {
-        const double g = largest_px / std::max(far - focus, focus - near);
+        const double g = max_coc_px / std::max(far - focus, focus - near);
         return {g * focus, g, 0, true};
     }
-    const double k = largest_px / std::max(focus / near - 1, 1 - focus / far);
+    const double k = max_coc_px / std::max(focus / near - 1, 1 - focus / far);
     return {k, k * focus};
 }
 

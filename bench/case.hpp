@@ -31,22 +31,22 @@ public:
     StoredDepth stored(Storage storage) const; ///< float32 or uint16
     const Image& floats(int channels);         ///< for a result of one, three or four floats a pixel
     const std::array<Image, 4>& masks();       ///< for four results of one float
-    const Image& colour();                     ///< patches of colour unless a picture was set
-    void set_colour(const std::vector<float>& picture);
+    const Image& color();                      ///< patches of colour unless a picture was set
+    void set_color(const std::vector<float>& picture);
 
     /// z where this share of the surfaces is nearer.
     double depth_quantile(double share) const;
     double median_width() const; ///< width of the image, in scene units, at the median depth
 
     double radius_px = 0;  ///< of ssao: pixels at the median depth
-    double largest_px = 0; ///< of dof and dof_masks: diameter of the image's largest circle
+    double max_coc_px = 0; ///< of dof and dof_masks: diameter of the image's max CoC
 
     double radius() const { return radius_px * median_width() / width(); }
-    Circle lens() const; ///< in focus at the first third of the surfaces
+    CircleOfConfusion lens() const; ///< in focus at the first third of the surfaces
 
 private:
     struct Frame {
-        Image stored, stored16, colour;
+        Image stored, stored16, color;
         std::array<Image, 3> floats; // of one, three and four channels
         std::array<Image, 4> masks;
     };

@@ -27,7 +27,7 @@ using namespace fathom::bench;
 
 namespace {
 
-constexpr double endless = std::numeric_limits<double>::infinity();
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 struct View {
     std::string name;
@@ -75,11 +75,11 @@ scene::Scene town() {
 }
 
 std::vector<View> views(int width, int height) {
-    return {{"room", scene::room(), eye(width, height), {0.25, endless}},
-            {"railings", scene::railings(), eye(width, height), {0.25, endless}},
-            {"terrain from above", scene::terrain(), from_above(160, 200, width, height), {endless}},
-            {"mountains from above", steeper(scene::terrain(), 4), from_above(160, 200, width, height), {endless}},
-            {"town from above", town(), from_above(150, 200, width, height), {endless}}};
+    return {{"room", scene::room(), eye(width, height), {0.25, infinite}},
+            {"railings", scene::railings(), eye(width, height), {0.25, infinite}},
+            {"terrain from above", scene::terrain(), from_above(160, 200, width, height), {infinite}},
+            {"mountains from above", steeper(scene::terrain(), 4), from_above(160, 200, width, height), {infinite}},
+            {"town from above", town(), from_above(150, 200, width, height), {infinite}}};
 }
 
 struct Method {
@@ -120,12 +120,12 @@ void add_library(std::vector<Method>& list, const Case& c) {
                                                {"accurate", Quality::accurate, 100}}) {
         SsaoOptions half = options_of(c, quality);
         half.half_resolution = true;
-        half.steps = steps;
+        half.samples = steps;
         list.push_back(
             {text(name, ", half, ", steps, " steps"), [c, half] { return ssao(c.stored, half).visibility; }});
     }
     SsaoOptions many = options_of(c, Quality::accurate);
-    many.steps = 120;
+    many.samples = 120;
     list.push_back({"accurate, 120 steps", [c, many] { return ssao(c.stored, many).visibility; }});
 }
 

@@ -47,7 +47,7 @@ private:
         };
         while (sets_.size() < std::min<std::size_t>(frames_.count(), 4)) {
             DofMasks set;
-            for (Image* each : {&set.circle, &set.near, &set.focus, &set.far, &set.mixed_depth})
+            for (Image* each : {&set.circle, &set.near, &set.focus, &set.far, &set.mixed_pixels})
                 *each = image(1);
             sets_.push_back(set);
             together_.push_back(image(4));
@@ -81,7 +81,7 @@ Comparison compare_masks(const StoredDepth& stored, const DofMasksOptions& optio
 }
 
 // A lens focused at 7: circles to 20 pixels behind, to ever more before.
-constexpr Circle lens{20, 140};
+constexpr CircleOfConfusion lens{20, 140};
 
 void add_masks(std::vector<Subject>& list, Frames& frames, Baselines& plain, Baselines& streaming) {
     const auto masks = std::make_shared<MaskFrames>(frames);
@@ -127,9 +127,9 @@ void add_masks(std::vector<Subject>& list, Frames& frames, Baselines& plain, Bas
     add("dof_masks oblique", camera(with_oblique_near_plane(perspective(1.0, aspect, span), {0.1, 0.2, -1, -2})));
     add("dof_masks view-z", view_z);
     DofMasksOptions and_mixed = options;
-    and_mixed.mixed_depth = true;
+    and_mixed.mixed_pixels = true;
     list.push_back(
-        {.name = "dof_masks and mixed depth", .floor = "fan out", .run = [&frames, masks, standard, and_mixed] {
+        {.name = "dof_masks and mixed pixels", .floor = "fan out", .run = [&frames, masks, standard, and_mixed] {
              dof_masks({frames.stored(), standard}, masks->current(), and_mixed);
          }});
     list.push_back({.name = "dof_masks standard, new images", .floor = "fan out", .run = [&frames, standard, options] {
@@ -165,16 +165,16 @@ public:
             make();
         return *depth_;
     }
-    const Image& colour() {
+    const Image& color() {
         depth();
-        return colour_;
+        return color_;
     }
     const Image& result() {
         depth();
         return result_;
     }
 
-    /// A lens whose largest circle in this image is so many pixels across.
+    /// A lens whose max CoC in this image is so many pixels across.
     DofOptions options(double largest, BlurQuality quality) {
         depth();
         const double k = largest / std::max(focus / nearest_ - 1, 1 - focus / farthest_);
@@ -182,14 +182,14 @@ public:
     }
 
     /// The back wall all over, in the picture's colours.
-    const Plate& plate() {
-        if (!plate_) {
+    const CleanPlate& clean_plate() {
+        if (!clean_plate_) {
             const StoredDepth& of = depth();
             std::vector<float> stored = pixels(of.image);
             std::ranges::fill(stored, *std::ranges::max_element(stored));
-            plate_ = {colour(), {uploaded(device_, {blur_width, blur_height}, stored), of.camera}};
+            clean_plate_ = {color(), {uploaded(device_, {blur_width, blur_height}, stored), of.camera}};
         }
-        return *plate_;
+        return *clean_plate_;
     }
 
     /// For the gather, which is not charged for them.
@@ -219,23 +219,23 @@ private:
         const std::vector<float> z = pixels(linearize(*depth_).image);
         nearest_ = static_cast<double>(*std::ranges::min_element(z));
         farthest_ = static_cast<double>(*std::ranges::max_element(z));
-        std::vector<float> colour;
+        std::vector<float> color;
         for (int y = 0; y < blur_height; ++y) {
             for (int x = 0; x < blur_width; ++x) {
                 const auto patch = static_cast<unsigned>((y / 12) * 7919 + (x / 16) * 104729);
                 for (const unsigned factor : {2654435761u, 2246822519u, 3266489917u})
-                    colour.push_back(static_cast<float>((patch * factor) >> 8) * 0x1p-24f);
+                    color.push_back(static_cast<float>((patch * factor) >> 8) * 0x1p-24f);
             }
         }
-        colour_ = uploaded(device_, {blur_width, blur_height, 3}, colour);
-        result_ = uploaded(device_, {blur_width, blur_height, 3}, colour);
+        color_ = uploaded(device_, {blur_width, blur_height, 3}, color);
+        result_ = uploaded(device_, {blur_width, blur_height, 3}, color);
     }
 
     Device device_;
     std::optional<StoredDepth> depth_;
     double nearest_ = 0, farthest_ = 0;
-    Image colour_, result_, circles_;
-    std::optional<Plate> plate_;
+    Image color_, result_, circles_;
+    std::optional<CleanPlate> clean_plate_;
     std::array<Image, 2> moved_;
 };
 
@@ -243,7 +243,7 @@ Comparison compare_gather(BlurRoom& room, const std::function<void()>& gather, d
     gather();
     const std::vector<float> found = pixels(room.result());
     const std::vector<float> library =
-        pixels(dof(room.depth(), room.colour(), room.options(largest, BlurQuality::standard)));
+        pixels(dof(room.depth(), room.color(), room.options(largest, BlurQuality::standard)));
     double squares = 0;
     for (std::size_t i = 0; i < found.size(); ++i) {
         const double off = static_cast<double>(found[i]) - static_cast<double>(library[i]);
@@ -280,7 +280,7 @@ void add_blur(std::vector<Subject>& list, const Device& device, Baselines& plain
             [=] {
                 DofOptions options = room->options(largest, quality);
                 options.aperture = aperture;
-                dof(room->depth(), room->colour(), room->result(), options);
+                dof(room->depth(), room->color(), room->result(), options);
             },
             every);
     };
@@ -291,18 +291,18 @@ void add_blur(std::vector<Subject>& list, const Device& device, Baselines& plain
     blur("dof default, 64 px, six blades", usual, BlurQuality::standard, 4, {.blades = 6});
     blur("dof default, 64 px, 2 : 1", usual, BlurQuality::standard, 4, {.ratio = 2});
     add(
-        "dof default, 64 px, with a plate",
+        "dof default, 64 px, with a clean plate",
         [=] {
             DofOptions options = room->options(usual, BlurQuality::standard);
-            options.plate = room->plate();
-            dof(room->depth(), room->colour(), room->result(), options);
+            options.clean_plate = room->clean_plate();
+            dof(room->depth(), room->color(), room->result(), options);
         },
         4);
     blur("dof default, 16 px", 16, BlurQuality::standard);
     blur("dof default, 256 px", 256, BlurQuality::standard);
     blur("dof default, all in focus", 1, BlurQuality::standard);
     const std::function<void()> gather = [room, &plain] {
-        plain.start("centre_gather", blur_width, blur_height, room->circles(usual).buffer(), room->colour().buffer(),
+        plain.start("centre_gather", blur_width, blur_height, room->circles(usual).buffer(), room->color().buffer(),
                     room->result().buffer(), cl_int{blur_width}, cl_int{blur_height});
     };
     Subject& centre = add("dof, gather by the centre's", gather, 16);

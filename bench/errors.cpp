@@ -19,7 +19,7 @@ using oracle::Quad;
 
 constexpr int stride = 7;                       // pixels from one sample to the next, where truth is cheap
 constexpr double radii[] = {1.0 / 20, 2.0 / 5}; // of ssao, in widths of the image
-constexpr double largest_circle = 1.0 / 30;     // of dof, in widths
+constexpr double max_coc = 1.0 / 30;            // of dof, in widths
 constexpr int occlusion_stride = 23;            // between the pixels of brute force: every phase of 4 x 4 alike
 constexpr int blur_stride = 23;                 // between the pixels whose lens is sampled
 
@@ -32,7 +32,7 @@ std::vector<float> pixels(const Image& image) {
 
 struct BlurSample {
     int x, y;
-    Eigen::Vector3d colour;
+    Eigen::Vector3d color;
 };
 
 // A view, its truth and the results of methods in it. Truths that take long are made when they are first asked for.
@@ -40,7 +40,7 @@ class Judge {
 public:
     Judge(const Device& device, const View& view)
         : view_(view), rendered_(scene::render(view.scene, view.camera())), on_(device, view, rendered_.exact, 1) {
-        on_.largest_px = largest_circle * on_.width();
+        on_.max_coc_px = max_coc * on_.width();
     }
 
     Case& on() { return on_; }
@@ -117,12 +117,12 @@ private:
 
     Deviation circle_error(const std::vector<float>& got) const {
         const oracle::Truth truth(view_.subject, Storage::float32);
-        const Circle lens = on_.lens();
+        const CircleOfConfusion lens = on_.lens();
         return summary("ulp", over_surfaces(stride, [&](int x, int y) {
                            const std::size_t i = index(x, y);
                            const auto z = static_cast<long double>(
                                truth.depth(static_cast<double>(rendered_.stored[i]), x + 0.5, y + 0.5));
-                           const long double exact = circle_at(lens, z);
+                           const long double exact = coc_at(lens, z);
                            const double off = static_cast<double>(static_cast<long double>(got[i]) - exact);
                            return off / oracle::ulp(static_cast<Quad>(std::max(std::abs(exact), lens.k)));
                        }));
@@ -156,8 +156,8 @@ private:
 
     // Not where the circle reaches beyond the image.
     void make_blur() {
-        on_.set_colour(picture_of(view_));
-        const int margin = static_cast<int>(on_.largest_px / 2) + 1;
+        on_.set_color(picture_of(view_));
+        const int margin = static_cast<int>(on_.max_coc_px / 2) + 1;
         for (int y = margin; y < on_.height() - margin; y += blur_stride)
             for (int x = margin; x < on_.width() - margin; x += blur_stride)
                 blur_.push_back({x, y, {}});
@@ -165,7 +165,7 @@ private:
         std::atomic<std::size_t> next = 0;
         const auto work = [&] {
             for (std::size_t i = next++; i < blur_.size(); i = next++)
-                blur_[i].colour = truth.at(blur_[i].x, blur_[i].y);
+                blur_[i].color = truth.at(blur_[i].x, blur_[i].y);
         };
         std::vector<std::jthread> workers;
         for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
@@ -177,7 +177,7 @@ private:
         for (const BlurSample& sample : blur_)
             for (int i = 0; i < 3; ++i)
                 errors.push_back(static_cast<double>(got[3 * index(sample.x, sample.y) + static_cast<std::size_t>(i)]) -
-                                 sample.colour[i]);
+                                 sample.color[i]);
         return summary("colour", errors);
     }
     const View& view_;
@@ -199,7 +199,7 @@ std::vector<Figures> errors(const Device& device, const std::vector<Method>& met
         rows.push_back({.operation = method.operation,
                         .method = method.name,
                         .kind = kind_name(method.kind),
-                        .storage = name(method.storage),
+                        .storage = to_string(method.storage),
                         .scene = view.name,
                         .width = view.camera().width,
                         .height = view.camera().height,
@@ -216,7 +216,7 @@ std::vector<Figures> errors(const Device& device, const std::vector<Method>& met
             if (method.operation == "dof")
                 judge.prepare_blur();
             const bool circle = method.operation == "dof" || method.operation == "dof_masks";
-            add(judge, view, method, circle ? judge.on().largest_px : 0);
+            add(judge, view, method, circle ? judge.on().max_coc_px : 0);
         }
         for (const double share : radii) {
             judge.set_radius(share);

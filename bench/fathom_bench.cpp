@@ -45,7 +45,8 @@ struct Figure {
 
 constexpr const char* help =
     "usage: fathom_bench [--table NAME] [--device WHAT] [--size WxH] [--rounds N] [--frames N] [--only TEXT]\n"
-    "                    [--seconds S] [--megapixels N] [--two-float] [--lanes V] [--group N] [--processor-time]\n"
+    "                    [--seconds S] [--megapixels N] [--two-float] [--vector width V] [--group N] "
+    "[--processor-time]\n"
     "                    [--csv FILE] [--json FILE]\n"
     "  --table operations  every operation, camera and formula on random depths (3840x2160, the default table)\n"
     "          errors      every method against the truth in seven scenes (960x540)\n"
@@ -97,8 +98,8 @@ Arguments parse(int argc, char** argv) {
             a.rounds = std::atoi(value);
         else if (option == "--frames")
             a.frames = std::atoi(value);
-        else if (option == "--lanes")
-            a.options.lanes = std::atoi(value);
+        else if (option == "--vector width")
+            a.options.vector_width = std::atoi(value);
         else if (option == "--group")
             a.options.group_size = std::atoi(value);
         else if (option == "--csv")
@@ -315,8 +316,8 @@ Table made(const Device& device, const Arguments& a) {
 
 int run(const Arguments& a) {
     const Device device = Device::open(a.device, a.options);
-    std::printf("%s, %s, %d lanes, %s; commit %s\n", device.info().name.c_str(), device.info().platform.c_str(),
-                device.options().lanes, device.options().arithmetic == Arithmetic::fp64 ? "fp64" : "two-float",
+    std::printf("%s, %s, %d vector width, %s; commit %s\n", device.info().name.c_str(), device.info().platform.c_str(),
+                device.options().vector_width, device.options().arithmetic == Arithmetic::fp64 ? "fp64" : "two-float",
                 commit().c_str());
     const Table table = made(device, a);
     if (!a.csv.empty())

@@ -29,7 +29,7 @@ struct Figures {
     std::string storage;
     std::string scene; ///< frames: random depths
     int width = 0, height = 0;
-    double radius_px = 0; ///< ssao: at the median depth; dof and dof_masks: the largest circle's diameter. 0: none
+    double radius_px = 0; ///< ssao: at the median depth; dof and dof_masks: the max CoC's diameter. 0: none
     std::vector<double> seconds = {};
     std::string floor = {};
     double floor_seconds = 0; ///< median

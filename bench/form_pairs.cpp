@@ -104,7 +104,7 @@ void add_linearize(std::vector<Pair>& pairs, Frames& frames, const Named& named)
 // Rays that cover one depth a step, against those that each cover their own.
 void add_rays(std::vector<Pair>& pairs, Frames& frames, const Named& named) {
     const Model least = least_model(named.camera);
-    if (!least.rays.parallel_depth || least.form.form == Form::ray_distance)
+    if (!least.rays.w_is_depth || least.form.form == Form::ray_distance)
         return;
     const Model wider = with_depth_of_each_ray(least);
     const auto add = [&](const char* operation, auto launch, const Image& (Frames::*target)() const) {
@@ -118,13 +118,14 @@ void add_rays(std::vector<Pair>& pairs, Frames& frames, const Named& named) {
     };
     add("unproject", unproject_as, &Frames::positions);
     if (eye_rays(least.rays).perspective)
-        add("planar depth", planar_as, &Frames::result);
+        add("inverse depth", inverse_depth_as, &Frames::result);
 }
 
-// A lens of f/2 and 50 mm focused at 5; telecentric under parallel rays.
+// A lens of f/2 and 50 mm focused at 5; telecentric under an orthographic projection.
 void add_circles(std::vector<Pair>& pairs, Frames& frames, const Named& named) {
-    const bool parallel = !named.camera.projection.is_perspective();
-    const Circle circle = parallel ? Circle{.k = 20, .g = 4, .telecentric = true} : Circle{.k = 20, .g = 100};
+    const bool is_orthographic = !named.camera.projection.is_perspective();
+    const CircleOfConfusion circle = is_orthographic ? CircleOfConfusion{.k = 20, .g = 4, .telecentric = true}
+                                                     : CircleOfConfusion{.k = 20, .g = 100};
     const std::vector<CircleModel> models = circle_models(named.camera, circle);
     const auto run = [&](const CircleModel& model) {
         return [&frames, camera = named.camera, model, circle] {

@@ -29,7 +29,7 @@ std::string name_of(const DepthForm& form, const Rays& rays, bool pixel_terms) {
     case Form::exponential:
         return "exponential";
     default:
-        return rays.parallel_depth ? "ray distance" : "ray distance, each ray's depth";
+        return rays.w_is_depth ? "ray distance" : "ray distance, each ray's depth";
     }
 }
 
@@ -59,26 +59,28 @@ struct Launch {
 };
 
 Launch prepared(const char* kernel, const Model& model, const StoredDepth& stored, const Image& result, bool stream,
-                const runtime::Choices& more = {}) {
+                const runtime::Defines& more = {}) {
     const Device& device = result.device();
     const Arithmetic arithmetic = device.options().arithmetic;
-    const int lanes = lanes_for(device, result.width());
-    runtime::Choices choices =
-        decoder_choices(model.form, model.rays, stored.storage, lanes, stream && worth_streaming(result, lanes));
+    const int vector_width = vector_width_for(device, result.width());
+    runtime::Defines choices = decoder_defines(model.form, model.rays, stored.storage, vector_width,
+                                               stream && worth_streaming(result, vector_width));
     for (auto& [choice, value] : choices) {
         if (choice == std::string("PIXEL_TERMS"))
             value = model.pixel_terms;
     }
     choices.insert(choices.end(), more.begin(), more.end());
     return {runtime::kernel(device, kernel, choices),
-            {static_cast<std::size_t>((result.width() + lanes - 1) / lanes), static_cast<std::size_t>(result.height())},
+            {static_cast<std::size_t>((result.width() + vector_width - 1) / vector_width),
+             static_cast<std::size_t>(result.height())},
             grid_parameters(stored, result, 0, result.width()),
             depth_parameters(model.form, stored.storage, Background::decode, arithmetic),
             ray_parameters(model.rays, model.form.scale, arithmetic)};
 }
 
-// c = (k n' - g m)·q / (n'·q) with n' = n - lens m, or ((g n - k m)·q) / (m·q) under parallel rays, be the divisor constant.
-void set_quotient(params::circle_params& p, const DepthForm& form, const Circle& circle, Arithmetic arithmetic) {
+// c = (k n' - g m)·q / (n'·q) with n' = n - lens m, or ((g n - k m)·q) / (m·q) under an orthographic projection, be the divisor constant.
+void set_quotient(params::circle_params& p, const DepthForm& form, const CircleOfConfusion& circle,
+                  Arithmetic arithmetic) {
     for (std::size_t i = 0; i < 4; ++i) {
         const long double n = form.numerator[i], m = form.denominator[i], from_lens = n - circle.lens_depth * m;
         const long double above =
@@ -106,7 +108,7 @@ const char* name_of(CircleForm form) {
 
 Model least_model(const Camera& camera, Storage storage) {
     const DepthForm form = depth_form(camera, storage);
-    const Rays view = rays(camera);
+    const Rays view = camera_rays(camera);
     return {name_of(form, view, has_pixel(form)), form, view, has_pixel(form)};
 }
 
@@ -124,9 +126,9 @@ std::vector<Model> wider_models(const Model& least) {
             models.push_back(wider);
         }
     }
-    if (least.form.form == Form::ray_distance && least.rays.parallel_depth) {
+    if (least.form.form == Form::ray_distance && least.rays.w_is_depth) {
         Model wider = least;
-        wider.rays.parallel_depth = false;
+        wider.rays.w_is_depth = false;
         wider.name = name_of(wider.form, wider.rays, false);
         models.push_back(wider);
     }
@@ -137,7 +139,7 @@ Model with_depth_of_each_ray(Model model) {
     const EyeRays eye = eye_rays(model.rays);
     model.rays = {.origin = eye.origin,
                   .direction = eye.direction,
-                  .parallel_depth = false,
+                  .w_is_depth = false,
                   .depth = eye.depth,
                   .eye_depth = eye.eye_depth};
     model.name += ", each ray's depth";
@@ -154,12 +156,13 @@ void unproject_as(const Model& model, const StoredDepth& stored, const Image& po
     runtime::launch(positions.device(), l.kernel, l.range, stored.image, positions, l.grid, l.depth, l.rays, l.rays);
 }
 
-void planar_as(const Model& model, const StoredDepth& stored, const Image& planar_depth) {
-    const Launch l = prepared("planar", model, stored, planar_depth, false, {{"PERSPECTIVE", model.form.perspective}});
-    runtime::launch(planar_depth.device(), l.kernel, l.range, stored.image, planar_depth, l.grid, l.depth, l.rays);
+void inverse_depth_as(const Model& model, const StoredDepth& stored, const Image& inverse_depth) {
+    const Launch l =
+        prepared("inverse_depth", model, stored, inverse_depth, false, {{"PERSPECTIVE", model.form.perspective}});
+    runtime::launch(inverse_depth.device(), l.kernel, l.range, stored.image, inverse_depth, l.grid, l.depth, l.rays);
 }
 
-std::vector<CircleModel> circle_models(const Camera& camera, const Circle& circle) {
+std::vector<CircleModel> circle_models(const Camera& camera, const CircleOfConfusion& circle) {
     const Model depth = least_model(camera);
     std::vector<CircleModel> models;
     for (const CircleForm form : {CircleForm::recentred, CircleForm::sum, CircleForm::quotient, CircleForm::of_depth}) {
@@ -169,10 +172,11 @@ std::vector<CircleModel> circle_models(const Camera& camera, const Circle& circl
     return models;
 }
 
-void circle_as(const CircleModel& model, const Circle& circle, const StoredDepth& stored, const Image& result) {
+void circle_as(const CircleModel& model, const CircleOfConfusion& circle, const StoredDepth& stored,
+               const Image& result) {
     const Device& device = result.device();
     const Arithmetic arithmetic = device.options().arithmetic;
-    const runtime::Choices choices{
+    const runtime::Defines choices{
         {"CIRCLE", static_cast<int>(model.form)}, {"TELECENTRIC", circle.telecentric}, {"WEIGHTS", 0}};
     Model depth = model.depth;
     if (model.form == CircleForm::sum && depth.form.form == Form::reciprocal)

@@ -34,8 +34,8 @@ void linearize_as(const Model& model, const StoredDepth& stored, const Image& vi
 /// kernels/unproject.cl likewise, to three floats a pixel.
 void unproject_as(const Model& model, const StoredDepth& stored, const Image& positions);
 
-/// kernels/planar.cl likewise: the first pass of `normals` and `ssao`.
-void planar_as(const Model& model, const StoredDepth& stored, const Image& planar_depth);
+/// kernels/inverse_depth.cl likewise: the first pass of `normals` and `ssao`.
+void inverse_depth_as(const Model& model, const StoredDepth& stored, const Image& inverse_depth);
 
 /// The circle of confusion by another of the laws in kernels/circle.h.
 struct CircleModel {
@@ -45,9 +45,10 @@ struct CircleModel {
 };
 
 /// What the library builds for this camera, and then every law that it is a case of.
-std::vector<CircleModel> circle_models(const Camera& camera, const Circle& circle);
+std::vector<CircleModel> circle_models(const Camera& camera, const CircleOfConfusion& circle);
 
 /// kernels/dof_masks.cl by that law, the circle alone.
-void circle_as(const CircleModel& model, const Circle& circle, const StoredDepth& stored, const Image& result);
+void circle_as(const CircleModel& model, const CircleOfConfusion& circle, const StoredDepth& stored,
+               const Image& result);
 
 } // namespace fathom::bench

@@ -19,9 +19,9 @@ std::vector<float> stored_pattern(std::size_t size) {
 }
 
 void write(const Image& image, const void* data) {
-    const std::size_t row =
-        static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.channels()) * bytes(image.element());
-    const std::size_t pitch = image.row_stride() * bytes(image.element());
+    const std::size_t row = static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.channels()) *
+                            element_bytes(image.element());
+    const std::size_t pitch = image.row_stride() * element_bytes(image.element());
     image.device().queue().enqueueWriteBufferRect(image.buffer(), CL_TRUE, {0, 0, 0}, {0, 0, 0},
                                                   {row, static_cast<std::size_t>(image.height()), 1}, pitch, 0, row, 0,
                                                   data);

@@ -1,5 +1,5 @@
 // A thin lens: rays through a point L of the lens meet at the depth in focus S, so a surface at z is seen beside the pinhole's
-// ray by L (1 − z/S), a circle of 2|L| fx |1/z − 1/S| pixels: k = 2|L| fx/S. Parallel rays: L (z − S)/S, g = 2|L|/S pixels.
+// ray by L (1 − z/S), a circle of 2|L| fx |1/z − 1/S| pixels: k = 2|L| fx/S. Orthographic rays: L (z − S)/S, g = 2|L|/S pixels.
 
 #include "lens_truth.hpp"
 
@@ -48,9 +48,9 @@ std::vector<float> picture_of(const View& view) {
                 Eigen::Vector3d sum = Eigen::Vector3d::Zero();
                 for (const auto& [right, down] : places) {
                     const auto surface = caster.at(x + right, y + down);
-                    sum += surface ? colour_of(view, (world * surface->position.homogeneous()).head<3>(),
-                                               world.topLeftCorner<3, 3>() * surface->normal)
-                                   : sky_colour();
+                    sum += surface ? color_of(view, (world * surface->position.homogeneous()).head<3>(),
+                                              world.topLeftCorner<3, 3>() * surface->normal)
+                                   : sky_color();
                 }
                 for (int i = 0; i < 3; ++i)
                     picture[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
@@ -66,7 +66,7 @@ std::vector<float> picture_of(const View& view) {
     return picture;
 }
 
-LensTruth::LensTruth(const View& view, const Circle& circle)
+LensTruth::LensTruth(const View& view, const CircleOfConfusion& circle)
     : view_(view), caster_(view.scene, view.camera()), to_world_(scene::to_world(view.camera())),
       perspective_(view.camera().projection.is_perspective()) {
     const Projection& p = view.camera().projection;
@@ -99,7 +99,7 @@ Eigen::Vector3d LensTruth::along(double x, double y, const Eigen::Vector2d& on_l
     const scene::Ray world{(to_world_ * ray.origin.homogeneous()).head<3>(),
                            to_world_.topLeftCorner<3, 3>() * ray.direction, ray.first, ray.last};
     const auto met = scene::met(view_.scene, world);
-    return met ? colour_of(view_, met->position, met->normal) : sky_colour();
+    return met ? color_of(view_, met->position, met->normal) : sky_color();
 }
 
 Eigen::Vector3d LensTruth::at(int x, int y) const {

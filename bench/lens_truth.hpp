@@ -18,7 +18,7 @@ std::vector<float> picture_of(const View& view);
 /// does not hold is in it. Beyond the far plane there is nothing, as in the picture.
 class LensTruth {
 public:
-    LensTruth(const View& view, const Circle& circle);
+    LensTruth(const View& view, const CircleOfConfusion& circle);
 
     Eigen::Vector3d at(int x, int y) const;
 

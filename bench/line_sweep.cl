@@ -1,12 +1,12 @@
 // Horizons by line sweep: every line of pixels in one direction is walked both ways, and a convex hull of what was passed is
 // kept. A pixel's horizon is where a line from it touches the hull, however far away that is.
 // Timonen 2013, "Line-Sweep Ambient Obscurance"; Timonen and Westerholm 2010, "Scalable Height Field Self-Shadowing".
-// On a line of the screen planar depth q of a straight line in space is affine, and so is the cotangent of the angle from the
+// On a line of the screen inverse depth q of a straight line in space is affine, and so is the cotangent of the angle from the
 // view ray in (q - q_c) / s: hulls of (s, q) are hulls of the scene under every camera. What lies behind a surface is solid.
 //
-// The hard radius is not in the papers. Points of the hull count while they are in the ball; where the next one is not, what lies
+// The hard radius is not in the papers. Points of the hull count while they are in the sphere; where the next one is not, what lies
 // between is asked block by block, each of which has a hull of its own, until nothing farther can count; and where a block's hull
-// leaves the ball, the surface is searched by halving. What is missed there, within a block, makes a pixel too open.
+// leaves the sphere, the surface is searched by halving. What is missed there, within a block, makes a pixel too open.
 // The surfaces are those of kernels/ssao_planes.cl, the measure is that of kernels/ssao.cl, whose text stands before this.
 
 #define NO_HORIZON -1e30f
@@ -14,7 +14,7 @@
 
 // A line of pixels in the plane that it spans with its view rays.
 typedef struct {
-    __global float* q;      // planar depth where the line passes, NaN where there is none
+    __global float* q;      // inverse depth where the line passes, NaN where there is none
     __global float2* place; // across and along the middle view ray (perspective), or the rays
     __global float* tilt;   // slope of the pixel's own plane
     __global int* hull;     // of all that was passed
@@ -43,11 +43,11 @@ INLINE float3 direction_of(const occlusion_params* p, float x, float y) {
                     p->direction[2][0] * x + p->direction[2][1] * y + p->direction[2][2]);
 }
 
-// The columns that begin at `at` as a ball sees them: inside, passing through it from above to inside, below, or beside it.
+// The columns that begin at `at` as a sphere sees them: inside, passing through it from above to inside, below, or beside it.
 enum { INSIDE, THROUGH, BELOW, BESIDE };
 
-// Where it starts against the ball around `centre`; `slope` becomes (q - q_c) / s of its highest point inside.
-INLINE int against_ball(const line_of_pixels* line, float2 centre, float q, int at, float s, float* slope) {
+// Where it starts against the sphere around `centre`; `slope` becomes (q - q_c) / s of its highest point inside.
+INLINE int against_sphere(const line_of_pixels* line, float2 centre, float q, int at, float s, float* slope) {
     const float2 place = line->place[at], away = centre - place;
     const float away_square = dot(away, away);
     *slope = (line->q[at] - q) / s;
@@ -68,12 +68,12 @@ INLINE int against_ball(const line_of_pixels* line, float2 centre, float q, int 
 #if PERSPECTIVE
     *slope = (line->q[at] / (1 + enters) - q) / s;
 #else
-    *slope = (line->q[at] - enters * line->place[-1].x - q) / s; // planar depth per length
+    *slope = (line->q[at] - enters * line->place[-1].x - q) / s; // inverse depth per length
 #endif
     return THROUGH;
 }
 
-// Slope from the pixel `m` of where the straight line from one pixel, inside its ball, to the next one outside leaves it.
+// Slope from the pixel `m` of where the straight line from one pixel, inside its sphere, to the next one outside leaves it.
 INLINE float slope_where_it_leaves(const line_of_pixels* line, int m, float q, int inner, int outer) {
     const float2 start = line->place[inner] - line->place[m], way = line->place[outer] - line->place[inner];
     const float square = dot(way, way), middle = dot(start, way);
@@ -88,7 +88,7 @@ INLINE float slope_where_it_leaves(const line_of_pixels* line, int m, float q, i
     return (there - q) / fabs((float)(m - inner) + share * (float)(inner - outer));
 }
 
-// The greatest slope inside the ball from the pixel `m` between two others, of which `inner` is not beyond it and `outer` is.
+// The greatest slope inside the sphere from the pixel `m` between two others, of which `inner` is not beyond it and `outer` is.
 INLINE float slope_between(const line_of_pixels* line, int m, float q, int inner, int outer, bool inside) {
     float best = NO_HORIZON;
     while (abs(outer - inner) > 1) {
@@ -96,7 +96,7 @@ INLINE float slope_between(const line_of_pixels* line, int m, float q, int inner
         float slope = NO_HORIZON;
         const int where = isnan(line->q[middle])
                               ? BESIDE
-                              : against_ball(line, line->place[m], q, middle, (float)abs(m - middle), &slope);
+                              : against_sphere(line, line->place[m], q, middle, (float)abs(m - middle), &slope);
         if (where == INSIDE || where == THROUGH)
             best = max(best, slope);
         if (where == INSIDE || where == BELOW)
@@ -126,7 +126,7 @@ INLINE float slope_beyond(const line_of_pixels* line, int m, float q, float tang
                 break;
             last = plain;
             float slope;
-            const int where = against_ball(line, line->place[m], q, at, s, &slope);
+            const int where = against_sphere(line, line->place[m], q, at, s, &slope);
             if (where == INSIDE || where == THROUGH)
                 best = max(best, slope);
             if (where == INSIDE)
@@ -139,7 +139,7 @@ INLINE float slope_beyond(const line_of_pixels* line, int m, float q, float tang
     return best;
 }
 
-// The greatest slope inside the ball from the pixel `m`, with `size` points on the hull of what was passed.
+// The greatest slope inside the sphere from the pixel `m`, with `size` points on the hull of what was passed.
 INLINE float horizon_of(const line_of_pixels* line, int m, int size, float q, int outward) {
     const float tangent = line->tilt[m] * (float)outward;
     float best = NO_HORIZON, last = 2 * NO_HORIZON;
@@ -151,7 +151,7 @@ INLINE float horizon_of(const line_of_pixels* line, int m, int size, float q, in
             break;
         last = plain;
         float slope;
-        const int where = against_ball(line, line->place[m], q, at, s, &slope);
+        const int where = against_sphere(line, line->place[m], q, at, s, &slope);
         if (where == INSIDE) {
             best = max(best, slope);
             inner = at;

@@ -43,7 +43,7 @@ void add_floors(std::vector<Method>& list, Baselines& kernels) {
     add("copy depth and RGB", [&kernels](Case& on) {
         const Layout flat{3 * on.width(), on.height()};
         const Image& from = on.stored(Storage::float32).image;
-        kernels.launch("copy", Image(on.device(), on.colour().buffer(), Element::f32, flat),
+        kernels.launch("copy", Image(on.device(), on.color().buffer(), Element::f32, flat),
                        Image(on.device(), on.floats(3).buffer(), Element::f32, flat));
         const int half = (on.height() + 1) / 2;
         kernels.launch("copy", from.region(0, 0, on.width(), half), on.floats(1).region(0, 0, on.width(), half));
@@ -53,7 +53,7 @@ void add_floors(std::vector<Method>& list, Baselines& kernels) {
 
 bool plain_perspective(const View& view) {
     const auto& frustum = *view.subject.frustum;
-    return !frustum.parallel && !frustum.plane && !frustum.reversed;
+    return !frustum.is_orthographic && !frustum.plane && !frustum.reversed;
 }
 
 // The formulas that engines and simulators use, in float.
@@ -172,7 +172,7 @@ void add_ssao(std::vector<Method>& list) {
             samples = {{1, 16}, {1, 64}, {4, 64}};
         for (const auto& [slices, steps] : samples)
             list.push_back(occlusion(text(slices, " x ", steps, suffix),
-                                     {.slices = slices, .steps = steps, .half_resolution = half}));
+                                     {.slices = slices, .samples = steps, .half_resolution = half}));
     }
     list.push_back(rival(
         "loop per pixel, not filtered",
@@ -199,7 +199,7 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
     const auto add = [&](std::string name, BlurQuality quality) {
         list.push_back(
             {"dof", std::move(name), Kind::library, Storage::float32, "copy depth and RGB", [quality](Case& on) {
-                 dof(on.stored(Storage::float32), on.colour(), on.floats(3), {.circle = on.lens(), .quality = quality});
+                 dof(on.stored(Storage::float32), on.color(), on.floats(3), {.circle = on.lens(), .quality = quality});
                  return on.floats(3);
              }});
     };
@@ -224,7 +224,7 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
     gather(
         "gather by the centre's circle",
         [&kernels](Case& on, const DofMasks& masks) {
-            kernels.start("centre_gather", on.width(), on.height(), masks.circle.buffer(), on.colour().buffer(),
+            kernels.start("centre_gather", on.width(), on.height(), masks.circle.buffer(), on.color().buffer(),
                           on.floats(3).buffer(), cl_int{on.width()}, cl_int{on.height()});
         },
         0);
@@ -232,9 +232,9 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
     gather(
         "gather of 49 in rings",
         [&kernels](Case& on, const DofMasks& masks) {
-            kernels.start("ring_gather", on.width(), on.height(), masks.circle.buffer(), masks.tile_least.buffer(),
-                          masks.tile_greatest.buffer(), on.colour().buffer(), on.floats(3).buffer(), cl_int{on.width()},
-                          cl_int{on.height()}, cl_int{tile}, static_cast<cl_int>(masks.tile_least.row_stride()));
+            kernels.start("ring_gather", on.width(), on.height(), masks.circle.buffer(), masks.tile_min_coc.buffer(),
+                          masks.tile_max_coc.buffer(), on.color().buffer(), on.floats(3).buffer(), cl_int{on.width()},
+                          cl_int{on.height()}, cl_int{tile}, static_cast<cl_int>(masks.tile_min_coc.row_stride()));
         },
         tile);
 }
@@ -277,7 +277,7 @@ double bytes_of(const Method& method, Case& on) {
     on.device().finish();
     double sum = bytes(result) + bytes(on.stored(method.storage).image);
     if (method.operation == "dof")
-        sum += bytes(on.colour());
+        sum += bytes(on.color());
     if (method.operation == "dof_masks")
         sum += 3 * bytes(result);
     for (const cl::Buffer& buffer : scratch)
@@ -288,20 +288,20 @@ double bytes_of(const Method& method, Case& on) {
 void run_masks(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& results) {
     const Device& device = stored.image.device();
     DepthForm form = depth_form(stored.camera, stored.storage);
-    Rays view = form.form == Form::ray_distance ? rays(stored.camera) : Rays{};
+    Rays view = form.form == Form::ray_distance ? camera_rays(stored.camera) : Rays{};
     count_from_lens(form, view, options.circle);
     const Arithmetic arithmetic = device.options().arithmetic;
-    const int width = stored.image.width(), lanes = lanes_for(device, width);
-    runtime::Choices choices =
-        circle_choices(form, options.circle, view, stored.storage, lanes, worth_streaming(results.circle, lanes));
+    const int width = stored.image.width(), vector_width = vector_width_for(device, width);
+    runtime::Defines choices = circle_defines(form, options.circle, view, stored.storage, vector_width,
+                                              worth_streaming(results.circle, vector_width));
     choices.emplace_back("WEIGHTS", 1);
-    runtime::launch(
-        device, runtime::kernel(device, "dof_masks", choices),
-        {static_cast<std::size_t>((width + lanes - 1) / lanes), static_cast<std::size_t>(stored.image.height())},
-        stored.image, results.circle, results.near, results.focus, results.far,
-        grid_parameters(stored, results.circle, 0, width),
-        depth_parameters(form, stored.storage, Background::inf, arithmetic),
-        ray_parameters(view, form.scale, arithmetic), circle_parameters(form, options, arithmetic));
+    runtime::launch(device, runtime::kernel(device, "dof_masks", choices),
+                    {static_cast<std::size_t>((width + vector_width - 1) / vector_width),
+                     static_cast<std::size_t>(stored.image.height())},
+                    stored.image, results.circle, results.near, results.focus, results.far,
+                    grid_parameters(stored, results.circle, 0, width),
+                    depth_parameters(form, stored.storage, Background::inf, arithmetic),
+                    ray_parameters(view, form.scale, arithmetic), circle_parameters(form, options, arithmetic));
 }
 
 } // namespace fathom::bench

@@ -1,6 +1,6 @@
 // Ambient occlusion with its loop over samples written per pixel, as engines write it: what `ssao` is compared with.
 // The samples of `balanced` and their arithmetic are those of kernels/ssao.cl, where the equations stand, but for what is
-// faster here; what is not are its lanes, its planes of one sampling pattern each and its table of places: one work-item a
+// faster here; what is not are its vector width, its planes of one sampling pattern each and its table of places: one work-item a
 // pixel, neighbours in memory look into different directions, and places are computed on the way. Visibility is not
 // filtered. For a centred perspective of square pixels in a closed scene.
 
@@ -9,7 +9,7 @@
 #define STEEP 0.5f
 #define NOTHING -1e30f
 
-// Of a sampling pattern and slice: direction on the screen, rounding of sectors, distances as shares of the ball's.
+// Of a sampling pattern and slice: direction on the screen, rounding of sectors, distances as shares of the sphere's.
 typedef struct {
     float turn_x, turn_y, rounding, reserved;
     float shares[2][STEPS + 1];
@@ -36,12 +36,12 @@ INLINE float slope_of(float before2, float before1, float centre, float after1, 
     return before < after ? centre - before1 : after1 - centre;
 }
 
-// Planar depth 1/z, affine in what is stored; far beyond everything outside the image.
-INLINE float planar_at(__global const float* row, int x, int end, float z, float w) {
+// Inverse depth 1/z, affine in what is stored; far beyond everything outside the image.
+INLINE float inverse_depth_at(__global const float* row, int x, int end, float z, float w) {
     return x >= 0 && x < end ? fma(z, row[x], w) : 1e9f;
 }
 
-// Planar depth, where the surface's solid ends, and the slopes of the tangent plane.
+// Inverse depth, where the surface's solid ends, and the slopes of the tangent plane.
 __kernel void scalar_surfaces(__global const float* stored, __global float4* surfaces, const int width,
                               const int height, const int stride, const float z, const float w, const float focal,
                               const float thickness) {
@@ -50,8 +50,8 @@ __kernel void scalar_surfaces(__global const float* stored, __global float4* sur
         return;
     __global const float* row = stored + (size_t)y * stride;
     const float q = fma(z, row[x], w);
-    const float right = slope_of(planar_at(row, x - 2, width, z, w), planar_at(row, x - 1, width, z, w), q,
-                                 planar_at(row, x + 1, width, z, w), planar_at(row, x + 2, width, z, w));
+    const float right = slope_of(inverse_depth_at(row, x - 2, width, z, w), inverse_depth_at(row, x - 1, width, z, w), q,
+                                 inverse_depth_at(row, x + 1, width, z, w), inverse_depth_at(row, x + 2, width, z, w));
     float rows[5];
     for (int i = -2; i <= 2; ++i)
         rows[i + 2] = y + i >= 0 && y + i < height ? fma(z, row[x + i * stride], w) : 1e9f;
@@ -113,7 +113,7 @@ INLINE float end_of(const half_slice* side, const column* seen, const column* ne
     return fma(tilt, end - seen->along, seen->front) / end;
 }
 
-// The sectors that a column blocks between the ends of its front, inside the ball.
+// The sectors that a column blocks between the ends of its front, inside the sphere.
 INLINE int sectors_of(const half_slice* side, const column* seen, float inner, float outer) {
     if (!(max(inner, outer) > side->first))
         return 0;

@@ -40,7 +40,7 @@ std::size_t size(int value) {
 }
 
 runtime::Kernel built(const Device& device, const std::string& before, const std::string& file, const std::string& name,
-                      const runtime::Choices& choices) {
+                      const runtime::Defines& choices) {
     std::string options = "-cl-std=CL1.2 -cl-kernel-arg-info";
     for (const auto& [key, value] : choices)
         options += text(" -D", key, "=", value);
@@ -73,8 +73,8 @@ SsaoOptions options_of(double radius) {
 
 params::occlusion_params parameters(const StoredDepth& stored, const EyeRays& eye, double radius,
                                     const SliceTable& table) {
-    params::occlusion_params p = occlusion_parameters(stored.camera, eye, planar_error(stored.camera, stored.storage),
-                                                      options_of(radius), table);
+    params::occlusion_params p = occlusion_parameters(
+        stored.camera, eye, inverse_depth_error(stored.camera, stored.storage), options_of(radius), table);
     p.slope_errors = slope_errors_neighbours;
     return p;
 }
@@ -82,7 +82,7 @@ params::occlusion_params parameters(const StoredDepth& stored, const EyeRays& ey
 } // namespace
 
 OcclusionPlanes::OcclusionPlanes(const StoredDepth& stored, double radius, const SliceTable& table, int patterns)
-    : layout(split_parameters(pixel_lattice(stored))), stored_(stored), eye_(eye_rays(rays(stored.camera))),
+    : layout(split_parameters(pixel_lattice(stored))), stored_(stored), eye_(eye_rays(camera_rays(stored.camera))),
       patterns_(patterns), depth_(device(), Element::f32, {stored.image.width(), stored.image.height()}) {
     occlusion = parameters(stored, eye_, radius, table);
     fronts = planes(1);
@@ -100,8 +100,8 @@ Image OcclusionPlanes::planes(int count) const {
 }
 
 runtime::Kernel OcclusionPlanes::kernel(const std::string& file, const std::string& name,
-                                        runtime::Choices choices) const {
-    choices.insert(choices.end(), {{"V", device().options().lanes},
+                                        runtime::Defines choices) const {
+    choices.insert(choices.end(), {{"V", device().options().vector_width},
                                    {"STREAM", 0},
                                    {"FP64", fp64(device())},
                                    {"PERSPECTIVE", eye_.perspective},
@@ -111,38 +111,38 @@ runtime::Kernel OcclusionPlanes::kernel(const std::string& file, const std::stri
 }
 
 void OcclusionPlanes::split() {
-    planar(stored_, eye_, depth_);
-    const int lanes = device().options().lanes;
+    inverse_depth(stored_, eye_, depth_);
+    const int vector_width = device().options().vector_width;
     runtime::Kernel& kernel = runtime::kernel(device(), "ssao_planes",
                                               {{"THICKNESS", 0},
                                                {"GIVEN_NORMALS", 0},
                                                {"CLAMP", 0},
                                                {"EVERY", 1},
-                                               {"V", lanes},
+                                               {"V", vector_width},
                                                {"STREAM", 0},
                                                {"PERSPECTIVE", eye_.perspective}});
     const params::grid_params all = grid(depth_, depth_);
-    runtime::launch(device(), kernel, {layout.stride / size(lanes), 4 * (layout.rows + 2)}, depth_, depth_, depth_,
-                    fronts, backs, slopes, all, all, all, layout, occlusion);
+    runtime::launch(device(), kernel, {layout.stride / size(vector_width), 4 * (layout.rows + 2)}, depth_, depth_,
+                    depth_, fronts, backs, slopes, all, all, all, layout, occlusion);
 }
 
 void OcclusionPlanes::filter(const Image& visibility) {
-    const int lanes = device().options().lanes;
+    const int vector_width = device().options().vector_width;
     runtime::Kernel& kernel = runtime::kernel(device(), "denoise",
                                               {{"REACH", patterns_ == 16  ? 2
                                                          : patterns_ == 4 ? 1
                                                                           : 0},
                                                {"OUTPUT", 0},
                                                {"CLAMP", 0},
-                                               {"V", lanes},
+                                               {"V", vector_width},
                                                {"STREAM", 0},
                                                {"PERSPECTIVE", eye_.perspective}});
-    runtime::launch(device(), kernel, {layout.columns / size(lanes), size(visibility.height())}, fronts, slopes, sums,
-                    visibility, grid(visibility, visibility), layout, occlusion);
+    runtime::launch(device(), kernel, {layout.columns / size(vector_width), size(visibility.height())}, fronts, slopes,
+                    sums, visibility, grid(visibility, visibility), layout, occlusion);
 }
 
 LineSweep::LineSweep(const StoredDepth& stored, double radius, int slices)
-    : planes_(stored, radius, {.slices = 1, .steps = 1, .levels = 1, .taps = {}, .turns = {}, .counts = {}}, 1),
+    : planes_(stored, radius, {.slices = 1, .samples = 1, .levels = 1, .taps = {}, .turns = {}, .counts = {}}, 1),
       sweep_(planes_.kernel("line_sweep.cl", "line_sweep", {})),
       add_(planes_.kernel("line_sweep.cl", "line_sweep_sums", {})), horizons_(planes_.planes(2)) {
     const Device& device = planes_.device();
@@ -173,8 +173,8 @@ void LineSweep::run(const Image& visibility) {
     for (const Image& direction : directions_) {
         runtime::launch(device, sweep_, {1, bands}, planes_.fronts, planes_.slopes, direction, scratch_, horizons_,
                         layout, planes_.occlusion);
-        runtime::launch(device, add_, {layout.columns / size(device.options().lanes), 16 * layout.rows}, planes_.fronts,
-                        planes_.slopes, direction, horizons_, planes_.sums, layout, planes_.occlusion);
+        runtime::launch(device, add_, {layout.columns / size(device.options().vector_width), 16 * layout.rows},
+                        planes_.fronts, planes_.slopes, direction, horizons_, planes_.sums, layout, planes_.occlusion);
     }
     planes_.filter(visibility);
 }
@@ -205,9 +205,10 @@ void Obscurance::run(const Image& visibility) {
     const Device& device = planes_.device();
     const params::split_params& layout = planes_.layout;
     planes_.split();
-    runtime::launch(
-        device, kernel_, {(layout.columns + 255) / 256 * 256 / size(device.options().lanes) * 16 * layout.rows, 1},
-        planes_.fronts, planes_.slopes, taps_, turns_, counts_, intensity_, planes_.sums, layout, planes_.occlusion);
+    runtime::launch(device, kernel_,
+                    {(layout.columns + 255) / 256 * 256 / size(device.options().vector_width) * 16 * layout.rows, 1},
+                    planes_.fronts, planes_.slopes, taps_, turns_, counts_, intensity_, planes_.sums, layout,
+                    planes_.occlusion);
     planes_.filter(visibility);
 }
 

@@ -27,7 +27,7 @@ public:
     const Device& device() const { return stored_.image.device(); }
 
     /// The kernel of a file beside this one, behind the text of kernels/ssao.cl.
-    runtime::Kernel kernel(const std::string& file, const std::string& name, runtime::Choices choices) const;
+    runtime::Kernel kernel(const std::string& file, const std::string& name, runtime::Defines choices) const;
 
     /// `count` images split into planes.
     Image planes(int count) const;
@@ -44,7 +44,7 @@ private:
 };
 
 /// Horizons of a height field by line sweep (line_sweep.cl): `slices` of them through every pixel, without a pattern, at a cost
-/// that the radius does not change. Its thickness is endless.
+/// that the radius does not change. Its thickness is infinite.
 class LineSweep {
 public:
     LineSweep(const StoredDepth& stored, double radius, int slices);
@@ -63,7 +63,7 @@ enum class Falloff {
     scalable,  ///< (1 − d²)³ / d
 };
 
-/// Obscurance (obscurance.cl) at the places and patterns that `ssao` has for so many slices and steps.
+/// Obscurance (obscurance.cl) at the places and jitter that `ssao` has for so many slices and steps.
 class Obscurance {
 public:
     Obscurance(const StoredDepth& stored, double radius, int slices, int steps, Falloff falloff, double intensity);

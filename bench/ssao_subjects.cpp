@@ -52,12 +52,12 @@ public:
         return *orthographic_;
     }
 
-    /// The perspective view on a device that is the same but for its lanes.
+    /// The perspective view on a device that is the same but for its vector width.
     const View& one_lane_view() {
         if (!one_lane_) {
             const View& usual = perspective_view();
             DeviceOptions one = device_.options();
-            one.lanes = 1;
+            one.vector_width = 1;
             const cl::CommandQueue& queue = device_.queue();
             const Device device(device_.context(), queue.getInfo<CL_QUEUE_DEVICE>(), queue, one);
             const Image image(device, usual.depth.image.buffer(), Element::f32, {width_, height_});
@@ -136,12 +136,12 @@ Comparison compare_scalar(Room& room, double share) {
     const SsaoOptions balanced = options(view, Quality::balanced, share);
     SsaoOptions counted = balanced;
     counted.slices = ScalarSsao::slices;
-    counted.steps = ScalarSsao::steps;
-    counted.patterns = 16;
+    counted.samples = ScalarSsao::steps;
+    counted.jitter = 16;
     if (pixels(ssao(view.depth, counted).visibility) != pixels(ssao(view.depth, balanced).visibility))
         return {false, text("balanced is no longer ", ScalarSsao::slices, " slices of ", ScalarSsao::steps, " steps")};
 
-    counted.patterns = 1;
+    counted.jitter = 1;
     const std::vector<float> library = pixels(ssao(view.depth, counted).visibility);
     room.scalar(share, ScalarSsao::Patterns::alike).run(room.visibility());
     const std::vector<float> scalar = pixels(room.visibility());
@@ -176,7 +176,7 @@ std::vector<Subject> ssao_subjects(const Device& device, int width, int height) 
     library("ssao balanced, 40 %", &Room::perspective_view, Quality::balanced, large);
     library("ssao accurate, 40 %", &Room::perspective_view, Quality::accurate, large).every = seldom;
     library("ssao balanced, 5 %, ortho.", &Room::orthographic_view, Quality::balanced, usual);
-    if (device.options().lanes > 1) {
+    if (device.options().vector_width > 1) {
         Subject& one_lane = library("ssao balanced, 5 %, one lane", &Room::one_lane_view, Quality::balanced, usual);
         one_lane.rival = "ssao balanced, 5 %";
         one_lane.every = seldom;

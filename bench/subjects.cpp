@@ -92,7 +92,7 @@ Camera perspective_camera(const Frames& frames) {
     return camera(frames, centred());
 }
 
-Camera parallel_camera(const Frames& frames) {
+Camera orthographic_camera(const Frames& frames) {
     return camera(frames, orthographic({-8, 8, -4.5, 4.5}, span));
 }
 
@@ -155,7 +155,7 @@ void add_linearize(Rows& rows) {
             std::move(truth));
     };
     add("linearize reciprocal", perspective_camera(frames), reciprocal_depth);
-    add("linearize affine", parallel_camera(frames), [](int, int, float d) {
+    add("linearize affine", orthographic_camera(frames), [](int, int, float d) {
         return Quad{bench_near} + static_cast<Quad>(d) * (Quad{bench_far} - Quad{bench_near});
     });
     add("linearize oblique", oblique_camera(frames),
@@ -180,7 +180,7 @@ void add_linearize_in_place(Rows& rows) {
         rows.add(std::move(name), "copy", run, {}, restore);
     };
     add("linearize reciprocal, in place", perspective_camera(frames));
-    add("linearize affine, in place", parallel_camera(frames));
+    add("linearize affine, in place", orthographic_camera(frames));
     add("linearize oblique, in place", oblique_camera(frames));
     Baselines& plain = rows.plain;
     rows.add(
@@ -224,7 +224,7 @@ void add_unproject(Rows& rows) {
     moved.view->topRightCorner<3, 1>() = Eigen::Vector3d(1, 2, 3);
     add("unproject perspective", perspective_camera(frames), view);
     add("unproject perspective, world", moved, world);
-    add("unproject orthographic", parallel_camera(frames), view);
+    add("unproject orthographic", orthographic_camera(frames), view);
     add("unproject oblique", oblique_camera(frames), view);
 }
 
@@ -236,7 +236,7 @@ void add_normals(Rows& rows) {
         });
     };
     add("normals neighbours", perspective_camera(frames), NormalMethod::neighbours);
-    add("normals neighbours, ortho.", parallel_camera(frames), NormalMethod::neighbours);
+    add("normals neighbours, ortho.", orthographic_camera(frames), NormalMethod::neighbours);
     add("normals least squares", perspective_camera(frames), NormalMethod::least_squares);
 }
 

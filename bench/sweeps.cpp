@@ -19,7 +19,7 @@ Case case_of(const Device& device, const View& view) {
 }
 
 double radius_of(const Method& method, const Case& on) {
-    return method.operation == "ssao" ? on.radius_px : method.operation.starts_with("dof") ? on.largest_px : 0;
+    return method.operation == "ssao" ? on.radius_px : method.operation.starts_with("dof") ? on.max_coc_px : 0;
 }
 
 // The chosen methods and their floors, interleaved.
@@ -42,7 +42,7 @@ std::vector<Figures> timed(Case& on, const std::vector<Method>& methods,
         rows.push_back({.operation = method->operation,
                         .method = method->name,
                         .kind = kind_name(method->kind),
-                        .storage = name(method->storage),
+                        .storage = to_string(method->storage),
                         .scene = on.view().name,
                         .width = on.width(),
                         .height = on.height(),
@@ -115,7 +115,7 @@ std::vector<Figures> presets(const Device& device, const std::vector<Method>& me
         const auto wanted = [&](const Method& m) { return m.matches(effort.only) && !slow.contain(m); };
         const auto occlusion = [&](const Method& m) { return m.operation == "ssao" && wanted(m); };
         on.radius_px = on.width() / 20.0;
-        on.largest_px = on.width() / 30.0;
+        on.max_coc_px = on.width() / 30.0;
         append(rows, timed(on, methods, wanted, effort));
         if (&view == &views.front()) {
             on.radius_px = 2 * on.width() / 5.0;
@@ -135,7 +135,7 @@ std::vector<Figures> pixel_sweep(const Device& device, const std::vector<Method>
         const int width = static_cast<int>(std::sqrt(size * 1e6 * 16 / 9) / 16 + 0.5) * 16;
         Case on = case_of(device, room_view(width, static_cast<int>(size * 1e6 / width + 0.5)));
         on.radius_px = 96;
-        on.largest_px = 64;
+        on.max_coc_px = 64;
         append(rows, timed(
                          on, methods, [&](const Method& m) { return swept(m) && m.matches(effort.only); }, effort));
     }
@@ -152,7 +152,7 @@ std::vector<Figures> radius_sweep(const Device& device, const std::vector<Method
     std::vector<Figures> rows;
     Case on = case_of(device, room_view(size.first, size.second));
     for (const double radius : {4, 8, 16, 32, 64, 128, 256, 512}) {
-        on.radius_px = on.largest_px = radius;
+        on.radius_px = on.max_coc_px = radius;
         const auto chosen = [&](const Method& m) {
             return m.matches(effort.only) && std::ranges::any_of(presets, [&](const auto& preset) {
                        return m.operation + ' ' + m.name == preset.first && radius <= preset.second;

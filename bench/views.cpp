@@ -27,7 +27,7 @@ oracle::Subject mirrored(double aspect) {
 // The room from above, below its ceiling, its length across the image.
 oracle::Subject from_above(double aspect) {
     constexpr double half = 5.6;
-    oracle::Subject subject = oracle::from_parallel({-half, half, -half / aspect, half / aspect}, {0, 4});
+    oracle::Subject subject = oracle::from_orthographic({-half, half, -half / aspect, half / aspect}, {0, 4});
     subject.camera.view = Eigen::Matrix4d{{0, 0, -1, -4.5}, {-1, 0, 0, 0}, {0, 1, 0, -1.3}, {0, 0, 0, 1}};
     return subject;
 }
@@ -42,12 +42,12 @@ View room_view(int width, int height) {
 std::vector<View> views(int width, int height) {
     const double aspect = 1.0 * width / height;
     const auto perspective = [&](DepthSpan span) { return oracle::from_field_of_view(view_fov_y, aspect, span); };
-    const DepthSpan endless{1, std::numeric_limits<double>::infinity(), DepthOrder::reversed};
+    const DepthSpan infinite{1, std::numeric_limits<double>::infinity(), DepthOrder::reversed};
     std::vector<View> list{room_view(width, height)};
     const auto add = [&](const char* name, const char* scene, oracle::Subject subject, double check) {
         list.push_back(seen(name, scene, std::move(subject), check, width, height));
     };
-    add("terrain", "terrain", perspective(endless), 12);
+    add("terrain", "terrain", perspective(infinite), 12);
     add("railings", "railings", perspective({0.1, 100}), 0.5);
     add("spheres", "spheres", perspective({0.1, 1000}), 0.5);
     add("corridor", "corridor", perspective({0.01, 1000}), 0.5);
@@ -56,14 +56,14 @@ std::vector<View> views(int width, int height) {
     return list;
 }
 
-Eigen::Vector3d colour_of(const View& view, const Eigen::Vector3d& position, const Eigen::Vector3d& normal) {
+Eigen::Vector3d color_of(const View& view, const Eigen::Vector3d& position, const Eigen::Vector3d& normal) {
     const Eigen::Array3d place = position.array() / view.check;
     const bool odd = static_cast<long>((place + 1e-6).floor().sum()) & 1;
     const double light = 0.55 + 0.45 * normal.dot(Eigen::Vector3d(0.3, 0.8, 0.5).normalized());
     return (light * (odd ? 0.5 : 1) * (0.45 + 0.25 * normal.array())).matrix();
 }
 
-Eigen::Vector3d sky_colour() {
+Eigen::Vector3d sky_color() {
     return {0.3, 0.45, 0.7};
 }
 

@@ -32,7 +32,7 @@ std::vector<View> views(int width, int height);
 View room_view(int width, int height);
 
 /// Linear red, green and blue of a surface, world space: checks, lit from above. No primitive has a colour of its own.
-Eigen::Vector3d colour_of(const View& view, const Eigen::Vector3d& position, const Eigen::Vector3d& normal);
-Eigen::Vector3d sky_colour();
+Eigen::Vector3d color_of(const View& view, const Eigen::Vector3d& position, const Eigen::Vector3d& normal);
+Eigen::Vector3d sky_color();
 
 } // namespace fathom::bench

@@ -16,28 +16,28 @@ check() { # FILE DEFINES...
 
 for lanes in 1 4 8 16; do
     for form in 0 1 2 3 4 5; do
-        check linearize.cl -DV=$lanes -DFORM=$form -DSTORAGE=0 -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2))
-        check planar.cl -DV=$lanes -DFORM=$form -DSTORAGE=0 -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2)) \
+        check linearize.cl -DV=$lanes -DFORM=$form -DSTORAGE=0 -DPIXEL_TERMS=$((form % 2)) -DW_IS_DEPTH=$((form % 2))
+        check inverse_depth.cl -DV=$lanes -DFORM=$form -DSTORAGE=0 -DPIXEL_TERMS=$((form % 2)) -DW_IS_DEPTH=$((form % 2)) \
             -DPERSPECTIVE=$((form / 3))
     done
     for choices in 000 011 112 022 123 034 135; do # telecentric or not, CIRCLE, and a FORM that it comes from
         telecentric=${choices%??} form=${choices#??}
         circle=${choices#?}
         check dof_masks.cl -DV=$lanes -DCIRCLE=${circle%?} -DFORM=$form -DSTORAGE=$((form % 5)) -DTELECENTRIC=$telecentric \
-            -DPIXEL_TERMS=$((form % 2)) -DPARALLEL_DEPTH=$((form % 2)) -DWEIGHTS=$((form % 2))
+            -DPIXEL_TERMS=$((form % 2)) -DW_IS_DEPTH=$((form % 2)) -DWEIGHTS=$((form % 2))
     done
-    check near_tiles.cl -DV=$lanes
-    check near_share.cl -DV=$lanes
-    check mixed_depth.cl -DV=$lanes
+    check near_field_tiles.cl -DV=$lanes
+    check near_field_weight.cl -DV=$lanes
+    check mixed_pixels.cl -DV=$lanes
     for output in 0 1 2; do
-        check near_layer.cl -DV=$lanes -DOUTPUT=$output
+        check near_field.cl -DV=$lanes -DOUTPUT=$output
     done
     for storage in 1 2 3 4; do
-        check linearize.cl -DV=$lanes -DFORM=0 -DSTORAGE=$storage -DPIXEL_TERMS=0 -DPARALLEL_DEPTH=1
+        check linearize.cl -DV=$lanes -DFORM=0 -DSTORAGE=$storage -DPIXEL_TERMS=0 -DW_IS_DEPTH=1
     done
     for channels in 3 4; do
         check unproject.cl -DV=$lanes -DFORM=1 -DSTORAGE=0 -DCHANNELS=$channels -DPIXEL_TERMS=1 \
-            -DPARALLEL_DEPTH=$((channels - 3))
+            -DW_IS_DEPTH=$((channels - 3))
         for radius in 0 3; do
             check normals.cl -DV=$lanes -DPERSPECTIVE=$((channels - 3)) -DCHANNELS=$channels -DRADIUS=$radius
         done
@@ -47,7 +47,7 @@ for lanes in 1 4 8 16; do
         check dof_clear.cl -DV=$lanes -DCHANNELS=$channels -DPLANES=$((2 * channels + 4)) -DWIDE=1
         check dof_clear.cl -DV=$lanes -DCHANNELS=$channels -DPLANES=$((2 * channels + 7)) -DWIDE=0
         for behind in 0 1; do
-            check dof_behind.cl -DV=$lanes -DCHANNELS=$channels -DPLATE=$behind
+            check dof_behind.cl -DV=$lanes -DCHANNELS=$channels -DCLEAN_PLATE=$behind
             check dof_tiles.cl -DV=$lanes -DCHANNELS=$channels -DBEHIND=$behind
             check dof_strips.cl -DV=$lanes -DCHANNELS=$channels -DFILL=0 -DBRIGHT=$behind -DBEHIND=1 -DMOMENT=1
             for bright in 0 1; do
@@ -55,7 +55,7 @@ for lanes in 1 4 8 16; do
             done
         done
         for element in 0 1 2 3; do
-            check dof_planes.cl -DV=$lanes -DCHANNELS=$channels -DELEMENT=$element -DPLATE=$((element % 2))
+            check dof_planes.cl -DV=$lanes -DCHANNELS=$channels -DELEMENT=$element -DCLEAN_PLATE=$((element % 2))
             check dof.cl -DV=$lanes -DCHANNELS=$channels -DELEMENT=$element
         done
         for fill in 0 1; do
@@ -83,7 +83,7 @@ for lanes in 1 4 8 16; do
 done
 for file in *.cl; do
     case $file in
-    denoise.cl | dof.cl | dof_behind.cl | dof_clear.cl | dof_farthest.cl | dof_gather.cl | dof_masks.cl | dof_parts.cl | dof_planes.cl | dof_strips.cl | dof_tiles.cl | joint_upsample.cl | linearize.cl | mixed_depth.cl | near_layer.cl | near_share.cl | near_tiles.cl | normals.cl | planar.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
+    denoise.cl | dof.cl | dof_behind.cl | dof_clear.cl | dof_farthest.cl | dof_gather.cl | dof_masks.cl | dof_parts.cl | dof_planes.cl | dof_strips.cl | dof_tiles.cl | joint_upsample.cl | linearize.cl | mixed_pixels.cl | near_field.cl | near_field_weight.cl | near_field_tiles.cl | normals.cl | inverse_depth.cl | ssao.cl | ssao_planes.cl | unproject.cl) ;;
     *)
         echo "check-kernels.sh does not know the choices of $file" >&2
         exit 1

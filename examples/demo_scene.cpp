@@ -20,15 +20,15 @@ namespace {
 using fathom::scene::Rendered;
 
 // `check`: how long they are. Lamps are much brighter than white, so that a lens draws them as discs.
-cv::Vec3f colour_at(const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double check) {
+cv::Vec3f color_at(const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double check) {
     const Eigen::Array3d place = position.array() / check;
     const Eigen::Array3d corner = (place / 2).round() * 2;
     if ((place - corner).matrix().norm() < 0.07)
         return {40, 30, 15};
     const auto odd = static_cast<long>((place + 1e-6).floor().sum()) & 1;
     const double light = 0.55 + 0.45 * normal.dot(Eigen::Vector3d(0.3, 0.8, 0.5).normalized());
-    const Eigen::Array3d colour = light * (odd ? 0.5 : 1) * (0.45 + 0.25 * normal.array());
-    return {static_cast<float>(colour[0]), static_cast<float>(colour[1]), static_cast<float>(colour[2])};
+    const Eigen::Array3d color = light * (odd ? 0.5 : 1) * (0.45 + 0.25 * normal.array());
+    return {static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])};
 }
 
 cv::Mat picture_of(const Rendered& image, const fathom::Camera& camera, double check) {
@@ -42,7 +42,7 @@ cv::Mat picture_of(const Rendered& image, const fathom::Camera& camera, double c
                 continue;
             const Eigen::Vector3d position =
                 world.topLeftCorner<3, 3>() * image.position[i] + world.topRightCorner<3, 1>();
-            picture.at<cv::Vec3f>(y, x) = colour_at(position, world.topLeftCorner<3, 3>() * image.normal[i], check);
+            picture.at<cv::Vec3f>(y, x) = color_at(position, world.topLeftCorner<3, 3>() * image.normal[i], check);
         }
     }
     return picture;

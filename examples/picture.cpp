@@ -22,7 +22,7 @@
 
 namespace {
 
-using Colour = std::array<double, 3>; // R, G, B in 0..1
+using Color = std::array<double, 3>; // R, G, B in 0..1
 
 /// One channel with the range that is shown.
 struct Channel {
@@ -48,22 +48,22 @@ Channel read(const std::string& file, const std::string& name) {
 }
 
 /// Near is warm and bright, far is cold and dark; equal steps of t look equally large.
-Colour false_colour(double t) {
-    static constexpr std::array<Colour, 7> knots{{{0.99, 0.96, 0.75},
-                                                  {0.99, 0.75, 0.35},
-                                                  {0.94, 0.45, 0.27},
-                                                  {0.75, 0.23, 0.42},
-                                                  {0.47, 0.16, 0.54},
-                                                  {0.21, 0.17, 0.50},
-                                                  {0.07, 0.12, 0.30}}};
+Color false_color(double t) {
+    static constexpr std::array<Color, 7> knots{{{0.99, 0.96, 0.75},
+                                                 {0.99, 0.75, 0.35},
+                                                 {0.94, 0.45, 0.27},
+                                                 {0.75, 0.23, 0.42},
+                                                 {0.47, 0.16, 0.54},
+                                                 {0.21, 0.17, 0.50},
+                                                 {0.07, 0.12, 0.30}}};
     const double place = std::clamp(t, 0.0, 1.0) * (knots.size() - 1);
     const auto i = std::min(static_cast<std::size_t>(place), knots.size() - 2);
     const double part = place - static_cast<double>(i);
-    Colour colour;
+    Color color;
     for (std::size_t c = 0; c < 3; ++c) {
-        colour[c] = knots[i][c] + part * (knots[i + 1][c] - knots[i][c]);
+        color[c] = knots[i][c] + part * (knots[i + 1][c] - knots[i][c]);
     }
-    return colour;
+    return color;
 }
 
 // IEC 61966-2-1.
@@ -72,16 +72,16 @@ double encoded(double linear) {
     return value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
 }
 
-Colour colour_at(const std::string& kind, const std::vector<Channel>& channels, int y, int x) {
+Color color_at(const std::string& kind, const std::vector<Channel>& channels, int y, int x) {
     const double t = channels[0].share(y, x);
     if (kind == "stored" || kind == "occlusion") {
         return {t, t, t};
     }
     if (kind == "depth") {
-        return false_colour(t);
+        return false_color(t);
     }
-    const Colour colour{t, channels[1].share(y, x), channels[2].share(y, x)};
-    return kind == "colour" ? Colour{encoded(colour[0]), encoded(colour[1]), encoded(colour[2])} : colour;
+    const Color color{t, channels[1].share(y, x), channels[2].share(y, x)};
+    return kind == "colour" ? Color{encoded(color[0]), encoded(color[1]), encoded(color[2])} : color;
 }
 
 void run(const std::string& kind, const std::string& input, const std::string& output) {
@@ -111,11 +111,11 @@ void run(const std::string& kind, const std::string& input, const std::string& o
     cv::Mat picture(channels[0].values.size(), CV_8UC3, cv::Scalar(32, 24, 24));
     for (int y = 0; y < picture.rows; ++y) {
         for (int x = 0; x < picture.cols; ++x) {
-            const auto colour = colour_at(kind, channels, y, x);
-            if (std::ranges::all_of(colour, [](double c) { return std::isfinite(c); })) {
+            const auto color = color_at(kind, channels, y, x);
+            if (std::ranges::all_of(color, [](double c) { return std::isfinite(c); })) {
                 for (int c = 0; c < 3; ++c) {
                     picture.at<cv::Vec3b>(y, x)[2 - c] =
-                        cv::saturate_cast<uchar>(255 * colour[static_cast<std::size_t>(c)]);
+                        cv::saturate_cast<uchar>(255 * color[static_cast<std::size_t>(c)]);
                 }
             }
         }

@@ -6,7 +6,7 @@
 #ifndef FATHOM_CAMERA_H
 #define FATHOM_CAMERA_H
 
-#include "lanes.h"
+#include "vector.h"
 #include "params.h"
 
 #define FORM_RECIPROCAL 0
@@ -32,7 +32,7 @@
 #ifndef PIXEL_TERMS
 #error "PIXEL_TERMS is not defined: 1 where depth depends on the pixel as well as on the stored value, 0 otherwise"
 #endif
-#ifndef PARALLEL_DEPTH
+#ifndef W_IS_DEPTH
 #error "PARALLEL_DEPTH is not defined: 1 where one step of every ray covers the same view depth, 0 otherwise"
 #endif
 
@@ -140,7 +140,7 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
     const wideV of_row = wide_add(wide_product(second, second), wide_product(third, third));
     const wideV square = wide_add(wide_product(first, first), of_row);
     wideV length = wide_multiply(wide_constant(rays->scale), v);
-#if !PARALLEL_DEPTH
+#if !W_IS_DEPTH
     length = wide_product(wide_at_pixel(rays->depth, x, y), length);
 #endif
     return wide_to_float(wide_add(wide_over_root(length, square), wide_constant(rays->eye_depth)));

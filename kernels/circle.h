@@ -1,6 +1,6 @@
 // The signed circle of confusion of a stored value at a pixel, without a depth in between where there is another way.
 //   c = k - g/(z - lens)        under a perspective, where 1/(z - lens) of window depth is affine in (v, x, y)
-//   c = g z - k                 under parallel rays
+//   c = g z - k                 under an orthographic projection
 // Potmesil and Chakravarty 1981; that 1/z is affine is Popov 2016, eq. 5 and 6. Host side: src/operations/circle.cpp.
 
 #ifndef FATHOM_CIRCLE_H
@@ -17,7 +17,7 @@
 #error "CIRCLE is not defined: one of the CIRCLE_ constants above"
 #endif
 #ifndef TELECENTRIC
-#error "TELECENTRIC is not defined: 1 where rays are parallel, 0 under a perspective"
+#error "TELECENTRIC is not defined: 1 for an orthographic camera, 0 under a perspective"
 #endif
 
 // a / b, to twice a float's precision where there is no double.

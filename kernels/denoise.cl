@@ -1,9 +1,9 @@
-// Visibility, confidence or bent normals from the sums of every pixel's own slices, over the 16 sampling patterns around it.
+// Visibility, confidence or bent normals from the sums of every pixel's own slices, over the 16 sampling jitter around it.
 //   visibility = 1 - sum_n w_n B_n / sum_n w_n G_n
 // A 5 x 5 window whose outermost rows and columns count half holds every pattern equally often; a 3 x 3 window does so for
-// four patterns, and there two opposite neighbours count only together: the mean is not drawn aside where one is missing.
+// four jitter, and there two opposite neighbours count only together: the mean is not drawn aside where one is missing.
 // A neighbour counts by how
-// far it lies from the pixel's tangent plane, and the pixel from its, in planar depth, so that nothing is mixed across an
+// far it lies from the pixel's tangent plane, and the pixel from its, in inverse depth, so that nothing is mixed across an
 // edge.
 
 #include "ray.h"
@@ -30,7 +30,7 @@
 
 #define PAIRS (REACH == 1)
 
-// The pixel of each lane, and its surroundings in planar depth.
+// The pixel of each lane, and its surroundings in inverse depth.
 typedef struct {
     int x, y, v, column; // x in the split image's first plane
     floatV q, right, down;
@@ -93,7 +93,7 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
 #if REACH
         const floatV packed = LOAD(float, slopes + here);
         c.right = slope_right(packed), c.down = slope_down(packed);
-        // A pixel's width on the surface, as planar depth: what a face at 45 degrees would differ by.
+        // A pixel's width on the surface, as inverse depth: what a face at 45 degrees would differ by.
         const floatV size = PERSPECTIVE ? fabs(c.q) * p.pixel : (floatV)p.pixel;
         const floatV steep = fma(c.right, c.right, c.down * c.down);
         c.inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * depth_error(&p, c.q));

@@ -1,7 +1,7 @@
 // The last pass of dof: what is left of T shows what was found behind the blurred foreground; where nothing was, what is
 // known stands for all. A pixel that nothing known reaches is NaN.
 
-#include "lanes.h"
+#include "vector.h"
 #include "pixels.h"
 #include "tiles.h"
 

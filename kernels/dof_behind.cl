@@ -1,18 +1,18 @@
-// What lies behind a pixel's surface: the nearest pixel on the screen that is farther from the lens, with its slice and
+// What lies behind a pixel's surface: the nearest pixel on the screen that is farther from the lens, with its layer and
 // colour. Only what a ray can reach: from beside a surface of circle c to behind it, at circle d, a ray of the lens moves by
 // (d - c)/2 pixels at most. What slopes away slower than that hides nothing.
 // Exact, block by block, so that a region agrees with the whole.
 
 #include "tiles.h"
 
-#ifndef PLATE
+#ifndef CLEAN_PLATE
 #error "PLATE is not defined: 1 where some pixels have what lies behind them already, 0 otherwise"
 #endif
 
-INLINE float circle_of(float slice, const blur_params* p) {
-    const float away = fabs(slice - (float)p->middle) / p->per_octave, octave = floor(away);
+INLINE float circle_of(float layer, const blur_params* p) {
+    const float away = fabs(layer - (float)p->middle) / p->per_octave, octave = floor(away);
     const float size = away > 0.0f ? ldexp(1.0f + (away - octave), (int)octave) : 0.0f;
-    return slice < (float)p->middle ? -size : size;
+    return layer < (float)p->middle ? -size : size;
 }
 
 __kernel void dof_behind(__global float* planes, __global const float* blocks,
@@ -22,13 +22,13 @@ __kernel void dof_behind(__global float* planes, __global const float* blocks,
         return;
     __global float* second = planes + (1 + CHANNELS) * p.plane;
     const size_t at = (size_t)row * p.stride + MARGIN + column;
-#if PLATE
+#if CLEAN_PLATE
     if (second[at] >= 0.0f)
         return;
 #endif
-    const float slice = planes[at], circle = circle_of(slice, &p);
+    const float layer = planes[at], circle = circle_of(layer, &p);
     size_t found = at;
-    if (column >= 0 && column < (int)p.columns && slice >= 0.0f && b.farthest > slice + JUMP) {
+    if (column >= 0 && column < (int)p.columns && layer >= 0.0f && b.farthest > layer + JUMP) {
         const float most = (circle_of(b.farthest, &p) - circle) * 0.5f + 1.0f;
         const int left = max(column - (int)most, 0) / 8, right = min(column + (int)most, (int)p.columns - 1) / 8;
         const int high = (int)(most / b.vertical);
@@ -37,7 +37,7 @@ __kernel void dof_behind(__global float* planes, __global const float* blocks,
         for (int y = top; y <= bottom; ++y) {
             for (int x = left; x <= right; ++x) {
                 const float farthest = blocks[y * (int)b.block_columns + x];
-                if (!(farthest > slice + JUMP))
+                if (!(farthest > layer + JUMP))
                     continue;
                 const float away_x = (float)max(max(8 * x - column, column - 8 * x - 7), 0);
                 const float away_y = (float)max(max(8 * y - row, row - 8 * y - 7), 0) * b.vertical;
@@ -51,7 +51,7 @@ __kernel void dof_behind(__global float* planes, __global const float* blocks,
                     const float dx = (float)(other_column - column), dy = (float)(other_row - row) * b.vertical;
                     const float square = fma(dx, dx, dy * dy);
                     const float its = planes[other];
-                    if (!(its > slice + JUMP) || square > nearest || (square == nearest && other >= found))
+                    if (!(its > layer + JUMP) || square > nearest || (square == nearest && other >= found))
                         continue;
                     const float its_reach = (circle_of(its, &p) - circle) * 0.5f + 1.0f;
                     if (square <= its_reach * its_reach) {

@@ -1,4 +1,4 @@
-// Before the first slice: all of the lens is left, and nothing seen. Of what is left to wide circles no foreground keeps
+// Before the first layer: all of the lens is left, and nothing seen. Of what is left to wide circles no foreground keeps
 // anything yet.
 
 #include "tiles.h"

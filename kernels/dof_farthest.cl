@@ -1,4 +1,4 @@
-// The farthest slice in every block of 8 x 8 pixels.
+// The farthest layer in every block of 8 x 8 pixels.
 
 #include "tiles.h"
 

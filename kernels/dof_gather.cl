@@ -1,14 +1,14 @@
-// One slice of circle of confusion, over and through those before it.
-//   alpha = sum of the aperture over the slice's own pixels / sum over these and all behind it, both with its own circle
-//   colour += T alpha (mean of the slice's own), T <- T (1 - alpha)
-// What lies before the slice hides part of its aperture; what it hides is unknown, so the share is that of what is known.
-// Front to back this makes a surface that runs through many slices whole again: with T the share that lies behind, the
+// One layer of circle of confusion, over and through those before it.
+//   alpha = sum of the aperture over the layer's own pixels / sum over these and all behind it, both with its own circle
+//   colour += T alpha (mean of the layer's own), T <- T (1 - alpha)
+// What lies before the layer hides part of its aperture; what it hides is unknown, so the share is that of what is known.
+// Front to back this makes a surface that runs through many layers whole again: with T the share that lies behind, the
 // product telescopes. An alpha of the own sum alone, as painters have it, counts complementary coverage twice.
 // What a blurred foreground hides of something sharper is nowhere in the image. There the colour behind is the mean of what
 // lies behind within the foreground's own circle (FILL), used by dof.cl for what is left of T.
-// Nothing is summed where T is 0 or no aperture around has any of the slice's own, nor rows of tiles without what lies in the
-// slice or behind it, and no colours where nothing lies in the slice: all of that would add zeros, so the bits are the same.
-// Where pixels are read directly an item goes through several slices, so that what they have laid stays near.
+// Nothing is summed where T is 0 or no aperture around has any of the layer's own, nor rows of tiles without what lies in the
+// layer or behind it, and no colours where nothing lies in the layer: all of that would add zeros, so the bits are the same.
+// Where pixels are read directly an item goes through several layers, so that what they have laid stays near.
 
 #include "tiles.h"
 
@@ -32,17 +32,17 @@
 #define ROWS 2
 
 #if DIRECT
-INLINE void add_span(__global const float* from, const span_params* span, const blur_params* p, float slice, floatV* sum) {
+INLINE void add_span(__global const float* from, const span_params* span, const blur_params* p, float layer, floatV* sum) {
     const floatV weight = span->weight;
 #if FILL
-    const float alike = 2.0f * ((float)p->middle - slice); // slices on, circles are as large again
+    const float alike = 2.0f * ((float)p->middle - layer); // layers on, circles are as large again
 #endif
     for (int column = span->low; column < span->high; ++column) {
-        const floatV off = LOAD(float, from + column) - slice;
+        const floatV off = LOAD(float, from + column) - layer;
         const floatV own = weight * max(1.0f - fabs(off), 0.0f);
 #if BEHIND
         __global const float* second = from + (1 + CHANNELS) * p->plane + column;
-        const floatV off_second = LOAD(float, second) - slice, farther = max(off, off_second);
+        const floatV off_second = LOAD(float, second) - layer, farther = max(off, off_second);
         const floatV own_second = weight * max(1.0f - fabs(off_second), 0.0f);
         sum[0] += own_second;
         for (int k = 0; k < CHANNELS; ++k)
@@ -76,15 +76,15 @@ INLINE void add_span(__global const float* from, const span_params* span, uint p
         sum[k] = fma(weight, LOAD(float, high + k * plane) - LOAD(float, low + k * plane), sum[k]);
 }
 
-// The same of a row without any of the slice's own.
+// The same of a row without any of the layer's own.
 INLINE void add_behind(__global const float* from, const span_params* span, uint plane, floatV* sum) {
     __global const float* here = from + plane;
     sum[1] = fma((floatV)span->weight, LOAD(float, here + span->high) - LOAD(float, here + span->low), sum[1]);
 }
 #endif
 
-// Lays the slice's share of a row of pixels over what was seen before it.
-// `wide`: 1 where the slice's circle is larger than that of a foreground in the pixel itself, and no plate says what that hides.
+// Lays the layer's share of a row of pixels over what was seen before it.
+// `wide`: 1 where the layer's circle is larger than that of a foreground in the pixel itself, and no plate says what that hides.
 INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* wide) {
     __global float* before = here + (2 * CHANNELS + 2) * plane;
     __global float* left_to_wide = before + plane;
@@ -105,14 +105,14 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
     for (int k = 0; k < CHANNELS; ++k) {
         __global float* to = here + (k + 1) * plane;
 #if BRIGHT
-        const floatV colour = sum[2 + k] + sum[PLANES - CHANNELS + k];
+        const floatV color = sum[2 + k] + sum[PLANES - CHANNELS + k];
 #else
-        const floatV colour = sum[2 + k];
+        const floatV color = sum[2 + k];
 #endif
-        *(__global float_lanes*)to = fma(share, colour, LOAD(float, to));
+        *(__global float_lanes*)to = fma(share, color, LOAD(float, to));
     }
 #if FILL
-    // The mean of what each slice of the foreground leaves.
+    // The mean of what each layer of the foreground leaves.
     const floatV left = LOAD(float, left_to_wide), wider = through_far * (sum[3 + 2 * CHANNELS] / sum[1]);
     const floatV part = seen / (1.0f - (through - seen));
     const intV first = through == 1.0f;
@@ -126,23 +126,23 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
 #endif
 }
 
-// A slice, and what is known of it in a tile.
+// A layer, and what is known of it in a tile.
 typedef struct {
     __global const float* planes;
     const blur_params* p;
-    float slice;
+    float layer;
     bool follows, has_near;
-} slice_at;
+} layer_at;
 
-INLINE void lay(const slice_at* s, __global float* state, size_t at, const floatV* sum) {
+INLINE void lay(const layer_at* s, __global float* state, size_t at, const floatV* sum) {
     const float middle = (float)s->p->middle;
     const floatV own = LOAD(float, s->planes + at), alike = 2.0f * middle - own;
     intV unknown = own < middle; // what lies behind it
 #if BEHIND
     unknown &= LOAD(float, s->planes + (1 + CHANNELS) * s->p->plane + at) < 0.0f;
 #endif
-    const floatV wide = select((floatV)0.0f, min(max(s->slice - alike + 1.0f, 0.0f), 1.0f), unknown);
-    composite(state + at, s->p->plane, s->follows, sum, s->has_near && s->slice > middle ? &wide : 0);
+    const floatV wide = select((floatV)0.0f, min(max(s->layer - alike + 1.0f, 0.0f), 1.0f), unknown);
+    composite(state + at, s->p->plane, s->follows, sum, s->has_near && s->layer > middle ? &wide : 0);
 }
 
 // What all sums of an item need.
@@ -155,7 +155,7 @@ typedef struct {
 } gather_from;
 
 // Sums over the aperture around each row.
-INLINE void sum_rows(const gather_from* from, const blur_params* p, const slice_params* s, int y,
+INLINE void sum_rows(const gather_from* from, const blur_params* p, const layer_params* s, int y,
                      floatV sum[ROWS][PLANES]) {
     for (int i = 0; i < ROWS; ++i)
         for (int k = 0; k < PLANES; ++k)
@@ -164,7 +164,7 @@ INLINE void sum_rows(const gather_from* from, const blur_params* p, const slice_
     const int begin = max(y / pitch - s->reach, 0), end = min((y + ROWS - 1) / pitch + s->reach + 1, rows);
     const int per_tile = TILE_ROWS / pitch, last_tile = (end - 1) / per_tile;
     for (int tile = begin / per_tile; tile <= last_tile; ++tile) {
-        const uint found = found_around(from->tiles, p, from->across, (uint)tile, s->pad, (uint)s->slice);
+        const uint found = found_around(from->tiles, p, from->across, (uint)tile, s->pad, (uint)s->layer);
         if (found == 0)
             continue;
         const int last_row = min((tile + 1) * per_tile, end);
@@ -184,7 +184,7 @@ INLINE void sum_rows(const gather_from* from, const blur_params* p, const slice_
                 for (uint j = from->starts[entry]; j < last; ++j) {
                     const span_params span = from->spans[j];
 #if DIRECT
-                    add_span(here, &span, p, s->slice, sum[i]);
+                    add_span(here, &span, p, s->layer, sum[i]);
 #else
                     if (FILL | (found == 2))
                         add_span(here, &span, s->strip_plane, sum[i]);
@@ -198,12 +198,12 @@ INLINE void sum_rows(const gather_from* from, const blur_params* p, const slice_
 }
 
 #if !DIRECT
-// Does the slice have pixels of its own within reach of an item's?
-INLINE bool any_around(const gather_from* from, const blur_params* p, const slice_params* s, int y) {
+// Does the layer have pixels of its own within reach of an item's?
+INLINE bool any_around(const gather_from* from, const blur_params* p, const layer_params* s, int y) {
     const int pitch = (int)s->pitch, rows = (int)p->rows / pitch, per_tile = TILE_ROWS / pitch;
     const int begin = max(y / pitch - s->reach, 0), end = min((y + ROWS - 1) / pitch + s->reach + 1, rows);
     for (int tile = begin / per_tile; tile <= (end - 1) / per_tile; ++tile) {
-        if (found_around(from->tiles, p, from->across, (uint)tile, s->pad, (uint)s->slice) < 2)
+        if (found_around(from->tiles, p, from->across, (uint)tile, s->pad, (uint)s->layer) < 2)
             continue;
         const int last_row = min((tile + 1) * per_tile, end);
         for (int row = max(tile * per_tile, begin); row < last_row; ++row) {
@@ -217,16 +217,16 @@ INLINE bool any_around(const gather_from* from, const blur_params* p, const slic
 }
 #endif
 
-// The next slice asks for T before this one.
+// The next layer asks for T before this one.
 INLINE void keep_open(__global float* here, const blur_params* p) {
     __global float* before = here + (2 * CHANNELS + 2) * p->plane;
     for (int i = 0; i < ROWS; ++i)
         *(__global float_lanes*)(before + i * p->stride) = LOAD(float, here + i * p->stride);
 }
 
-// Lays a slice over the rows from y on; false where nothing is left to see.
+// Lays a layer over the rows from y on; false where nothing is left to see.
 INLINE bool lay_rows(const gather_from* from, __global const float* planes, __global float* state, const blur_params* p,
-                     const slice_params* s, size_t at, int y, bool follows, bool has_near) {
+                     const layer_params* s, size_t at, int y, bool follows, bool has_near) {
     __global float* here = state + at;
     intV open = 0;
     for (int i = 0; i < ROWS; ++i)
@@ -239,17 +239,17 @@ INLINE bool lay_rows(const gather_from* from, __global const float* planes, __gl
         return true;
     }
 #endif
-    const slice_at slice = {planes, p, s->slice, follows, has_near};
+    const layer_at layer = {planes, p, s->layer, follows, has_near};
     floatV sum[ROWS][PLANES];
     sum_rows(from, p, s, y, sum);
     for (int i = 0; i < ROWS; ++i)
-        lay(&slice, state, at + (size_t)i * p->stride, sum[i]);
+        lay(&layer, state, at + (size_t)i * p->stride, sum[i]);
     return true;
 }
 
 __kernel void dof_gather(__global const float* planes, __global const uint* tiles, __global const float* source,
                          __global const uint* list, __global const uint* starts, __global const float* spans,
-                         __global float* state, const blur_params p, const slice_params s) {
+                         __global float* state, const blur_params p, const layer_params s) {
     // Neighbours share a group, and what they read its memory.
     const uint item = get_global_id(0), x = item % (TILE_COLUMNS / V) * V;
     const uint index = item / (TILE_COLUMNS / V) / (TILE_ROWS / ROWS);
@@ -263,16 +263,16 @@ __kernel void dof_gather(__global const float* planes, __global const uint* tile
     const size_t column = in_planes(&p, across, x, 0);
     const gather_from from = {source + column, tiles, starts, (__global const span_params*)spans, across};
     const uint reach = list[s.list + index * WORDS + 1], follow = list[s.list + index * WORDS + 2];
-    const slice_range around =
-        slices_within(planes + column, &p, y - MOST_DIRECT, y + ROWS + MOST_DIRECT, MOST_DIRECT, 1 + BEHIND);
-    bool skipped = false; // the slice before had nothing here: it left T as it was
+    const layer_range around =
+        layers_within(planes + column, &p, y - MOST_DIRECT, y + ROWS + MOST_DIRECT, MOST_DIRECT, 1 + BEHIND);
+    bool skipped = false; // the layer before had nothing here: it left T as it was
     for (uint i = 0; i < 32 && reach >> i; ++i) {
-        slice_params one = s;
-        one.slice += (float)i;
+        layer_params one = s;
+        one.layer += (float)i;
         skipped |= !(follow >> i & 1u);
         if (!(reach >> i & 1u))
             continue;
-        if (one.slice <= around.least - 1.0f || one.slice >= around.greatest + 1.0f) {
+        if (one.layer <= around.least - 1.0f || one.layer >= around.greatest + 1.0f) {
             skipped = true;
             continue;
         }

@@ -3,7 +3,7 @@
 // a is rounded to a multiple of 2^-23, so that the three sum to exactly 1 in any order. See circle.h for c.
 
 #include "circle.h"
-#include "near.h"
+#include "near_field.h"
 
 #ifndef WEIGHTS
 #error "WEIGHTS is not defined: 1 to write the three weights as well as the circle, 0 for the circle alone"

@@ -1,8 +1,8 @@
-// One slice of circle of confusion through what those before it leave of the lens, and which part that is.
+// One layer of circle of confusion through what those before it leave of the lens, and which part that is.
 //   T    share of the lens that is left;  M  its first moment, in lens coordinates (u, v)
 //   the half-plane n u >= d that leaves T of the aperture open, n along M, has the greatest moment there is: its share of T
 //   is |M| / that, and what is left of T is spread evenly over the lens
-//   alpha, colour and moment of a slice are sums over either part of the aperture, as in dof_gather.cl
+//   alpha, colour and moment of a layer are sums over either part of the aperture, as in dof_gather.cl
 // A straight edge before another is exact, whatever their circles. What is left in between, as before a pole, is between the
 // half-plane and the even share.
 // Pixels have a second surface (dof_behind.cl), so that rays which pass an edge find what lies behind.
@@ -13,7 +13,7 @@
 #error "DIRECT and BRIGHT are not defined: 1 to read pixels instead of strips, and where strips hold what lies beyond the\
  knee, 0 otherwise"
 #endif
-#define COLOURS 2
+#define COLORS 2
 #define HIGHLIGHTS (2 + CHANNELS)
 #define MOMENT (HIGHLIGHTS + BRIGHT * CHANNELS) // of the own along u
 #define PLANES (MOMENT + 1)
@@ -70,23 +70,23 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
 
 #if DIRECT
 // Sums over the whole aperture and over the half-plane's part of it.
-INLINE void add_pixels(__global const float* here, int x, int y, __global const tap_share_params* taps,
-                       const blur_params* p, float slice, const part_params* part, const lens_part* open, bool halves,
+INLINE void add_pixels(__global const float* here, int x, int y, __global const aperture_tap_params* taps,
+                       const blur_params* p, float layer, const part_params* part, const lens_part* open, bool halves,
                        floatV* even, floatV* cut) {
     for (uint i = 0; i < part->tap_count; ++i) {
-        const tap_share_params tap = taps[part->taps + i];
+        const aperture_tap_params tap = taps[part->taps + i];
         if (y + tap.row < 0 || y + tap.row >= (int)p->rows)
             continue;
         __global const float* from = here + (long)tap.row * (long)p->stride + tap.column;
         __global const float* second = from + (1 + CHANNELS) * p->plane;
-        const floatV off = LOAD(float, from) - slice, off_second = LOAD(float, second) - slice;
+        const floatV off = LOAD(float, from) - layer, off_second = LOAD(float, second) - layer;
         const floatV own = tap.weight * max(1.0f - fabs(off), 0.0f);
         const floatV own_second = tap.weight * max(1.0f - fabs(off_second), 0.0f);
         floatV value[PLANES];
         value[0] = own + own_second;
         value[1] = tap.weight * min(max(max(off, off_second) + 2.0f, 0.0f), 1.0f);
         for (int k = 0; k < CHANNELS; ++k)
-            value[COLOURS + k] =
+            value[COLORS + k] =
                 fma(own, LOAD(float, from + (k + 1) * p->plane), own_second * LOAD(float, second + (k + 1) * p->plane));
         value[MOMENT] = value[0] * tap.u;
         for (int k = 0; k < PLANES; ++k)
@@ -145,7 +145,7 @@ INLINE void add_span(__global const float* from, const span_params* span, uint p
 
 __kernel void dof_parts(__global const float* source, __global const uint* list, __global const uint* starts,
                         __global const float* tables, __global const float* halves, __global float* state,
-                        const blur_params p, const slice_params s, const part_params part) {
+                        const blur_params p, const layer_params s, const part_params part) {
     const uint item = get_global_id(0), x = item % (TILE_COLUMNS / V) * V;
     const uint index = item / (TILE_COLUMNS / V) / TILE_ROWS;
     if (index >= s.tiles)
@@ -170,9 +170,9 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     *(__global float_lanes*)(moment_before + p.plane) = v;
 
 #if DIRECT
-    const slice_range around =
-        slices_within(source + at - (size_t)y * p.stride, &p, y - s.reach, y + s.reach + 1, s.columns, 2);
-    if (s.slice <= around.least - 1.0f || s.slice >= around.greatest + 1.0f)
+    const layer_range around =
+        layers_within(source + at - (size_t)y * p.stride, &p, y - s.reach, y + s.reach + 1, s.columns, 2);
+    if (s.layer <= around.least - 1.0f || s.layer >= around.greatest + 1.0f)
         return;
 #else
     const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
@@ -196,7 +196,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
         open.share = 0.0f;
     const bool any = any_of(open.share > 0.0f);
 #if DIRECT
-    add_pixels(source + at, (int)x, y, (__global const tap_share_params*)tables, &p, s.slice, &part, &open, any, even,
+    add_pixels(source + at, (int)x, y, (__global const aperture_tap_params*)tables, &p, s.layer, &part, &open, any, even,
                cut);
 #else
     for (int row = begin; row < end; ++row) {
@@ -212,7 +212,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
         even[MOMENT_DOWN] = fma(even[0] - even_before, (floatV)(away * part.down), even[MOMENT_DOWN]);
         cut[MOMENT_DOWN] = fma(cut[0] - cut_before, (floatV)(away * part.down), cut[MOMENT_DOWN]);
     }
-    const floatV middle = lanes_from(x) - 0.5f;
+    const floatV middle = vector_from(x) - 0.5f;
     even[MOMENT] = fma(-middle, even[0], even[MOMENT]) * part.across;
     cut[MOMENT] = fma(-middle, cut[0], cut[MOMENT]) * part.across;
 #endif
@@ -232,10 +232,10 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     *(__global float_lanes*)(moment + p.plane) = v - fma(of_even, even[MOMENT_DOWN], of_cut * cut[MOMENT_DOWN]);
     for (int k = 0; k < CHANNELS; ++k) {
 #if BRIGHT
-        const floatV light = even[COLOURS + k] + even[HIGHLIGHTS + k],
-                     light_cut = cut[COLOURS + k] + cut[HIGHLIGHTS + k];
+        const floatV light = even[COLORS + k] + even[HIGHLIGHTS + k],
+                     light_cut = cut[COLORS + k] + cut[HIGHLIGHTS + k];
 #else
-        const floatV light = even[COLOURS + k], light_cut = cut[COLOURS + k];
+        const floatV light = even[COLORS + k], light_cut = cut[COLORS + k];
 #endif
         __global float* to = here + (k + 1) * p.plane;
         *(__global float_lanes*)to = fma(of_even, light, fma(of_cut, light_cut, LOAD(float, to)));

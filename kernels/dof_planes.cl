@@ -1,20 +1,20 @@
-// Circles become slices and colours become planes, cut into tiles: what the passes of dof read.
-//   s = middle + sign(c) n (log2-like of |c|): per octave of |c| beyond one pixel n slices, evenly spaced within the octave
-// A pixel lies in the two slices around s, the nearer one the more; s is a multiple of 1/128, so that the two shares, and
+// Circles become layers and colours become planes, cut into tiles: what the passes of dof read.
+//   s = middle + sign(c) n (log2-like of |c|): per octave of |c| beyond one pixel n layers, evenly spaced within the octave
+// A pixel lies in the two layers around s, the nearer one the more; s is a multiple of 1/128, so that the two shares, and
 // any sum of them, are exact. What has no circle, or a colour that is no number, takes part in nothing.
-// Under PLATE the circles and colours are those of a plate: where it lies behind the picture it is the pixel's second surface.
+// Under PLATE the circles and colours are those of a clean plate: where it lies behind the picture it is the pixel's second surface.
 
-#include "lanes.h"
+#include "vector.h"
 #include "pixels.h"
 #include "tiles.h"
 
-#ifndef PLATE
+#ifndef CLEAN_PLATE
 #error "PLATE is not defined: 1 for what lies behind the picture, 0 for the picture"
 #endif
-#define LARGEST_COLOUR 1e30f // running sums of it stay finite
+#define LARGEST_COLOR 1e30f // running sums of it stay finite
 
-__kernel void dof_planes(__global const float* circles, __global const ELEMENT_TYPE* colour, __global float* planes,
-                         const grid_params circle_grid, const grid_params colour_grid, const blur_params p) {
+__kernel void dof_planes(__global const float* circles, __global const ELEMENT_TYPE* color, __global float* planes,
+                         const grid_params circle_grid, const grid_params color_grid, const blur_params p) {
     const uint column = get_global_id(0) * V, row = get_global_id(1);
     if (column >= p.stride)
         return;
@@ -26,9 +26,9 @@ __kernel void dof_planes(__global const float* circles, __global const ELEMENT_T
         const size_t nth = there ? x + i : 0, line = there ? y : 0;
         const float c = circles[circle_grid.source_offset + line * circle_grid.source_stride + nth];
         circle[i] = there ? c : NAN;
-        const size_t at = colour_grid.source_offset + line * colour_grid.source_stride + CHANNELS * nth;
+        const size_t at = color_grid.source_offset + line * color_grid.source_stride + CHANNELS * nth;
         for (int k = 0; k < CHANNELS; ++k)
-            channel[k][i] = read_element(colour, at + k);
+            channel[k][i] = read_element(color, at + k);
     }
 
     const floatV c = *(const float_lanes*)circle;
@@ -36,20 +36,20 @@ __kernel void dof_planes(__global const float* circles, __global const ELEMENT_T
     floatV value[CHANNELS];
     for (int k = 0; k < CHANNELS; ++k) {
         value[k] = *(const float_lanes*)channel[k];
-        known &= fabs(value[k]) <= LARGEST_COLOUR;
+        known &= fabs(value[k]) <= LARGEST_COLOR;
     }
     const floatV size = min(max(fabs(c), 1.0f), p.largest);
     const floatV octaves = convert_floatV(as_intV(size) - 0x3f800000) * 0x1p-23f; // even within an octave
     const floatV away = convert_floatV(convert_intV(fma(octaves, (floatV)(128.0f * p.per_octave), (floatV)0.5f))) * 0x1p-7f;
-    const floatV slice = (float)p.middle + select(away, -away, c < 0.0f);
-#if PLATE
+    const floatV layer = (float)p.middle + select(away, -away, c < 0.0f);
+#if CLEAN_PLATE
     const floatV front = LOAD(float, planes + here);
-    known &= (front >= 0.0f) & (slice > front + JUMP);
+    known &= (front >= 0.0f) & (layer > front + JUMP);
     __global float* target = planes + (1 + CHANNELS) * p.plane + here;
 #else
     __global float* target = planes + here;
 #endif
-    *(__global float_lanes*)target = select((floatV)NOWHERE, slice, known);
+    *(__global float_lanes*)target = select((floatV)NOWHERE, layer, known);
     for (int k = 0; k < CHANNELS; ++k)
         *(__global float_lanes*)(target + (k + 1) * p.plane) = select((floatV)0.0f, value[k], known);
 }

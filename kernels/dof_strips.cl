@@ -1,8 +1,8 @@
-// Running sums along the rows of one slice, restarted a little before every column of tiles: what the slice's own pixels
-// cover, what they and those behind cover, and the colour of the slice's own; under FILL, before the focus, also what is
-// certainly behind and sharper, its colour, and what is behind the focus and no sharper; under BRIGHT what of the slice's
-// colour lies beyond the knee. A pixel counts for slice k by 1 - |s - k|, as behind it by s - k up to 1, and as certainly
-// behind, which the other share of a surface between two slices is not, by s - k - 1 up to 1.
+// Running sums along the rows of one layer, restarted a little before every column of tiles: what the layer's own pixels
+// cover, what they and those behind cover, and the colour of the layer's own; under FILL, before the focus, also what is
+// certainly behind and sharper, its colour, and what is behind the focus and no sharper; under BRIGHT what of the layer's
+// colour lies beyond the knee. A pixel counts for layer k by 1 - |s - k|, as behind it by s - k up to 1, and as certainly
+// behind, which the other share of a surface between two layers is not, by s - k - 1 up to 1.
 // Under BEHIND a pixel has a second surface, which counts like the first. Under MOMENT there is a last sum: of the columns of
 // the own.
 // Restarted, and with highlights summed apart, since what a running sum has met stays in its rounding.
@@ -18,7 +18,7 @@
 #define HIGHLIGHTS (2 + CHANNELS + FILL * (2 + CHANNELS))
 #define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + MOMENT)
 
-// Sums over the lanes before each one, and over all of them, always in the same order.
+// Sums over the vector width before each one, and over all of them, always in the same order.
 #ifdef __has_builtin
 #if __has_builtin(__builtin_shufflevector)
 #define LATER(v, ...) __builtin_shufflevector(v, (float16)0.0f, __VA_ARGS__)
@@ -50,23 +50,23 @@ INLINE void store_running(float16 value, float* sum, __global float* target) {
 }
 
 // Adds a channel of what `own` of a surface counts, beyond the knee apart.
-INLINE void add_colour(float16* value, int k, float16 own, float16 colour, float knee) {
+INLINE void add_color(float16* value, int k, float16 own, float16 color, float knee) {
 #if BRIGHT
-    const float16 base = min(max(colour, -knee), knee);
-    value[HIGHLIGHTS + k] = fma(own, colour - base, value[HIGHLIGHTS + k]);
+    const float16 base = min(max(color, -knee), knee);
+    value[HIGHLIGHTS + k] = fma(own, color - base, value[HIGHLIGHTS + k]);
 #else
-    const float16 base = colour;
+    const float16 base = color;
 #endif
     value[2 + k] = fma(own, base, value[2 + k]);
 }
 
-// What a pixel counts that is so many slices behind this one, or in it.
-INLINE float16 behind_slice(float16 off) {
+// What a pixel counts that is so many layers behind this one, or in it.
+INLINE float16 behind_layer(float16 off) {
     return min(max(off + 2.0f, 0.0f), 1.0f);
 }
 
 __kernel void dof_strips(__global const float* planes, __global const uint* tiles, __global const uint* list,
-                         __global float* strips, const blur_params p, const slice_params s) {
+                         __global float* strips, const blur_params p, const layer_params s) {
     const uint index = get_global_id(0), row = get_global_id(1);
     if (index >= s.tiles)
         return;
@@ -83,14 +83,14 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
 #endif
 
 #if FILL
-    const float alike = 2.0f * ((float)p.middle - s.slice); // slices on, circles are as large again
+    const float alike = 2.0f * ((float)p.middle - s.layer); // layers on, circles are as large again
 #endif
 
     float sum[PLANES];
     for (int k = 0; k < PLANES; ++k)
         sum[k] = 0.0f;
 #if !BEHIND
-    const uint found = found_around(tiles, &p, across, down, s.pad, (uint)s.slice);
+    const uint found = found_around(tiles, &p, across, down, s.pad, (uint)s.layer);
     if (found == 0) // and nobody reads it
         return;
 #if !FILL
@@ -98,7 +98,7 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
         for (int x = first; x < end; x += 16, target += 16) {
             float16 value = 0.0f;
             for (uint i = 0; i < s.pitch && x >= 0 && x < (int)p.columns; ++i)
-                value += behind_slice(*(__global const float16_anywhere*)(source + (size_t)i * p.stride + x) - s.slice);
+                value += behind_layer(*(__global const float16_anywhere*)(source + (size_t)i * p.stride + x) - s.layer);
             store_running(value, &sum[1], target + s.strip_plane);
         }
         target[s.strip_plane] = sum[1];
@@ -113,18 +113,18 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
         if (x >= 0 && x < (int)p.columns) {
             for (uint i = 0; i < s.pitch; ++i) {
                 __global const float* here = source + (size_t)i * p.stride + x;
-                const float16 off = *(__global const float16_anywhere*)here - s.slice;
+                const float16 off = *(__global const float16_anywhere*)here - s.layer;
                 const float16 own = max(1.0f - fabs(off), 0.0f);
 #if BEHIND
                 __global const float* second = here + (1 + CHANNELS) * p.plane;
-                const float16 off_second = *(__global const float16_anywhere*)second - s.slice;
+                const float16 off_second = *(__global const float16_anywhere*)second - s.layer;
                 const float16 own_second = max(1.0f - fabs(off_second), 0.0f);
                 const float16 all = own + own_second, farther = max(off, off_second);
 #else
                 const float16 all = own, farther = off;
 #endif
                 value[0] += all;
-                value[1] += behind_slice(farther);
+                value[1] += behind_layer(farther);
 #if MOMENT
                 value[PLANES - 1] = fma(all, columns + (float)x, value[PLANES - 1]);
 #endif
@@ -134,14 +134,14 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
                 value[3 + 2 * CHANNELS] += min(max(off - alike + 1.0f, 0.0f), 1.0f);
 #endif
                 for (int k = 0; k < CHANNELS; ++k) {
-                    const float16 colour = *(__global const float16_anywhere*)(here + (k + 1) * p.plane);
-                    add_colour(value, k, own, colour, p.knee);
+                    const float16 color = *(__global const float16_anywhere*)(here + (k + 1) * p.plane);
+                    add_color(value, k, own, color, p.knee);
 #if BEHIND
-                    add_colour(value, k, own_second, *(__global const float16_anywhere*)(second + (k + 1) * p.plane),
+                    add_color(value, k, own_second, *(__global const float16_anywhere*)(second + (k + 1) * p.plane),
                                p.knee);
 #endif
 #if FILL
-                    value[3 + CHANNELS + k] = fma(sharper, colour, value[3 + CHANNELS + k]);
+                    value[3 + CHANNELS + k] = fma(sharper, color, value[3 + CHANNELS + k]);
 #endif
                 }
             }

@@ -1,4 +1,4 @@
-// Which slices a tile's pixels lie in, a bit each, under BEHIND also what lies behind them, and in the last bit whether some colour lies beyond the knee.
+// Which layers a tile's pixels lie in, a bit each, under BEHIND also what lies behind them, and in the last bit whether some colour lies beyond the knee.
 
 #include "tiles.h"
 
@@ -33,10 +33,10 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
     }
     found[TILE_WORDS - 1] |= select((uintV)0, (uintV)0x80000000u, as_uintV(bright));
     for (int word = 0; word < TILE_WORDS; ++word) {
-        const uint_lanes lanes = found[word];
+        const uint_lanes vector_width = found[word];
         uint all = 0;
         for (int i = 0; i < V; ++i)
-            all |= ((const uint*)&lanes)[i];
+            all |= ((const uint*)&vector_width)[i];
         tiles[TILE_WORDS * (down * across + tile) + word] = all;
     }
 }

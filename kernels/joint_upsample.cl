@@ -1,6 +1,6 @@
 // Joint upsampling: from a result for every second pixel of every second row to all of them.
 //   value = sum_n w_n value_n / sum_n w_n,   w = how near the pixel beside it lies to this one's tangent plane
-// Pixels without a result of their own take those on either side, two or four of them, as planar depth says that they are of
+// Pixels without a result of their own take those on either side, two or four of them, as inverse depth says that they are of
 // the same surface; where none is, the nearest counts. So nothing is mixed across an edge, and nothing invented.
 // Kopf et al. 2007, "Joint Bilateral Upsampling"; the plane, and what may lie off it, are those of denoise.cl.
 
@@ -75,16 +75,16 @@ INLINE void results_at(__global const float* results, const grid_params* grid, i
     }
 #endif
     for (int c = 0; c < CHANNELS; ++c) {
-        float lanes[V];
+        float vector_width[V];
         for (int i = 0; i < V; ++i) {
             const bool inside = there && column + i >= 0 && column + i < (int)grid->x_end;
-            lanes[i] = inside ? from[(column + i) * CHANNELS + c] : NAN;
+            vector_width[i] = inside ? from[(column + i) * CHANNELS + c] : NAN;
         }
-        values[c] = *(const float_lanes*)lanes;
+        values[c] = *(const float_lanes*)vector_width;
     }
 }
 
-// A result dx to the right and dy down, where a surface of planar depth q has it.
+// A result dx to the right and dy down, where a surface of inverse depth q has it.
 INLINE void take(centreV* c, floatV q, const floatV* values, float dx, float dy) {
     const floatV off = fabs(fma(c->right, (floatV)dx, fma(c->down, (floatV)dy, c->q)) - q);
     const floatV weight = max(1.0f - off / c->edge, 0.0f) + NEAREST * c->edge / (c->edge + off);

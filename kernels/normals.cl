@@ -1,6 +1,6 @@
-// Normals from planar depth q, which is affine in the pixel on every plane.
+// Normals from inverse depth q, which is affine in the pixel on every plane.
 //   perspective, P = O + D(x, y)/q:     n = gx Dy x D1 + gy D1 x Dx + (q - gx x - gy y) Dx x Dy
-//   parallel rays, P = O(x, y) - q D:   n = gx Oy x D  + gy D x Ox  + Ox x Oy
+//   orthographic rays, P = O(x, y) - q D:   n = gx Oy x D  + gy D x Ox  + Ox x Oy
 // gx, gy: the slopes of q per pixel; Dx, Dy, D1 (Ox, Oy) the columns of the rays that multiply x, y and 1. Pixels are counted
 // from where the first two are across the third, so that nothing cancels. With positions instead, a normal would be a
 // difference of numbers that share their leading digits; here only q is subtracted, and the plane is met exactly.
@@ -20,7 +20,7 @@
 #define GUESS_ERROR 0.6f
 #define FIT_ERROR 0.43f
 
-// A plane about the pixel: its planar depth there, and its slopes.
+// A plane about the pixel: its inverse depth there, and its slopes.
 typedef struct {
     floatV q, gx, gy;
 } plane;
@@ -118,7 +118,7 @@ __kernel void normals(__global const float* source, __global float* target, cons
         tangent(&w, 0, error, &found);
 
 #if PERSPECTIVE
-    const floatV column = (lanes_from(grid.pixel_x + x) - p.centre_x[0]) - p.centre_x[1];
+    const floatV column = (vector_from(grid.pixel_x + x) - p.centre_x[0]) - p.centre_x[1];
     const float row = ((float)(grid.pixel_y + y) + 0.5f - p.centre_y[0]) - p.centre_y[1];
     const floatV along = fma(-found.gx, column, fma(-found.gy, (floatV)row, found.q));
 #else

@@ -1,7 +1,7 @@
 // Parameters of the kernels: plain structs of fixed-width scalars, read by both compilers.
 //
 // A `wide` is a double as its bits, or two floats (high part in the low word) for a device without double:
-// `pack_wide` in src/operations/parameters.cpp writes it, `wide_*` in lanes.h reads it.
+// `pack_wide` in src/operations/parameters.cpp writes it, `wide_*` in vector.h reads it.
 // An affine function of (v, x, y, 1) is four of them: v the stored value, (x, y) the pixel's centre.
 
 #ifndef FATHOM_PARAMS_H
@@ -65,9 +65,9 @@ typedef struct {
     wide scale; // ray distance: scene units per stored unit
 } ray_params;
 
-// From planar depth q and its slopes gx, gy per pixel to a normal. See kernels/normals.cl.
+// From inverse depth q and its slopes gx, gy per pixel to a normal. See kernels/normals.cl.
 //   n = of_slope_x gx + of_slope_y gy + of_depth (q - gx (x - centre_x) - gy (y - centre_y)), or 1 for the last factor
-// where rays are parallel. The bound of q's error is error_constant + error_linear |q| + error_quadratic q^2.
+// for an orthographic camera. The bound of q's error is error_constant + error_linear |q| + error_quadratic q^2.
 typedef struct {
     float of_slope_x[3];
     float of_slope_y[3];
@@ -108,12 +108,12 @@ typedef struct {
 typedef struct {
     float direction[3][3]; // of the ray through pixel (x, y): rows x, y, z; columns multiply (x, y, 1)
     float step[3][2];      // what one pixel to the right and one down adds: to the direction (perspective), to the
-                           // place where the ray starts (parallel rays)
+                           // place where the ray starts (orthographic rays)
     float normals[3][3];   // given normals to view space
     float radius;
     float thickness;
-    float slope_errors;    // of the tangent plane, in errors of planar depth per pixel
-    float error_constant, error_linear, error_quadratic; // of planar depth, see PlanarError
+    float slope_errors;    // of the tangent plane, in errors of inverse depth per pixel
+    float error_constant, error_linear, error_quadratic; // of inverse depth, see InverseDepthError
     float pixel;           // a pixel's width: at distance one (perspective), or anywhere
     float edge;            // how many of them a neighbour may lie off the tangent plane
     u32 slices;            // per pixel
@@ -136,8 +136,8 @@ typedef struct {
     float inverse_transition; // of the pixels from there to none
 } circle_params;
 
-// The bound of planar depth's error, as in normal_params; and the least step between two surfaces that counts, constant and
-// per planar depth. See kernels/mixed_depth.cl.
+// The bound of inverse depth's error, as in normal_params; and the least step between two surfaces that counts, constant and
+// per inverse depth. See kernels/mixed_pixels.cl.
 typedef struct {
     float error_constant, error_linear, error_quadratic;
     float step_constant, step_linear;
@@ -157,7 +157,7 @@ typedef struct {
     float sharp;         // as in circle_params
     float inverse_transition;
     float shows;         // a near layer that covers less than this lets something through
-} near_params;
+} near_field_params;
 
 // An image cut into tiles of 64 x 16 pixels that are anchored at the camera's image; planes hold whole tiles, with a margin
 // of 16 columns on either side.
@@ -175,7 +175,7 @@ typedef struct {
 
 // One slice of circle of confusion, and the tiles that it is worked out for at once; of several the first.
 typedef struct {
-    float slice;
+    float layer;
     u32 tiles, list;  // how many there are, and where the list of them begins
     u32 starts;       // where the table of spans by row begins
     u32 first;        // row of tiles of the first strips
@@ -187,7 +187,7 @@ typedef struct {
     u32 strip_column; // elements from a column of tiles to the next
     int reach;        // rows of strips above and below that the aperture covers
     int columns;      // and columns on either side
-} slice_params;
+} layer_params;
 
 // Pixels from `low` to before `high` of a row, and what each counts.
 typedef struct {
@@ -200,7 +200,7 @@ typedef struct {
     int column, row;
     float weight;
     float u, v;
-} tap_share_params;
+} aperture_tap_params;
 
 // How a slice's pixels lie in the lens, and which tables its parts are read from. See kernels/dof_parts.cl.
 typedef struct {

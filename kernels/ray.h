@@ -3,7 +3,7 @@
 #ifndef FATHOM_RAY_H
 #define FATHOM_RAY_H
 
-#include "lanes.h"
+#include "vector.h"
 
 INLINE floatV direction_at(const occlusion_params* p, int row, floatV x, float y) {
     return fma((floatV)p->direction[row][0], x, fma(p->direction[row][1], y, p->direction[row][2]));
@@ -14,7 +14,7 @@ INLINE floatV ray_length(const occlusion_params* p, floatV x, float y) {
     return sqrt(fma(dx, dx, fma(dy, dy, dz * dz)));
 }
 
-// Bound of the error of planar depth, see PlanarError.
+// Bound of the error of inverse depth, see InverseDepthError.
 INLINE floatV depth_error(const occlusion_params* p, floatV q) {
     const floatV size = fabs(q);
     return fma(size, fma(size, (floatV)p->error_quadratic, (floatV)p->error_linear), (floatV)p->error_constant);

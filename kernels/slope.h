@@ -1,6 +1,6 @@
-// Slope of planar depth along one axis of the screen, from two neighbours on either side.
+// Slope of inverse depth along one axis of the screen, from two neighbours on either side.
 //   b = |2 before1 - before2 - centre|,  a = |2 after1 - after2 - centre|       how well either side predicts the centre
-// Planar depth is affine on a plane, so the side that predicts better lies on the centre's surface: two-tap extrapolation
+// Inverse depth is affine on a plane, so the side that predicts better lies on the centre's surface: two-tap extrapolation
 // (atyuwen 2020, "Accurate Normal Reconstruction from Depth Buffer"), which holds at edges, creases and borders alike.
 // Where both predict about as well, as on a curved surface, their mean is exact to the second order; where both are within
 // the stored values' rounding, the least-squares slope of all five has the least noise.
@@ -8,7 +8,7 @@
 #ifndef FATHOM_SLOPE_H
 #define FATHOM_SLOPE_H
 
-#include "lanes.h"
+#include "vector.h"
 
 #ifndef PERSPECTIVE
 #error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
@@ -20,7 +20,7 @@
 
 #define THIN 0.25f // of the radius: what lies that far from its neighbours' planes is not part of them
 
-// Planar depth of a neighbour, NaN for the background, which no slope may reach to.
+// Inverse depth of a neighbour, NaN for the background, which no slope may reach to.
 INLINE floatV surface_only(floatV q) {
 #if PERSPECTIVE
     return select(q, (floatV)NAN, q == 0.0f);
@@ -37,7 +37,7 @@ INLINE floatV misprediction(floatV far, floatV near, floatV centre) {
     return select((floatV)INFINITY, error, error < INFINITY);
 }
 
-// dq/dx in planar depth per pixel, or dq/dy. Neighbours that are NaN or infinite are never chosen; 0 where there are none.
+// dq/dx in inverse depth per pixel, or dq/dy. Neighbours that are NaN or infinite are never chosen; 0 where there are none.
 // `tolerance` is four times the bound of a stored value's error in q: what rounding alone can make of a prediction.
 INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2, floatV tolerance) {
     const floatV before = misprediction(before2, before1, centre), after = misprediction(after2, after1, centre);

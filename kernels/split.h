@@ -1,13 +1,13 @@
-// An image split into 4 x 4 planes, see split_params. Loads are contiguous when all lanes look in the same direction.
+// An image split into 4 x 4 planes, see split_params. Loads are contiguous when all vector width look in the same direction.
 
 #ifndef FATHOM_SPLIT_H
 #define FATHOM_SPLIT_H
 
-#include "lanes.h"
+#include "vector.h"
 
 #define MARGIN 16 // columns of a plane beyond the image on either side: the largest V
 
-// Planar depth of what is no surface: behind everything, and still a number.
+// Inverse depth of what is no surface: behind everything, and still a number.
 #define NOTHING -1e37f // background
 #define UNKNOWN -2e37f // invalid, or outside the image
 

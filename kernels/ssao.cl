@@ -1,11 +1,11 @@
-// Ambient occlusion from planar depth, V pixels of one sampling pattern per work-item.
+// Ambient occlusion from inverse depth, V pixels of one sampling pattern per work-item.
 //   visibility = 1 - sum_slices w B / sum_slices w G,   w = dphi(view ray) / dphi(screen)
 // A slice is the plane through the view ray and a direction on the screen; B of its cosine-weighted measure
 //   G(t) = 1/2 [sin^2 t + nu (t - sin t cos t)],  nu = n.T / n.V,  t from the view ray to the tangent plane
 // is blocked by what neighbouring pixels show: columns along their own rays, from the surface to `back`, cut off at the
-// ball of the radius. In planar depth the cotangent of t is affine in (q - q_c) / s, s pixels away: no square root but
-// that of the ball, no angle, and the tangent plane is exact under every camera. A side of a slice is 31 sectors of the same
-// measure, one bit each: one maximum a side, the horizon, would block what lies below a far column's chord of the ball.
+// sphere of the radius. In inverse depth the cotangent of t is affine in (q - q_c) / s, s pixels away: no square root but
+// that of the sphere, no angle, and the tangent plane is exact under every camera. A side of a slice is 31 sectors of the same
+// measure, one bit each: one maximum a side, the horizon, would block what lies below a far column's chord of the sphere.
 // Jimenez et al. 2016 (slices, the measure); Therrien et al. 2023 (bits); Mara et al. 2013 (split planes). Slices are
 // weighted to be uniform around the view ray, not on the screen.
 
@@ -97,11 +97,11 @@ typedef struct {
     floatV right, down; // slopes of q
     floatV direction[3], length, inverse_length;
     floatV along[2]; // a step to the right and down, as far as it goes towards the eye
-    floatV distance; // from the eye; 1 for parallel rays
+    floatV distance; // from the eye; 1 for an orthographic camera
     floatV steepest; // slope that is followed on a surface that is no plane's
 } pixelV;
 
-// A slice: the direction (x, y) on the screen, the ball's radius in it, and how its sectors are rounded.
+// A slice: the direction (x, y) on the screen, the sphere's radius in it, and how its sectors are rounded.
 typedef struct {
     float x, y, radius, rounding;
     floatV along, across_square, inverse_across; // a step's length towards the eye, and across the view ray
@@ -115,11 +115,11 @@ typedef struct {
     floatV slack;                               // what depths may be off by
     floatV across, tangent;                     // slopes of the tangent plane across the slice and along it
     floatV scale, offset;                       // of the cotangent
-    floatV middle, middle_step;                 // where the ball's centre lies on the ray s pixels away, less q
+    floatV middle, middle_step;                 // where the sphere's centre lies on the ray s pixels away, less q
     floatV reach, reach_step, cut; // its half length there is root((reach - s reach_step)^2 - s^2 cut) / per_depth
     floatV per_depth;
-    floatV nearest;      // the ball's near end is at least here: the eye may be inside
-    floatV extent;       // pixels that the ball covers on the screen
+    floatV nearest;      // the sphere's near end is at least here: the eye may be inside
+    floatV extent;       // pixels that the sphere covers on the screen
     floatV rises, falls; // steepest slopes that a tap's surface is followed along
     floatV first;        // (q - q_c) / s from which on the first sector may be blocked
     floatV nu, whole;    // and twice the measure of the side
@@ -129,14 +129,14 @@ typedef struct {
 
 typedef struct {
     floatV low, high; // q less q_c between which a column counts
-} ballV;
+} sphereV;
 
-INLINE ballV ball_at(const sideV* side, __global const tap_params* tap) {
+INLINE sphereV sphere_at(const sideV* side, __global const tap_params* tap) {
     const floatV reach = fma((floatV)-tap->distance, side->reach_step, side->reach);
     const floatV square = max(fma((floatV)-tap->square_distance, side->cut, reach * reach), 0.0f);
     const floatV half_length = square * rough_inverse_root(square);
     const floatV middle = fma((floatV)-tap->distance, side->middle_step, side->middle);
-    return (ballV){fma(-half_length, side->per_depth, middle),
+    return (sphereV){fma(-half_length, side->per_depth, middle),
                    max(fma(half_length, side->per_depth, middle), side->nearest)};
 }
 
@@ -159,7 +159,7 @@ INLINE placeV place_at(uint here, int column, int row, int reach, const split_pa
 }
 
 // The pixels of this work-item, of which a launch has one dimension: tiles of columns, so that what one's taps look at stays
-// in the cache; all patterns of a row before the next row.
+// in the cache; all jitter of a row before the next row.
 typedef struct {
     int pattern, column, row;
 } itemV;
@@ -226,12 +226,12 @@ INLINE floatV end_of(const sideV* side, const columnV* column, const edgeV* edge
     return select(fma(tilt, (floatV)way, column->front) * inverse, edge->place, edge->outward);
 }
 
-// The sectors that a column blocks: from its back to the higher end of its front, inside the ball. A lane counts what it
+// The sectors that a column blocks: from its back to the higher end of its front, inside the sphere. A lane counts what it
 // would look at by itself: the same whatever its neighbours do.
 INLINE intV sectors_of(const sideV* side, floatV first, const columnV* column, floatV back, floatV inner, floatV outer,
                        __global const tap_params* tap) {
-    const ballV ball = ball_at(side, tap);
-    const floatV low = ball.low * tap->inverse_distance, high = ball.high * tap->inverse_distance;
+    const sphereV sphere = sphere_at(side, tap);
+    const floatV low = sphere.low * tap->inverse_distance, high = sphere.high * tap->inverse_distance;
     const floatV behind = (back + column->to_line) * tap->inverse_distance;
     const floatV top = max(min(max(inner, outer), high), low);
     const floatV bottom = max(min(min(min(inner, outer), behind), high), low);
@@ -287,13 +287,13 @@ INLINE sliceV slice_at(const pixelV* c, const occlusion_params* p, __global cons
     return slice;
 }
 
-// The ball of the radius as the columns of a side meet it.
-INLINE void set_ball(sideV* side, const pixelV* c, const sliceV* slice, float sign) {
+// The sphere of the radius as the columns of a side meet it.
+INLINE void set_sphere(sideV* side, const pixelV* c, const sliceV* slice, float sign) {
     const floatV toward = sign * slice->along;
 #if PERSPECTIVE
     const float square = slice->radius * slice->radius;
     const floatV beyond = fma(c->distance, c->distance, (floatV)-square), least = 1e-5f * square;
-    const floatV outside = select(beyond, least, fabs(beyond) < least); // of the eye from the ball
+    const floatV outside = select(beyond, least, fabs(beyond) < least); // of the eye from the sphere
     side->per_depth = 1.0f / outside;
     side->nearest = select((floatV)-1e30f, (floatV)1e30f, outside < 0.0f);
     side->cut = outside * slice->across_square;
@@ -345,7 +345,7 @@ INLINE sideV side_at(const pixelV* c, const sliceV* slice, float sign, float slo
     side.tangent = sign * slice->slope;
     side.rises = max(side.tangent, c->steepest);
     side.falls = min(side.tangent, -c->steepest);
-    set_ball(&side, c, slice, sign);
+    set_sphere(&side, c, slice, sign);
     side.scale = (PERSPECTIVE ? c->distance : c->length) * slice->inverse_across;
     const floatV flat = sign * slice->along * slice->inverse_across;
     side.offset = flat - side.scale * (slope_errors * c->error); // what is higher for certain
@@ -465,7 +465,7 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
 #if CONFIDENCE
             floatV share = 1.0f;
 #endif
-            // Lanes whose ball covers about as many pixels share a table of taps.
+            // Lanes whose sphere covers about as many pixels share a table of taps.
             for (int level = greatest(left_over); level > 0; level = greatest(left_over)) {
                 const intV active = left_over == level;
                 const floatV first = select((floatV)INFINITY, side.first, active);

@@ -1,6 +1,6 @@
-// What the occlusion kernels read, from planar depth: occluders and tangent planes, split into 4 x 4 planes.
-//   front   planar depth of the surface; behind everything where there is none
-//   back    planar depth of the end of what is assumed solid behind it
+// What the occlusion kernels read, from inverse depth: occluders and tangent planes, split into 4 x 4 planes.
+//   front   inverse depth of the surface; behind everything where there is none
+//   back    inverse depth of the end of what is assumed solid behind it
 //   slopes  of the tangent plane on the screen, right and down, from neighbouring depths or from given normals
 // Outside the image there is nothing, or the border's pixels again.
 
@@ -12,7 +12,7 @@
 #error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
 #endif
 #ifndef THICKNESS
-#error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 planar depth of the back"
+#error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 inverse depth of the back"
 #endif
 #ifndef GIVEN_NORMALS
 #error                                                                                                                 \
@@ -41,13 +41,13 @@ INLINE floatV row_at(__global const float* image, const grid_params* grid, int x
     const int width = (int)grid->x_end, height = (int)grid->height;
     if (y >= 0 && y < height && x >= 0 && x + V + EVERY - 1 <= width)
         return load_every(image + grid->source_offset + (size_t)y * grid->source_stride + EVERY * x);
-    float lanes[V];
+    float vector_width[V];
     for (int i = 0; i < V; ++i) {
         const int column = clamp(x + i, 0, width - 1), row = clamp(y, 0, height - 1);
         const bool inside = CLAMP || (column == x + i && row == y);
-        lanes[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + EVERY * column] : outside;
+        vector_width[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + EVERY * column] : outside;
     }
-    return *(const float_lanes*)lanes;
+    return *(const float_lanes*)vector_width;
 }
 
 #if GIVEN_NORMALS != 1
@@ -56,12 +56,12 @@ INLINE floatV neighbours_at(__global const float* image, const grid_params* grid
     const int width = (int)grid->x_end, height = (int)grid->height;
     if (y >= 0 && y < height && x >= 0 && x + V + EVERY - 1 <= width)
         return surface_only(load_every(image + grid->source_offset + (size_t)y * grid->source_stride + EVERY * x));
-    float lanes[V];
+    float vector_width[V];
     for (int i = 0; i < V; ++i) {
         const bool inside = y >= 0 && y < height && x + i >= 0 && x + i < width;
-        lanes[i] = inside ? image[grid->source_offset + (size_t)y * grid->source_stride + EVERY * (x + i)] : NAN;
+        vector_width[i] = inside ? image[grid->source_offset + (size_t)y * grid->source_stride + EVERY * (x + i)] : NAN;
     }
-    return surface_only(*(const float_lanes*)lanes);
+    return surface_only(*(const float_lanes*)vector_width);
 }
 
 // The slope where the pixels next to this one are missing, as in every second row of a frame: from those beyond them.
@@ -78,18 +78,18 @@ INLINE floatV across_gaps(floatV found, const floatV* near, floatV q, floatV ste
 
 #if GIVEN_NORMALS
 // The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
-// factor for parallel rays. A normal that looks away from the eye is none: its surface is taken to face the eye.
+// factor for an orthographic camera. A normal that looks away from the eye is none: its surface is taken to face the eye.
 INLINE void slopes_of(__global const float* normals, const split_params* split, const occlusion_params* p, int x, int y,
                       ulong offset, uint stride, uint channels, floatV q, floatV fx, float fy, floatV* right,
                       floatV* down) {
     floatV n[3];
     for (int c = 0; c < 3; ++c) {
-        float lanes[V];
+        float vector_width[V];
         for (int i = 0; i < V; ++i) {
             const bool inside = y >= 0 && y < (int)split->height && x + i >= 0 && x + i < (int)split->width;
-            lanes[i] = inside ? normals[offset + (size_t)y * stride + (size_t)(EVERY * (x + i)) * channels + c] : 0;
+            vector_width[i] = inside ? normals[offset + (size_t)y * stride + (size_t)(EVERY * (x + i)) * channels + c] : 0;
         }
-        n[c] = *(const float_lanes*)lanes;
+        n[c] = *(const float_lanes*)vector_width;
     }
     const floatV given[3] = {n[0], n[1], n[2]};
     for (int c = 0; c < 3; ++c)

@@ -3,7 +3,7 @@
 #ifndef FATHOM_STORE_H
 #define FATHOM_STORE_H
 
-#include "lanes.h"
+#include "vector.h"
 
 #if !defined(CHANNELS) || CHANNELS < 3 || CHANNELS > 4
 #error "CHANNELS is not defined: 3 or 4 floats a vector"

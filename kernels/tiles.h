@@ -1,17 +1,17 @@
-// Tiles of the depth of field: their size, and how a pixel takes part in a slice.
+// Tiles of the depth of field: their size, and how a pixel takes part in a layer.
 
 #ifndef FATHOM_TILES_H
 #define FATHOM_TILES_H
 
-#include "lanes.h"
+#include "vector.h"
 #include "params.h"
 
 #define TILE_COLUMNS 64
 #define TILE_ROWS 8
 #define TILE_WORDS 5 // of bits
 #define MARGIN 16
-#define NOWHERE -1e6f // the slice of what takes part in nothing
-#define JUMP 2.0f     // slices: a surface's neighbours in depth are not behind it
+#define NOWHERE -1e6f // the layer of what takes part in nothing
+#define JUMP 2.0f     // layers: a surface's neighbours in depth are not behind it
 
 #if !defined(CHANNELS) || CHANNELS < 3 || CHANNELS > 4
 #error "CHANNELS is not defined: 3 or 4, of a pixel's colour"
@@ -22,12 +22,12 @@ INLINE size_t in_planes(const blur_params* p, uint across, uint x, uint y) {
     return (size_t)y * p->stride + MARGIN + across * TILE_COLUMNS + x;
 }
 
-// What slice k finds in a row of tiles, `pad` columns around a tile: 2 pixels of its own, 1 only some that are not nearer,
+// What layer k finds in a row of tiles, `pad` columns around a tile: 2 pixels of its own, 1 only some that are not nearer,
 // 0 none.
 INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint across, uint down, uint pad, uint k) {
     const uint aside = (pad + TILE_COLUMNS - 1) / TILE_COLUMNS, count = p->columns / TILE_COLUMNS;
     const uint first = across > aside ? across - aside : 0, last = min(across + aside, count - 1);
-    const uint from = k > 0 ? k - 1 : 0; // pixels that lie between the slice before and this one
+    const uint from = k > 0 ? k - 1 : 0; // pixels that lie between the layer before and this one
     uint some = 0;
     for (uint tile = first; tile <= last; ++tile) {
         __global const uint* words = tiles + TILE_WORDS * (down * count + tile);
@@ -45,14 +45,14 @@ INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint 
 #define ENTRY_ACROSS(entry) ((entry)&0xffffu)
 #define ENTRY_DOWN(entry) ((entry) >> 16 & 0x3fffu)
 #define ENTRY_NEAR 0x40000000u    // some pixels lie before the focus
-#define ENTRY_FOLLOWS 0x80000000u // the slice just before was here too
+#define ENTRY_FOLLOWS 0x80000000u // the layer just before was here too
 
-// Slices that the pixels lie in of rows [begin, end), so many columns aside of V of them.
+// Layers that the pixels lie in of rows [begin, end), so many columns aside of V of them.
 typedef struct {
     float least, greatest;
-} slice_range;
+} layer_range;
 
-INLINE slice_range slices_within(__global const float* column, const blur_params* p, int begin, int end, int aside,
+INLINE layer_range layers_within(__global const float* column, const blur_params* p, int begin, int end, int aside,
                                  uint surfaces) {
     floatV least = INFINITY, greatest = -INFINITY;
     for (int row = max(begin, 0); row < min(end, (int)p->rows); ++row) {
@@ -68,7 +68,7 @@ INLINE slice_range slices_within(__global const float* column, const blur_params
         }
     }
     const float_lanes lows = least, highs = greatest;
-    slice_range range = {INFINITY, -INFINITY};
+    layer_range range = {INFINITY, -INFINITY};
     for (int i = 0; i < V; ++i) {
         range.least = min(range.least, ((const float*)&lows)[i]);
         range.greatest = max(range.greatest, ((const float*)&highs)[i]);

@@ -21,7 +21,7 @@ __kernel void unproject(__global const STORED* source, __global float* target, c
     const uint px = grid.pixel_x + x, py = grid.pixel_y + y;
     const sampleV sample = load_stored(source, &grid, x, y, &depth);
     const floatV z = view_depth(sample, px, py, &depth, &view_rays);
-#if PARALLEL_DEPTH
+#if W_IS_DEPTH
     const floatV along = z;
 #else
     const wideV beyond_eye = wide_add(wide_from(z), wide_negative(wide_constant(rays.eye_depth)));

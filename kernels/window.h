@@ -1,11 +1,11 @@
-// Lanes of pixels beside a work-item's own, in an image of planar depth.
+// Lanes of pixels beside a work-item's own, in an image of inverse depth.
 
 #ifndef FATHOM_WINDOW_H
 #define FATHOM_WINDOW_H
 
-#include "lanes.h"
+#include "vector.h"
 
-// The pixels around this work-item's, in an image of planar depth.
+// The pixels around this work-item's, in an image of inverse depth.
 typedef struct {
     __global const float* source; // of the pixel (0, y)
     int x, y, width, height, stride;
@@ -26,12 +26,12 @@ INLINE floatV neighbour(const window* w, int inside, int dx, int dy) {
     __global const float* const source = w->source + (long)dy * w->stride;
     if (inside)
         return LOAD(float, source + first);
-    float lanes[V];
+    float vector_width[V];
     for (int i = 0; i < V; ++i) {
         const int there = row >= 0 && row < w->height && first + i >= 0 && first + i < w->width;
-        lanes[i] = there ? source[first + i] : NAN;
+        vector_width[i] = there ? source[first + i] : NAN;
     }
-    return *(const float_lanes*)lanes;
+    return *(const float_lanes*)vector_width;
 }
 
 #endif

@@ -12,7 +12,7 @@ std::vector<Sample> brute_force(const DepthLayer& layer, const std::vector<Eigen
     std::vector<Sample> points;
     for (int y = stride / 2; y < layer.height(); y += stride)
         for (int x = stride / 2; x < layer.width(); x += stride)
-            if (std::isfinite(layer.planar(x, y)))
+            if (std::isfinite(layer.inverse_depth(x, y)))
                 points.push_back({x, y, 0});
     std::atomic<std::size_t> next = 0;
     const auto work = [&] {
@@ -35,11 +35,11 @@ std::vector<Sample> brute_force(const DepthLayer& layer, const std::vector<Eigen
 double median_width(const DepthLayer& layer) {
     std::vector<double> widths;
     const auto& sight = layer.sight();
-    const double step = (sight.parallel ? sight.origin_x : sight.direction_x).norm();
+    const double step = (sight.is_orthographic ? sight.origin_x : sight.direction_x).norm();
     for (int y = 2; y < layer.height(); y += 5)
         for (int x = 2; x < layer.width(); x += 5)
-            if (std::isfinite(layer.planar(x, y)))
-                widths.push_back(layer.width() * step / (sight.parallel ? 1 : layer.planar(x, y)));
+            if (std::isfinite(layer.inverse_depth(x, y)))
+                widths.push_back(layer.width() * step / (sight.is_orthographic ? 1 : layer.inverse_depth(x, y)));
     std::ranges::nth_element(widths, widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2));
     return widths[widths.size() / 2];
 }

@@ -8,7 +8,7 @@
 
 namespace lens_blur {
 
-bool Hole::open(double x, double y) const {
+bool ApertureShape::open(double x, double y) const {
     if (corners == 0) {
         const double turn = turned_degrees * std::numbers::pi / 180, longer = std::max(ratio, 1.0);
         const double along = x * std::cos(turn) + y * std::sin(turn), aside = y * std::cos(turn) - x * std::sin(turn);
@@ -25,7 +25,7 @@ bool Hole::open(double x, double y) const {
     return true;
 }
 
-std::vector<double> shares(const Hole& hole, bool down, int positions) {
+std::vector<double> shares(const ApertureShape& aperture_shape, bool down, int positions) {
     constexpr int across = 1024;
     std::vector<double> shares(static_cast<std::size_t>(positions));
     double sum = 0;
@@ -34,7 +34,7 @@ std::vector<double> shares(const Hole& hole, bool down, int positions) {
         int open = 0;
         for (int j = 0; j < across; ++j) {
             const double aside = (2 * j + 1.0) / across - 1;
-            open += down ? hole.open(aside, -along) : hole.open(along, aside);
+            open += down ? aperture_shape.open(aside, -along) : aperture_shape.open(along, aside);
         }
         shares[static_cast<std::size_t>(i)] = open;
         sum += open;
@@ -54,17 +54,18 @@ double light(const std::vector<Layer>& nearest_first, const std::vector<double>&
                                       [&](const Layer& layer) { return layer.here(from(layer)); });
         if (met == nearest_first.end())
             throw std::logic_error("a ray meets no layer");
-        sum += shares[i] * met->colour(from(*met));
+        sum += shares[i] * met->color(from(*met));
     }
     return sum;
 }
 
-double light(const std::vector<Slope>& nearest_first, const Hole& hole, double x, double y, int positions) {
+double light(const std::vector<Slope>& nearest_first, const ApertureShape& aperture_shape, double x, double y,
+             int positions) {
     double sum = 0;
     long rays = 0;
     for (int i = 0; i < positions * positions; ++i) {
         const double u = (2 * (i % positions) + 1.0) / positions - 1, v = (2 * (i / positions) + 1.0) / positions - 1;
-        if (!hole.open(u, v))
+        if (!aperture_shape.open(u, v))
             continue;
         const auto met = std::find_if(nearest_first.begin(), nearest_first.end(), [&](const Slope& layer) {
             // From row q with circle c(q): y = q - v c(q) / 2, v up.
@@ -73,7 +74,7 @@ double light(const std::vector<Slope>& nearest_first, const Hole& hole, double x
         });
         if (met == nearest_first.end())
             throw std::logic_error("a ray meets no layer");
-        sum += met->colour;
+        sum += met->color;
         ++rays;
     }
     return sum / static_cast<double>(rays);

@@ -8,7 +8,7 @@
 namespace lens_blur {
 
 /// A hole in the unit disc: a circle, an ellipse, or a regular polygon with a corner on top, turned counter-clockwise.
-struct Hole {
+struct ApertureShape {
     int corners = 0; ///< 0: a circle
     double turned_degrees = 0;
     double ratio = 1; ///< of an ellipse, height over width before it is turned; the longer axis is the disc's
@@ -18,13 +18,13 @@ struct Hole {
 
 /// How much of a hole lies at each of many positions from -1 to 1 along an axis: to the right, or down an image.
 /// Sums to 1.
-std::vector<double> shares(const Hole& hole, bool down, int positions = 4096);
+std::vector<double> shares(const ApertureShape& aperture_shape, bool down, int positions = 4096);
 
 /// A layer at one depth that changes along one axis only. Positions are pixels of the sharp image.
 struct Layer {
     double circle;                    ///< diameter in pixels, positive behind the focus
     std::function<bool(double)> here; ///< does the layer block light there?
-    std::function<double(double)> colour;
+    std::function<double(double)> color;
 };
 
 /// The light that reaches a position: for each part of the lens that of the first layer that its rays meet, nearest first.
@@ -35,11 +35,12 @@ double light(const std::vector<Layer>& nearest_first, const std::vector<double>&
 struct Slope {
     double circle, each_row; ///< at y = 0, and what it grows by
     std::function<bool(double x, double y)> here;
-    double colour;
+    double color;
 };
 
 /// The same through all of the lens, across and down; each layer is before the next wherever both are.
-double light(const std::vector<Slope>& nearest_first, const Hole& hole, double x, double y, int positions = 128);
+double light(const std::vector<Slope>& nearest_first, const ApertureShape& aperture_shape, double x, double y,
+             int positions = 128);
 
 /// Share of a blurred half-plane's light at distance d into it, of radius r: t = d/r, 1/2 + (t root(1 - t^2) + asin t)/pi.
 double half_plane(double t);

@@ -172,7 +172,7 @@ private:
         }
     }
 
-    /// Blocks what a straight piece of solid spans within the ball.
+    /// Blocks what a straight piece of solid spans within the sphere.
     void block(const Vector2d& start, const Vector2d& direction, double length) {
         const double middle = start.dot(direction);
         const double square = middle * middle - start.squaredNorm() + options_.radius * options_.radius;
@@ -225,11 +225,11 @@ struct Line {
     Vector2d direction_at(double k) const { return direction + k * direction_step; }
 };
 
-/// What a tap sees: a column, or nothing. Planar is 1/w, or w where rays are parallel: affine in k along a plane.
+/// What a tap sees: a column, or nothing. Planar is 1/w, or w for an orthographic camera: affine in k along a plane.
 struct Tap {
     double k = 0;
     std::optional<Column> column;
-    double planar = nan;
+    double inverse_depth = nan;
 };
 
 /// `step_of` turns a unit vector on the screen into the step from tap to tap.
@@ -237,8 +237,8 @@ template <typename StepOf>
 Line line_of(const Sight& sight, const Vector2d& pixel, const Vector3d& position, const Vector3d& tangent,
              const Vector3d& to_eye, const StepOf& step_of) {
     const Vector3d across = tangent.cross(to_eye);
-    const Vector3d& by_x = sight.parallel ? sight.origin_x : sight.direction_x;
-    const Vector3d& by_y = sight.parallel ? sight.origin_y : sight.direction_y;
+    const Vector3d& by_x = sight.is_orthographic ? sight.origin_x : sight.direction_x;
+    const Vector3d& by_y = sight.is_orthographic ? sight.origin_y : sight.direction_y;
     Vector2d along = Vector2d(-across.dot(by_y), across.dot(by_x)).normalized();
     if ((along.x() * by_x + along.y() * by_y).dot(tangent) < 0) {
         along = -along;
@@ -254,10 +254,10 @@ Line line_of(const Sight& sight, const Vector2d& pixel, const Vector3d& position
 }
 
 /// Does a ray come within the radius of the point? From the eye on, or anywhere if rays are parallel.
-bool within_reach(const Line& line, double k, bool parallel, double radius) {
+bool within_reach(const Line& line, double k, bool is_orthographic, double radius) {
     const Vector2d origin = line.origin_at(k), direction = line.direction_at(k);
     const double nearest = -origin.dot(direction) / direction.squaredNorm();
-    return (origin + (parallel ? nearest : std::max(0.0, nearest)) * direction).norm() <= radius;
+    return (origin + (is_orthographic ? nearest : std::max(0.0, nearest)) * direction).norm() <= radius;
 }
 
 /// What a line of taps needs to know of its slice.
@@ -265,18 +265,18 @@ struct Slice {
     Line line;
     Vector3d tangent, to_eye;
     Vector2d normal; ///< first along the tangent
-    bool parallel;
+    bool is_orthographic;
 
-    /// Change of planar depth from tap to tap along the surface's own plane.
+    /// Change of inverse depth from tap to tap along the surface's own plane.
     double slope() const {
-        return parallel ? -normal.dot(line.origin_step) / normal.dot(line.direction)
-                        : -normal.dot(line.direction_step) / normal.dot(line.origin);
+        return is_orthographic ? -normal.dot(line.origin_step) / normal.dot(line.direction)
+                               : -normal.dot(line.direction_step) / normal.dot(line.origin);
     }
 
-    /// Change of planar depth that moves a tap along its ray by as much as the next tap is aside.
+    /// Change of inverse depth that moves a tap along its ray by as much as the next tap is aside.
     double footprint(const Tap& tap) const {
-        const Vector2d& aside = parallel ? line.origin_step : line.direction_step;
-        return aside.norm() / line.direction_at(tap.k).norm() * (parallel ? 1 : tap.planar);
+        const Vector2d& aside = is_orthographic ? line.origin_step : line.direction_step;
+        return aside.norm() / line.direction_at(tap.k).norm() * (is_orthographic ? 1 : tap.inverse_depth);
     }
 };
 
@@ -295,13 +295,13 @@ class Edges {
 public:
     static constexpr int halvings_of_azimuth = 8;
 
-    Edges(const Slice& slice, const See& see, double planar) : slice_(slice), see_(see), slope_(slice.slope()) {
-        before_.planar = planar;
+    Edges(const Slice& slice, const See& see, double inverse_depth) : slice_(slice), see_(see), slope_(slice.slope()) {
+        before_.inverse_depth = inverse_depth;
     }
 
     /// Adds the taps between the last one and this one to the side, if there is an edge, and this one.
     void add(const Tap& tap, Side& side) {
-        const double change = tap.planar - before_.planar;
+        const double change = tap.inverse_depth - before_.inverse_depth;
         const double footprint = slice_.footprint(tap);
         if (std::abs(change - slope_) <= 0.1 * std::max(std::abs(change), footprint)) {
             slope_ = change;
@@ -319,7 +319,7 @@ private:
     double halve(const Tap& low, const Tap& high, Side& side, int times) {
         const Tap middle = see_(slice_, 0.5 * (low.k + high.k));
         const double span = high.k - low.k;
-        const double bend = middle.planar - 0.5 * (low.planar + high.planar);
+        const double bend = middle.inverse_depth - 0.5 * (low.inverse_depth + high.inverse_depth);
         const bool all_open = !middle.column && !low.column && !high.column;
         if (times > 0 && !all_open && !(std::abs(bend) <= 0.02 * span * slice_.footprint(middle))) {
             halve(low, middle, side, times - 1);
@@ -327,7 +327,7 @@ private:
             return halve(middle, high, side, times - 1);
         }
         put(middle, side);
-        return (high.planar - middle.planar) / (0.5 * span);
+        return (high.inverse_depth - middle.inverse_depth) / (0.5 * span);
     }
 
     const Slice& slice_;
@@ -350,7 +350,7 @@ struct Plain {
 struct Centre {
     Vector2d pixel, size; ///< of the point, of the image
     Vector3d position, normal;
-    double planar;
+    double inverse_depth;
 };
 
 /// Sums all sides of all slices. `see(slice, k)` is what a tap sees; `Taps` hands taps on to a side.
@@ -368,9 +368,9 @@ double visibility_of(const Sight& sight, const Centre& centre, const ScreenOptio
                           tangent,
                           to_eye,
                           {normal.dot(tangent), normal.dot(to_eye)},
-                          sight.parallel};
+                          sight.is_orthographic};
         Side side(slice.normal, options, scratch);
-        Taps taps(slice, see, centre.planar);
+        Taps taps(slice, see, centre.inverse_depth);
         // The first tap out of reach still ends the line from the last one within.
         bool reached = true;
         for (int k = 1; reached; ++k) {
@@ -378,7 +378,7 @@ double visibility_of(const Sight& sight, const Centre& centre, const ScreenOptio
             if (!(place.x() >= 0 && place.x() <= size.x() && place.y() >= 0 && place.y() <= size.y())) {
                 break;
             }
-            reached = within_reach(slice.line, k, sight.parallel, options.radius);
+            reached = within_reach(slice.line, k, sight.is_orthographic, options.radius);
             taps.add(see(slice, k), side);
         }
         return {side.blocked(), side.whole()};
@@ -398,8 +398,8 @@ Sight::Sight(const Camera& camera) {
     direction = corner.direction;
     direction_x = (right.direction - corner.direction) / camera.width;
     direction_y = (below.direction - corner.direction) / camera.height;
-    parallel = !origin_x.isZero(0) || !origin_y.isZero(0);
-    if (parallel) {
+    is_orthographic = !origin_x.isZero(0) || !origin_y.isZero(0);
+    if (is_orthographic) {
         direction_x.setZero();
         direction_y.setZero();
     }
@@ -414,13 +414,13 @@ double screen_visibility(const Caster& caster, int x, int y, const ScreenOptions
         return 1;
     }
     const Sight sight(caster.camera());
-    const auto planar_at = [&](const Vector3d& position, const Vector2d& place) {
+    const auto inverse_depth_at = [&](const Vector3d& position, const Vector2d& place) {
         const Vector3d ray = sight.direction_at(place.x(), place.y());
         const double w = (position - sight.origin_at(place.x(), place.y())).dot(ray) / ray.squaredNorm();
-        return sight.parallel ? w : 1 / w;
+        return sight.is_orthographic ? w : 1 / w;
     };
     const Centre centre{pixel, Vector2d(caster.camera().width, caster.camera().height), own->position,
-                        normal.value_or(own->normal), planar_at(own->position, pixel)};
+                        normal.value_or(own->normal), inverse_depth_at(own->position, pixel)};
     const auto see = [&](const Slice& slice, double k) {
         const Vector2d place = slice.line.place_at(k);
         const auto seen = caster.at(place.x(), place.y());
@@ -434,7 +434,7 @@ double screen_visibility(const Caster& caster, int x, int y, const ScreenOptions
                           slice.line.direction_at(k).normalized(),
                           seen->z,
                           rate},
-                   planar_at(seen->position, place)};
+                   inverse_depth_at(seen->position, place)};
     };
     return visibility_of<Edges<decltype(see)>>(
         sight, centre, options, [&](const Vector2d& along) -> Vector2d { return options.step_px * along; }, see);
@@ -446,21 +446,21 @@ double screen_visibility(const Scene& scene, const Camera& camera, int x, int y,
 }
 
 DepthLayer::DepthLayer(const Camera& camera, std::span<const double> z)
-    : width_(camera.width), height_(camera.height), sight_(camera), planar_(z.size(), nan) {
+    : width_(camera.width), height_(camera.height), sight_(camera), inverse_depth_(z.size(), nan) {
     for (int y = 0; y < height_; ++y) {
         for (int x = 0; x < width_; ++x) {
             const double depth = z[index(x, y)], start = sight_.ahead * sight_.origin_at(x + 0.5, y + 0.5).z();
             const double w = (depth - start) / (sight_.ahead * sight_.direction_at(x + 0.5, y + 0.5).z());
             if (std::isfinite(depth)) {
-                planar_[index(x, y)] = sight_.parallel ? w : 1 / w;
+                inverse_depth_[index(x, y)] = sight_.is_orthographic ? w : 1 / w;
             } else if (std::isinf(depth)) {
-                planar_[index(x, y)] = endless;
+                inverse_depth_[index(x, y)] = infinite;
             }
         }
     }
     const double length = sight_.direction_at(0.5 * width_, 0.5 * height_).norm();
-    share_across_ = (sight_.parallel ? sight_.origin_x : sight_.direction_x).norm() / length;
-    share_down_ = (sight_.parallel ? sight_.origin_y : sight_.direction_y).norm() / length;
+    share_across_ = (sight_.is_orthographic ? sight_.origin_x : sight_.direction_x).norm() / length;
+    share_down_ = (sight_.is_orthographic ? sight_.origin_y : sight_.direction_y).norm() / length;
 }
 
 DepthLayer::DepthLayer(const Camera& camera, std::span<const float> z)
@@ -476,7 +476,7 @@ double DepthLayer::between_columns(int across, double along) const {
 
 double DepthLayer::between(std::size_t start, std::size_t stride, int count, double along,
                            double share_per_pixel) const {
-    const auto at = [&](int i) { return planar_[start + stride * static_cast<std::size_t>(i)]; };
+    const auto at = [&](int i) { return inverse_depth_[start + stride * static_cast<std::size_t>(i)]; };
     const int nearest = std::clamp(static_cast<int>(std::floor(along)), 0, count - 1);
     if (count == 1) {
         return at(nearest);
@@ -489,34 +489,37 @@ double DepthLayer::between(std::size_t start, std::size_t stride, int count, dou
     }
     const double before = first > 0 ? slope - (a - at(first - 1)) : nan;
     const double after = first + 2 < count ? at(first + 2) - b - slope : nan;
-    const double allowed = std::max(0.5 * std::abs(slope), share_per_pixel * (sight_.parallel ? 1 : std::min(a, b)));
+    const double allowed =
+        std::max(0.5 * std::abs(slope), share_per_pixel * (sight_.is_orthographic ? 1 : std::min(a, b)));
     if (!(std::abs(before) <= allowed || std::abs(after) <= allowed)) {
         return at(nearest);
     }
-    const double planar = a + (along - 0.5 - first) * slope;
-    return planar > 0 || sight_.parallel ? planar : endless;
+    const double inverse_depth = a + (along - 0.5 - first) * slope;
+    return inverse_depth > 0 || sight_.is_orthographic ? inverse_depth : infinite;
 }
 
 double screen_visibility(const DepthLayer& layer, int x, int y, const Vector3d& normal, const ScreenOptions& options) {
-    const double own = layer.planar(x, y);
+    const double own = layer.inverse_depth(x, y);
     if (!std::isfinite(own)) {
         return std::isnan(own) ? nan : 1;
     }
     const Sight& sight = layer.sight();
     const Vector2d pixel(x + 0.5, y + 0.5);
-    const auto from_planar = [&](double planar) { return sight.parallel ? planar : 1 / planar; };
+    const auto from_inverse_depth = [&](double inverse_depth) {
+        return sight.is_orthographic ? inverse_depth : 1 / inverse_depth;
+    };
     const Vector3d position =
-        sight.origin_at(pixel.x(), pixel.y()) + from_planar(own) * sight.direction_at(pixel.x(), pixel.y());
+        sight.origin_at(pixel.x(), pixel.y()) + from_inverse_depth(own) * sight.direction_at(pixel.x(), pixel.y());
     const auto see = [&](const Slice& slice, int k) {
         const Line& line = slice.line;
         const Vector2d place = line.place_at(k);
         const bool by_column = std::abs(line.step.x()) >= std::abs(line.step.y());
         const int across = by_column ? x + (line.step.x() > 0 ? k : -k) : y + (line.step.y() > 0 ? k : -k);
-        const double planar =
+        const double inverse_depth =
             by_column ? layer.between_rows(across, place.y()) : layer.between_columns(across, place.x());
-        Tap tap{static_cast<double>(k), std::nullopt, planar};
-        if (std::isfinite(planar)) {
-            const double w = from_planar(planar);
+        Tap tap{static_cast<double>(k), std::nullopt, inverse_depth};
+        if (std::isfinite(inverse_depth)) {
+            const double w = from_inverse_depth(inverse_depth);
             const Vector2d direction = line.direction_at(k);
             tap.column = {line.origin_at(k) + w * direction, direction.normalized(), 0, 0};
             if (std::isfinite(options.thickness)) {
@@ -537,9 +540,9 @@ namespace {
 constexpr double pi = std::numbers::pi;
 const fathom::scene::Plane ground{{0, 0, 0}, {0, 0, 1}};
 
-/// From x = `near_x` to `far_x`, up to a height, endless along y.
+/// From x = `near_x` to `far_x`, up to a height, infinite along y.
 fathom::scene::Box block(double near_x, double far_x, double height) {
-    return {{0.5 * (near_x + far_x), 0, 0}, {0.5 * std::abs(far_x - near_x), endless, height}};
+    return {{0.5 * (near_x + far_x), 0, 0}, {0.5 * std::abs(far_x - near_x), infinite, height}};
 }
 
 } // namespace
@@ -569,7 +572,7 @@ Known wall(double height, double distance) {
             .from = Vector3d(-1, 0, 2).normalized()};
 }
 
-Known endless_wall(double distance, double radius) {
+Known infinite_wall(double distance, double radius) {
     Known known = crease(pi / 2, distance);
     const double theta = std::acos(std::min(1.0, distance / radius));
     known.visibility = 1 - (theta - std::sin(theta) * std::cos(theta)) / pi;
@@ -644,7 +647,7 @@ std::vector<View> views(const Placement& placement) {
              Rows::top_down),
         view("oblique", with_oblique_near_plane(plain, {0.2, 0.1, -1, -2 * near}), Rows::bottom_up),
         view("infinite reversed",
-             perspective(edges(-x, x, -y, y, at_near), {near, endless, DepthOrder::reversed}, Convention::vulkan()),
+             perspective(edges(-x, x, -y, y, at_near), {near, infinite, DepthOrder::reversed}, Convention::vulkan()),
              Rows::top_down),
         view("orthographic", orthographic(edges(-x, x, -y, y, 1), {0, far}, Convention::direct3d()), Rows::bottom_up)};
 }

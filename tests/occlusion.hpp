@@ -22,12 +22,12 @@
 
 namespace oracle {
 
-inline constexpr double endless = std::numeric_limits<double>::infinity();
+inline constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// Largest error of `visibility` with its own counts in the scenes whose visibility is known below.
 inline constexpr double visibility_error = 5e-5;
 
-/// Largest difference between `visibility` and `screen_visibility` of height fields, for points whose ball the image
+/// Largest difference between `visibility` and `screen_visibility` of height fields, for points whose sphere the image
 /// shows whole. `visibility_error` is a part of it.
 inline constexpr double screen_error = 2e-4;
 
@@ -37,20 +37,20 @@ inline constexpr double screen_error = 2e-4;
 /// than 90°/samples can be missed.
 /// Accuracy: visibility_error.
 double visibility(const fathom::scene::Scene& scene, const Eigen::Vector3d& position, const Eigen::Vector3d& normal,
-                  double radius = endless, int azimuths = 512, int samples = 64);
+                  double radius = infinite, int azimuths = 512, int samples = 64);
 
 /// What a depth layer is asked.
 struct ScreenOptions {
-    double radius = endless;    ///< length of the rays from the point, scene units
-    double thickness = endless; ///< what is solid behind each tap, along the tap's own ray, scene units
-    int slices = 256;           ///< over half a turn; each has two sides. A scene gets more where the result jumps
-    double step_px = 0.5;       ///< between taps; a depth image is stepped from one row or column to the next instead
+    double radius = infinite;    ///< length of the rays from the point, scene units
+    double thickness = infinite; ///< what is solid behind each tap, along the tap's own ray, scene units
+    int slices = 256;            ///< over half a turn; each has two sides. A scene gets more where the result jumps
+    double step_px = 0.5;        ///< between taps; a depth image is stepped from one row or column to the next instead
 };
 
 /// Visibility as one layer of depth shows it, by brute force.
 /// Each tap on a slice's line that sees a surface is a solid column from there on: along the tap's ray, `thickness`
-/// long, cut to the ball of `radius` around the point. It blocks the angles it spans. Where the columns of two
-/// neighbouring taps share a range of depth (always, if endless) so do the straight lines, cut likewise, between their
+/// long, cut to the sphere of `radius` around the point. It blocks the angles it spans. Where the columns of two
+/// neighbouring taps share a range of depth (always, if infinite) so do the straight lines, cut likewise, between their
 /// fronts and between their ends.
 /// Where a plane does not explain what two neighbouring taps see, more taps find the edge to 1/1000 of a step; what lies
 /// between two taps that see the same plane is missed.
@@ -67,7 +67,7 @@ double screen_visibility(const fathom::scene::Scene& scene, const fathom::Camera
                          const std::optional<Eigen::Vector3d>& normal = std::nullopt);
 
 /// A depth image between whose pixels a line can be followed.
-/// Along a row or column, what is affine on the screen for planes (1/z from the eye, z of parallel rays) is interpolated
+/// Along a row or column, what is affine on the screen for planes (1/z from the eye, z of an orthographic camera) is interpolated
 /// between two pixels that the slope on either side explains, to within a pixel's width across. Otherwise the line sees
 /// the nearest pixel.
 class DepthLayer {
@@ -79,10 +79,10 @@ public:
     int width() const { return width_; }
     int height() const { return height_; }
 
-    /// Lines of sight, affine in the pixel position: origin + w · direction. Planar is 1/w, or w of parallel rays.
+    /// Lines of sight, affine in the pixel position: origin + w · direction. Planar is 1/w, or w of an orthographic camera.
     struct Sight {
         Eigen::Vector3d origin, origin_x, origin_y, direction, direction_x, direction_y;
-        bool parallel;
+        bool is_orthographic;
         double ahead; ///< view depth is ahead · z of a position
 
         explicit Sight(const fathom::Camera& camera);
@@ -91,12 +91,12 @@ public:
     };
     const Sight& sight() const { return sight_; }
 
-    /// Planar depth of a pixel, NaN where there is no surface.
-    double planar(int x, int y) const { return planar_[index(x, y)]; }
+    /// Inverse depth of a pixel, NaN where there is no surface.
+    double inverse_depth(int x, int y) const { return inverse_depth_[index(x, y)]; }
 
-    /// Planar depth where a line crosses the middle of column `across`, at the position `along` in rows (centres at +½).
+    /// Inverse depth where a line crosses the middle of column `across`, at the position `along` in rows (centres at +½).
     double between_rows(int across, double along) const;
-    /// Planar depth where a line crosses the middle of row `across`, at the position `along` in columns.
+    /// Inverse depth where a line crosses the middle of row `across`, at the position `along` in columns.
     double between_columns(int across, double along) const;
 
 private:
@@ -107,8 +107,8 @@ private:
 
     int width_, height_;
     Sight sight_;
-    double share_across_, share_down_; ///< change of planar depth, or share of it, that is as long as a pixel is wide
-    std::vector<double> planar_;
+    double share_across_, share_down_; ///< change of inverse depth, or share of it, that is as long as a pixel is wide
+    std::vector<double> inverse_depth_;
 };
 
 /// As above, of a depth image, with the pixel's normal: view space, the projection's own axes. Taps lie in the middle of
@@ -122,7 +122,7 @@ double screen_visibility(const DepthLayer& layer, int x, int y, const Eigen::Vec
 struct Known {
     fathom::scene::Scene scene;
     double visibility;
-    double radius = endless;
+    double radius = infinite;
     Eigen::Vector3d from{0, 0, 1}; ///< where an eye sees all that blocks: the scene is a height field from there
     Eigen::Vector3d position{0, 0, 0}, normal{0, 0, 1};
 };
@@ -133,11 +133,11 @@ Known open_plane(double tilt, double towards = 0);
 Known crease(double alpha, double distance = 1);
 /// V = ¼. Walls at x = `distance_x` and y = `distance_y`.
 Known corner(double distance_x = 1, double distance_y = 1);
-/// V = 1 − ½(1 − d/√(d² + h²)). A wall of this height at x = `distance`, endless along y.
+/// V = 1 − ½(1 − d/√(d² + h²)). A wall of this height at x = `distance`, infinite along y.
 Known wall(double height, double distance);
-/// V = 1 − (θ − sin θ cos θ)/π, cos θ = d/R: an endless wall at x = `distance` and rays of length `radius`.
-Known endless_wall(double distance, double radius);
-/// V = ½(sin θ₂ − sin θ₁). Walls of two heights to the left and to the right, endless along y.
+/// V = 1 − (θ − sin θ cos θ)/π, cos θ = d/R: an infinite wall at x = `distance` and rays of length `radius`.
+Known infinite_wall(double distance, double radius);
+/// V = ½(sin θ₂ − sin θ₁). Walls of two heights to the left and to the right, infinite along y.
 Known trench(double left, double left_height, double right, double right_height);
 /// V = 1 − h/(2 r), everywhere. The bowl's lowest point is the origin; the point lies `polar` up along its curve.
 Known bowl(double radius, double depth, double polar = 0);

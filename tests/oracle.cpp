@@ -104,7 +104,7 @@ Subject from_intrinsics(Intrinsics k, DepthSpan span, Convention convention) {
     return subject;
 }
 
-Subject from_parallel(FrustumEdges e, DepthSpan span, Convention convention) {
+Subject from_orthographic(FrustumEdges e, DepthSpan span, Convention convention) {
     return subject_of(orthographic(e, span, convention), Frustum{true, e.left, e.right, e.bottom, e.top, span.near,
                                                                  span.far, span.order == DepthOrder::reversed});
 }
@@ -170,11 +170,11 @@ void Truth::set_frustum(const Frustum& f) {
     const Sum<Quad> x{0, 0, (f.right - f.left) / columns, 0, f.left};
     const Sum<Quad> y{0, 0, 0, (top_down ? f.bottom - f.top : f.top - f.bottom) / rows, top_down ? f.top : f.bottom};
     const auto along_s = [&](Quad near, Quad far) { return f.reversed ? Sum<Quad>{far, near} : Sum<Quad>{near, far}; };
-    parallel_ = f.parallel;
+    is_orthographic_ = f.is_orthographic;
     quotient_.numerator.one = quotient_.denominator.one = 1;
-    Sum<Quad>& varying = f.parallel ? quotient_.numerator : quotient_.denominator;
+    Sum<Quad>& varying = f.is_orthographic ? quotient_.numerator : quotient_.denominator;
     if (!f.plane) {
-        varying = f.parallel ? along_s(f.near, f.far) : along_s(1 / f.near, 1 / f.far);
+        varying = f.is_orthographic ? along_s(f.near, f.far) : along_s(1 / f.near, 1 / f.far);
         return;
     }
 
@@ -183,7 +183,7 @@ void Truth::set_frustum(const Frustum& f) {
         c[i] *= flip(camera_.projection.convention.view_axes)[i];
     const Quad across = (c[0] * f.left > c[0] * f.right ? c[0] * f.left : c[0] * f.right) +
                         (c[1] * f.bottom > c[1] * f.top ? c[1] * f.bottom : c[1] * f.top);
-    if (f.parallel) {
+    if (f.is_orthographic) {
         const Quad k = across - c[2] * f.far + c[3];
         varying = along_s(0, -k / c[2]);
         varying.x = c[0] * x.x / c[2];
@@ -215,8 +215,8 @@ void Truth::set_matrix(const Matrix& matrix) {
     };
     quotient_.numerator = row(2, -1);
     quotient_.denominator = row(3, 1);
-    parallel_ = canonical[3][0] == 0 && canonical[3][1] == 0 && canonical[3][2] == 0;
-    if (!parallel_ && inverse_[3][2] != 0) {
+    is_orthographic_ = canonical[3][0] == 0 && canonical[3][1] == 0 && canonical[3][2] == 0;
+    if (!is_orthographic_ && inverse_[3][2] != 0) {
         for (std::size_t i = 0; i < 3; ++i)
             eye_[i] = inverse_[i][2] / inverse_[3][2];
     }
@@ -313,7 +313,7 @@ Point Truth::on_ray(Quad depth, Quad x, Quad y) const {
         const Frustum& f = *frustum_;
         const Quad from_top = camera_.rows == Rows::top_down ? from_first : 1 - from_first;
         const Quad right = f.left + (f.right - f.left) * from_left, up = f.top + (f.bottom - f.top) * from_top;
-        return f.parallel ? Point{right, up, -depth} : Point{right * depth, up * depth, -depth};
+        return f.is_orthographic ? Point{right, up, -depth} : Point{right * depth, up * depth, -depth};
     }
     // The clip z at which the ray reaches the depth: −(b₃ + c u₃) = depth (b₄ + c u₄).
     const bool up = (camera_.projection.convention.clip_y == ClipY::up) == (camera_.rows == Rows::top_down);
@@ -330,9 +330,9 @@ Point Truth::on_ray(Quad depth, Quad x, Quad y) const {
 }
 
 Quad Truth::along_ray(Quad distance, Quad x, Quad y) const {
-    // Any two points of the ray give its direction; parallel rays start where the view depth is 0.
+    // Any two points of the ray give its direction; orthographic rays start where the view depth is 0.
     const Quad start = -eye_[2];
-    const Point a = parallel_ ? on_ray(start, x, y) : eye_, b = on_ray(start + 1, x, y);
+    const Point a = is_orthographic_ ? on_ray(start, x, y) : eye_, b = on_ray(start + 1, x, y);
     return start + distance / length({b[0] - a[0], b[1] - a[1], b[2] - a[2]});
 }
 

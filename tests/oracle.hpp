@@ -57,9 +57,9 @@ struct Quotient {
     }
 };
 
-/// What a builder was told. Edges are x and y over depth for a perspective, x and y themselves for parallel rays.
+/// What a builder was told. Edges are x and y over depth for a perspective, x and y themselves for an orthographic camera.
 struct Frustum {
-    bool parallel;
+    bool is_orthographic;
     Quad left, right, bottom, top;
     Quad near, far;
     bool reversed;
@@ -78,7 +78,7 @@ struct Subject {
 Subject from_field_of_view(double fov_y, double aspect, fathom::DepthSpan span, fathom::Convention convention = {});
 Subject from_edges(fathom::FrustumEdges edges, fathom::DepthSpan span, fathom::Convention convention = {});
 Subject from_intrinsics(fathom::Intrinsics intrinsics, fathom::DepthSpan span, fathom::Convention convention = {});
-Subject from_parallel(fathom::FrustumEdges edges, fathom::DepthSpan span, fathom::Convention convention = {});
+Subject from_orthographic(fathom::FrustumEdges edges, fathom::DepthSpan span, fathom::Convention convention = {});
 Subject from_matrix(const Eigen::Matrix4d& matrix, fathom::Convention convention = {});
 Subject with_oblique_near_plane(Subject subject, const Eigen::Vector4d& plane);
 Subject named(Subject subject, std::string name, int width = 16384, int height = 16384);
@@ -102,7 +102,7 @@ public:
     bool in_range(double v) const;
 
     /// Is that depth in front of the eye, where there is one?
-    bool in_front(Quad depth) const { return parallel_ || depth > -eye_[2]; }
+    bool in_front(Quad depth) const { return is_orthographic_ || depth > -eye_[2]; }
 
     /// The point at that depth on the ray of a pixel, in the axes of the projection.
     Point position(Quad depth, double x, double y) const;
@@ -110,7 +110,7 @@ public:
     /// That point in the world, relative to an origin.
     Point in_world(const Point& position, const Eigen::Vector3d& origin) const;
 
-    /// The eye in the axes of the projection, or its origin where rays are parallel.
+    /// The eye in the axes of the projection, or its origin for an orthographic camera.
     Point eye() const { return to_own(eye_); }
 
     /// Σ|terms|/|sum| of the sums of this form as they are written in camera.h.
@@ -131,7 +131,7 @@ private:
     fathom::Storage storage_;
     std::optional<Frustum> frustum_;
     Matrix inverse_{};
-    bool parallel_ = false;
+    bool is_orthographic_ = false;
     Point eye_{};
     Quotient<Quad> quotient_{};
     Quotient<long double> quick_quotient_{};

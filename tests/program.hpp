@@ -168,7 +168,7 @@ inline cv::Mat ramp(int columns = width, int rows = height) {
     return depth;
 }
 
-/// The ramp as the type that the ending stands for: 16-bit integers in .png, floats elsewhere.
+/// The ramp as the type that the extension stands for: 16-bit integers in .png, floats elsewhere.
 inline std::string depth_file(const Folder& folder, const std::string& name, const cv::Mat& depth = ramp()) {
     const std::string file = folder / name;
     if (fs::path(name).extension() == ".png") {

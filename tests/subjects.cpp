@@ -25,7 +25,7 @@ Subject encoded(Subject subject, Encoding encoding, double scale) {
 }
 
 Subject encoded(Encoding encoding, double scale) {
-    return encoded(named(from_field_of_view(1.1, 1.5, {0.1, 1e4}), name(encoding)), encoding, scale);
+    return encoded(named(from_field_of_view(1.1, 1.5, {0.1, 1e4}), to_string(encoding)), encoding, scale);
 }
 
 Eigen::Vector4d in_axes(Eigen::Vector4d plane, const Convention& convention) {
@@ -41,9 +41,11 @@ Subject oblique_perspective(Eigen::Vector4d plane, DepthSpan span, const Convent
         in_axes(plane, convention));
 }
 
-Subject oblique_parallel(const Eigen::Vector4d& plane, DepthSpan span, const char* name, const Convention& convention) {
-    return named(with_oblique_near_plane(from_parallel({-5, 7, -4, 3}, span, convention), in_axes(plane, convention)),
-                 text_of("oblique orthographic", name, span));
+Subject oblique_orthographic(const Eigen::Vector4d& plane, DepthSpan span, const char* name,
+                             const Convention& convention) {
+    return named(
+        with_oblique_near_plane(from_orthographic({-5, 7, -4, 3}, span, convention), in_axes(plane, convention)),
+        text_of("oblique orthographic", name, span));
 }
 
 std::vector<Subject> of_every_encoding() {
@@ -54,8 +56,8 @@ std::vector<Subject> of_every_encoding() {
     subjects.push_back(named(from_field_of_view(1, 1, reversed, Convention::vulkan()), "reversed"));
     subjects.push_back(
         named(with_oblique_near_plane(from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}), "oblique"));
-    subjects.push_back(named(from_parallel({-5, 7, -4, 3}, {-3, 100}), "orthographic"));
-    subjects.push_back(oblique_parallel({0.3, -0.2, -1, -2}, {-3, 100}, "OpenGL", {}));
+    subjects.push_back(named(from_orthographic({-5, 7, -4, 3}, {-3, 100}), "orthographic"));
+    subjects.push_back(oblique_orthographic({0.3, -0.2, -1, -2}, {-3, 100}, "OpenGL", {}));
     subjects.push_back(named(from_matrix(tilted(perspective_matrix(0.7, 0.5, 0.1, 100), 0.2, -0.1)), "tilted"));
     return subjects;
 }

@@ -39,9 +39,9 @@ Eigen::Vector4d in_axes(Eigen::Vector4d plane, const fathom::Convention& convent
 /// An oblique near plane, given at near = 1, over a perspective that is off-centre.
 Subject oblique_perspective(Eigen::Vector4d plane, fathom::DepthSpan span, const fathom::Convention& convention);
 
-/// An oblique near plane over parallel rays.
-Subject oblique_parallel(const Eigen::Vector4d& plane, fathom::DepthSpan span, const char* name,
-                         const fathom::Convention& convention);
+/// An oblique near plane over orthographic rays.
+Subject oblique_orthographic(const Eigen::Vector4d& plane, fathom::DepthSpan span, const char* name,
+                             const fathom::Convention& convention);
 
 /// A camera of every form and encoding.
 std::vector<Subject> of_every_encoding();

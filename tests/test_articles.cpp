@@ -106,7 +106,7 @@ Real difference(const Affine& a, const Affine& b) {
 TEST_CASE("Popov: our constants are his, symbol by symbol", "[articles]") {
     const Eigen::Vector4d slanted{0.3, 0.2, -0.9, -2};
     const Projection plain = perspective(centred, {0.5, 100}), aside = perspective(off_centre, {0.5, 100});
-    const Projection endless = perspective(off_centre, {0.5, infinity}),
+    const Projection infinite = perspective(off_centre, {0.5, infinity}),
                      box = orthographic({-9, 12, -7, 8}, {0.5, 100});
     Real worst = 0;
     const auto compare = [&](const char* kind, const Affine& ours, const Affine& his) {
@@ -125,10 +125,10 @@ TEST_CASE("Popov: our constants are his, symbol by symbol", "[articles]") {
     //   1/z = [z_ndc − (p20/p00) x_ndc − (p21/p11) y_ndc + p22 − p20 p02/p00 − p21 p12/p11] / p23
     for (const auto& [kind, p] : {std::pair{"centred", plain},
                                   {"off-centre", aside},
-                                  {"infinite", endless},
+                                  {"infinite", infinite},
                                   {"oblique", with_oblique_near_plane(plain, slanted)},
                                   {"oblique off-centre", with_oblique_near_plane(aside, slanted)},
-                                  {"oblique infinite", with_oblique_near_plane(endless, slanted)}}) {
+                                  {"oblique infinite", with_oblique_near_plane(infinite, slanted)}}) {
         const auto& m = p.matrix;
         const Camera camera = camera_of(p);
         compare(kind, in_clip_coordinates(depth_form(camera).denominator, camera),
@@ -136,7 +136,7 @@ TEST_CASE("Popov: our constants are his, symbol by symbol", "[articles]") {
                  (m(2, 2) - m(2, 0) * m(0, 2) / m(0, 0) - m(2, 1) * m(1, 2) / m(1, 1)) / m(2, 3)});
     }
 
-    // Parallel rays: z = [−z_ndc + (p20/p00) x_ndc + (p21/p11) y_ndc + p23 − p20 p03/p00 − p21 p13/p11] / p22.
+    // Orthographic rays: z = [−z_ndc + (p20/p00) x_ndc + (p21/p11) y_ndc + p23 − p20 p03/p00 − p21 p13/p11] / p22.
     for (const auto& [kind, p] :
          {std::pair{"orthographic", box}, {"orthographic oblique", with_oblique_near_plane(box, slanted)}}) {
         const auto& m = p.matrix;
@@ -271,7 +271,7 @@ TEST_CASE("Lengyel: the depth attainable in a direction", "[articles]") {
     for (const double far : {100.0, infinity}) {
         for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
             const Projection plain = perspective(off_centre, {0.5, far, order});
-            const Rays ray = rays(camera_of(plain));
+            const Rays ray = camera_rays(camera_of(plain));
             for (const double degrees : {0.0, 10.0, 30.0, 50.0, 60.0}) {
                 const Real angle = degrees * std::numbers::pi / 180;
                 const Eigen::Vector4d plane(static_cast<double>(std::sin(angle)), 0,
@@ -347,9 +347,9 @@ TEST_CASE("Kooima: median depth is -1 at the eye, 0 at the median and goes to 1"
     REQUIRE(view_depth(camera, Storage::float32, 3, 4, 1) == std::numeric_limits<Real>::infinity());
 
     // An infinite far plane stores infinity as 1, and the ordinary curve z_d = 1 − 2n/z with it.
-    const Camera endless = camera_of(perspective(centred, {0.5, infinity}));
-    REQUIRE(stored_depth(endless, Storage::float32, 3, 4, infinity) == 1);
-    REQUIRE(std::abs(2 * stored_depth(endless, Storage::float32, 3, 4, 8) - 1 - (1 - 2 * 0.5L / 8)) <=
+    const Camera infinite = camera_of(perspective(centred, {0.5, infinity}));
+    REQUIRE(stored_depth(infinite, Storage::float32, 3, 4, infinity) == 1);
+    REQUIRE(std::abs(2 * stored_depth(infinite, Storage::float32, 3, 4, 8) - 1 - (1 - 2 * 0.5L / 8)) <=
             constants_tolerance);
 }
 
@@ -428,7 +428,7 @@ TEST_CASE("Lenaerts: a position lies on the pixel's ray, perspective or parallel
             if (shifted) // an eye beside the origin, as in stereo pairs
                 p.matrix.col(3) += p.matrix.leftCols<3>() * Point(-0.5L, 0.25L, 0);
             const Camera camera = camera_of(p);
-            const Rays ray = rays(camera), world = rays_in_world(ray, view, origin);
+            const Rays ray = camera_rays(camera), world = rays_in_world(ray, view, origin);
             const auto inverse = p.matrix.inverse().eval();
             const auto corner = [&](Real x, Real y, Real z) -> Point {
                 return (inverse * Eigen::Matrix<Real, 4, 1>(x, y, z, 1)).eval().hnormalized();
@@ -439,7 +439,7 @@ TEST_CASE("Lenaerts: a position lies on the pixel's ray, perspective or parallel
                        t * ((1 - s) * corner(-1, -top, z) + s * corner(1, -top, z));
             };
             INFO(kind.name << (shifted ? ", eye shifted" : ""));
-            REQUIRE(ray.parallel_depth);
+            REQUIRE(ray.w_is_depth);
             if (p.is_perspective()) {
                 // One place for all rays.
                 const Point eye(shifted ? 0.5L : 0, shifted ? -0.25L : 0, 0);

@@ -36,9 +36,9 @@ std::vector<Subject> cameras() {
         for (const DepthOrder order : oracle::orders) {
             for (const auto& [near, far] : {std::pair{0.1, 1e8}, {-5.0, 20.0}, {1e-6, 1e3}, {-1e4, 1e4}}) {
                 const DepthSpan span{near, far, order};
-                add({oracle::named(oracle::from_parallel({-5, 7, -4, 3}, span, convention),
+                add({oracle::named(oracle::from_orthographic({-5, 7, -4, 3}, span, convention),
                                    oracle::text_of("orthographic", name, span)),
-                     oracle::oblique_parallel({0.3, -0.2, -1, -2}, span, name, convention)});
+                     oracle::oblique_orthographic({0.3, -0.2, -1, -2}, span, name, convention)});
             }
         }
     }
@@ -172,15 +172,15 @@ TEST_CASE("forms: rays that cover a depth of one a step may each have a depth of
     for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
         for (const Subject& subject : cameras()) {
             const bench::Model least = bench::least_model(subject.camera);
-            if (subject.camera.encoding != Encoding::window || !least.rays.parallel_depth || least.rays.eye_depth != 0)
+            if (subject.camera.encoding != Encoding::window || !least.rays.w_is_depth || least.rays.eye_depth != 0)
                 continue; // w is z itself only if the eye lies at depth 0
             const oracle::Truth truth(subject, Storage::float32);
             const Images images = images_of(subject, truth, random, arithmetic, 3);
-            const Image planar(images.result.device(), Element::f32, {patch.width, patch.height});
+            const Image inverse_depth(images.result.device(), Element::f32, {patch.width, patch.height});
             const auto run = [&](const bench::Model& model) {
                 bench::unproject_as(model, images.stored, images.result);
-                bench::planar_as(model, images.stored, planar);
-                return std::pair{pixels(images.result), pixels(planar)};
+                bench::inverse_depth_as(model, images.stored, inverse_depth);
+                return std::pair{pixels(images.result), pixels(inverse_depth)};
             };
             const auto [positions, depths] = run(least);
             const auto [wider_positions, wider_depths] = run(bench::with_depth_of_each_ray(least));
@@ -202,8 +202,8 @@ TEST_CASE("forms: wider laws of the circle of confusion agree with the one that 
         for (const Subject& subject : cameras()) {
             const DepthForm form = depth_form(subject.camera);
             const double length = std::isfinite(form.highest) ? subject.camera.near.value_or(1) : 1;
-            const Circle circle =
-                form.perspective ? Circle{.k = 20, .g = 20 * length} : Circle{.k = 20, .g = 4, .telecentric = true};
+            const CircleOfConfusion circle = form.perspective ? CircleOfConfusion{.k = 20, .g = 20 * length}
+                                                              : CircleOfConfusion{.k = 20, .g = 4, .telecentric = true};
             const oracle::Truth truth(subject, Storage::float32);
             const Images images = images_of(subject, truth, random, arithmetic, 1);
             const std::vector<bench::CircleModel> models = bench::circle_models(subject.camera, circle);
@@ -214,20 +214,20 @@ TEST_CASE("forms: wider laws of the circle of confusion agree with the one that 
                 const std::vector<float> wider = pixels(images.result);
                 for (std::size_t at = 0; at < wider.size(); ++at) {
                     const double apart = in_ulp(circles[at], wider[at], static_cast<double>(circle.k));
-                    if (apart <= 2 * circle_ulp) { // each may be off by half of that
+                    if (apart <= 2 * coc_ulp) { // each may be off by half of that
                         worst = std::max(worst, apart);
                         continue;
                     }
                     const double slack = 2 * condition_in_ulp(truth, arithmetic, images.values[at], at);
                     INFO(subject.name << ", " << models[0].name << " by " << models[i].name << ": " << circles[at]
                                       << ", " << wider[at] << " of " << images.values[at]);
-                    REQUIRE((slack > 0x1p20 || apart <= 2 * circle_ulp + slack));
+                    REQUIRE((slack > 0x1p20 || apart <= 2 * coc_ulp + slack));
                     ++beyond;
                 }
             }
         }
         std::cout << "forms, " << oracle::name(arithmetic) << ": " << pairs << " laws of the circle, at most " << worst
-                  << " ulp of |c| + k apart, allowed " << 2 * circle_ulp << "; " << beyond
+                  << " ulp of |c| + k apart, allowed " << 2 * coc_ulp << "; " << beyond
                   << " within their condition only\n";
         CHECK(100 * beyond < pairs * patch.width * patch.height); // stored values crowd where sums cancel
         CHECK(pairs > 200);

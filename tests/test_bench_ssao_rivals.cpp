@@ -107,7 +107,7 @@ TEST_CASE("ssao rivals: the line sweep of height fields is the double quadrature
     const std::pair<const char*, oracle::Known> fields[] = {
         {"crease 135", oracle::crease(0.75 * std::numbers::pi, 0.5)},
         {"bowl", oracle::bowl(2, 1)},
-        {"endless wall", oracle::endless_wall(0.5, radius)}};
+        {"infinite wall", oracle::infinite_wall(0.5, radius)}};
     for (const auto& [field, known] : fields) {
         const oracle::Placement placement{
             .target = known.position, .from = known.from, .width = width, .height = height};
@@ -150,7 +150,7 @@ TEST_CASE("ssao rivals: the line sweep of a whole bowl", "[ssao][rivals]") {
     const Eigen::Vector2d pixel = oracle::pixel_of(depth.camera, known.position);
     const double off =
         static_cast<double>(got[index(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()))]) - known.visibility;
-    std::printf("line sweep, bowl, endless radius: %+.4f from 1 - h/(2 r), a pixel of its rim is %.4f\n", off, rim);
+    std::printf("line sweep, bowl, infinite radius: %+.4f from 1 - h/(2 r), a pixel of its rim is %.4f\n", off, rim);
     CHECK(std::abs(off) <= rim);
 }
 

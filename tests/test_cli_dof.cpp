@@ -13,27 +13,27 @@ using namespace fathom::test;
 namespace {
 
 cv::Mat picture(int channels) {
-    cv::Mat colour(height, width, CV_32FC(channels));
+    cv::Mat color(height, width, CV_32FC(channels));
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width * channels; ++x)
-            colour.at<float>(y, x) = static_cast<float>((x * 7 + y * 13) % 32) / 31.0f; // codes of 16 bits hold it
-    return colour;
+            color.at<float>(y, x) = static_cast<float>((x * 7 + y * 13) % 32) / 31.0f; // codes of 16 bits hold it
+    return color;
 }
 
 // A ramp of depths and a picture as the program and as the library sees them.
 struct Scene {
     Folder folder;
     std::string camera, input, picture_file;
-    cv::Mat depth = ramp(), colour;
+    cv::Mat depth = ramp(), color;
     StoredDepth stored;
     Lens lens{.f_number = 0.2, .focus = 3, .focal_length_mm = 50, .sensor_width_mm = 36};
 
     explicit Scene(int channels = 3, const std::string& more = {})
-        : camera(camera_file(folder, more)), picture_file(folder / "colour.exr"), colour(picture(channels)) {
+        : camera(camera_file(folder, more)), picture_file(folder / "colour.exr"), color(picture(channels)) {
         input = depth_file(folder, "frame.exr", depth);
         std::vector<std::string> names{"R", "G", "B", "A"};
         names.resize(static_cast<std::size_t>(channels));
-        write_image(picture_file, colour, {.channels = names});
+        write_image(picture_file, color, {.channels = names});
         stored = {to_device(Device::open(), depth), camera_for(read_camera(camera), width, height)};
     }
 
@@ -47,7 +47,7 @@ struct Scene {
         DofOptions options{.circle = circle_of_confusion(lens, stored.camera)};
         if (change)
             change(options);
-        return to_mat(dof(stored, to_device(stored.image.device(), colour), options)).clone();
+        return to_mat(dof(stored, to_device(stored.image.device(), color), options)).clone();
     }
 };
 
@@ -59,8 +59,8 @@ TEST_CASE("dof program: writes what the library computes") {
         const std::string out = scene.folder / "out/blurred.exr";
         check_done(run(scene.arguments(out)));
         const cv::Mat truth = scene.expected();
-        CHECK(!same(truth, scene.colour));
-        CHECK(same(read_colour(out), truth));
+        CHECK(!same(truth, scene.color));
+        CHECK(same(read_color(out), truth));
         CHECK(list_channels(out).size() == static_cast<std::size_t>(channels));
     }
 }
@@ -83,7 +83,7 @@ TEST_CASE("dof program: every option reaches the library") {
          [](DofOptions& o) {
              o.aperture = {0, -20, 0.4};
          }},
-        {{"--largest", "3"}, [](DofOptions& o) { o.largest_px = 3; }},
+        {{"--max-coc-px", "3"}, [](DofOptions& o) { o.max_coc_px = 3; }},
     };
     const cv::Mat plain = scene.expected();
     for (const auto& one : cases) {
@@ -91,12 +91,12 @@ TEST_CASE("dof program: every option reaches the library") {
         check_done(run(scene.arguments(out, one.arguments)));
         INFO(one.arguments.front() << ' ' << one.arguments[1]);
         const cv::Mat truth = scene.expected(one.change);
-        CHECK(same(read_colour(out), truth));
+        CHECK(same(read_color(out), truth));
         CHECK(!same(truth, plain));
     }
     const std::string out = scene.folder / "out/circle.exr";
     check_done(run(scene.arguments(out, {"--aperture", "circle", "--quality", "default", "--sky", "blur"})));
-    CHECK(same(read_colour(out), plain));
+    CHECK(same(read_color(out), plain));
 }
 
 TEST_CASE("dof program: the focus may be the depth under a pixel") {
@@ -105,47 +105,47 @@ TEST_CASE("dof program: the focus may be the depth under a pixel") {
     check_done(run({"dof", scene.input, "--color", scene.picture_file, "--camera", scene.camera, "-o", out,
                     "--focus-at", "5,3", "--f-stop", "0.2", "--focal-length-mm", "50", "--sensor-mm", "36"}));
     scene.lens.focus = depth_at(scene.stored, 5, 3);
-    CHECK(same(read_colour(out), scene.expected()));
+    CHECK(same(read_color(out), scene.expected()));
 }
 
 TEST_CASE("dof program: pictures of other types, and results of other types") {
     const Scene scene;
     cv::Mat codes, swapped(height, width, CV_8UC3);
-    scene.colour.convertTo(codes, CV_8U, 255);
+    scene.color.convertTo(codes, CV_8U, 255);
     const int pairs[] = {0, 2, 1, 1, 2, 0}; // OpenCV writes B, G, R
     cv::mixChannels(&codes, 1, &swapped, 1, pairs, 3);
     const std::string png = scene.folder / "colour.png";
     cv::imwrite(png, swapped);
-    CHECK(cv::norm(read_colour(png), scene.colour, cv::NORM_INF) <= 0.501 / 255);
+    CHECK(cv::norm(read_color(png), scene.color, cv::NORM_INF) <= 0.501 / 255);
 
     const cv::Mat truth = scene.expected();
-    for (const char* ending : {".tif", ".pfm"}) {
-        const std::string out = scene.folder / ("out/blurred" + std::string(ending));
+    for (const char* extension : {".tif", ".pfm"}) {
+        const std::string out = scene.folder / ("out/blurred" + std::string(extension));
         check_done(run(scene.arguments(out)));
-        CHECK(same(read_colour(out), truth));
+        CHECK(same(read_color(out), truth));
     }
     const std::string out = scene.folder / "out/blurred.png";
     check_done(run(scene.arguments(out)));
-    CHECK(cv::norm(read_colour(out), truth, cv::NORM_INF) <= 0.51 / 65535);
+    CHECK(cv::norm(read_color(out), truth, cv::NORM_INF) <= 0.51 / 65535);
 }
 
 TEST_CASE("dof program: a renderer's layer is found, or named") {
     const Scene scene;
     const std::string layered = scene.folder / "layered.exr";
-    write_image(layered, scene.colour, {.channels = {"View.Combined.R", "View.Combined.G", "View.Combined.B"}});
-    CHECK(same(read_colour(layered), scene.colour));
-    CHECK(same(read_colour(layered, "View.Combined"), scene.colour));
+    write_image(layered, scene.color, {.channels = {"View.Combined.R", "View.Combined.G", "View.Combined.B"}});
+    CHECK(same(read_color(layered), scene.color));
+    CHECK(same(read_color(layered, "View.Combined"), scene.color));
     const auto says = [](const std::string& text) { return Catch::Matchers::Contains(text); };
-    CHECK_THROWS_WITH(read_colour(layered, "Diffuse"), says("R, G and B; it has View.Combined"));
-    CHECK_THROWS_WITH(read_colour(layered, "Combined"), says("but View.Combined; name that one"));
-    CHECK_THROWS_WITH(read_colour(layered, "View.Combined.R"), says("but View.Combined; name that one"));
-    CHECK_THROWS_WITH(read_colour(scene.input), says("has no channels R, G and B, so no picture; it has Z"));
+    CHECK_THROWS_WITH(read_color(layered, "Diffuse"), says("R, G and B; it has View.Combined"));
+    CHECK_THROWS_WITH(read_color(layered, "Combined"), says("but View.Combined; name that one"));
+    CHECK_THROWS_WITH(read_color(layered, "View.Combined.R"), says("but View.Combined; name that one"));
+    CHECK_THROWS_WITH(read_color(scene.input), says("has no channels R, G and B, so no picture; it has Z"));
     const std::string two = scene.folder / "two.exr";
     cv::Mat both;
-    cv::merge(std::vector{scene.colour, scene.colour}, both);
+    cv::merge(std::vector{scene.color, scene.color}, both);
     write_image(two, both, {.channels = {"a.R", "a.G", "a.B", "b.R", "b.G", "b.B"}});
-    CHECK_THROWS_WITH(read_colour(two), says("say which it is (--color-layer): a, b"));
-    CHECK(same(read_colour(two, "b"), scene.colour));
+    CHECK_THROWS_WITH(read_color(two), says("say which it is (--color-layer): a, b"));
+    CHECK(same(read_color(two, "b"), scene.color));
 }
 
 TEST_CASE("dof program: refuses in one line what cannot be") {
@@ -161,7 +161,7 @@ TEST_CASE("dof program: refuses in one line what cannot be") {
     refused({"--aperture", "ellipse:two"}, 2, "--aperture: 'ellipse:two'");
     refused({"--rotate", "nan"}, 2, "--rotate");
     refused({"--quality", "best"}, 2, "--quality");
-    refused({"--largest", "600"}, 2, "--largest");
+    refused({"--max-coc-px", "600"}, 2, "--max-coc-px");
     check_refused(run({"dof", scene.input, "--camera", scene.camera, "-o", out}), 2, "--color");
     const auto with = [&](const char* option, const char* value) {
         Arguments all = scene.arguments(out);
@@ -171,43 +171,44 @@ TEST_CASE("dof program: refuses in one line what cannot be") {
     check_refused(run(with("--f-stop", "0")), 2, "--f-stop");
     check_refused(run(with("--focus", "0.01")), 2, "--focus");
     const std::string small = scene.folder / "small.exr", missing = scene.folder / "missing.exr";
-    write_image(small, scene.colour(cv::Rect(0, 0, width - 1, height)).clone(), {.channels = {"R", "G", "B"}});
+    write_image(small, scene.color(cv::Rect(0, 0, width - 1, height)).clone(), {.channels = {"R", "G", "B"}});
     check_refused(run(with("--color", small.c_str())), 1, "small.exr");
     check_refused(run(with("--color", missing.c_str())), 1, "missing.exr");
     check_refused(run(with("--color", scene.input.c_str())), 1, "so no picture; it has Z");
     CHECK(scene.folder.results().empty());
 }
 
-TEST_CASE("dof program: a background plate shows what the foreground hides") {
+TEST_CASE("dof program: a clean plate shows what the foreground hides") {
     Scene scene;
     for (int y = 8; y < 24; ++y)
         for (int x = 10; x < 30; ++x)
             scene.depth.at<float>(y, x) = 0.55f; // before the focus
     scene.input = depth_file(scene.folder, "frame.exr", scene.depth);
-    const cv::Mat behind = ramp(), other = 1 - scene.colour;
+    const cv::Mat behind = ramp(), other = 1 - scene.color;
     cv::Mat together;
     cv::merge(std::vector{other, behind}, together);
-    const std::string plate = scene.folder / "plate.exr", colour = scene.folder / "plate-colour.exr";
-    write_image(plate, together, {.channels = {"R", "G", "B", "Z"}});
-    write_image(colour, other, {.channels = {"R", "G", "B"}});
+    const std::string clean_plate = scene.folder / "plate.exr", color = scene.folder / "plate-colour.exr";
+    write_image(clean_plate, together, {.channels = {"R", "G", "B", "Z"}});
+    write_image(color, other, {.channels = {"R", "G", "B"}});
     const std::string depth = depth_file(scene.folder, "behind.exr", behind);
     const Device device = scene.stored.image.device();
     scene.stored.image = to_device(device, scene.depth);
     const cv::Mat truth = scene.expected([&](DofOptions& o) {
-        o.plate = {to_device(device, other), {to_device(device, behind), scene.stored.camera}};
+        o.clean_plate = {to_device(device, other), {to_device(device, behind), scene.stored.camera}};
     });
     CHECK(!same(truth, scene.expected()));
     const std::string out = scene.folder / "out/blurred.exr";
-    check_done(run(scene.arguments(out, {"--background-plate", plate})));
-    CHECK(same(read_colour(out), truth));
-    check_done(run(scene.arguments(out, {"--background-plate", colour, "--plate-depth", depth})));
-    CHECK(same(read_colour(out), truth));
+    check_done(run(scene.arguments(out, {"--clean-plate", clean_plate})));
+    CHECK(same(read_color(out), truth));
+    check_done(run(scene.arguments(out, {"--clean-plate", color, "--clean-plate-depth", depth})));
+    CHECK(same(read_color(out), truth));
     fs::remove(out);
-    check_refused(run(scene.arguments(out, {"--plate-depth", depth})), 2, "--plate-depth requires --background-plate");
-    check_refused(run(scene.arguments(out, {"--background-plate", colour})), 1, "needs --plate-depth");
+    check_refused(run(scene.arguments(out, {"--clean-plate-depth", depth})), 2,
+                  "--clean-plate-depth requires --clean-plate");
+    check_refused(run(scene.arguments(out, {"--clean-plate", color})), 1, "needs --clean-plate-depth");
     const std::string small = scene.folder / "small.exr";
     write_image(small, other(cv::Rect(0, 0, width - 1, height)).clone(), {.channels = {"R", "G", "B"}});
-    check_refused(run(scene.arguments(out, {"--background-plate", small, "--plate-depth", depth})), 1,
+    check_refused(run(scene.arguments(out, {"--clean-plate", small, "--clean-plate-depth", depth})), 1,
                   "small.exr: is 47");
     CHECK(scene.folder.results().empty());
 }

@@ -75,10 +75,10 @@ TEST_CASE("dof-masks program: writes what the library computes") {
     check_done(run(scene.with_lens(all)));
     CHECK(holds(all, truth));
     for (std::size_t i = 0; i < 4; ++i)
-        for (const std::string ending : {".exr", ".tif", ".pfm"}) {
-            const std::string output = scene.folder / ("out/" + names[i] + ending);
+        for (const std::string extension : {".exr", ".tif", ".pfm"}) {
+            const std::string output = scene.folder / ("out/" + names[i] + extension);
             check_done(run(scene.with_lens(output, {"--mask", names[i]})));
-            CHECK(same(channel(output, ending == ".exr" ? names[i] : ""), truth[i]));
+            CHECK(same(channel(output, extension == ".exr" ? names[i] : ""), truth[i]));
         }
     for (const std::size_t i : {1u, 2u, 3u}) {
         const std::string output = scene.folder / ("out/" + names[i] + ".png");
@@ -109,7 +109,7 @@ TEST_CASE("dof-masks program: every option reaches the library") {
         {{"--transition", "4"}, [](DofMasksOptions& o) { o.transition_px = 4; }},
         {{"--sky", "sharp"}, [](DofMasksOptions& o) { o.sky = Sky::sharp; }},
         {{"--sky", "exclude"}, [](DofMasksOptions& o) { o.sky = Sky::exclude; }},
-        {{"--largest", "1.5"}, [](DofMasksOptions& o) { o.largest_px = 1.5; }},
+        {{"--max-coc-px", "1.5"}, [](DofMasksOptions& o) { o.max_coc_px = 1.5; }},
     };
     const std::vector<cv::Mat> plain = scene.expected(scene.lens);
     for (const Case& c : masks) {
@@ -163,27 +163,27 @@ TEST_CASE("dof-masks program: the lens is the camera file's unless it is given")
     }
 }
 
-TEST_CASE("dof-masks program: parallel rays have a telecentric lens") {
+TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
     const Scene scene;
     const std::string file = scene.folder / "parallel.json", output = scene.folder / "out/masks.exr";
     write(file, R"({"orthographic": {"left": -2, "right": 2, "bottom": -1, "top": 1, "near": 1, "far": 9}})");
-    Scene parallel;
-    parallel.camera = file;
-    parallel.stored.camera = camera_for(read_camera(file), width, height);
-    check_done(run(parallel.with_lens(output, {"--largest", "30"})));
-    CHECK(holds(output, parallel.expected(parallel.lens, [](DofMasksOptions& o) { o.largest_px = 30; })));
-    check_done(run(parallel.arguments(output, {"--circle", "20,4"})));
-    CHECK(holds(output, parallel.expected(parallel.lens, [](DofMasksOptions& o) {
+    Scene is_orthographic;
+    is_orthographic.camera = file;
+    is_orthographic.stored.camera = camera_for(read_camera(file), width, height);
+    check_done(run(is_orthographic.with_lens(output, {"--max-coc-px", "30"})));
+    CHECK(holds(output, is_orthographic.expected(is_orthographic.lens, [](DofMasksOptions& o) { o.max_coc_px = 30; })));
+    check_done(run(is_orthographic.arguments(output, {"--circle", "20,4"})));
+    CHECK(holds(output, is_orthographic.expected(is_orthographic.lens, [](DofMasksOptions& o) {
         o.circle = {.k = 20, .g = 4, .telecentric = true};
     })));
     for (const Arguments& lens : {Arguments{"--sensor-mm", "36"}, Arguments{}}) {
-        Arguments all = parallel.arguments(output, {"--focus", "3", "--f-stop", "2"});
+        Arguments all = is_orthographic.arguments(output, {"--focus", "3", "--f-stop", "2"});
         all.insert(all.end(), lens.begin(), lens.end());
         check_refused(run(all), 2,
                       "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: parallel");
     }
     // Rays that are parallel come to no focus: how near the lens is to what is sharp does not count.
-    check_done(run(parallel.arguments(output, {"--focus", "0.01", "--f-stop", "2", "--focal-length-mm", "50"})));
+    check_done(run(is_orthographic.arguments(output, {"--focus", "0.01", "--f-stop", "2", "--focal-length-mm", "50"})));
 }
 
 TEST_CASE("dof-masks program: several inputs go into a folder") {
@@ -226,7 +226,7 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
         {{"--circle", "1,2", "--f-stop", "2"}, "--circle"},
         {{"--sharp", "-1"}, "--sharp: '-1'"},
         {{"--transition", "nan"}, "--transition: 'nan'"},
-        {{"--largest", "0"}, "--largest: '0'"},
+        {{"--max-coc-px", "0"}, "--max-coc-px: '0'"},
         {{"--sky", "black"}, "blur, sharp or exclude"},
         {{"--mask", "all"}, "coc, near, focus or far"},
         {{"--transitoin", "1"}, "did you mean --transition?"},
@@ -240,8 +240,8 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
         INFO(arguments[0] << ' ' << arguments[1]);
         check_refused(run(scene.arguments(output, arguments)), 2, named);
     }
-    for (const std::string ending : {".png", ".tif", ".pfm"})
-        check_refused(run(scene.with_lens(scene.folder / ("out/masks" + ending))), 2, "--mask coc|near|focus|far");
+    for (const std::string extension : {".png", ".tif", ".pfm"})
+        check_refused(run(scene.with_lens(scene.folder / ("out/masks" + extension))), 2, "--mask coc|near|focus|far");
     check_refused(run(scene.with_lens(scene.folder / "out/masks.ply", {"--mask", "near"})), 2, ".ply");
     camera_file(scene.folder, R"(, "lens_mm": 50, "f_stop": -2, "focus_distance": 3)");
     check_refused(run(scene.arguments(output)), 2, "\"f_stop\" is -2");
@@ -265,35 +265,35 @@ TEST_CASE("dof-masks program: a focus that the image has not is refused") {
 TEST_CASE("dof-masks program: the near layer and tiles go into files of their own") {
     const Scene scene;
     DofMasksOptions options{.circle = circle_of_confusion(scene.lens, scene.stored.camera)};
-    options.near_reach = options.near_coverage = options.hidden_background = options.mixed_depth = true;
+    options.max_near_coc = options.near_alpha = options.disocclusion = options.mixed_pixels = true;
     options.tile_px = 5;
     const DofMasks truth = dof_masks(scene.stored, options);
     const auto file = [&](const std::string& name) { return scene.folder / ("out/" + name); };
     check_done(run(
-        scene.with_lens(file("masks.exr"), {"--hidden-background", file("hidden.exr"), "--near-coverage",
-                                            file("coverage.tif"), "--near-reach", file("reach.pfm"), "--mixed-depth",
-                                            file("mixed.exr"), "--tiles", file("tiles.exr"), "--tile", "5"})));
+        scene.with_lens(file("masks.exr"), {"--disocclusion", file("hidden.exr"), "--near-alpha", file("coverage.tif"),
+                                            "--max-near-coc", file("reach.pfm"), "--mixed-pixels", file("mixed.exr"),
+                                            "--tiles", file("tiles.exr"), "--tile", "5"})));
     CHECK(holds(file("masks.exr"), scene.expected(scene.lens)));
-    CHECK(same(channel(file("reach.pfm")), to_mat(truth.near_reach)));
-    CHECK(same(channel(file("coverage.tif")), to_mat(truth.near_coverage)));
-    CHECK(same(channel(file("hidden.exr"), "hidden"), to_mat(truth.hidden_background)));
-    CHECK(same(channel(file("mixed.exr"), "mixed"), to_mat(truth.mixed_depth)));
-    CHECK(cv::countNonZero(to_mat(truth.mixed_depth)) > 0);
-    CHECK(same(channel(file("tiles.exr"), "least"), to_mat(truth.tile_least)));
-    CHECK(same(channel(file("tiles.exr"), "greatest"), to_mat(truth.tile_greatest)));
+    CHECK(same(channel(file("reach.pfm")), to_mat(truth.max_near_coc)));
+    CHECK(same(channel(file("coverage.tif")), to_mat(truth.near_alpha)));
+    CHECK(same(channel(file("hidden.exr"), "hidden"), to_mat(truth.disocclusion)));
+    CHECK(same(channel(file("mixed.exr"), "mixed"), to_mat(truth.mixed_pixels)));
+    CHECK(cv::countNonZero(to_mat(truth.mixed_pixels)) > 0);
+    CHECK(same(channel(file("tiles.exr"), "least"), to_mat(truth.tile_min_coc)));
+    CHECK(same(channel(file("tiles.exr"), "greatest"), to_mat(truth.tile_max_coc)));
     CHECK(channel(file("tiles.exr"), "least").size() == cv::Size(10, 7));
-    CHECK(cv::countNonZero(to_mat(truth.hidden_background)) > 10);
+    CHECK(cv::countNonZero(to_mat(truth.disocclusion)) > 10);
 
-    check_done(run(scene.with_lens(file("near.png"), {"--mask", "near", "--near-coverage", file("coverage.png")})));
+    check_done(run(scene.with_lens(file("near.png"), {"--mask", "near", "--near-alpha", file("coverage.png")})));
     CHECK(channel(file("coverage.png")).at<ushort>(7, 3) ==
-          std::lround(to_mat(truth.near_coverage).at<float>(7, 3) * 65535.0));
+          std::lround(to_mat(truth.near_alpha).at<float>(7, 3) * 65535.0));
 
     const std::string other = file("other.exr");
     check_refused(run(scene.with_lens(other, {"--tile", "5"})), 2, "--tile");
     check_refused(run(scene.with_lens(other, {"--tiles", file("t.exr"), "--tile", "0"})), 2, "--tile: '0'");
     check_refused(run(scene.with_lens(other, {"--tiles", file("t.tif")})), 2, ".tif");
-    check_refused(run(scene.with_lens(other, {"--near-reach", file("t.png")})), 2, ".png");
-    check_refused(run(scene.with_lens(other, {"--near-coverage", other})), 2, "--near-coverage");
+    check_refused(run(scene.with_lens(other, {"--max-near-coc", file("t.png")})), 2, ".png");
+    check_refused(run(scene.with_lens(other, {"--near-alpha", other})), 2, "--near-alpha");
     CHECK(!fs::exists(other));
 }
 

@@ -2,7 +2,7 @@
 
 #include "rendered_input.hpp"
 
-#include <fathom/choice.hpp>
+#include <fathom/cheapest.hpp>
 #include <fathom/ssao.hpp>
 
 #include <cstdio>
@@ -44,7 +44,7 @@ TEST_CASE("max-error program: what is chosen is what the library takes, and --ex
     const Room room;
     for (const std::string operation : {"ssao", "dof", "normals"}) {
         INFO(operation);
-        const Choice expected = cheapest(operation, room.stored, anything);
+        const MeasuredMethod expected = cheapest_method(operation, room.stored, anything);
         check_done(run(asked(room, operation, {"--max-error", "180"})));
         const Outcome told = run(asked(room, operation, {"--max-error", "180", "--explain", "--quiet"}));
         INFO(told.err);
@@ -79,8 +79,8 @@ TEST_CASE("max-error program: refused beside what it chooses itself") {
     refused("ssao", "--quality", "fast");
     refused("ssao", "--quality", "balanced"); // the default, but said
     refused("ssao", "--slices", "2");
-    refused("ssao", "--steps", "8");
-    refused("ssao", "--patterns", "4");
+    refused("ssao", "--samples", "8");
+    refused("ssao", "--jitter", "4");
     refused("dof", "--quality", "default");
     refused("normals", "--method", "automatic");
     check_refused(run(asked(room, "ssao", {"--explain"})), 2, "--max-error");

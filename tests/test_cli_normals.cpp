@@ -10,8 +10,8 @@ using namespace fathom::test;
 
 namespace {
 
-struct Ball : RenderedInput {
-    explicit Ball(const std::string& more = view) : RenderedInput({scene::Sphere{{0, 0, -3}, 1.2}}, more) {}
+struct SphereAbove : RenderedInput {
+    explicit SphereAbove(const std::string& more = view) : RenderedInput({scene::Sphere{{0, 0, -3}, 1.2}}, more) {}
 
     Arguments arguments(const std::string& output, const Arguments& more = {}) const {
         return joined({"normals", input, "--camera", camera, "-o", output}, more);
@@ -32,20 +32,20 @@ cv::Mat layer(const std::string& file) {
 } // namespace
 
 TEST_CASE("normals program: writes what the library computes, in every format") {
-    const Ball ball;
-    const cv::Mat truth = ball.expected();
+    const SphereAbove sphere;
+    const cv::Mat truth = sphere.expected();
     REQUIRE(truth.at<cv::Vec3f>(0, 0) == cv::Vec3f(0, 0, 0));
     REQUIRE(truth.at<cv::Vec3f>(height / 2, width / 2)[2] > 0.9f);
-    check_done(run(ball.arguments(ball.folder / "out/n.exr")));
-    CHECK(same(layer(ball.folder / "out/n.exr"), truth));
-    for (const std::string ending : {".exr", ".tif", ".pfm", ".png"}) {
-        const std::string output = ball.folder / ("out/n" + ending);
-        check_done(run(ball.arguments(output)));
-        INFO(ending);
+    check_done(run(sphere.arguments(sphere.folder / "out/n.exr")));
+    CHECK(same(layer(sphere.folder / "out/n.exr"), truth));
+    for (const std::string extension : {".exr", ".tif", ".pfm", ".png"}) {
+        const std::string output = sphere.folder / ("out/n" + extension);
+        check_done(run(sphere.arguments(output)));
+        INFO(extension);
         // Reading makes lengths one again, and ½n + ½ has steps of 2/65535.
-        CHECK(cv::norm(read_normals(output), truth, cv::NORM_INF) < (ending == ".png" ? 3e-5 : 3e-7));
+        CHECK(cv::norm(read_normals(output), truth, cv::NORM_INF) < (extension == ".png" ? 3e-5 : 3e-7));
     }
-    const cv::Mat codes = cv::imread(ball.folder / "out/n.png", cv::IMREAD_UNCHANGED);
+    const cv::Mat codes = cv::imread(sphere.folder / "out/n.png", cv::IMREAD_UNCHANGED);
     REQUIRE(codes.type() == CV_16UC3);
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
@@ -58,13 +58,13 @@ TEST_CASE("normals program: writes what the library computes, in every format") 
 }
 
 TEST_CASE("normals program: every option reaches the library") {
-    Ball ball;
-    ball.input = depth_file(ball.folder, "ball.png", ball.depth);
+    SphereAbove sphere;
+    sphere.input = depth_file(sphere.folder, "sphere.png", sphere.depth);
     cv::Mat codes;
-    ball.depth.convertTo(codes, CV_16U, 65535);
-    ball.stored.image = to_device(Device::open(), codes);
-    ball.stored.storage = Storage::uint16;
-    const std::string output = ball.folder / "out/n.exr";
+    sphere.depth.convertTo(codes, CV_16U, 65535);
+    sphere.stored.image = to_device(Device::open(), codes);
+    sphere.stored.storage = Storage::uint16;
+    const std::string output = sphere.folder / "out/n.exr";
     const std::vector<std::pair<Arguments, NormalsOptions>> cases{
         {{"--method", "neighbours"}, {.method = NormalMethod::neighbours}},
         {{"--method", "least-squares"}, {.method = NormalMethod::least_squares}},
@@ -75,20 +75,21 @@ TEST_CASE("normals program: every option reaches the library") {
     };
     for (const auto& [arguments, options] : cases) {
         INFO(arguments[0] << ' ' << arguments[1]);
-        check_done(run(ball.arguments(output, arguments)));
-        CHECK(same(layer(output), ball.expected(options)));
+        check_done(run(sphere.arguments(output, arguments)));
+        CHECK(same(layer(output), sphere.expected(options)));
     }
-    CHECK(!same(ball.expected({.method = NormalMethod::neighbours}), ball.expected()));
-    CHECK(!same(ball.expected({.tolerance = 40}), ball.expected()));
-    CHECK(!same(ball.expected({.space = Space::world}), ball.expected()));
+    CHECK(!same(sphere.expected({.method = NormalMethod::neighbours}), sphere.expected()));
+    CHECK(!same(sphere.expected({.tolerance = 40}), sphere.expected()));
+    CHECK(!same(sphere.expected({.space = Space::world}), sphere.expected()));
 }
 
 TEST_CASE("normals program: what is wrong is told in one line") {
-    const Ball ball("");
-    check_refused(run(ball.arguments(ball.folder / "out/n.ply")), 2, ".ply");
-    check_refused(run(ball.arguments(ball.folder / "out/n.exr", {"--method", "nearest"})), 2, "'nearest' is unknown");
-    check_refused(run(ball.arguments(ball.folder / "out/n.exr", {"--tolerance", "0"})), 2, "'0' will not do");
-    check_refused(run(ball.arguments(ball.folder / "out/n.exr", {"--space", "world"})), 1, "view matrix");
-    check_refused(run(ball.arguments(ball.folder / "out/n.png", {"--png-scale", "1"})), 2, "--png-scale");
-    CHECK(ball.folder.results().empty());
+    const SphereAbove sphere("");
+    check_refused(run(sphere.arguments(sphere.folder / "out/n.ply")), 2, ".ply");
+    check_refused(run(sphere.arguments(sphere.folder / "out/n.exr", {"--method", "nearest"})), 2,
+                  "'nearest' is unknown");
+    check_refused(run(sphere.arguments(sphere.folder / "out/n.exr", {"--tolerance", "0"})), 2, "'0' will not do");
+    check_refused(run(sphere.arguments(sphere.folder / "out/n.exr", {"--space", "world"})), 1, "view matrix");
+    check_refused(run(sphere.arguments(sphere.folder / "out/n.png", {"--png-scale", "1"})), 2, "--png-scale");
+    CHECK(sphere.folder.results().empty());
 }

@@ -67,8 +67,8 @@ float largest_finite(const cv::Mat& image) {
 TEST_CASE("program: linearize writes what the library computes, in every format") {
     const Folder folder;
     const std::string camera = camera_file(folder);
-    const std::string ending = GENERATE(".exr", ".tif", ".tiff", ".pfm");
-    const std::string input = depth_file(folder, "depth.exr"), output = folder / ("out/z" + ending);
+    const std::string extension = GENERATE(".exr", ".tif", ".tiff", ".pfm");
+    const std::string input = depth_file(folder, "depth.exr"), output = folder / ("out/z" + extension);
     const Outcome outcome = run({"linearize", input, "--camera", camera, "-o", output});
     check_done(outcome);
     CHECK(outcome.out.starts_with(output));
@@ -473,7 +473,7 @@ TEST_CASE("program: wrong usage is told before anything is done") {
         {with({"--camera", camera}), "--camera"},
         {{"linearize", input, "--camera", camera, "-o", folder / "out/z.jpg"}, ".jpg"},
         {{"linearize", input, "--camera", camera, "-o", folder / "out/z.ply"}, ".ply"},
-        {{"linearize", input, "--camera", camera, "-o", folder / "out/z"}, "without ending"},
+        {{"linearize", input, "--camera", camera, "-o", folder / "out/z"}, "without extension"},
         {{"linearize", input, "--camera", camera, "-o", folder / "out/z.png"}, "--png-scale"},
         {{"linearize", input, "--camera", camera, "-o", ""}, "-o"},
         {{"unproject", input, "--camera", camera, "-o", out, "--origin", "1,2,3"}, "--space"},

@@ -51,10 +51,10 @@ TEST_CASE("ssao program: writes what the library computes, in every format") {
     cv::minMaxLoc(truth, &least, &greatest);
     CHECK(least < 0.7);
     CHECK(greatest == 1);
-    for (const std::string ending : {".exr", ".tif", ".pfm"}) {
-        const std::string output = room.folder / ("out/ao" + ending);
+    for (const std::string extension : {".exr", ".tif", ".pfm"}) {
+        const std::string output = room.folder / ("out/ao" + extension);
         check_done(run(room.arguments(output)));
-        CHECK(same(channel(output, ending == ".exr" ? "AO" : ""), truth));
+        CHECK(same(channel(output, extension == ".exr" ? "AO" : ""), truth));
     }
     check_done(run(room.arguments(room.folder / "out/ao.png")));
     const cv::Mat codes = channel(room.folder / "out/ao.png");
@@ -87,8 +87,8 @@ TEST_CASE("ssao program: every option reaches the library") {
              o.quality = Quality::fast;
          }},
         {{"--slices", "5"}, [](SsaoOptions& o) { o.slices = 5; }},
-        {{"--steps", "3"}, [](SsaoOptions& o) { o.steps = 3; }},
-        {{"--patterns", "1"}, [](SsaoOptions& o) { o.patterns = 1; }},
+        {{"--samples", "3"}, [](SsaoOptions& o) { o.samples = 3; }},
+        {{"--jitter", "1"}, [](SsaoOptions& o) { o.jitter = 1; }},
         {{"--thickness", "0.05"}, [](SsaoOptions& o) { o.thickness = 0.05; }},
         {{"--thickness", "inf"}, [](SsaoOptions& o) { o.thickness = infinity; }},
         {{"--thickness-map", map}, [&](SsaoOptions& o) { o.thickness_map = to_device(device, thickness); }},
@@ -124,10 +124,10 @@ TEST_CASE("ssao program: bent normals and confidence go into files of their own"
     options.bent_normal = options.confidence = true;
     const Occlusion truth = ssao(room.stored, options);
     const cv::Mat bent = to_mat(truth.bent_normal);
-    const auto ask = [&](const std::string& ending) {
-        return run(room.arguments(room.folder / ("out/ao" + ending),
-                                  {"--bent-normal", room.folder / ("out/bent" + ending), "--confidence",
-                                   room.folder / ("out/sure" + ending), "--json"}));
+    const auto ask = [&](const std::string& extension) {
+        return run(room.arguments(room.folder / ("out/ao" + extension),
+                                  {"--bent-normal", room.folder / ("out/bent" + extension), "--confidence",
+                                   room.folder / ("out/sure" + extension), "--json"}));
     };
     const Outcome outcome = ask(".exr");
     check_done(outcome);
@@ -215,8 +215,8 @@ TEST_CASE("ssao program: wrong usage is told before anything is done") {
         {{"--slices", "0"}, "--slices"},
         {{"--slices", "65"}, "1 to 64"},
         {{"--slices", "2.5"}, "--slices"},
-        {{"--steps", "257"}, "1 to 256"},
-        {{"--patterns", "2"}, "1, 4 or 16"},
+        {{"--samples", "257"}, "1 to 256"},
+        {{"--jitter", "2"}, "1, 4 or 16"},
         {{"--thickness", "nan"}, "--thickness: 'nan'"},
         {{"--thickness", "-0.1"}, "--thickness: '-0.1'"},
         {{"--thickness", "1", "--thickness-map", room.input}, "--thickness-map"},

@@ -31,7 +31,7 @@ namespace {
 
 // A lens whose circle is 1000 - 1000/z pixels: any circle below 1000 has its depth.
 constexpr double k = 1000, g = 1000;
-const Circle lens{.k = k, .g = g};
+const CircleOfConfusion lens{.k = k, .g = g};
 
 float depth_of(double circle) {
     return static_cast<float>(g / (k - circle));
@@ -40,7 +40,7 @@ float depth_of(double circle) {
 /// An image and its depth, as functions of the pixel.
 struct Picture {
     int width, height;
-    std::vector<float> depth, colour; // three channels
+    std::vector<float> depth, color; // three channels
 
     Picture(int across, int down, const std::function<double(int, int)>& circle,
             const std::function<double(int, int)>& value)
@@ -49,7 +49,7 @@ struct Picture {
             for (int x = 0; x < across; ++x) {
                 depth.push_back(depth_of(circle(x, y)));
                 const auto v = static_cast<float>(value(x, y));
-                colour.insert(colour.end(), {v, 0.5f * v, 1 - v});
+                color.insert(color.end(), {v, 0.5f * v, 1 - v});
             }
         }
     }
@@ -73,10 +73,10 @@ std::vector<float> blurred(const Picture& picture, DofOptions options = {}, cons
     if (options.circle.k == 0)
         options.circle = lens;
     const Image depth = Image::from_host(device, Element::f32, picture.depth.data(), {picture.width, picture.height});
-    const int channels = static_cast<int>(picture.colour.size() / picture.depth.size());
-    const Image colour =
-        Image::from_host(device, Element::f32, picture.colour.data(), {picture.width, picture.height, channels});
-    return floats(dof({depth, camera_of(picture.width, picture.height)}, colour, options));
+    const int channels = static_cast<int>(picture.color.size() / picture.depth.size());
+    const Image color =
+        Image::from_host(device, Element::f32, picture.color.data(), {picture.width, picture.height, channels});
+    return floats(dof({depth, camera_of(picture.width, picture.height)}, color, options));
 }
 
 double first_channel(const std::vector<float>& image, int width, int x, int y) {
@@ -105,7 +105,7 @@ struct Off {
 struct Shape {
     const char* name;
     Aperture aperture;
-    lens_blur::Hole hole;
+    lens_blur::ApertureShape aperture_shape;
 };
 const Shape shapes[] = {{"circle", {}, {}},
                         {"triangle", {3, 0}, {3, 0}},
@@ -115,7 +115,7 @@ const Shape shapes[] = {{"circle", {}, {}},
                         {"anamorphic", {0, 0, 2}, {0, 0, 2}},
                         {"ellipse", {0, 30, 0.4}, {0, 30, 0.4}}};
 
-// What fast may differ by along a straight edge of a round aperture: three slices an octave, rows summed by two and more.
+// What fast may differ by along a straight edge of a round aperture: three layers an octave, rows summed by two and more.
 constexpr double fast_rms_error = 0.01;
 
 const std::pair<const char*, BlurQuality> qualities[] = {
@@ -137,7 +137,7 @@ struct Stack {
         };
         return Picture(
             2 * half, 2 * half, [&](int x, int y) { return front(x, y).circle; },
-            [&](int x, int y) { return front(x, y).colour((across ? y : x) + 0.5 - half); });
+            [&](int x, int y) { return front(x, y).color((across ? y : x) + 0.5 - half); });
     }
 };
 
@@ -154,19 +154,20 @@ Off judge(const Stack& stack, bool across, const DofOptions& options, const std:
     return off;
 }
 
-Layer everywhere(double circle, const std::function<double(double)>& colour) {
-    return {circle, [](double) { return true; }, colour};
+Layer everywhere(double circle, const std::function<double(double)>& color) {
+    return {circle, [](double) { return true; }, color};
 }
-Layer left_of(double edge, double circle, double colour) {
-    return {circle, [edge](double x) { return x < edge; }, [colour](double) { return colour; }};
+Layer left_of(double edge, double circle, double color) {
+    return {circle, [edge](double x) { return x < edge; }, [color](double) { return color; }};
 }
 
 /// The truth along one axis.
-std::function<double(double)> truth_of(const Stack& stack, bool across, const lens_blur::Hole& hole) {
+std::function<double(double)> truth_of(const Stack& stack, bool across,
+                                       const lens_blur::ApertureShape& aperture_shape) {
     static std::map<std::tuple<int, double, double, bool>, std::vector<double>> known;
-    auto& shares = known[{hole.corners, hole.turned_degrees, hole.ratio, across}];
+    auto& shares = known[{aperture_shape.corners, aperture_shape.turned_degrees, aperture_shape.ratio, across}];
     if (shares.empty())
-        shares = lens_blur::shares(hole, across);
+        shares = lens_blur::shares(aperture_shape, across);
     return [layers = stack.layers, &shares](double x) { return lens_blur::light(layers, shares, x); };
 }
 
@@ -175,7 +176,7 @@ Off judge(const Stack& stack, BlurQuality quality, int reach, const Shape& shape
     Off off;
     for (const bool across : {false, true})
         off.add(judge(stack, across, {.aperture = shape.aperture, .quality = quality},
-                      truth_of(stack, across, shape.hole), reach));
+                      truth_of(stack, across, shape.aperture_shape), reach));
     return off;
 }
 
@@ -354,7 +355,7 @@ struct Outdoors {
         return Picture(
             2 * half, above + below,
             [&](int x, int y) { return front(x, y).circle + front(x, y).each_row * (y + 0.5 - above); },
-            [&](int x, int y) { return front(x, y).colour; });
+            [&](int x, int y) { return front(x, y).color; });
     }
 };
 
@@ -382,7 +383,7 @@ struct Rim {
 // What lies straight behind a blurred object is hidden, and a sky has so large a circle that it reaches everywhere: it must
 // not shine through the floor before it.
 TEST_CASE("dof: no far sky shows where a near object hides the floor before it", "[dof]") {
-    constexpr double radius = 11.7; // between two slices
+    constexpr double radius = 11.7; // between two layers
     const auto everywhere = [](double, double) { return true; };
     const auto floor = [](double, double y) { return y > 0; };
     const lens_blur::Slope near{-2 * radius, 0, [](double x, double) { return x < 0; }, 0.4}, sky{80, 0, everywhere, 1};
@@ -432,27 +433,27 @@ double variance_of_disc(double radius) {
 namespace {
 
 /// Of the picture's own memory.
-Plate plate_of(const Picture& picture, const Device& device = default_device()) {
+CleanPlate clean_plate_of(const Picture& picture, const Device& device = default_device()) {
     const Layout pixels{picture.width, picture.height};
-    return {Image::from_host(device, Element::f32, picture.colour.data(), {pixels.width, pixels.height, 3}),
+    return {Image::from_host(device, Element::f32, picture.color.data(), {pixels.width, pixels.height, 3}),
             {Image::from_host(device, Element::f32, picture.depth.data(), pixels),
              camera_of(picture.width, picture.height)}};
 }
 
 /// A stack's picture, blurred with what lies behind its first layer given.
-std::vector<float> with_plate(const Stack& stack, bool across, DofOptions options) {
-    const Picture plate = Stack{{stack.layers.begin() + 1, stack.layers.end()}, stack.half}.picture(across);
-    options.plate = plate_of(plate);
+std::vector<float> with_clean_plate(const Stack& stack, bool across, DofOptions options) {
+    const Picture clean_plate = Stack{{stack.layers.begin() + 1, stack.layers.end()}, stack.half}.picture(across);
+    options.clean_plate = clean_plate_of(clean_plate);
     return blurred(stack.picture(across), options);
 }
 
 } // namespace
 
-TEST_CASE("dof: what a blurred foreground hides is the background plate's, where there is one", "[dof]") {
+TEST_CASE("dof: what a blurred foreground hides is the clean plate's, where there is one", "[dof]") {
     const auto stripes = [](double x) { return 0.5 + 0.5 * std::sin(0.7 * x); };
     const auto step = [](double x) { return x < -3 ? 0.0 : 1.0; };
     for (const auto& [quality_name, quality] : qualities) {
-        std::printf("dof, %s, background plate: radius: largest error with it, without it\n", quality_name);
+        std::printf("dof, %s, clean plate: radius: largest error with it, without it\n", quality_name);
         for (const double radius : {4.0, 12.0, 30.0}) {
             std::printf("  %-3g", radius);
             const int reach = static_cast<int>(radius) + 2;
@@ -464,7 +465,7 @@ TEST_CASE("dof: what a blurred foreground hides is the background plate's, where
                          {0.0, stripes}, {0.0, step}, {radius, step}}) {
                     const Stack stack{{front, everywhere(circle, behind)}, 3 * reach};
                     const auto truth = truth_of(stack, false, {});
-                    const auto given = with_plate(stack, false, {.quality = quality});
+                    const auto given = with_clean_plate(stack, false, {.quality = quality});
                     const auto guessed = blurred(stack.picture(false), {.quality = quality});
                     Off known, unknown;
                     for (int i = stack.half - 2 * reach; i < stack.half + 2 * reach; ++i) {
@@ -485,31 +486,33 @@ TEST_CASE("dof: what a blurred foreground hides is the background plate's, where
     }
 }
 
-TEST_CASE("dof: a background plate that hides nothing changes no bit, and one that does not fit is refused", "[dof]") {
+TEST_CASE("dof: a clean plate that hides nothing changes no bit, and one that does not fit is refused", "[dof]") {
     const int side = 90;
     const Picture picture(
         side, side, [](int x, int y) { return x > 40 ? 7.3 : -21 + 0.3 * y; },
         [](int x, int y) { return (x * 7 + y * 3) % 11 / 11.0; });
-    const Image colour = Image::from_host(default_device(), Element::f32, picture.colour.data(), {side, side, 3});
+    const Image color = Image::from_host(default_device(), Element::f32, picture.color.data(), {side, side, 3});
     const StoredDepth depth{Image::from_host(default_device(), Element::f32, picture.depth.data(), {side, side}),
                             camera_of(side, side)};
     for (const auto& [quality_name, quality] : qualities) {
         INFO(quality_name);
-        CHECK(blurred(picture, {.quality = quality, .plate = Plate{colour, depth}}) ==
+        CHECK(blurred(picture, {.quality = quality, .clean_plate = CleanPlate{color, depth}}) ==
               blurred(picture, {.quality = quality}));
     }
-    const auto refused = [&](const Image& plate, const StoredDepth& its_depth, const std::string& message) {
-        CHECK_THROWS_WITH(dof(depth, colour, {.circle = lens, .plate = Plate{plate, its_depth}}), message);
+    const auto refused = [&](const Image& clean_plate, const StoredDepth& its_depth, const std::string& message) {
+        CHECK_THROWS_WITH(dof(depth, color, {.circle = lens, .clean_plate = CleanPlate{clean_plate, its_depth}}),
+                          message);
     };
     const auto image = [](int across, int down, int channels) {
         return Image(default_device(), Element::f32, {across, down, channels});
     };
-    refused(image(side, 80, 3), depth, "the plate is 90 x 80 pixels, the depth 90 x 90");
-    refused(image(side, side, 4), depth, "the plate has 4 channels, the colour 3");
-    refused(colour, {image(80, side, 1), camera_of(80, side)},
-            "the plate's depth is 80 x 90 pixels, the plate 90 x 90");
-    CHECK_THROWS_WITH(dof(depth, image(side, side, 3), colour, {.circle = lens, .plate = Plate{colour, depth}}),
-                      "the result shares memory with the plate");
+    refused(image(side, 80, 3), depth, "the clean plate is 90 x 80 pixels, the depth 90 x 90");
+    refused(image(side, side, 4), depth, "the clean plate has 4 channels, the colour 3");
+    refused(color, {image(80, side, 1), camera_of(80, side)},
+            "the clean plate's depth is 80 x 90 pixels, the clean plate 90 x 90");
+    CHECK_THROWS_WITH(
+        dof(depth, image(side, side, 3), color, {.circle = lens, .clean_plate = CleanPlate{color, depth}}),
+        "the result shares memory with the clean plate");
 }
 
 TEST_CASE("dof: a point's light becomes the aperture, all of it", "[dof]") {
@@ -599,7 +602,7 @@ TEST_CASE("dof: plain, sloping and bent images", "[dof]") {
         const auto got = blurred(plain, {.quality = quality});
         double worst = 0;
         for (std::size_t i = 0; i < got.size(); ++i)
-            worst = std::max(worst, std::abs(static_cast<double>(got[i]) / static_cast<double>(plain.colour[i]) - 1));
+            worst = std::max(worst, std::abs(static_cast<double>(got[i]) / static_cast<double>(plain.color[i]) - 1));
         std::printf("dof, %s, any depth, one colour: off by %.1e\n", quality_name, worst);
         CHECK(worst <= 1e-5);
 
@@ -643,8 +646,8 @@ Picture mixed(int width = 150, int height = 70) {
         for (int x = 20; x < 27 && x < width; ++x)
             picture.depth[at(x, y)] = x < 23 ? inf : not_a_number;
     for (int i = 0; i < 3 && width > 60 && height > 30; ++i) {
-        picture.colour[3 * at(40, 30) + static_cast<std::size_t>(i)] = 1e4f;
-        picture.colour[3 * at(60, 20) + static_cast<std::size_t>(i)] = i == 1 ? not_a_number : inf;
+        picture.color[3 * at(40, 30) + static_cast<std::size_t>(i)] = 1e4f;
+        picture.color[3 * at(60, 20) + static_cast<std::size_t>(i)] = i == 1 ? not_a_number : inf;
     }
     return picture;
 }
@@ -660,22 +663,22 @@ Picture behind_mixed(int width = 150, int height = 70) {
 
 } // namespace
 
-TEST_CASE("dof: the same bits whatever the lanes and the groups, and every time", "[dof]") {
-    const Picture picture = mixed(), plate = behind_mixed();
+TEST_CASE("dof: the same bits whatever the vector width and the groups, and every time", "[dof]") {
+    const Picture picture = mixed(), clean_plate = behind_mixed();
     for (const auto& [name, quality] : qualities) {
-        std::vector<float> first[2]; // without a plate, and with it
-        for (const auto& [lanes, group_size] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}, {1, 1}}) {
-            const Device device = Device::open("cpu", {Arithmetic::fp64, lanes, group_size});
+        std::vector<float> first[2]; // without a clean plate, and with it
+        for (const auto& [vector_width, group_size] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}, {1, 1}}) {
+            const Device device = Device::open("cpu", {Arithmetic::fp64, vector_width, group_size});
             for (const bool plated : {false, true}) {
                 for (int run = 0; run < 2; ++run) {
                     DofOptions options{.quality = quality};
                     if (plated)
-                        options.plate = plate_of(plate, device);
+                        options.clean_plate = clean_plate_of(clean_plate, device);
                     const auto got = blurred(picture, options, device);
                     if (first[plated].empty())
                         first[plated] = got;
-                    INFO(name << (plated ? " with a plate" : "") << ", lanes " << lanes << ", groups of " << group_size
-                              << ", run " << run);
+                    INFO(name << (plated ? " with a clean plate" : "") << ", vector width " << vector_width
+                              << ", groups of " << group_size << ", run " << run);
                     CHECK(same_bits(got, first[plated]));
                 }
             }
@@ -685,35 +688,35 @@ TEST_CASE("dof: the same bits whatever the lanes and the groups, and every time"
 }
 
 TEST_CASE("dof: a tile with a halo equals the whole in its middle", "[dof]") {
-    const Picture picture = mixed(380, 170), plate = behind_mixed(380, 170);
-    const Plate whole_picture = plate_of(picture), whole_plate = plate_of(plate);
+    const Picture picture = mixed(380, 170), clean_plate = behind_mixed(380, 170);
+    const CleanPlate whole_picture = clean_plate_of(picture), whole_clean_plate = clean_plate_of(clean_plate);
     for (const auto& [name, quality] : qualities) {
         for (const bool plated : {false, true}) {
             const bool accurate = quality == BlurQuality::accurate;
             const int radius = accurate ? 8 : 15;
-            DofOptions options{.circle = lens, .quality = quality, .largest_px = 2.0 * radius};
+            DofOptions options{.circle = lens, .quality = quality, .max_coc_px = 2.0 * radius};
             if (plated)
-                options.plate = whole_plate;
-            const auto whole = floats(dof(whole_picture.depth, whole_picture.colour, options));
+                options.clean_plate = whole_clean_plate;
+            const auto whole = floats(dof(whole_picture.depth, whole_picture.color, options));
             // A circle's radius, and to where running sums start before it; accurate: what lies behind, a circle farther on.
             const int reach = accurate ? 3 * radius + 1 : radius;
             const int aside = reach + dof_halo_columns, above = reach + dof_halo_rows;
             constexpr int across = 281, down = 125;
             for (const auto& [left, top] : {std::pair{0, 0}, {1, 0}, {13, 7}, {64, 16}, {99, 45}}) {
-                const auto part = [&, x = left, y = top](const Plate& of) {
-                    return Plate{of.colour.region(x, y, across, down), of.depth.region(x, y, across, down)};
+                const auto part = [&, x = left, y = top](const CleanPlate& of) {
+                    return CleanPlate{of.color.region(x, y, across, down), of.depth.region(x, y, across, down)};
                 };
                 if (plated)
-                    options.plate = part(whole_plate);
-                const Plate cut = part(whole_picture);
-                const auto tile = floats(dof(cut.depth, cut.colour, options));
+                    options.clean_plate = part(whole_clean_plate);
+                const CleanPlate cut = part(whole_picture);
+                const auto tile = floats(dof(cut.depth, cut.color, options));
                 long differ = 0;
                 for (int y = above; y < down - above; ++y)
                     for (int x = 3 * aside; x < 3 * (across - aside); ++x)
                         differ +=
                             !same_bits(tile[static_cast<std::size_t>(3 * across * y + x)],
                                        whole[static_cast<std::size_t>(3 * (picture.width * (y + top) + left) + x)]);
-                INFO(name << (plated ? " with a plate" : "") << ", tile at " << left << ", " << top);
+                INFO(name << (plated ? " with a clean plate" : "") << ", tile at " << left << ", " << top);
                 CHECK(differ == 0);
             }
         }
@@ -725,18 +728,18 @@ TEST_CASE("dof: a pinhole changes no bit, and neither do circles up to a pixel",
     const Device& device = default_device();
     const Camera camera = camera_of(picture.width, picture.height);
     const Image depth = Image::from_host(device, Element::f32, picture.depth.data(), {picture.width, picture.height});
-    const Image colour =
-        Image::from_host(device, Element::f32, picture.colour.data(), {picture.width, picture.height, 3});
-    const Circle pinhole = circle_of_confusion(
+    const Image color =
+        Image::from_host(device, Element::f32, picture.color.data(), {picture.width, picture.height, 3});
+    const CircleOfConfusion pinhole = circle_of_confusion(
         {.f_number = std::numeric_limits<double>::infinity(), .focus = 2, .focal_length_mm = 50, .sensor_width_mm = 36},
         camera);
-    CHECK(same_bits(floats(dof({depth, camera}, colour, {.circle = pinhole})), picture.colour));
+    CHECK(same_bits(floats(dof({depth, camera}, color, {.circle = pinhole})), picture.color));
 
     const Picture sharp(
         150, 70, [](int x, int y) { return ((x + y) % 21 - 10) / 10.0; },
         [](int x, int y) { return (x * 37 + y * 11) % 101 / 50.0; });
     for (const auto& [name, quality] : qualities)
-        CHECK(same_bits(blurred(sharp, {.quality = quality}), sharp.colour));
+        CHECK(same_bits(blurred(sharp, {.quality = quality}), sharp.color));
 }
 
 TEST_CASE("dof: highlights do not wash out what is dark beside them", "[dof]") {
@@ -751,7 +754,7 @@ TEST_CASE("dof: highlights do not wash out what is dark beside them", "[dof]") {
                     side, side, [&](int, int) { return 2 * sign * radius; }, [](int, int) { return 1e-3; });
                 for (int y = half - 2; y <= half + 2; ++y)
                     for (int x = half - 2; x <= half + 2; ++x)
-                        picture.colour[static_cast<std::size_t>(3 * (y * side + x))] = 1e4f;
+                        picture.color[static_cast<std::size_t>(3 * (y * side + x))] = 1e4f;
                 const auto got = blurred(picture, {.quality = quality});
                 double worst = 0;
                 for (int y = 0; y < side; ++y)
@@ -775,9 +778,9 @@ TEST_CASE("dof: what is no number in colour or depth goes nowhere", "[dof]") {
                 side, side, [&](int, int) { return circle; }, [](int x, int y) { return (x + y) % 7 / 7.0; });
             Picture damaged = clean;
             const std::size_t at = 45 * side + 45;
-            damaged.colour[3 * at] = not_a_number;
-            damaged.colour[3 * (at + 1) + 1] = inf;
-            damaged.colour[3 * (at + 2) + 2] = quality == BlurQuality::fast ? -inf : 2e38f;
+            damaged.color[3 * at] = not_a_number;
+            damaged.color[3 * (at + 1) + 1] = inf;
+            damaged.color[3 * (at + 2) + 2] = quality == BlurQuality::fast ? -inf : 2e38f;
             damaged.depth[at + 3] = not_a_number;
             damaged.depth[at + 4] = -1;
             const auto before = blurred(clean, {.quality = quality}), after = blurred(damaged, {.quality = quality});
@@ -805,20 +808,20 @@ TEST_CASE("dof: what is no number in colour or depth goes nowhere", "[dof]") {
 
 TEST_CASE("dof: alpha is spread like colour, and none stays none", "[dof]") {
     Picture picture = mixed();
-    std::vector<float> colour;
+    std::vector<float> color;
     for (std::size_t i = 0; i < picture.depth.size(); ++i)
         for (std::size_t c = 0; c < 4; ++c)
-            colour.push_back(c < 3 ? picture.colour[3 * i + c] : picture.colour[3 * i]);
+            color.push_back(c < 3 ? picture.color[3 * i + c] : picture.color[3 * i]);
     const auto three = blurred(picture);
     Picture four = picture;
-    four.colour = colour;
+    four.color = color;
     const auto with_alpha = blurred(four);
     for (std::size_t i = 0; i < picture.depth.size(); ++i) {
         for (std::size_t c = 0; c < 3; ++c)
             REQUIRE(same_bits(with_alpha[4 * i + c], three[3 * i + c]));
         REQUIRE(same_bits(with_alpha[4 * i + 3], three[3 * i]));
     }
-    std::fill(four.colour.begin(), four.colour.end(), 0.0f);
+    std::fill(four.color.begin(), four.color.end(), 0.0f);
     for (const float value : blurred(four))
         REQUIRE((value == 0 || std::isnan(value)));
 }
@@ -833,7 +836,7 @@ TEST_CASE("dof: odd, tiny and one-row images, and circles larger than the image"
                 const auto got = blurred(picture, {.quality = quality});
                 INFO(name << ", " << width << " x " << height << ", circle " << circle);
                 for (std::size_t i = 0; i < got.size(); ++i)
-                    REQUIRE(std::abs(got[i] - picture.colour[i]) <= 1e-5f);
+                    REQUIRE(std::abs(got[i] - picture.color[i]) <= 1e-5f);
             }
         }
     }
@@ -846,7 +849,7 @@ TEST_CASE("dof: borders are not darkened", "[dof]") {
         const auto got = blurred(picture, {.quality = quality});
         INFO(name);
         for (std::size_t i = 0; i < got.size(); ++i)
-            REQUIRE(std::abs(got[i] - picture.colour[i]) < 1e-5f);
+            REQUIRE(std::abs(got[i] - picture.color[i]) < 1e-5f);
     }
 }
 
@@ -861,11 +864,11 @@ TEST_CASE("dof: halves and integers are what their floats would be", "[dof]") {
     std::vector<std::uint8_t> bytes;
     std::vector<std::uint16_t> shorts;
     Picture of_bytes = picture, of_shorts = picture;
-    for (std::size_t i = 0; i < picture.colour.size(); ++i) {
-        bytes.push_back(static_cast<std::uint8_t>(std::lround(picture.colour[i] * 255)));
-        shorts.push_back(static_cast<std::uint16_t>(std::lround(picture.colour[i] * 65535)));
-        of_bytes.colour[i] = static_cast<float>(bytes[i]) / 255.0f;
-        of_shorts.colour[i] = static_cast<float>(shorts[i]) / 65535.0f;
+    for (std::size_t i = 0; i < picture.color.size(); ++i) {
+        bytes.push_back(static_cast<std::uint8_t>(std::lround(picture.color[i] * 255)));
+        shorts.push_back(static_cast<std::uint16_t>(std::lround(picture.color[i] * 65535)));
+        of_bytes.color[i] = static_cast<float>(bytes[i]) / 255.0f;
+        of_shorts.color[i] = static_cast<float>(shorts[i]) / 65535.0f;
     }
     const Layout layout{picture.width, picture.height, 3};
     std::vector<std::uint8_t> got_bytes(bytes.size());
@@ -881,11 +884,11 @@ TEST_CASE("dof: halves and integers are what their floats would be", "[dof]") {
     }
     // Halves that are exact: multiples of 1/1024 up to 1.
     std::vector<std::uint16_t> halves;
-    for (const float value : picture.colour)
+    for (const float value : picture.color)
         halves.push_back(value > 0.5f ? 0x3c00 : 0x3400); // 1 and 0.25
     Picture of_halves = picture;
     for (std::size_t i = 0; i < halves.size(); ++i)
-        of_halves.colour[i] = halves[i] == 0x3c00 ? 1.0f : 0.25f;
+        of_halves.color[i] = halves[i] == 0x3c00 ? 1.0f : 0.25f;
     std::vector<std::uint16_t> got_halves(halves.size());
     dof(depth, Image::from_host(device, Element::f16, halves.data(), layout), {.circle = lens})
         .download(got_halves.data());
@@ -904,40 +907,40 @@ TEST_CASE("dof: focus near, at infinity and behind everything", "[dof]") {
     for (std::size_t i = 0; i < picture.depth.size(); ++i)
         picture.depth[i] = 0.5f + static_cast<float>(i % 80) / 20;
     for (const double focus : {0.2, 0.5, 2.0, 30.0, std::numeric_limits<double>::infinity()}) {
-        const Circle circle =
+        const CircleOfConfusion circle =
             circle_of_confusion({.f_number = 2, .focus = focus, .focal_length_mm = 50, .sensor_width_mm = 36}, camera);
         const auto got = blurred(picture, {.circle = circle});
         INFO("focus " << focus);
         for (std::size_t i = 0; i < got.size(); ++i)
-            REQUIRE(std::abs(got[i] - picture.colour[i]) <= 1e-5f);
+            REQUIRE(std::abs(got[i] - picture.color[i]) <= 1e-5f);
     }
 }
 
 TEST_CASE("dof: options out of range and images that do not fit are refused", "[dof]") {
     const Device& device = default_device();
     const StoredDepth depth{Image(device, Element::f32, {20, 10}), camera_of(20, 10)};
-    const auto refused = [&](const Image& colour, const DofOptions& options) {
-        CHECK_THROWS_AS(dof(depth, colour, options), std::invalid_argument);
+    const auto refused = [&](const Image& color, const DofOptions& options) {
+        CHECK_THROWS_AS(dof(depth, color, options), std::invalid_argument);
     };
-    const Image colour(device, Element::f32, {20, 10, 3});
+    const Image color(device, Element::f32, {20, 10, 3});
     refused(Image(device, Element::f32, {20, 11, 3}), {.circle = lens});
     refused(Image(device, Element::f32, {20, 10, 1}), {.circle = lens});
     refused(Image(device, Element::u32, {20, 10, 3}), {.circle = lens});
-    refused(colour, {.circle = lens, .aperture = {2, 0}});
-    refused(colour, {.circle = lens, .aperture = {65, 0}});
-    refused(colour, {.circle = lens, .aperture = {5, std::nan("")}});
-    refused(colour, {.circle = lens, .aperture = {0, 0, 0.05}});
-    refused(colour, {.circle = lens, .aperture = {0, 0, std::nan("")}});
-    refused(colour, {.circle = lens, .aperture = {5, 0, 2}});
-    refused(colour, {.circle = lens, .largest_px = 0.5});
-    refused(colour, {.circle = lens, .largest_px = 513});
-    refused(colour, {.circle = {.k = std::nan(""), .g = 1}});
-    CHECK_THROWS_WITH(dof(depth, colour, {.circle = lens, .quality = static_cast<BlurQuality>(7)}),
+    refused(color, {.circle = lens, .aperture = {2, 0}});
+    refused(color, {.circle = lens, .aperture = {65, 0}});
+    refused(color, {.circle = lens, .aperture = {5, std::nan("")}});
+    refused(color, {.circle = lens, .aperture = {0, 0, 0.05}});
+    refused(color, {.circle = lens, .aperture = {0, 0, std::nan("")}});
+    refused(color, {.circle = lens, .aperture = {5, 0, 2}});
+    refused(color, {.circle = lens, .max_coc_px = 0.5});
+    refused(color, {.circle = lens, .max_coc_px = 513});
+    refused(color, {.circle = {.k = std::nan(""), .g = 1}});
+    CHECK_THROWS_WITH(dof(depth, color, {.circle = lens, .quality = static_cast<BlurQuality>(7)}),
                       "quality = 7 is none of its type's values: fast, standard or accurate");
-    CHECK_THROWS_WITH(dof(depth, colour, {.circle = lens, .sky = static_cast<Sky>(-1)}),
+    CHECK_THROWS_WITH(dof(depth, color, {.circle = lens, .sky = static_cast<Sky>(-1)}),
                       "sky = -1 is none of its type's values: blur, sharp or exclude");
-    CHECK_THROWS_AS(dof(depth, colour, colour, {.circle = lens}), std::invalid_argument);
-    CHECK_THROWS_AS(dof(depth, colour, Image(device, Element::u8, {20, 10, 3}), {.circle = lens}),
+    CHECK_THROWS_AS(dof(depth, color, color, {.circle = lens}), std::invalid_argument);
+    CHECK_THROWS_AS(dof(depth, color, Image(device, Element::u8, {20, 10, 3}), {.circle = lens}),
                     std::invalid_argument);
 }
 
@@ -951,16 +954,16 @@ TEST_CASE("dof: rows from the bottom up turn nothing", "[dof]") {
         Picture upside_down = picture;
         for (std::size_t y = 0; y < rows; ++y) {
             std::copy_n(&picture.depth[90 * y], 90, &upside_down.depth[90 * (rows - 1 - y)]);
-            std::copy_n(&picture.colour[270 * y], 270, &upside_down.colour[270 * (rows - 1 - y)]);
+            std::copy_n(&picture.color[270 * y], 270, &upside_down.color[270 * (rows - 1 - y)]);
         }
         const Device& device = default_device();
         Camera camera = camera_of(90, picture.height);
         camera.rows = Rows::bottom_up;
         const Image depth = Image::from_host(device, Element::f32, upside_down.depth.data(), {90, picture.height});
-        const Image colour = Image::from_host(device, Element::f32, upside_down.colour.data(), {90, picture.height, 3});
+        const Image color = Image::from_host(device, Element::f32, upside_down.color.data(), {90, picture.height, 3});
         const Aperture triangle{3, 20};
         const auto got =
-            floats(dof({depth, camera}, colour, {.circle = lens, .aperture = triangle, .quality = quality}));
+            floats(dof({depth, camera}, color, {.circle = lens, .aperture = triangle, .quality = quality}));
         const auto expected = blurred(picture, {.aperture = triangle, .quality = quality});
         double worst = 0;
         for (std::size_t y = 0; y < rows; ++y) {
@@ -985,8 +988,8 @@ TEST_CASE("dof: pixels that are not square have circles that are not round", "[d
     Camera camera = camera_of(side, side);
     camera.projection = perspective(1.0, stretch, {0.01, 100});
     const Image depth = Image::from_host(device, Element::f32, point.depth.data(), {side, side});
-    const Image colour = Image::from_host(device, Element::f32, point.colour.data(), {side, side, 3});
-    const auto got = floats(dof({depth, camera}, colour, {.circle = lens}));
+    const Image color = Image::from_host(device, Element::f32, point.color.data(), {side, side, 3});
+    const auto got = floats(dof({depth, camera}, color, {.circle = lens}));
     double across = 0, down = 0;
     for (int y = 0; y < side; ++y) {
         for (int x = 0; x < side; ++x) {
@@ -1010,16 +1013,16 @@ TEST_CASE("dof: the sky is blurred, kept sharp or left out", "[dof]") {
     for (std::size_t i = 0; i < picture.depth.size(); ++i)
         if (i % width >= width / 2)
             picture.depth[i] = inf;
-    const Circle circle{.k = 20, .g = 20 * static_cast<double>(depth_of(0))};
+    const CircleOfConfusion circle{.k = 20, .g = 20 * static_cast<double>(depth_of(0))};
     const auto of = [&](Sky sky) { return blurred(picture, {.circle = circle, .sky = sky}); };
     const auto blurry = of(Sky::blur), sharp = of(Sky::sharp), without = of(Sky::exclude);
-    CHECK(same_bits(sharp, picture.colour));
+    CHECK(same_bits(sharp, picture.color));
     for (int x = 0; x < width; ++x) {
         const auto at = static_cast<std::size_t>(3 * (height / 2 * width + x));
         INFO("column " << x);
         if (x < width / 2) {
-            CHECK(blurry[at] == picture.colour[at]);
-            CHECK(without[at] == picture.colour[at]);
+            CHECK(blurry[at] == picture.color[at]);
+            CHECK(without[at] == picture.color[at]);
         } else {
             CHECK(std::abs(blurry[at] - 0.5f) < 0.1f);
             CHECK(std::isnan(without[at]));

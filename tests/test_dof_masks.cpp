@@ -64,18 +64,18 @@ std::vector<double> focuses(const Subject& subject) {
 }
 
 // A lens whose circle is k pixels wide at infinity (perspective) or at twice the focus.
-Circle lens_of(const Camera& camera, const DepthForm& form, double focus, double k = 20.3) {
+CircleOfConfusion lens_of(const Camera& camera, const DepthForm& form, double focus, double k = 20.3) {
     const bool infinite = std::isinf(focus);
     if (!form.perspective)
         return {k, infinite ? 0 : k / focus, 0, true};
-    const long double eye = static_cast<long double>(rays(camera).eye_depth);
+    const long double eye = static_cast<long double>(camera_rays(camera).eye_depth);
     return {infinite ? 0 : k, infinite ? 1.8 * k : k * focus, eye, false};
 }
 
 // Just above and just below a power of two, where an ulp is largest and smallest against its number.
 constexpr double widths[] = {20.3, 16.001, 31.999, 0.00391, 511.7};
 
-Quad exact_circle(const Circle& circle, Quad z) {
+Quad exact_circle(const CircleOfConfusion& circle, Quad z) {
     if (circle.telecentric)
         return circle.g * z - circle.k;
     return isinfq(z) ? Quad(circle.k) : circle.k - circle.g / (z - Quad(circle.lens_depth));
@@ -100,8 +100,9 @@ double condition_of(Form form, Arithmetic arithmetic) {
     return arithmetic == Arithmetic::fp64 ? sum_condition_fp64 : sum_condition_two_float;
 }
 
-std::string judge(const Subject& subject, const oracle::Truth& truth, const DepthForm& form, const Circle& circle,
-                  Arithmetic arithmetic, double v, double x, double y, float got, Found& error) {
+std::string judge(const Subject& subject, const oracle::Truth& truth, const DepthForm& form,
+                  const CircleOfConfusion& circle, Arithmetic arithmetic, double v, double x, double y, float got,
+                  Found& error) {
     const auto fault = [&](const std::string& what) {
         std::ostringstream message;
         message << std::hexfloat << subject.name << ", v = " << v << std::defaultfloat << " at (" << x << ", " << y
@@ -135,12 +136,11 @@ std::string judge(const Subject& subject, const oracle::Truth& truth, const Dept
         error.worst = off;
         error.where = subject.name;
     }
-    error.share = std::max(error.share, off / (circle_ulp + slack));
-    if (off <= circle_ulp + slack)
+    error.share = std::max(error.share, off / (coc_ulp + slack));
+    if (off <= coc_ulp + slack)
         return {};
     std::ostringstream message;
-    message << "the exact circle is " << oracle::text_of(exact) << ": " << off << " ulp, allowed "
-            << circle_ulp + slack;
+    message << "the exact circle is " << oracle::text_of(exact) << ": " << off << " ulp, allowed " << coc_ulp + slack;
     return fault(message.str());
 }
 
@@ -163,7 +163,7 @@ void check(const std::string& label, const std::vector<Subject>& subjects) {
             for (const oracle::Patch& patch : oracle::default_patches) {
                 const std::vector<double> all = focuses(subject);
                 const double k = widths[(turn / all.size() + turn) % std::size(widths)];
-                const Circle circle = lens_of(subject.camera, form, all[turn++ % all.size()], k);
+                const CircleOfConfusion circle = lens_of(subject.camera, form, all[turn++ % all.size()], k);
                 ++forms[static_cast<std::size_t>(circle_form(form, circle))];
                 std::vector<float> values = oracle::stored_values(subject, truth, patch, random);
                 const Image image = Image::from_host(oracle::device(arithmetic), Element::f32, values.data(),
@@ -212,20 +212,20 @@ TEST_CASE("dof_masks: circles from oblique depth are within their bound", "[dof_
     }
 }
 
-TEST_CASE("dof_masks: circles under parallel rays are within their bound", "[dof_masks][exact]") {
+TEST_CASE("dof_masks: circles under an orthographic projection are within their bound", "[dof_masks][exact]") {
     std::vector<Subject> subjects;
     for (const auto& [name, convention] : conventions)
         for (const DepthOrder order : orders)
             for (const auto& [near, far] : {std::pair{0.1, 1e8}, {1e-6, 1e3}, {-5.0, 20.0}, {1e6, 1e6 + 1}}) {
                 const DepthSpan span{near, far, order};
-                subjects.push_back(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, span, convention),
+                subjects.push_back(oracle::named(oracle::from_orthographic({-5, 7, -4, 3}, span, convention),
                                                  text_of("orthographic", name, span)));
                 if (far < 1e5)
-                    subjects.push_back(oracle::oblique_parallel({0.3, -0.2, -1, -2}, span, name, convention));
+                    subjects.push_back(oracle::oblique_orthographic({0.3, -0.2, -1, -2}, span, name, convention));
             }
     for (const Encoding encoding : encodings)
-        subjects.push_back(encoded(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, {0.1, 1e4}),
-                                                 std::string("orthographic ") + fathom::name(encoding)),
+        subjects.push_back(encoded(oracle::named(oracle::from_orthographic({-5, 7, -4, 3}, {0.1, 1e4}),
+                                                 std::string("orthographic ") + fathom::to_string(encoding)),
                                    encoding, 1));
     check("circles, telecentric", subjects);
 }
@@ -254,7 +254,7 @@ TEST_CASE("dof_masks: circles from every encoding are within their bound", "[dof
     const Eigen::Matrix4d moved = oracle::moved(oracle::perspective_matrix(0.7, 0.5, 0.1, 1e4), {1, 2, 3});
     for (const Encoding encoding : {Encoding::linear, Encoding::ray_distance, Encoding::logarithmic})
         subjects.push_back(encoded(
-            oracle::named(oracle::from_matrix(moved), std::string("eye moved, ") + name(encoding)), encoding, 1));
+            oracle::named(oracle::from_matrix(moved), std::string("eye moved, ") + to_string(encoding)), encoding, 1));
     check("circles, encodings", subjects);
 }
 
@@ -266,12 +266,11 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
         oracle::from_field_of_view(1, 1, {0.1, infinity, DepthOrder::reversed}, Convention::vulkan()), "reversed"));
     subjects.push_back(oracle::named(
         with_oblique_near_plane(oracle::from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}), "oblique"));
-    subjects.push_back(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, {-3, 100}), "orthographic"));
+    subjects.push_back(oracle::named(oracle::from_orthographic({-5, 7, -4, 3}, {-3, 100}), "orthographic"));
     const std::vector<Subject> plain(1, subjects.front());
     for (const Storage storage :
-         {Storage::uint16, Storage::uint24, Storage::uint24_high, Storage::float16, Storage::rgb8_low_first}) {
-        const bool same_codes =
-            storage == Storage::uint24_high || storage == Storage::rgb8_low_first; // as uint24 holds
+         {Storage::uint16, Storage::uint24, Storage::uint24_high, Storage::float16, Storage::rgb8_red_low}) {
+        const bool same_codes = storage == Storage::uint24_high || storage == Storage::rgb8_red_low; // as uint24 holds
         for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
             if (arithmetic == Arithmetic::two_float && storage != Storage::uint24)
                 continue; // the numbers that the codes are do not depend on it
@@ -293,7 +292,7 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
                 std::vector<double> values;
                 for (const std::uint32_t code : codes) {
                     const std::uint32_t bits = storage == Storage::uint24_high ? code << 8 : code;
-                    for (int i = 0; i < (is_short ? 2 : storage == Storage::rgb8_low_first ? 3 : 4); ++i)
+                    for (int i = 0; i < (is_short ? 2 : storage == Storage::rgb8_red_low ? 3 : 4); ++i)
                         bytes.push_back(static_cast<unsigned char>(bits >> (8 * i)));
                     values.push_back(is_half ? oracle::half_value(static_cast<std::uint16_t>(code))
                                              : static_cast<double>(code));
@@ -303,7 +302,7 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
                 const oracle::Truth truth(subject, storage);
                 const DepthForm form = depth_form(subject.camera, storage);
                 const std::vector<double> all = focuses(subject);
-                const Circle circle = lens_of(subject.camera, form, all[turn++ % all.size()]);
+                const CircleOfConfusion circle = lens_of(subject.camera, form, all[turn++ % all.size()]);
                 const Image image = Image::from_host(oracle::device(arithmetic), element_of(storage), bytes.data(),
                                                      {side, side, channels_of(storage)});
                 const std::vector<float> got = circles({image, subject.camera, storage, 77, 99}, {.circle = circle});
@@ -314,7 +313,7 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
                                          99.5 + static_cast<double>(i / static_cast<std::size_t>(side)), got[i],
                                          error));
             }
-            error.print(std::string("circles, ") + name(storage) + ", " + oracle::name(arithmetic));
+            error.print(std::string("circles, ") + to_string(storage) + ", " + oracle::name(arithmetic));
             CHECK(error.checked > 10000);
             CHECK(faults.text() == "");
         }
@@ -362,7 +361,7 @@ std::string message_of(const DofMasksOptions& options, const Camera& camera) {
 } // namespace
 
 TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[dof_masks]") {
-    const Circle circle{20.3, 137, 0, false};
+    const CircleOfConfusion circle{20.3, 137, 0, false};
     for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
         std::vector<Subject> subjects;
         for (const Encoding encoding : encodings)
@@ -378,7 +377,7 @@ TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[do
             const Planes blur = download(dof_masks(stored, {.circle = circle}));
             const Planes sharp = download(dof_masks(stored, {.circle = circle, .sky = Sky::sharp}));
             const Planes none = download(dof_masks(stored, {.circle = circle, .sky = Sky::exclude}));
-            const Planes clamped = download(dof_masks(stored, {.circle = circle, .largest_px = 8}));
+            const Planes clamped = download(dof_masks(stored, {.circle = circle, .max_coc_px = 8}));
             for (std::size_t i = 0; i < values.size(); ++i) {
                 REQUIRE(blur.circle[i] == 20.3f);
                 REQUIRE((blur.near[i] == 0 && blur.focus[i] == 0 && blur.far[i] == 1));
@@ -388,22 +387,22 @@ TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[do
             }
         }
     }
-    Camera parallel;
-    parallel.projection = orthographic({-1, 1, -1, 1}, {0, 10});
-    parallel.width = 3;
-    parallel.height = 1;
+    Camera is_orthographic;
+    is_orthographic.projection = orthographic({-1, 1, -1, 1}, {0, 10});
+    is_orthographic.width = 3;
+    is_orthographic.height = 1;
     std::vector<float> values{1, 0.5f, 0};
-    const Circle telecentric{.k = 20, .g = 10, .telecentric = true};
-    const Planes endless = masks_of(values, parallel, {.circle = telecentric});
-    CHECK(endless.circle == std::vector<float>{HUGE_VALF, 30, -20});
-    CHECK(endless.far == std::vector<float>{1, 1, 0});
-    CHECK(masks_of(values, parallel, {.circle = telecentric, .largest_px = 25}).circle ==
+    const CircleOfConfusion telecentric{.k = 20, .g = 10, .telecentric = true};
+    const Planes infinite = masks_of(values, is_orthographic, {.circle = telecentric});
+    CHECK(infinite.circle == std::vector<float>{HUGE_VALF, 30, -20});
+    CHECK(infinite.far == std::vector<float>{1, 1, 0});
+    CHECK(masks_of(values, is_orthographic, {.circle = telecentric, .max_coc_px = 25}).circle ==
           std::vector<float>{25, 25, -20});
 }
 
 TEST_CASE("dof_masks: what is no surface has no circle and no weight, and nothing spreads from it", "[dof_masks]") {
     Camera camera = window_camera(7, 1);
-    const Circle circle{20, 100, 0, false};
+    const CircleOfConfusion circle{20, 100, 0, false};
     std::vector<float> values{0.5f, nan_f, 1.5f, 0.5f, -0.1f, HUGE_VALF, 0.5f};
     const Planes window = masks_of(values, camera, {.circle = circle});
     camera.encoding = Encoding::view_z;
@@ -418,7 +417,7 @@ TEST_CASE("dof_masks: what is no surface has no circle and no weight, and nothin
     CHECK(metric.circle[0] == 0);
     CHECK(metric.circle[5] == -HUGE_VALF);
     CHECK(metric.circle[6] == 20);
-    CHECK(masks_of(depths, camera, {.circle = circle, .largest_px = 64}).circle[5] == -64);
+    CHECK(masks_of(depths, camera, {.circle = circle, .max_coc_px = 64}).circle[5] == -64);
     for (const Encoding encoding :
          {Encoding::view_z, Encoding::ray_distance}) { // infinitely far without being the background
         camera.encoding = encoding;
@@ -432,7 +431,7 @@ TEST_CASE("dof_masks: what is no surface has no circle and no weight, and nothin
 TEST_CASE("dof_masks: weights are the ramp of the circle and sum to exactly one", "[dof_masks]") {
     Camera camera = window_camera(4099, 3);
     camera.encoding = Encoding::view_z;
-    const Circle circle{20, 140, 0, false};
+    const CircleOfConfusion circle{20, 140, 0, false};
     std::mt19937 random(3);
     std::uniform_real_distribution<float> where(-3, 3);
     std::vector<float> depths(4099 * 3);
@@ -503,7 +502,7 @@ TEST_CASE("dof_masks: one scene through other cameras has one map", "[dof_masks]
         camera.projection = other.projection;
         camera.width = other.width;
         camera.height = other.height;
-        const Circle circle = circle_of_confusion(lens, camera);
+        const CircleOfConfusion circle = circle_of_confusion(lens, camera);
         if (first_k == 0)
             first_k = static_cast<double>(circle.k);
         INFO(other.name);
@@ -521,10 +520,10 @@ TEST_CASE("dof_masks: one scene through other cameras has one map", "[dof_masks]
         for (std::size_t i = 0; i < got.size(); ++i) {
             const double x = static_cast<double>(i % static_cast<std::size_t>(other.width)) + 0.5,
                          y = static_cast<double>(i / static_cast<std::size_t>(other.width)) + 0.5, z = depths[i];
-            const auto exact = static_cast<double>(circle_at(circle, z)), k = static_cast<double>(circle.k);
+            const auto exact = static_cast<double>(coc_at(circle, z)), k = static_cast<double>(circle.k);
             const double stored = depth_error_bound(camera, DepthBits::d32f, x, y, z);
             const double bound = 1.001 * static_cast<double>(circle.g) * stored / (z * z) +
-                                 circle_ulp * oracle::quick_ulp(std::max(std::abs(exact), k));
+                                 coc_ulp * oracle::quick_ulp(std::max(std::abs(exact), k));
             const double off = std::abs(static_cast<double>(got[i]) - exact);
             worst = std::max(worst, off / bound);
             worst_px = std::max(worst_px, off);
@@ -549,7 +548,8 @@ TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thous
         camera.width = width;
         camera.height = height;
         const double a = 0.16 / width, b = 0.05 / height, one = 0.03, focus = 8.3; // 1/z = a x + b y + one
-        const Circle circle = circle_of_confusion({.f_number = 1.4, .focus = focus, .sensor_width_mm = 36}, camera);
+        const CircleOfConfusion circle =
+            circle_of_confusion({.f_number = 1.4, .focus = focus, .sensor_width_mm = 36}, camera);
         std::vector<float> values;
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
@@ -580,7 +580,7 @@ TEST_CASE("dof_masks: same bits for every lane count, group size and region, of 
     std::vector<Subject> subjects{
         oracle::from_field_of_view(1.1, 1.5, {0.1, 1e6}),
         with_oblique_near_plane(oracle::from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}),
-        oracle::from_parallel({-5, 7, -4, 3}, {-3, 100}),
+        oracle::from_orthographic({-5, 7, -4, 3}, {-3, 100}),
         encoded(Encoding::median),
         encoded(Encoding::logarithmic),
         encoded(Encoding::ray_distance)};
@@ -599,21 +599,21 @@ TEST_CASE("dof_masks: same bits for every lane count, group size and region, of 
                 if (arithmetic == Arithmetic::two_float && circle_form(form, options.circle) == CircleForm::recentred)
                     continue; // in floats either way
                 Planes first;
-                for (const auto& [lanes, group] : {std::pair{16, 64}, {8, 7}, {4, 64}, {1, 64}, {1, 1}}) {
+                for (const auto& [vector_width, group] : {std::pair{16, 64}, {8, 7}, {4, 64}, {1, 64}, {1, 1}}) {
                     const bool every_choice = width == 67 && circle_form(form, options.circle) <= CircleForm::sum;
-                    if (!every_choice && (group != 64 || lanes == 8 || lanes == 4))
+                    if (!every_choice && (group != 64 || vector_width == 8 || vector_width == 4))
                         continue; // each is another build of the kernel
                     static std::map<std::tuple<Arithmetic, int, int>, Device> devices;
-                    const auto [place, is_new] = devices.try_emplace({arithmetic, lanes, group});
+                    const auto [place, is_new] = devices.try_emplace({arithmetic, vector_width, group});
                     if (is_new)
-                        place->second = Device::open("cpu", {arithmetic, lanes, group});
+                        place->second = Device::open("cpu", {arithmetic, vector_width, group});
                     const Device& device = place->second;
                     const StoredDepth stored{Image::from_host(device, Element::f32, values.data(), {width, height}),
                                              subject.camera};
                     const Planes got = download(dof_masks(stored, options));
                     if (first.circle.empty())
                         first = got;
-                    INFO(subject.name << ", " << width << " x " << height << ", lanes " << lanes);
+                    INFO(subject.name << ", " << width << " x " << height << ", vector width " << vector_width);
                     const std::size_t bytes = 4 * values.size();
                     REQUIRE(std::memcmp(got.circle.data(), first.circle.data(), bytes) == 0);
                     REQUIRE(std::memcmp(got.near.data(), first.near.data(), bytes) == 0);
@@ -658,21 +658,22 @@ TEST_CASE("dof_masks: large results, which are written past the cache, have the 
 
 TEST_CASE("dof_masks: bad options are refused in one line", "[dof_masks]") {
     const Camera camera = window_camera(4, 3);
-    const Circle circle{20, 140, 0, false};
+    const CircleOfConfusion circle{20, 140, 0, false};
     CHECK(message_of({.circle = circle}, camera) == "accepted");
     CHECK(message_of({.circle = circle, .sharp_px = -1}, camera) == "sharp_px = -1 must be 0 or greater");
     CHECK(message_of({.circle = circle, .sharp_px = infinity}, camera) == "sharp_px = inf must be 0 or greater");
     CHECK(message_of({.circle = circle, .transition_px = NAN}, camera) == "transition_px = nan must be 0 or greater");
-    CHECK(message_of({.circle = circle, .largest_px = 0}, camera) == "largest_px = 0 must be greater than 0");
-    CHECK(message_of({.circle = circle, .largest_px = NAN}, camera) == "largest_px = nan must be greater than 0");
+    CHECK(message_of({.circle = circle, .max_coc_px = 0}, camera) == "max_coc_px = 0 must be greater than 0");
+    CHECK(message_of({.circle = circle, .max_coc_px = NAN}, camera) == "max_coc_px = nan must be greater than 0");
     CHECK(message_of({.circle = {-1, 1, 0, false}}, camera) == "the circle's k = -1 must be 0 or greater");
     CHECK(message_of({.circle = {1, infinity, 0, false}}, camera) == "the circle's g = inf must be 0 or greater");
     CHECK(message_of({.circle = {1, 1, NAN, false}}, camera) == "the circle's lens_depth = nan must be finite");
     CHECK(message_of({.circle = {1, 1, 0, true}}, camera) ==
           "a telecentric circle does not belong to a perspective camera");
-    Camera parallel = camera;
-    parallel.projection = orthographic({-1, 1, -1, 1}, {0, 10});
-    CHECK(message_of({.circle = circle}, parallel) == "a camera of parallel rays needs a telecentric circle");
+    Camera is_orthographic = camera;
+    is_orthographic.projection = orthographic({-1, 1, -1, 1}, {0, 10});
+    CHECK(message_of({.circle = circle}, is_orthographic) ==
+          "a camera of an orthographic camera needs a telecentric circle");
     Camera larger = camera;
     larger.width = 3; // than the image says
     std::vector<float> values(12, 0.5f);

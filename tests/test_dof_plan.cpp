@@ -1,8 +1,8 @@
-// What dof decides before it starts: slices, apertures as spans, and which tiles each slice reaches. No device.
+// What dof decides before it starts: layers, apertures as spans, and which tiles each layer reaches. No device.
 
 #include "catch.hpp"
 
-#include "operations/dof_slices.hpp"
+#include "operations/dof_layers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -39,9 +39,9 @@ double area(const Aperture& aperture, double radius) {
 
 } // namespace
 
-TEST_CASE("dof plan: slices are even within an octave, and the middle one is what is in focus") {
+TEST_CASE("dof plan: layers are even within an octave, and the middle one is what is in focus") {
     for (const int per_octave : {3, 8}) {
-        const SliceScale scale = slice_scale(per_octave, 512);
+        const LayerScale scale = layer_scale(per_octave, 512);
         CHECK(scale.count() < 159); // the last bit of a tile is taken
         CHECK(scale.circle(scale.middle) == 1);
         CHECK(scale.circle(scale.middle + per_octave) == 2);
@@ -93,13 +93,13 @@ TEST_CASE("dof plan: spans add up to the aperture, which is upside down before t
     std::printf("dof, apertures as spans: area off by at most %.4f\n", worst);
 }
 
-// A tile of a pass's list: its place, which of the pass's slices reach it, and which of these follow one that does, a bit each.
+// A tile of a pass's list: its place, which of the pass's layers reach it, and which of these follow one that does, a bit each.
 struct Entry {
     int x, y;
     params::u32 reach, follow;
 };
 
-std::vector<Entry> entries(const SlicePlan& plan, const SlicePass& pass) {
+std::vector<Entry> entries(const LayerPlan& plan, const LayerPass& pass) {
     std::vector<Entry> found;
     const std::size_t words = pass.direct ? 3 : 1;
     for (std::size_t i = 0; i < pass.gather.tiles; ++i) {
@@ -110,25 +110,25 @@ std::vector<Entry> entries(const SlicePlan& plan, const SlicePass& pass) {
     return found;
 }
 
-void put(std::vector<TileBits>& tiles, std::size_t tile, int slice) {
-    tiles[tile][static_cast<std::size_t>(slice / 32)] |= 1u << (slice % 32);
+void put(std::vector<TileBits>& tiles, std::size_t tile, int layer) {
+    tiles[tile][static_cast<std::size_t>(layer / 32)] |= 1u << (layer % 32);
 }
 
-TEST_CASE("dof plan: every tile that a slice reaches is worked on, and no other") {
+TEST_CASE("dof plan: every tile that a layer reaches is worked on, and no other") {
     constexpr int across = 7, down = 21;
-    const SliceScale scale = slice_scale(8, 512);
-    for (const auto& [slice, columns, rows] : {std::tuple{scale.middle, 0, 0},
+    const LayerScale scale = layer_scale(8, 512);
+    for (const auto& [layer, columns, rows] : {std::tuple{scale.middle, 0, 0},
                                                {scale.middle + 8, 1, 1},
                                                {scale.middle - 8 * 5, 1, 2},    // 16 pixels up and down
                                                {scale.middle + 8 * 7, 1, 8}}) { // 64
         std::vector<TileBits> tiles(across * down);
-        put(tiles, 10 * across + 3, slice);
-        const SlicePlan plan = slice_plan(tiles, across, {.aperture = {}, .scale = scale});
+        put(tiles, 10 * across + 3, layer);
+        const LayerPlan plan = layer_plan(tiles, across, {.aperture = {}, .scale = scale});
         REQUIRE(plan.passes.size() == 1);
-        const SlicePass& pass = plan.passes.front();
-        CHECK(pass.fill == (slice < scale.middle));
+        const LayerPass& pass = plan.passes.front();
+        CHECK(pass.fill == (layer < scale.middle));
         CHECK(!pass.bright);
-        CHECK(pass.direct == (std::abs(scale.circle(slice)) < 5));
+        CHECK(pass.direct == (std::abs(scale.circle(layer)) < 5));
         std::set<std::pair<int, int>> found;
         for (const Entry& entry : entries(plan, pass)) {
             CHECK(entry.reach == 1);
@@ -142,24 +142,24 @@ TEST_CASE("dof plan: every tile that a slice reaches is worked on, and no other"
     }
 }
 
-TEST_CASE("dof plan: a slice knows where the one just before it was") {
-    const SliceScale scale = slice_scale(8, 512);
+TEST_CASE("dof plan: a layer knows where the one just before it was") {
+    const LayerScale scale = layer_scale(8, 512);
     std::vector<TileBits> tiles(7 * 9);
     const int first = scale.middle + 20;
-    for (const int slice : {first, first + 1, first + 3})
-        put(tiles, 0, slice);
-    const SlicePlan plan = slice_plan(tiles, 7, {.aperture = {}, .scale = scale});
+    for (const int layer : {first, first + 1, first + 3})
+        put(tiles, 0, layer);
+    const LayerPlan plan = layer_plan(tiles, 7, {.aperture = {}, .scale = scale});
     REQUIRE(plan.passes.size() == 3);
     const auto follow = [&](std::size_t pass) { return entries(plan, plan.passes[pass]).front().follow; };
     CHECK(follow(0) == 0);
     CHECK(follow(1) == 1);
     CHECK(follow(2) == 0);
 
-    // The same of slices that are read directly, which share a launch, and of the first one with strips.
+    // The same of layers that are read directly, which share a launch, and of the first one with strips.
     std::vector<TileBits> small(7 * 9);
     for (const int away : {1, 2, 4, 18, 19})
         put(small, 0, scale.middle + away);
-    const SlicePlan direct = slice_plan(small, 7, {.aperture = {}, .scale = scale});
+    const LayerPlan direct = layer_plan(small, 7, {.aperture = {}, .scale = scale});
     REQUIRE(direct.passes.size() == 2);
     const Entry group = entries(direct, direct.passes[0]).front();
     CHECK(group.reach == (1u | 1u << 1 | 1u << 3 | 1u << 17));
@@ -171,13 +171,13 @@ TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is 
     const std::vector<TileBits> none(9 * 9);
     for (const auto& [name, quality, per_octave] :
          {std::tuple{"standard", BlurQuality::standard, 8}, {"fast", BlurQuality::fast, 3}}) {
-        const SliceScale scale = slice_scale(per_octave, 512);
+        const LayerScale scale = layer_scale(per_octave, 512);
         // Spans of a pixel, and columns summed for each of a tile's.
-        const auto cost = [&, quality = quality](int slice) {
+        const auto cost = [&, quality = quality](int layer) {
             std::vector<TileBits> tiles = none;
-            tiles[40][static_cast<std::size_t>(slice / 32)] |= 1u << (slice % 32);
-            const SlicePlan plan = slice_plan(tiles, 9, {.aperture = {}, .scale = scale, .quality = quality});
-            const params::slice_params& pass = plan.passes.front().gather;
+            tiles[40][static_cast<std::size_t>(layer / 32)] |= 1u << (layer % 32);
+            const LayerPlan plan = layer_plan(tiles, 9, {.aperture = {}, .scale = scale, .quality = quality});
+            const params::layer_params& pass = plan.passes.front().gather;
             return std::pair{static_cast<double>(plan.spans.size()) / pass.pitch, 1 + 2.0 * pass.pad / tile_columns};
         };
         CHECK(cost(scale.middle).first == 1);

@@ -33,9 +33,10 @@ std::vector<Subject> cameras() {
         oracle::named(oracle::from_edges({-0.01, 0.2, 0.3, 0.5}, far_away), "off-centre, far/near 1e9"),
         oracle::named(oracle::from_field_of_view(1.1, 1.5, reversed, Convention::direct3d()), "reversed infinite"),
         oracle::named(with_oblique_near_plane(room, {0.3, 0.2, -1, -0.2}), "oblique"),
-        oracle::named(oracle::from_parallel({-5, 7, -4, 3}, {-3, 1e3}, Convention::vulkan()), "orthographic"),
-        oracle::named(with_oblique_near_plane(oracle::from_parallel({-5, 7, -4, 3}, {-3, 100}), {0.3, -0.2, -1, -2}),
-                      "oblique orthographic"),
+        oracle::named(oracle::from_orthographic({-5, 7, -4, 3}, {-3, 1e3}, Convention::vulkan()), "orthographic"),
+        oracle::named(
+            with_oblique_near_plane(oracle::from_orthographic({-5, 7, -4, 3}, {-3, 100}), {0.3, -0.2, -1, -2}),
+            "oblique orthographic"),
         oracle::named(oracle::from_matrix(oracle::tilted(oracle::perspective_matrix(0.7, 0.5, 0.1, 100), 0.2, -0.1)),
                       "tilted"),
         oracle::named(median, "median"),
@@ -113,7 +114,7 @@ void every_code(const Subject& subject, Storage storage, int width) {
     for (std::thread& thread : threads)
         thread.join();
     for (std::size_t i = 0; i < 2; ++i) {
-        outcomes[i].worst.print(subject.name + ", " + name(storage) + ", " + oracle::name(arithmetics[i]));
+        outcomes[i].worst.print(subject.name + ", " + to_string(storage) + ", " + oracle::name(arithmetics[i]));
         CHECK(outcomes[i].faults.text() == "");
         CHECK(static_cast<std::size_t>(outcomes[i].worst.checked) > count / 3);
     }

@@ -57,7 +57,8 @@ TEST_CASE("form: every kind of camera gets the simplest exact one", "[form]") {
     const char* reciprocal = "1/z is affine in the stored value";
     const char* oblique = "a tilted near plane: 1/z is affine in the stored value and the pixel";
     const char* affine = "z is affine in the stored value";
-    const char* oblique_affine = "parallel rays and a tilted near plane: z is affine in the stored value and the pixel";
+    const char* oblique_affine =
+        "orthographic rays and a tilted near plane: z is affine in the stored value and the pixel";
     const char* rational = "the projection's fourth row depends on x and y: z is a quotient of two affine functions";
     const DepthOrder reversed = DepthOrder::reversed;
     const auto d3d = Convention::direct3d(), vulkan = Convention::vulkan();
@@ -92,8 +93,9 @@ TEST_CASE("form: every kind of camera gets the simplest exact one", "[form]") {
             const Projection p = rounded ? in_floats(expected.projection) : expected.projection;
             for (const Storage storage : {Storage::float32, Storage::uint16, Storage::uint24}) {
                 const DepthForm form = depth_form(camera_of(p, 1920, 1080), storage);
-                INFO(expected.kind << (rounded ? " in floats" : "") << ", " << name(storage) << ": " << form.reason);
-                REQUIRE(name(form.form) == std::string(name(expected.form)));
+                INFO(expected.kind << (rounded ? " in floats" : "") << ", " << to_string(storage) << ": "
+                                   << form.reason);
+                REQUIRE(to_string(form.form) == std::string(to_string(expected.form)));
                 REQUIRE(form.reason == expected.reason);
             }
         }
@@ -132,7 +134,7 @@ TEST_CASE("form: matrices that a real program wrote in floats", "[form]") {
         const Projection p = from_matrix(seen.matrix, seen.convention);
         INFO(seen.matrix);
         REQUIRE(p.order == seen.order);
-        REQUIRE(name(depth_form(camera_of(p, 161, 121)).form) == std::string(name(seen.form)));
+        REQUIRE(to_string(depth_form(camera_of(p, 161, 121)).form) == std::string(to_string(seen.form)));
     }
 }
 
@@ -152,8 +154,8 @@ TEST_CASE("form: rounding a matrix never costs the simple form", "[form]") {
         INFO(p.matrix);
         const int width = 1 << (i % 15);
         REQUIRE(depth_form(camera_of(p, width, 16384)).form == Form::reciprocal);
-        REQUIRE(rays(camera_of(p, width, 16384)).parallel_depth);
-        REQUIRE(rays(camera_of(p, width, 16384)).origin.isZero(0));
+        REQUIRE(camera_rays(camera_of(p, width, 16384)).w_is_depth);
+        REQUIRE(camera_rays(camera_of(p, width, 16384)).origin.isZero(0));
         const double slant = near * random(1.5, 20);
         const Eigen::Vector4d plane(random(-0.2, 0.2), random(0.05, 0.2), -1, -slant);
         if (slant * 2 < far) {
@@ -172,8 +174,8 @@ TEST_CASE("form: encodings", "[form]") {
         {Encoding::inverse, Form::reciprocal},
     };
     for (const auto& [encoding, form] : expected) {
-        INFO(name(encoding));
-        REQUIRE(name(depth_form(encoded(encoding)).form) == std::string(name(form)));
+        INFO(to_string(encoding));
+        REQUIRE(to_string(depth_form(encoded(encoding)).form) == std::string(to_string(form)));
     }
     REQUIRE(contains(depth_form(encoded(Encoding::pseudo_linear)).reason, "at vertices only"));
 
@@ -236,7 +238,8 @@ TEST_CASE("form: stored_depth is the inverse of view_depth", "[form]") {
                     const Real step =
                         std::abs(view_depth(camera, storage, x, 90.5, std::nextafter(stored, 1e9)) - back);
                     const Real error = std::abs(back - z);
-                    INFO(name(camera.encoding) << ", " << name(form.form) << ", " << name(storage) << ", z " << z);
+                    INFO(to_string(camera.encoding)
+                         << ", " << to_string(form.form) << ", " << to_string(storage) << ", z " << z);
                     REQUIRE(error <= step + z * inverse_tolerance);
                     worst = std::max(worst, error / (step + z * inverse_tolerance));
                 }
@@ -287,7 +290,7 @@ TEST_CASE("form: what counts as background and as a surface", "[form]") {
     told.background = 1e10;
     REQUIRE(contains(refusal([&] { depth_form(told, Storage::float16); }), "is not a float16 value"));
 
-    // A surface lies in front of the eye, wherever that is; parallel rays have none.
+    // A surface lies in front of the eye, wherever that is; orthographic rays have none.
     REQUIRE(depth_form(camera_of(standard)).least_depth == 0);
     REQUIRE(depth_form(camera_of(orthographic(edges, {-5, 5}))).least_depth == -infinity);
     Projection moved = standard;

@@ -67,7 +67,7 @@ TEST_CASE("camera file: every key arrives", "[io]") {
     CHECK(c.depth_range == std::array{1.0, 0.0});
     CHECK(c.encoding == Encoding::logarithmic);
     CHECK((c.near == 0.25 && c.far == 50 && c.median == 3 && c.log_c == 2 && c.scale == 0.001));
-    CHECK(file.packing == Storage::rgb8_high_first);
+    CHECK(file.packing == Storage::rgb8_red_high);
     CHECK(c.depth_bits == 24);
     CHECK(c.background == 7);
     REQUIRE(c.view);

@@ -188,8 +188,8 @@ TEST_CASE("exr: a channel asked for is taken, whatever it is called", "[io]") {
 
 TEST_CASE("exr: without a channel that is named like depth, all are listed", "[io]") {
     const TempFolder folder;
-    const auto colour = write(folder / "colour.exr", {.channels = {"R", "G", "B"}});
-    check_says(refusal([&] { read_depth(colour); }), {"no channel that is named like depth", "B, G, R"});
+    const auto color = write(folder / "colour.exr", {.channels = {"R", "G", "B"}});
+    check_says(refusal([&] { read_depth(color); }), {"no channel that is named like depth", "B, G, R"});
     const auto position = write(folder / "position.exr", {.channels = {"X", "Y", "Z"}});
     check_says(refusal([&] { read_depth(position); }), {"X, Y, Z"});
 }
@@ -313,10 +313,10 @@ TEST_CASE("exr: real files", "[io]") {
     const auto blender = read_depth(data / "blender/perspective/sharp.exr");
     CHECK(blender.channel == "ViewLayer.Depth.Z");
 
-    const auto ball = read_depth(data / "openexr/beachball-singlepart.exr");
-    CHECK(ball.values.size() == cv::Size(2048, 1556));
-    CHECK(std::isnan(value(ball.values, 653, 400)));
-    CHECK(std::isnan(value(ball.values, 1565, 400)));
-    CHECK(std::isnan(value(ball.values, 1000, 244)));
-    CHECK_FALSE(std::isnan(value(ball.values, 1000, 600)));
+    const auto sphere = read_depth(data / "openexr/beachball-singlepart.exr");
+    CHECK(sphere.values.size() == cv::Size(2048, 1556));
+    CHECK(std::isnan(value(sphere.values, 653, 400)));
+    CHECK(std::isnan(value(sphere.values, 1565, 400)));
+    CHECK(std::isnan(value(sphere.values, 1000, 244)));
+    CHECK_FALSE(std::isnan(value(sphere.values, 1000, 600)));
 }

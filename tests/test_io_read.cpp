@@ -80,7 +80,7 @@ TEST_CASE("read: codes that do not count to 65535 are refused", "[io]") {
                {"a.tif: ", "samples of 12 bits"});
 }
 
-TEST_CASE("read: the content decides, not the ending", "[io]") {
+TEST_CASE("read: the content decides, not the extension", "[io]") {
     const TempFolder folder;
     cv::Mat codes(7, 5, CV_16UC1, cv::Scalar(7));
     fs::rename(encoded(folder / "a.png", codes), folder / "a.exr");
@@ -143,7 +143,7 @@ TEST_CASE("read: 24 bits packed in R, G, B need the packing, and come back as R,
     for (const auto& image : {bgr, bgra}) {
         for (const std::string name : {"a.png", "a.tif"}) {
             const auto file = encoded(folder / name, image);
-            for (const auto packing : {Storage::rgb8_low_first, Storage::rgb8_high_first}) {
+            for (const auto packing : {Storage::rgb8_red_low, Storage::rgb8_red_high}) {
                 const auto depth = read_depth(file, {.packing = packing});
                 CHECK(depth.storage == packing);
                 CHECK(same(depth.values, rgb));
@@ -165,9 +165,9 @@ TEST_CASE("read: images that hold no depth are refused with what would", "[io]")
     check_says(refused("a.pgm", cv::Mat(3, 4, CV_8UC1, cv::Scalar(9))), {"unsigned 8-bit"});
     check_says(refused("a.tif", cv::Mat(3, 4, CV_64FC1, cv::Scalar(9))), {"64-bit float"});
     check_says(refused("a.png", cv::Mat(3, 4, CV_16UC1, cv::Scalar(9)), {.channel = "Z"}), {"no channel \"Z\""});
-    for (const auto packing : {Storage::uint24, Storage::uint24_high, Storage::rgb8_low_first})
+    for (const auto packing : {Storage::uint24, Storage::uint24_high, Storage::rgb8_red_low})
         check_says(refused("a.png", cv::Mat(3, 4, CV_16UC1, cv::Scalar(9)), {.packing = packing}),
-                   {"the packing \"" + std::string(name(packing)) + "\" needs", "camera file"});
+                   {"the packing \"" + std::string(to_string(packing)) + "\" needs", "camera file"});
     write_image(folder / "colour.pfm", cv::Mat(3, 4, CV_32FC3, cv::Scalar(1)));
     check_says(refusal([&] { read_depth(folder / "colour.pfm"); }), {"32-bit float with 3 channels"});
 }

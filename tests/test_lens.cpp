@@ -23,7 +23,7 @@ Camera perspective_camera(int width = 480, int height = 270, double slope_x = 0.
     return camera;
 }
 
-Camera parallel_camera(double width_units = 12) {
+Camera orthographic_camera(double width_units = 12) {
     Camera camera;
     camera.projection = orthographic({0, width_units, -2, 7}, {-5, 100});
     camera.width = 480;
@@ -31,8 +31,8 @@ Camera parallel_camera(double width_units = 12) {
     return camera;
 }
 
-double at(const Circle& circle, double z) {
-    return static_cast<double>(circle_at(circle, z));
+double at(const CircleOfConfusion& circle, double z) {
+    return static_cast<double>(coc_at(circle, z));
 }
 
 bool same(double a, double b, double relative = rounding) {
@@ -54,12 +54,12 @@ TEST_CASE("lens: circles are those of rays traced through a thin lens", "[lens]"
             for (const double unit : {1000.0, 25.4}) {
                 if (focus * unit <= focal_mm)
                     continue;
-                const Circle circle = circle_of_confusion({.f_number = 1.8,
-                                                           .focus = focus,
-                                                           .focal_length_mm = focal_mm,
-                                                           .sensor_width_mm = 36,
-                                                           .mm_per_unit = unit},
-                                                          camera);
+                const CircleOfConfusion circle = circle_of_confusion({.f_number = 1.8,
+                                                                      .focus = focus,
+                                                                      .focal_length_mm = focal_mm,
+                                                                      .sensor_width_mm = 36,
+                                                                      .mm_per_unit = unit},
+                                                                     camera);
                 for (const double z : {0.5, 0.9, 3.0, 7.0, 44.0, 1e4}) {
                     if (z * unit <= focal_mm)
                         continue;
@@ -78,15 +78,15 @@ TEST_CASE("lens: what is not given comes from the projection", "[lens]") {
     const double focus = 7, aperture = 0.036 / 2;
     for (const Lens& lens : {Lens{.f_number = 2, .focus = focus, .sensor_width_mm = 36},
                              Lens{.f_number = 2, .focus = focus, .focal_length_mm = 36}}) {
-        const Circle circle = circle_of_confusion(lens, camera);
+        const CircleOfConfusion circle = circle_of_confusion(lens, camera);
         CHECK(same(static_cast<double>(circle.k), aperture * 480 / focus));
         CHECK(same(at(circle, 3), aperture * (480 / focus) * (1 - focus / 3)));
         CHECK(!circle.telecentric);
     }
     // Both given: they count, whatever the projection says.
     const Lens both{.f_number = 2, .focus = focus, .focal_length_mm = 85, .sensor_width_mm = 24};
-    const Circle wide = circle_of_confusion(both, perspective_camera(480, 270, 0.9)),
-                 narrow = circle_of_confusion(both, camera);
+    const CircleOfConfusion wide = circle_of_confusion(both, perspective_camera(480, 270, 0.9)),
+                            narrow = circle_of_confusion(both, camera);
     CHECK(wide.k == narrow.k);
     CHECK(same(static_cast<double>(wide.k), 42.5 * 85 / (7000 - 85) * 480 / 24));
 }
@@ -101,9 +101,9 @@ TEST_CASE("lens: pixel scales are the projection's, off-centre, cropped and tilt
     CHECK(same(static_cast<double>(pixel_scale(camera).y), 487));
     camera.projection = with_oblique_near_plane(camera.projection, {0.1, 0.2, 1, -0.5});
     CHECK(same(static_cast<double>(pixel_scale(camera).x), 612, 1e-12));
-    const PixelScale parallel = pixel_scale(parallel_camera());
-    CHECK(same(static_cast<double>(parallel.x), 40));
-    CHECK(same(static_cast<double>(parallel.y), 30));
+    const PixelScale is_orthographic = pixel_scale(orthographic_camera());
+    CHECK(same(static_cast<double>(is_orthographic.x), 40));
+    CHECK(same(static_cast<double>(is_orthographic.y), 30));
     // A tilted image plane: how far the slope x/z moves from pixel to pixel at the middle.
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Zero();
     matrix(0, 0) = 2;
@@ -123,35 +123,36 @@ TEST_CASE("lens: a focus at infinity keeps the circles finite", "[lens]") {
                              Lens{.f_number = 2, .focus = infinity, .sensor_width_mm = 36}}) {
         Lens far = lens;
         far.focus = 1e9;
-        const Circle endless = circle_of_confusion(lens, camera), almost = circle_of_confusion(far, camera);
-        CHECK(endless.k == 0);
-        CHECK(same(static_cast<double>(endless.g), static_cast<double>(almost.g), 1e-9));
-        CHECK(at(endless, infinity) == 0);
-        CHECK(at(endless, 10) < 0);
+        const CircleOfConfusion infinite = circle_of_confusion(lens, camera), almost = circle_of_confusion(far, camera);
+        CHECK(infinite.k == 0);
+        CHECK(same(static_cast<double>(infinite.g), static_cast<double>(almost.g), 1e-9));
+        CHECK(at(infinite, infinity) == 0);
+        CHECK(at(infinite, 10) < 0);
     }
-    const Circle parallel =
-        circle_of_confusion({.f_number = 2, .focus = infinity, .focal_length_mm = 50}, parallel_camera());
-    CHECK(at(parallel, 1) == at(parallel, 90));
-    CHECK(at(parallel, infinity) == at(parallel, 90));
+    const CircleOfConfusion is_orthographic =
+        circle_of_confusion({.f_number = 2, .focus = infinity, .focal_length_mm = 50}, orthographic_camera());
+    CHECK(at(is_orthographic, 1) == at(is_orthographic, 90));
+    CHECK(at(is_orthographic, infinity) == at(is_orthographic, 90));
 }
 
 TEST_CASE("lens: a pinhole has no circles", "[lens]") {
-    for (const Camera& camera : {perspective_camera(), parallel_camera()}) {
-        const Circle circle = circle_of_confusion({.f_number = infinity, .focus = 7, .focal_length_mm = 50}, camera);
+    for (const Camera& camera : {perspective_camera(), orthographic_camera()}) {
+        const CircleOfConfusion circle =
+            circle_of_confusion({.f_number = infinity, .focus = 7, .focal_length_mm = 50}, camera);
         for (const double z : {0.1, 7.0, 1e6})
             CHECK(at(circle, z) == 0);
-        CHECK(!depth_with_circle(circle, 0).has_value());
+        CHECK(!depth_with_coc(circle, 0).has_value());
         CHECK(sharp_range(circle, 1).far == infinity);
     }
 }
 
 TEST_CASE("lens: telecentric is the limit of a far narrow perspective", "[lens]") {
     const double focus = 9, focal_mm = 50, f_number = 0.5;
-    const Circle parallel =
-        circle_of_confusion({.f_number = f_number, .focus = focus, .focal_length_mm = focal_mm}, parallel_camera(12));
-    CHECK(parallel.telecentric);
+    const CircleOfConfusion is_orthographic = circle_of_confusion(
+        {.f_number = f_number, .focus = focus, .focal_length_mm = focal_mm}, orthographic_camera(12));
+    CHECK(is_orthographic.telecentric);
     const double scale = 40, aperture = focal_mm / 1000 / f_number;
-    CHECK(same(at(parallel, 12), aperture / focus * (12 - focus) * scale));
+    CHECK(same(at(is_orthographic, 12), aperture / focus * (12 - focus) * scale));
     // From `away` behind: the same width of view at the focus, and an aperture that looks as large from there.
     double last = 1;
     for (const double away : {1e2, 1e4, 1e6}) {
@@ -162,9 +163,9 @@ TEST_CASE("lens: telecentric is the limit of a far narrow perspective", "[lens]"
         camera.height = 270;
         // A seen from the focus: A/S of the telecentric lens is A'/(S + away) of this one, f = fx/width * sensor
         const double wide_aperture = aperture / focus * (away + focus), f = 240 / half * 36 / 480 / 1000;
-        const Circle circle = circle_of_confusion(
+        const CircleOfConfusion circle = circle_of_confusion(
             {.f_number = f / wide_aperture, .focus = away + focus, .sensor_width_mm = 36, .mm_per_unit = 1000}, camera);
-        const double off = std::abs(at(circle, away + 12) - at(parallel, 12)) / at(parallel, 12);
+        const double off = std::abs(at(circle, away + 12) - at(is_orthographic, 12)) / at(is_orthographic, 12);
         CHECK(off < 1.1 * (12 - focus) / away);
         CHECK(off < last);
         last = off;
@@ -172,18 +173,19 @@ TEST_CASE("lens: telecentric is the limit of a far narrow perspective", "[lens]"
 }
 
 TEST_CASE("lens: the depth of a circle is the inverse of the circle of a depth", "[lens]") {
-    const Circle circles[] = {{20, 140, 0, false}, {20, 140, -3, false}, {0, 140, 0, false}, {20, 3, 0, true}};
-    for (const Circle& circle : circles)
+    const CircleOfConfusion circles[] = {
+        {20, 140, 0, false}, {20, 140, -3, false}, {0, 140, 0, false}, {20, 3, 0, true}};
+    for (const CircleOfConfusion& circle : circles)
         for (const double z : {0.01, 1.0, 7.0, 33.0, 1e7}) {
-            const auto back = depth_with_circle(circle, circle_at(circle, z));
+            const auto back = depth_with_coc(circle, coc_at(circle, z));
             REQUIRE(back.has_value());
             CHECK(same(static_cast<double>(*back), z, 1e-11));
         }
-    CHECK(depth_with_circle(circles[0], 20) == infinity);
-    CHECK(depth_with_circle(circles[2], 0) == infinity);
-    CHECK(!depth_with_circle(circles[0], 20.5).has_value());
-    CHECK(!depth_with_circle(circles[0], NAN).has_value());
-    CHECK(!depth_with_circle({.k = 3, .g = 0, .telecentric = true}, -3).has_value());
+    CHECK(depth_with_coc(circles[0], 20) == infinity);
+    CHECK(depth_with_coc(circles[2], 0) == infinity);
+    CHECK(!depth_with_coc(circles[0], 20.5).has_value());
+    CHECK(!depth_with_coc(circles[0], NAN).has_value());
+    CHECK(!depth_with_coc({.k = 3, .g = 0, .telecentric = true}, -3).has_value());
     CHECK(std::isnan(at(circles[0], 0)));
     CHECK(std::isnan(at(circles[0], -1)));
     CHECK(at(circles[1], -1) == 20 - 140.0 / 2);
@@ -202,7 +204,7 @@ TEST_CASE("lens: the sharp range and the hyperfocal distance are those of the te
     CHECK(same(range.far, lens.focus * square / (square - rest), 1e-13));
     // Focused at the hyperfocal distance, infinity is just acceptable, and so is half of it, to the focal length.
     lens.focus = hyperfocal;
-    const Circle circle = circle_of_confusion(lens, camera);
+    const CircleOfConfusion circle = circle_of_confusion(lens, camera);
     CHECK(same(static_cast<double>(circle.k), acceptable, 1e-13));
     CHECK(same(sharp_range(circle, acceptable).near, hyperfocal / 2, 1e-12));
     CHECK(sharp_range(circle, acceptable * (1 + 1e-12)).far == infinity);
@@ -214,9 +216,9 @@ TEST_CASE("lens: the sharp range and the hyperfocal distance are those of the te
     CHECK(same(
         static_cast<double>(circle_of_confusion({.f_number = f_number, .focus = h, .sensor_width_mm = 36}, camera).k),
         acceptable, 1e-13));
-    const SharpRange parallel = sharp_range({.k = 20, .g = 4, .telecentric = true}, 2);
-    CHECK(parallel.near == 4.5);
-    CHECK(parallel.far == 5.5);
+    const SharpRange is_orthographic = sharp_range({.k = 20, .g = 4, .telecentric = true}, 2);
+    CHECK(is_orthographic.near == 4.5);
+    CHECK(is_orthographic.far == 5.5);
     CHECK(std::isnan(sharp_range({.k = 20, .g = 0, .telecentric = true}, 2).near));
     CHECK(sharp_range({.k = 1, .g = 0, .telecentric = true}, 2).near == -infinity);
 }
@@ -227,14 +229,14 @@ TEST_CASE("lens: a distance along a ray becomes one depth", "[lens]") {
     const double slope_x = 0.5 * (100.5 - 240) / 240, slope_y = 0.5 * 270 / 480 * (135 - 200.5) / 135;
     CHECK(same(depth_along_ray(camera, 100.5, 200.5, 7), 7 / std::sqrt(1 + slope_x * slope_x + slope_y * slope_y)));
     CHECK(depth_along_ray(camera, 0.5, 0.5, infinity) == infinity);
-    CHECK(same(depth_along_ray(parallel_camera(), 3.5, 7.5, -2), -2));
+    CHECK(same(depth_along_ray(orthographic_camera(), 3.5, 7.5, -2), -2));
     // An eye moved back by 3: the distance is counted from there.
     Eigen::Matrix4d matrix = camera.projection.matrix.cast<double>(), shift = Eigen::Matrix4d::Identity();
     shift(2, 3) = -3;
     Camera moved = camera;
     moved.projection = from_matrix(matrix * shift);
     CHECK(same(depth_along_ray(moved, 240, 135, 7), 4, 1e-12));
-    const Circle circle = circle_of_confusion({.f_number = 2, .focus = 4, .sensor_width_mm = 36}, moved);
+    const CircleOfConfusion circle = circle_of_confusion({.f_number = 2, .focus = 4, .sensor_width_mm = 36}, moved);
     CHECK(same(static_cast<double>(circle.lens_depth), -3, 1e-12));
     CHECK(std::abs(at(circle, 4)) < 1e-12);
     CHECK(same(static_cast<double>(circle.k), 0.018 * 480 / 7, 1e-12));
@@ -260,7 +262,7 @@ TEST_CASE("lens: what is no lens is refused in one line", "[lens]") {
         CHECK(message([&](Lens& l) { l.sensor_width_mm = bad; }, camera).find("sensor_width_mm = ") == 0);
         CHECK(message([&](Lens& l) { l.mm_per_unit = bad; }, camera).find("mm_per_unit = ") == 0);
         CHECK(message([&](Lens& l) { l.focus = bad; }, camera).find("focus = ") == 0);
-        CHECK(message([&](Lens& l) { l.focus = bad; }, parallel_camera()).find("focus = ") == 0);
+        CHECK(message([&](Lens& l) { l.focus = bad; }, orthographic_camera()).find("focus = ") == 0);
     }
     CHECK(message([](Lens& l) { l.f_number = 0; }, camera) == "f_number = 0 must be greater than 0");
     CHECK(message([](Lens& l) { l.focal_length_mm = infinity; }, camera) ==
@@ -269,10 +271,10 @@ TEST_CASE("lens: what is no lens is refused in one line", "[lens]") {
           "focus = 0.05 must be farther away than the focal length, which is 0.05 scene units");
     CHECK(message([](Lens& l) { l.focal_length_mm.reset(), l.sensor_width_mm.reset(); }, camera) ==
           "the lens needs focal_length_mm or sensor_width_mm: the projection gives the other one");
-    CHECK(message([](Lens& l) { l.focal_length_mm.reset(); }, parallel_camera()) ==
-          "parallel rays have no focal length: the lens needs focal_length_mm for its aperture");
-    CHECK_THROWS_WITH(hyperfocal_distance(good, parallel_camera(), 1),
-                      "parallel rays have no hyperfocal distance: their circles grow without end");
+    CHECK(message([](Lens& l) { l.focal_length_mm.reset(); }, orthographic_camera()) ==
+          "orthographic rays have no focal length: the lens needs focal_length_mm for its aperture");
+    CHECK_THROWS_WITH(hyperfocal_distance(good, orthographic_camera(), 1),
+                      "orthographic rays have no hyperfocal distance: their circles grow without end");
     CHECK_THROWS_WITH(hyperfocal_distance(good, camera, 0), "acceptable_px = 0 must be a number greater than 0");
     CHECK_THROWS_WITH(sharp_range({20, 140, 0, false}, NAN), "acceptable_px = nan must be a number greater than 0");
     CHECK_THROWS_WITH(depth_along_ray(camera, 1, 1, 0), "distance = 0 must be greater than 0");

@@ -18,7 +18,7 @@ using namespace fathom;
 using oracle::conventions;
 using oracle::everywhere;
 using oracle::half_value;
-using oracle::oblique_parallel;
+using oracle::oblique_orthographic;
 using oracle::of_every_encoding;
 using oracle::orders;
 using oracle::ratios;
@@ -99,11 +99,11 @@ StoredCodes random_codes(Storage storage, int count, std::mt19937& random) {
             append(bits << 8 | bits >> 24, 4);
             codes.values.push_back(code);
             break;
-        case Storage::rgb8_low_first:
+        case Storage::rgb8_red_low:
             append(code, 3);
             codes.values.push_back(code);
             break;
-        case Storage::rgb8_high_first:
+        case Storage::rgb8_red_high:
             append((code & 0xff) << 16 | (code & 0xff00) | code >> 16, 3);
             codes.values.push_back(code);
             break;
@@ -177,7 +177,7 @@ TEST_CASE("linearize: orthographic depth is within its bound", "[linearize][exac
                                             {1e6, 1e6 + 1},
                                             {-3.0, -2.0}}) {
                 const DepthSpan span{near, far, order};
-                subjects.push_back(oracle::named(oracle::from_parallel({-5, 7, -4, 3}, span, convention),
+                subjects.push_back(oracle::named(oracle::from_orthographic({-5, 7, -4, 3}, span, convention),
                                                  text_of("orthographic", name, span)));
             }
         }
@@ -191,8 +191,8 @@ TEST_CASE("linearize: oblique orthographic depth is within its bound", "[lineari
         for (const DepthOrder order : orders) {
             for (const auto& [near, far] : {std::pair{0.1, 1e8}, {-5.0, 20.0}, {1e-6, 1e3}, {-1e4, 1e4}, {-1e6, 1e6}}) {
                 const DepthSpan span{near, far, order};
-                subjects.push_back(oblique_parallel({0.3, -0.2, -1, -2}, span, name, convention));
-                subjects.push_back(oblique_parallel({1, 1, -0.1, 3}, span, name, convention));
+                subjects.push_back(oblique_orthographic({0.3, -0.2, -1, -2}, span, name, convention));
+                subjects.push_back(oblique_orthographic({1, 1, -0.1, 3}, span, name, convention));
             }
         }
     }
@@ -234,7 +234,7 @@ TEST_CASE("linearize: median depth is within its bound", "[linearize][exact]") {
 TEST_CASE("linearize: linear, metric and inverse depth are within their bounds", "[linearize][exact]") {
     std::vector<Subject> subjects;
     const auto add = [&](Encoding encoding, double scale, double near, double far) {
-        Subject subject = oracle::named(oracle::from_field_of_view(1, 1.5, {0.1, 100}), name(encoding));
+        Subject subject = oracle::named(oracle::from_field_of_view(1, 1.5, {0.1, 100}), to_string(encoding));
         subject.camera.encoding = encoding;
         subject.camera.scale = scale;
         subject.camera.near = near;
@@ -292,7 +292,7 @@ TEST_CASE("linearize: ray distance is within its bound", "[linearize][exact]") {
     add(oracle::from_field_of_view(2.9, 1, span), "166 degrees");
     add(oracle::from_field_of_view(1.1, 1.5, {0.1, infinity, DepthOrder::reversed}, Convention::vulkan()), "reversed");
     add(oracle::from_edges({3, 3.1, -7, -6.9}, span, Convention::direct3d()), "crop far outside");
-    add(oracle::from_parallel({-5, 7, -4, 3}, span), "orthographic");
+    add(oracle::from_orthographic({-5, 7, -4, 3}, span), "orthographic");
     add(oracle::from_matrix(matrix), "matrix");
     add(oracle::from_matrix(oracle::tilted(matrix, 0.2, -0.1)), "tilted");
     add(oracle::from_matrix(oracle::moved(matrix, {3, 1, 0})), "eye moved sideways");
@@ -307,8 +307,8 @@ TEST_CASE("linearize: every storage is decoded as its codes say", "[linearize][e
                                                             {Storage::uint16, "uint16"},
                                                             {Storage::uint24, "uint24"},
                                                             {Storage::uint24_high, "uint24-high"},
-                                                            {Storage::rgb8_low_first, "rgb8-low-first"},
-                                                            {Storage::rgb8_high_first, "rgb8-high-first"}};
+                                                            {Storage::rgb8_red_low, "rgb8-low-first"},
+                                                            {Storage::rgb8_red_high, "rgb8-high-first"}};
     std::mt19937 random(7);
     for (const auto& [storage, storage_name] : storages) {
         for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
@@ -480,7 +480,7 @@ TEST_CASE("linearize: sums that all but vanish are within their condition's boun
                     ? oracle::named(
                           with_oblique_near_plane(oracle::from_edges({-0.07, 0.06, -0.04, 0.05}, {0.1, 50}), plane),
                           "oblique")
-                    : oracle::named(with_oblique_near_plane(oracle::from_parallel({-2, 3, -2, 3}, {-3, 50}), plane),
+                    : oracle::named(with_oblique_near_plane(oracle::from_orthographic({-2, 3, -2, 3}, {-3, 50}), plane),
                                     "oblique orthographic");
             const oracle::Truth truth(subject, Storage::float32);
             const Form form = depth_form(subject.camera).form;

@@ -103,10 +103,10 @@ std::vector<Subject> cameras() {
     const DepthSpan span{0.5, 500}, reversed{0.5, std::numeric_limits<double>::infinity(), DepthOrder::reversed};
     const Convention opencv{ClipZ::zero_to_one, ClipY::down, ViewAxes::opencv};
     const Camera plain = sized(perspective(1.0, 4.0 / 3, span));
-    const Camera parallel = sized(orthographic({-2, 2, -1.5, 1.5}, {0.5, 100}));
+    const Camera is_orthographic = sized(orthographic({-2, 2, -1.5, 1.5}, {0.5, 100}));
     Eigen::Matrix4d tilt = plain.projection.matrix.cast<double>();
     tilt.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
-    Eigen::Matrix4d shear = parallel.projection.matrix.cast<double>();
+    Eigen::Matrix4d shear = is_orthographic.projection.matrix.cast<double>();
     shear(0, 2) = 0.2;
     shear(1, 2) = -0.1;
     Eigen::Matrix4d moved = plain.projection.matrix.cast<double>();
@@ -125,8 +125,8 @@ std::vector<Subject> cameras() {
         {"150 degrees", sized(perspective(150 * degree, 4.0 / 3, span))},
         {"tilted", sized(from_matrix(tilt))},
         {"eye moved", sized(from_matrix(moved)), 2.9},
-        {"orthographic", parallel},
-        {"oblique orthographic", sized(with_oblique_near_plane(parallel.projection, {0.2, -0.1, -1, -0.6}))},
+        {"orthographic", is_orthographic},
+        {"oblique orthographic", sized(with_oblique_near_plane(is_orthographic.projection, {0.2, -0.1, -1, -0.6}))},
         {"sheared orthographic", sized(from_matrix(shear))},
         {"view-z", with(plain, Encoding::view_z)},
         {"linear", with(plain, Encoding::linear)},
@@ -136,7 +136,7 @@ std::vector<Subject> cameras() {
         {"exponential", with(plain, Encoding::exponential)},
         {"median", with(plain, Encoding::median)},
         {"inverse", with(plain, Encoding::inverse)},
-        {"orthographic, view-z", with(parallel, Encoding::view_z)},
+        {"orthographic, view-z", with(is_orthographic, Encoding::view_z)},
     };
 }
 
@@ -201,7 +201,7 @@ TEST_CASE("normals: planes at tilts up to 85 degrees under every camera", "[norm
 namespace {
 
 // A sphere that fills most of the image, and a box seen at three of its faces, both before an open sky.
-const scene::Scene ball{scene::Sphere{{0, 0, -3}, 1}};
+const scene::Scene sphere{scene::Sphere{{0, 0, -3}, 1}};
 const scene::Scene box{scene::Box{{0.2, -0.5, -4}, {1, 0.8, 0.9}, 0.6}};
 
 struct Score {
@@ -240,7 +240,7 @@ constexpr double mean_slack = 1.2, within_slack = 0.5;
 TEST_CASE("normals: spheres, boxes and whole scenes, by method and storage", "[normals]") {
     const Comparison comparisons[] = {
         {"ball",
-         ball,
+         sphere,
          {{0.079, 97.38}, {0.625, 83.75}, {1.272, 47.32}},
          {{0.079, 97.38}, {0.210, 97.50}, {0.335, 95.49}}},
         {"box", box, {{0.003, 100}, {0.362, 97.63}, {0.515, 87.79}}, {{0.002, 100}, {0.200, 99.60}, {0.321, 96.56}}},
@@ -312,8 +312,8 @@ TEST_CASE("normals: the world's are the view's, turned", "[normals]") {
     view.rotate(Eigen::AngleAxisd(0.7, Vector3d(1, 2, -0.5).normalized()));
     const Eigen::Matrix3d turned = view.linear();
     view.translate(Vector3d(3, 4, 5));
-    for (const bool parallel : {false, true}) {
-        if (parallel)
+    for (const bool is_orthographic : {false, true}) {
+        if (is_orthographic)
             camera.projection = orthographic({-4, 4, -3, 3}, {0.1, 100});
         camera.view = std::nullopt;
         const scene::Rendered truth = scene::render(scene::room(), camera);
@@ -355,7 +355,7 @@ TEST_CASE("normals: options out of range are refused", "[normals]") {
 
 TEST_CASE("normals: view depth gives those of the stored depth", "[normals]") {
     const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1, 100}), 96, 64);
-    const scene::Rendered truth = scene::render(ball, camera);
+    const scene::Rendered truth = scene::render(sphere, camera);
     const StoredDepth stored = stored_of(truth.stored, camera);
     const Result of_view = normals_of(linearize(stored).stored()), of_stored = normals_of(stored);
     for (int y = 0; y < camera.height; ++y)
@@ -364,14 +364,14 @@ TEST_CASE("normals: view depth gives those of the stored depth", "[normals]") {
     CHECK(std::abs(score(of_view, truth).mean - score(of_stored, truth).mean) < 0.02);
 }
 
-TEST_CASE("same bits: normals, whatever the lanes, the groups and the region", "[normals][same-bits]") {
+TEST_CASE("same bits: normals, whatever the vector width, the groups and the region", "[normals][same-bits]") {
     const int width = 85, height = 37;
     const float guard = -77;
     std::mt19937 random(9);
     std::map<std::pair<int, int>, Device> devices;
-    for (const int lanes : {1, 4, 8, 16})
+    for (const int vector_width : {1, 4, 8, 16})
         for (const int group : {7, 64})
-            devices[{lanes, group}] = Device::open("cpu", {Arithmetic::fp64, lanes, group});
+            devices[{vector_width, group}] = Device::open("cpu", {Arithmetic::fp64, vector_width, group});
     Camera plain = camera_of(perspective(1.0, 2, {0.1, 100}), width, height);
     Eigen::Matrix4d tilt = plain.projection.matrix.cast<double>();
     tilt.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
@@ -385,9 +385,9 @@ TEST_CASE("same bits: normals, whatever the lanes, the groups and the region", "
             for (const int channels : {3, 4}) {
                 const NormalsOptions options{.method = method, .channels = channels};
                 std::vector<float> first;
-                for (const int lanes : {1, 4, 8, 16}) {
+                for (const int vector_width : {1, 4, 8, 16}) {
                     for (const int group : {7, 64}) {
-                        const Device& device = devices[{lanes, group}];
+                        const Device& device = devices[{vector_width, group}];
                         const StoredDepth whole{
                             Image::from_host(device, Element::f32, truth.stored.data(), {width, height}), camera};
                         const auto row = static_cast<std::size_t>(width * channels), stride = row + 5;
@@ -405,7 +405,8 @@ TEST_CASE("same bits: normals, whatever the lanes, the groups and the region", "
                         }
                         if (first.empty())
                             first = packed;
-                        INFO("lanes " << lanes << ", groups of " << group << ", " << channels << " channels");
+                        INFO("vector width " << vector_width << ", groups of " << group << ", " << channels
+                                             << " channels");
                         REQUIRE(std::memcmp(first.data(), packed.data(), 4 * first.size()) == 0);
 
                         for (const auto& [x, y, w, h] : {std::array{0, 0, 17, 9}, {40, 11, 45, 26}, {5, 3, 33, 20}}) {
@@ -430,15 +431,16 @@ TEST_CASE("same bits: normals, whatever the lanes, the groups and the region", "
 TEST_CASE("stability: normals of images that are all border", "[normals][stability]") {
     for (const auto& [width, height] :
          {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {3, 1}, {1, 2}, {17, 2}, {16, 16}, {33, 5}}) {
-        for (const bool parallel : {false, true}) {
-            const Camera camera = camera_of(
-                parallel ? orthographic({-2, 2, -2, 2}, {0.1, 100}) : perspective(1.0, 1, {0.1, 100}), width, height);
+        for (const bool is_orthographic : {false, true}) {
+            const Camera camera =
+                camera_of(is_orthographic ? orthographic({-2, 2, -2, 2}, {0.1, 100}) : perspective(1.0, 1, {0.1, 100}),
+                          width, height);
             // A plane across the axis faces it wherever neighbours are missing; a slanted one is found where they are there.
             const scene::Rendered facing = scene::render({scene::Plane{{0, 0, -3}, {0, 0, 1}}}, camera);
             const scene::Rendered slanted =
                 scene::render({scene::Plane{{0, 0, -9}, Vector3d(0.2, 0.1, 1).normalized()}}, camera);
             for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares}) {
-                INFO(width << " x " << height << (parallel ? ", orthographic" : ", perspective"));
+                INFO(width << " x " << height << (is_orthographic ? ", orthographic" : ", perspective"));
                 const Result across = normals_of(stored_of(facing.stored, camera), {.method = method});
                 const Result aslant = normals_of(stored_of(slanted.stored, camera), {.method = method});
                 CHECK(well_formed(across));
@@ -458,10 +460,10 @@ TEST_CASE("stability: normals of images that are all border", "[normals][stabili
 
 TEST_CASE("stability: normals beside what is no surface", "[normals][stability]") {
     const int width = 64, height = 48;
-    for (const bool parallel : {false, true}) {
-        const Camera camera =
-            camera_of(parallel ? orthographic({-2, 2, -1.5, 1.5}, {0.1, 100}) : perspective(1.0, 4.0 / 3, {0.1, 100}),
-                      width, height);
+    for (const bool is_orthographic : {false, true}) {
+        const Camera camera = camera_of(is_orthographic ? orthographic({-2, 2, -1.5, 1.5}, {0.1, 100})
+                                                        : perspective(1.0, 4.0 / 3, {0.1, 100}),
+                                        width, height);
         const Vector3d normal = Vector3d(0.5, 0.3, 1).normalized();
         const scene::Rendered plane = scene::render({scene::Plane{{0, 0, -4}, normal}}, camera);
         for (const float none : {not_a_number, 1.0f, -1.0f, infinity}) {
@@ -520,8 +522,10 @@ TEST_CASE("stability: normals of deep buffers, and of units from 1e-20 to 1e20",
             const scene::Rendered scaled = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
             CHECK(score(normals_of(stored_of(scaled.stored, camera), {.method = method}), scaled).mean < 0.01);
             camera.projection = orthographic({-2 * unit, 2 * unit, -1.5 * unit, 1.5 * unit}, {0.1 * unit, 100 * unit});
-            const scene::Rendered parallel = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
-            CHECK(score(normals_of(stored_of(parallel.stored, camera), {.method = method}), parallel).mean < 0.01);
+            const scene::Rendered is_orthographic = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
+            CHECK(
+                score(normals_of(stored_of(is_orthographic.stored, camera), {.method = method}), is_orthographic).mean <
+                0.01);
         }
     }
 }

@@ -77,7 +77,7 @@ std::vector<Named> closed_forms() {
         list.push_back({text("wall", height, distance), wall(height, distance)});
     }
     for (const double radius : {1.02, 1.5, 2.0, 10.0, 1000.0}) {
-        list.push_back({text("endless wall", 1, radius), endless_wall(1, radius)});
+        list.push_back({text("infinite wall", 1, radius), infinite_wall(1, radius)});
     }
     list.push_back({"trench", trench(1, 0.5, 2, 3)});
     list.push_back({"deep trench", trench(0.1, 5, 0.2, 3)});
@@ -171,7 +171,7 @@ TEST_CASE("occlusion oracle: rays agree with every closed form", "[ssao][oracle]
 }
 
 TEST_CASE("occlusion oracle: rays end at the radius", "[ssao][oracle]") {
-    const Known hidden = endless_wall(1, 0.999);
+    const Known hidden = infinite_wall(1, 0.999);
     CHECK(visibility(hidden.scene, hidden.position, hidden.normal, hidden.radius) == 1);
     CHECK(hidden.visibility == 1);
     const Known disk = floating_disk(0.5, 1);
@@ -254,7 +254,7 @@ TEST_CASE("occlusion oracle: slices of a height field agree with rays under five
 
 TEST_CASE("occlusion oracle: slices agree with closed forms that an image holds whole", "[ssao][oracle]") {
     Worst worst;
-    for (const auto& [name, known] : {Named{"endless wall", endless_wall(0.5, reach)},
+    for (const auto& [name, known] : {Named{"infinite wall", infinite_wall(0.5, reach)},
                                       {"bowl", bowl(1, 0.5)},
                                       {"bowl, aside", bowl(1, 0.5, 0.4)},
                                       {"horizon", uniform_horizon(20 * degree)}}) {
@@ -279,7 +279,7 @@ TEST_CASE("occlusion oracle: slices agree with closed forms that an image holds 
 }
 
 TEST_CASE("occlusion oracle: a column that is as thick as the thing it stands for is the thing", "[ssao][oracle]") {
-    // Straight from above and with parallel rays, a floating box is its top and the columns below.
+    // Straight from above and with orthographic rays, a floating box is its top and the columns below.
     const double thickness = 0.3;
     const scene::Scene scene{scene::Plane{{0, 0, 0}, {0, 0, 1}},
                              scene::Box{{0.4, 0.1, 0.6}, {0.35, 0.45, 0.5 * thickness}}};
@@ -325,7 +325,7 @@ TEST_CASE("occlusion oracle: columns block what their definition in space says",
             if (!surface) {
                 continue;
             }
-            const double thickness = count % 3 == 0 ? endless : 0.1 * (1 + count % 3);
+            const double thickness = count % 3 == 0 ? infinite : 0.1 * (1 + count % 3);
             const double radius = 0.4 + 0.2 * (count % 2);
             const double got = screen_visibility(caster, x, y, {.radius = radius, .thickness = thickness});
             const double truth = by_columns(caster, *surface, radius, thickness);
@@ -375,7 +375,7 @@ TEST_CASE("occlusion oracle: pixels that are no surface block nothing", "[ssao][
     const Camera camera = views({.width = 32, .height = 18}).front().camera;
     std::vector<double> z(32 * 18, 6);
     z[index(camera, 3, 4)] = std::numeric_limits<double>::quiet_NaN();
-    z[index(camera, 7, 4)] = endless;
+    z[index(camera, 7, 4)] = infinite;
     const DepthLayer layer(camera, z);
     const Vector3d towards_eye(0, 0, 1);
     CHECK(std::isnan(screen_visibility(layer, 3, 4, towards_eye)));

@@ -60,7 +60,7 @@ TEST_CASE("parameters: the reciprocal form counts from the far end, and all its 
             for (const Storage storage : {Storage::float32, Storage::uint16, Storage::uint24}) {
                 const params::depth_params p = parameters(camera({0.5, far, order}), storage);
                 const double largest = storage_max(storage), far_end = order == DepthOrder::reversed ? 0 : largest;
-                INFO(name(storage) << ", far " << far);
+                INFO(to_string(storage) << ", far " << far);
                 CHECK(static_cast<double>(p.sign) * far_end + static_cast<double>(p.end) == 0);
                 CHECK(p.gain_high > 0);
                 CHECK(p.pole_high >= 0);
@@ -122,8 +122,8 @@ TEST_CASE("parameters: limits of the stored value are rounded outwards", "[param
 }
 
 TEST_CASE("parameters: packed bytes and shifted codes", "[parameters]") {
-    const auto low_first = parameters(camera(), Storage::rgb8_low_first);
-    const auto high_first = parameters(camera(), Storage::rgb8_high_first);
+    const auto low_first = parameters(camera(), Storage::rgb8_red_low);
+    const auto high_first = parameters(camera(), Storage::rgb8_red_high);
     CHECK(low_first.byte_weights[0] == 1);
     CHECK(low_first.byte_weights[1] == 256);
     CHECK(low_first.byte_weights[2] == 65536);
@@ -133,11 +133,11 @@ TEST_CASE("parameters: packed bytes and shifted codes", "[parameters]") {
     CHECK(parameters(camera(), Storage::uint24_high).code_shift == 8);
 }
 
-TEST_CASE("parameters: a perspective wants what is in front of its eye, parallel rays take all", "[parameters]") {
+TEST_CASE("parameters: a perspective wants what is in front of its eye, orthographic rays take all", "[parameters]") {
     CHECK(parameters(camera()).least_depth == 0.0f);
-    Camera parallel = camera();
-    parallel.projection = orthographic({-1, 1, -1, 1}, {-5, 5});
-    CHECK(parameters(parallel).least_depth == -std::numeric_limits<float>::infinity());
+    Camera is_orthographic = camera();
+    is_orthographic.projection = orthographic({-1, 1, -1, 1}, {-5, 5});
+    CHECK(parameters(is_orthographic).least_depth == -std::numeric_limits<float>::infinity());
 }
 
 TEST_CASE("parameters: the triangular length is as long as the directions", "[parameters]") {
@@ -146,7 +146,7 @@ TEST_CASE("parameters: the triangular length is as long as the directions", "[pa
     Camera with_tilt = camera();
     with_tilt.projection = from_matrix(tilted);
     for (const Camera& each : {camera(), with_tilt}) {
-        const Rays r = rays(each);
+        const Rays r = camera_rays(each);
         const params::ray_params p = ray_parameters(r, 1, Arithmetic::fp64);
         for (const Eigen::Vector3d& pixel : {Eigen::Vector3d(0.5, 0.5, 1), Eigen::Vector3d(29.5, 3.5, 1)}) {
             Eigen::Vector3d direction = Eigen::Vector3d::Zero(), length = Eigen::Vector3d::Zero();
@@ -167,13 +167,14 @@ TEST_CASE("parameters: the triangular length is as long as the directions", "[pa
 TEST_CASE("parameters: rays in the world start at the eye, counted from the origin", "[parameters]") {
     Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
     view.topRightCorner<3, 1>() = Eigen::Vector3d(-1e6, 2, 3);
-    const Rays world = rays_in_world(rays(camera()), view, {1e6, 0, 0});
+    const Rays world = rays_in_world(camera_rays(camera()), view, {1e6, 0, 0});
     CHECK(std::abs(static_cast<double>(world.origin(0, 2))) < 1e6 * 0x1p-60);
     CHECK(static_cast<double>(world.origin(1, 2)) == -2);
     CHECK(static_cast<double>(world.origin(2, 2)) == -3);
 
     view(3, 0) = 1e-3;
-    CHECK_THROWS_AS(rays_in_world(rays(camera()), view, {0, 0, 0}), std::invalid_argument);
-    CHECK_THROWS_AS(rays_in_world(rays(camera()), Eigen::Matrix4d::Zero(), {0, 0, 0}), std::invalid_argument);
-    CHECK_THROWS_AS(rays_in_world(rays(camera()), Eigen::Matrix4d::Identity(), {NAN, 0, 0}), std::invalid_argument);
+    CHECK_THROWS_AS(rays_in_world(camera_rays(camera()), view, {0, 0, 0}), std::invalid_argument);
+    CHECK_THROWS_AS(rays_in_world(camera_rays(camera()), Eigen::Matrix4d::Zero(), {0, 0, 0}), std::invalid_argument);
+    CHECK_THROWS_AS(rays_in_world(camera_rays(camera()), Eigen::Matrix4d::Identity(), {NAN, 0, 0}),
+                    std::invalid_argument);
 }

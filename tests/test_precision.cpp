@@ -175,15 +175,15 @@ TEST_CASE("precision: known orders of magnitude", "[precision]") {
         REQUIRE(relative >= 0x1p-24 * 0.99);
         REQUIRE(relative <= 0x1p-23 * 1.01);
     }
-    // Parallel rays: the same everywhere.
+    // Orthographic rays: the same everywhere.
     const Camera box = camera_of(orthographic(edges, {0, 65535}));
     REQUIRE(depth_spacing(box, DepthBits::d16, 1, 1, 3) == Approx(1));
     REQUIRE(depth_spacing(box, DepthBits::d16, 1, 1, 60000) == Approx(1));
     REQUIRE(depth_error_bound(box, DepthBits::d16, 1, 1, 60000.25) == Approx(0.5));
     // Under an infinite far plane the last code stands for everything farther.
-    const Camera endless = camera_of(perspective(edges, {0.5, infinity}));
-    REQUIRE(depth_spacing(endless, DepthBits::d16, 1, 1, 1e6) == infinity);
-    REQUIRE(depth_error_bound(endless, DepthBits::d16, 1, 1, 1e6) == infinity);
+    const Camera infinite = camera_of(perspective(edges, {0.5, infinity}));
+    REQUIRE(depth_spacing(infinite, DepthBits::d16, 1, 1, 1e6) == infinity);
+    REQUIRE(depth_error_bound(infinite, DepthBits::d16, 1, 1, 1e6) == infinity);
     // Near the eye a logarithm is almost linear: one step of log(C z + 1) / log(C f + 1).
     REQUIRE(depth_spacing(encoded(Encoding::logarithmic), DepthBits::d16, 1, 1, 1e-6) ==
             Approx(std::log(101.0) / 65535).epsilon(0.001));
@@ -193,7 +193,7 @@ TEST_CASE("precision: the bound is finite down to the eye and at both ends of th
     for (const Encoding encoding : {Encoding::logarithmic, Encoding::median}) {
         for (const DepthBits bits : all_bits) {
             const double bound = depth_error_bound(encoded(encoding), bits, 1, 1, 1e-7);
-            INFO(name(encoding) << ", " << name_of(bits));
+            INFO(to_string(encoding) << ", " << name_of(bits));
             REQUIRE(bound > 0);
             REQUIRE(bound < 1e-3);
         }
@@ -223,7 +223,7 @@ TEST_CASE("precision: the attainable depth is where the ray leaves through the f
         return in_front ? static_cast<double>(z) : infinity;
     };
     double worst = 0;
-    int endless = 0, tried = 0;
+    int infinite = 0, tried = 0;
     for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
         for (const Convention& convention : {Convention::opengl(), Convention::direct3d(), Convention::vulkan()}) {
             const double ahead = convention.view_axes == ViewAxes::opengl ? -1 : 1;
@@ -240,7 +240,7 @@ TEST_CASE("precision: the attainable depth is where the ray leaves through the f
                         INFO("pixel " << x << ", " << y << ": " << z << ", expected " << expected << "\n" << p.matrix);
                         ++tried;
                         if (std::isinf(expected)) {
-                            ++endless;
+                            ++infinite;
                             REQUIRE(z == infinity);
                             continue;
                         }
@@ -251,9 +251,9 @@ TEST_CASE("precision: the attainable depth is where the ray leaves through the f
             }
         }
     }
-    REQUIRE(endless > 0);
-    REQUIRE(endless < tried / 2);
-    std::cout << "precision: attainable depth of " << tried << " rays (" << endless
+    REQUIRE(infinite > 0);
+    REQUIRE(infinite < tried / 2);
+    std::cout << "precision: attainable depth of " << tried << " rays (" << infinite
               << " never end), worst relative difference to the intersection " << worst << "\n";
 
     REQUIRE(attainable_depth(camera_of(perspective(edges, {0.5, infinity})), 3, 4) == infinity);

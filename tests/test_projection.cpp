@@ -107,8 +107,8 @@ TEST_CASE("projection: every builder brings a point back to where it was", "[pro
             camera.rows = rows;
             camera.depth_range = range;
             const DepthForm form = depth_form(camera);
-            const Rays ray = rays(camera);
-            INFO(built.name << ", far " << built.far << ", form " << name(form.form));
+            const Rays ray = camera_rays(camera);
+            INFO(built.name << ", far " << built.far << ", form " << to_string(form.form));
             for (const auto& [px, py] : {std::pair{0.5, 0.5}, std::pair{63.5, 7.25}, std::pair{21.0, 31.5}}) {
                 for (const double share : {0.0, 0.015625, 0.5, 1.0}) {
                     const double far = std::min(built.far, 1e4);
@@ -139,7 +139,7 @@ TEST_CASE("projection: every builder brings a point back to where it was", "[pro
                             clip_tolerance);
 
                     const Point pixel(px, py, 1);
-                    REQUIRE(ray.parallel_depth);
+                    REQUIRE(ray.w_is_depth);
                     const Real position_error =
                         (ray.origin * pixel + z * (ray.direction * pixel) - point).norm() / point.norm();
                     worst_position = std::max(worst_position, position_error);
@@ -232,7 +232,7 @@ TEST_CASE("projection: calibrated centres and corner counts differ by half a pix
     const Projection pinhole = perspective(Intrinsics{500, 500, 319.5 + 0.5, 239.5 + 0.5, 640, 480}, {0.1, 10});
     const Real difference = (angle.matrix - pinhole.matrix).cwiseAbs().maxCoeff();
     REQUIRE(difference < 0x1p-50L); // the angle is a double
-    const Rays ray = rays(camera_of(pinhole, 640, 480));
+    const Rays ray = camera_rays(camera_of(pinhole, 640, 480));
     REQUIRE((ray.direction * Point(320, 240, 1) - Point(0, 0, -1)).norm() < position_tolerance);
     REQUIRE((ray.direction * Point(820, 240, 1) - Point(1, 0, -1)).norm() < position_tolerance);
     REQUIRE((ray.direction * Point(320, 740, 1) - Point(0, -1, -1)).norm() < position_tolerance);

@@ -97,14 +97,14 @@ TEST_CASE("real: the blur of Blender's frame against the path tracer's", "[dof][
     const Frame sharp = read_frame(folder / "sharp.exr"), truth = read_frame(folder / "dof.exr");
     const CameraFile file = read_camera(folder / "camera.json");
     const Camera camera = camera_for(file, depth.cols, depth.rows);
-    const Circle circle = circle_of_confusion({.f_number = file.lens.f_stop.value(),
-                                               .focus = file.lens.focus_distance.value(),
-                                               .focal_length_mm = file.lens.lens_mm,
-                                               .sensor_width_mm = file.lens.sensor_mm},
-                                              camera);
+    const CircleOfConfusion circle = circle_of_confusion({.f_number = file.lens.f_stop.value(),
+                                                          .focus = file.lens.focus_distance.value(),
+                                                          .focal_length_mm = file.lens.lens_mm,
+                                                          .sensor_width_mm = file.lens.sensor_mm},
+                                                         camera);
     const Device device = Device::open("cpu");
     const Image stored = Image::from_host(device, Element::f32, depth.data, {depth.cols, depth.rows});
-    const Image colour = Image::from_host(device, Element::f32, sharp.values.data(), {depth.cols, depth.rows, 3});
+    const Image color = Image::from_host(device, Element::f32, sharp.values.data(), {depth.cols, depth.rows, 3});
     const std::vector<char> near = near_edges(depth);
     const double untouched = psnr(sharp.values, truth.values, nullptr);
     const double untouched_near = psnr(sharp.values, truth.values, &near);
@@ -114,7 +114,7 @@ TEST_CASE("real: the blur of Blender's frame against the path tracer's", "[dof][
     CHECK(std::abs(untouched_near - 21.6) < 0.05);
     for (const BlurQuality quality : {BlurQuality::standard, BlurQuality::fast, BlurQuality::accurate}) {
         std::vector<float> got(sharp.values.size());
-        dof({stored, camera}, colour, {.circle = circle, .quality = quality}).download(got.data());
+        dof({stored, camera}, color, {.circle = circle, .quality = quality}).download(got.data());
         const double whole = psnr(got, truth.values, nullptr), at_edges = psnr(got, truth.values, &near);
         std::cout << (quality == BlurQuality::fast       ? "; fast "
                       : quality == BlurQuality::standard ? "; standard "

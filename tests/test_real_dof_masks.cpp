@@ -44,7 +44,8 @@ TEST_CASE("real inputs: circles from an OpenGL depth buffer are those of the dep
         const StoredDepth stored{to_device(Device::open("cpu"), depth.values), camera, depth.storage};
         const cv::Mat decoded = to_mat(linearize(stored).image);
         const bool perspective = depth_form(camera, depth.storage).perspective;
-        const Circle circle{20, perspective ? 100.0 : 4.0, perspective ? rays(camera).eye_depth : 0, !perspective};
+        const CircleOfConfusion circle{20, perspective ? 100.0 : 4.0, perspective ? camera_rays(camera).eye_depth : 0,
+                                       !perspective};
         const cv::Mat found = to_mat(dof_masks(stored, {.circle = circle, .weights = false}).circle);
         double worst = 0, worst_px = 0;
         long surfaces = 0, sky = 0;
@@ -60,10 +61,10 @@ TEST_CASE("real inputs: circles from an OpenGL depth buffer are those of the dep
                     continue;
                 }
                 ++surfaces;
-                const auto of = [&](double depth_there) { return static_cast<double>(circle_at(circle, depth_there)); };
+                const auto of = [&](double depth_there) { return static_cast<double>(coc_at(circle, depth_there)); };
                 const double meant = of(z), per_depth = perspective ? 100 / (std::min(z, got) * std::min(z, got)) : 4;
                 const double bound =
-                    per_depth * (std::abs(got - z) + 2 * ulp(z)) + circle_ulp * ulp(std::max(std::abs(meant), 20.0));
+                    per_depth * (std::abs(got - z) + 2 * ulp(z)) + coc_ulp * ulp(std::max(std::abs(meant), 20.0));
                 worst = std::max(worst, std::abs(c - meant) / bound);
                 worst_px = std::max(worst_px, std::abs(c - meant));
             }
@@ -87,7 +88,7 @@ TEST_CASE("real inputs: the lens of Blender's camera files", "[dof_masks][real]"
         const double focus = *file.lens.focus_distance, focal = *file.lens.lens_mm, width = *file.lens.sensor_mm;
         const Lens lens{
             .f_number = *file.lens.f_stop, .focus = focus, .focal_length_mm = focal, .sensor_width_mm = width};
-        const Circle circle = circle_of_confusion(lens, camera);
+        const CircleOfConfusion circle = circle_of_confusion(lens, camera);
         const cv::Mat found = to_mat(dof_masks(stored, {.circle = circle, .weights = false}).circle);
         // Written from the lens equation, in millimetres; the orthographic view's pixels per unit are its projection's.
         const double aperture = focal / *file.lens.f_stop, pixels_per_mm = 480 / width;
@@ -108,12 +109,12 @@ TEST_CASE("real inputs: the lens of Blender's camera files", "[dof_masks][real]"
             }
         std::printf("Blender's lens, %-12s circles from %.2f to %.2f px, off the lens equation by at most %.1e px\n",
                     view.c_str(), least, greatest, worst);
-        CHECK(worst <= circle_ulp * ulp(std::max(-least, greatest)));
+        CHECK(worst <= coc_ulp * ulp(std::max(-least, greatest)));
         CHECK(least < -5);
         CHECK(greatest > 2);
         // The projection knows the same lens: it differs by f/S, since a pinhole's image lies at f for every focus.
         if (view == "perspective") {
-            const Circle derived =
+            const CircleOfConfusion derived =
                 circle_of_confusion({.f_number = *file.lens.f_stop, .focus = focus, .sensor_width_mm = width}, camera);
             CHECK(std::abs(static_cast<double>(derived.k / circle.k) - (1 - focal / 1000 / focus)) < 1e-6);
         }

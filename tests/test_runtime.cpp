@@ -46,7 +46,7 @@ Camera camera(int width, int height) {
 runtime::Kernel& linearize_kernel() {
     return runtime::kernel(
         device(), "linearize",
-        {{"V", 1}, {"STREAM", 0}, {"FORM", 0}, {"STORAGE", 0}, {"PIXEL_TERMS", 0}, {"PARALLEL_DEPTH", 1}});
+        {{"V", 1}, {"STREAM", 0}, {"FORM", 0}, {"STORAGE", 0}, {"PIXEL_TERMS", 0}, {"W_IS_DEPTH", 1}});
 }
 
 std::vector<float> counted(std::size_t count) {
@@ -84,13 +84,14 @@ TEST_CASE("runtime: a device that is not there is named beside those that are", 
 }
 
 TEST_CASE("runtime: options of a device have a range", "[runtime]") {
-    for (const int lanes : {-1, 2, 3, 5, 32}) {
-        const auto message = message_of<std::invalid_argument>([&] { Device::open("cpu", {.lanes = lanes}); });
-        CHECK(contains(message, "lanes = " + std::to_string(lanes)));
+    for (const int vector_width : {-1, 2, 3, 5, 32}) {
+        const auto message =
+            message_of<std::invalid_argument>([&] { Device::open("cpu", {.vector_width = vector_width}); });
+        CHECK(contains(message, "vector_width = " + std::to_string(vector_width)));
     }
     for (const int group_size : {-1, 1025})
         CHECK_THROWS_AS(Device::open("cpu", {.group_size = group_size}), std::invalid_argument);
-    CHECK(device().options().lanes == 16);
+    CHECK(device().options().vector_width == 16);
     CHECK(device().options().group_size == 64);
     CHECK(device().options().arithmetic == (device().info().fp64 ? Arithmetic::fp64 : Arithmetic::two_float));
     CHECK(Device::open("cpu", {.arithmetic = Arithmetic::two_float}).options().arithmetic == Arithmetic::two_float);
@@ -229,7 +230,7 @@ TEST_CASE("runtime: images that do not belong together are refused", "[runtime]"
 
 TEST_CASE("runtime: the program text carries each header once, with the lines a person would open", "[runtime]") {
     const std::string source = runtime::assembled_source("linearize.cl");
-    for (const char* file : {"linearize.cl", "camera.h", "lanes.h", "params.h"}) {
+    for (const char* file : {"linearize.cl", "camera.h", "vector.h", "params.h"}) {
         const std::string first = std::string("#line 1 \"kernels/") + file + "\"";
         CHECK(contains(source, first));
         CHECK(source.find(first) == source.rfind(first));

@@ -1,4 +1,4 @@
-// The same bits for every number of lanes, group size, sub-image and region, in place or not; and nothing written
+// The same bits for every number of vector width, group size, sub-image and region, in place or not; and nothing written
 // beside the destination.
 
 #include "catch.hpp"
@@ -19,16 +19,17 @@ using oracle::Subject;
 
 namespace {
 
-constexpr int lane_counts[] = {1, 4, 8, 16};
+constexpr int vector_widths[] = {1, 4, 8, 16};
 const std::vector<int> group_sizes{1, 7, 64, 256}, few_group_sizes{7, 64}; // each is another build of the kernel
 constexpr std::uint32_t guard = 0x7fa5a5a5;                                // a NaN that no kernel makes
 
-const Device& device(Arithmetic arithmetic, int lanes, int group_size) {
+const Device& device(Arithmetic arithmetic, int vector_width, int group_size) {
     static std::map<std::tuple<Arithmetic, int, int>, Device> devices;
-    const auto found = devices.find({arithmetic, lanes, group_size});
+    const auto found = devices.find({arithmetic, vector_width, group_size});
     if (found != devices.end())
         return found->second;
-    return devices[{arithmetic, lanes, group_size}] = Device::open("cpu", {arithmetic, lanes, group_size});
+    return devices[{arithmetic, vector_width, group_size}] =
+               Device::open("cpu", {arithmetic, vector_width, group_size});
 }
 
 /// A rectangle of elements within memory that is full of guards.
@@ -80,8 +81,9 @@ std::vector<Subject> subjects() {
     return {
         oracle::named(plain, "reciprocal"),
         oracle::named(with_oblique_near_plane(plain, {0.3, 0.2, -1, -0.2}), "reciprocal-affine"),
-        oracle::named(with_oblique_near_plane(oracle::from_parallel({-5, 7, -4, 3}, {-3, 100}), {0.3, -0.2, -1, -2}),
-                      "affine"),
+        oracle::named(
+            with_oblique_near_plane(oracle::from_orthographic({-5, 7, -4, 3}, {-3, 100}), {0.3, -0.2, -1, -2}),
+            "affine"),
         oracle::named(oracle::from_matrix(oracle::tilted(oracle::perspective_matrix(0.7, 0.5, 0.1, 100), 0.2, -0.1)),
                       "rational"),
         logarithmic,
@@ -111,7 +113,7 @@ Image source_on(const Device& device, Guarded<float>& memory, int width) {
 
 } // namespace
 
-TEST_CASE("same bits: linearize, whatever the lanes, the groups, the strides and the offsets", "[same-bits]") {
+TEST_CASE("same bits: linearize, whatever the vector width, the groups, the strides and the offsets", "[same-bits]") {
     const std::array<std::pair<int, int>, 9> sizes{
         {{1, 1}, {1, 9}, {37, 1}, {3, 5}, {7, 4}, {15, 3}, {17, 6}, {64, 2}, {131, 7}}};
     std::mt19937 random(17);
@@ -121,11 +123,11 @@ TEST_CASE("same bits: linearize, whatever the lanes, the groups, the strides and
             for (const auto& [width, height] : sizes) {
                 const oracle::Patch patch{4099, 8191, width, height};
                 std::vector<float> first;
-                for (const int lanes : lane_counts) {
+                for (const int vector_width : vector_widths) {
                     for (const int group_size : arithmetic == Arithmetic::fp64 ? group_sizes : few_group_sizes) {
                         INFO(subject.name << ", " << oracle::name(arithmetic) << ", " << width << " x " << height
-                                          << ", lanes " << lanes << ", groups of " << group_size);
-                        const Device& on = device(arithmetic, lanes, group_size);
+                                          << ", vector width " << vector_width << ", groups of " << group_size);
+                        const Device& on = device(arithmetic, vector_width, group_size);
                         Guarded<float> in(width, height, 1, 1 + odd(random), odd(random));
                         Guarded<float> out(width, height, 1, 1 + odd(random), odd(random));
                         fill(in, subject, patch);
@@ -154,7 +156,7 @@ TEST_CASE("same bits: linearize, whatever the lanes, the groups, the strides and
     }
 }
 
-TEST_CASE("same bits: unproject, whatever the lanes, the groups, the strides and the offsets", "[same-bits]") {
+TEST_CASE("same bits: unproject, whatever the vector width, the groups, the strides and the offsets", "[same-bits]") {
     const std::array<std::pair<int, int>, 6> sizes{{{1, 1}, {1, 9}, {37, 1}, {7, 4}, {17, 3}, {67, 5}}};
     std::mt19937 random(18);
     std::uniform_int_distribution<std::size_t> odd(0, 9);
@@ -165,13 +167,13 @@ TEST_CASE("same bits: unproject, whatever the lanes, the groups, the strides and
                 for (const auto& [width, height] : sizes) {
                     const oracle::Patch patch{4099, 8191, width, height};
                     std::vector<float> first;
-                    for (const int lanes : lane_counts) {
+                    for (const int vector_width : vector_widths) {
                         for (const int group_size :
                              channels == 3 && subject.name == "reciprocal" ? group_sizes : few_group_sizes) {
                             INFO(subject.name << ", " << oracle::name(arithmetic) << ", " << width << " x " << height
-                                              << ", lanes " << lanes << ", groups of " << group_size << ", " << channels
-                                              << " channels");
-                            const Device& on = device(arithmetic, lanes, group_size);
+                                              << ", vector width " << vector_width << ", groups of " << group_size
+                                              << ", " << channels << " channels");
+                            const Device& on = device(arithmetic, vector_width, group_size);
                             Guarded<float> in(width, height, 1, 1 + odd(random), odd(random));
                             Guarded<float> out(width, height, channels, 1 + odd(random), odd(random));
                             fill(in, subject, patch);
@@ -197,18 +199,18 @@ TEST_CASE("same bits: a region of the whole, of any storage", "[same-bits]") {
     const int width = 203, height = 37;
     std::mt19937 random(19);
     for (const Storage storage : {Storage::float32, Storage::float16, Storage::uint16, Storage::uint24,
-                                  Storage::uint24_high, Storage::rgb8_low_first}) {
+                                  Storage::uint24_high, Storage::rgb8_red_low}) {
         for (Subject subject : subjects()) {
             if (storage != Storage::float32 && subject.name != "reciprocal" && subject.name != "rational")
                 continue;
             subject.camera.width = width;
             subject.camera.height = height;
             const auto elements = static_cast<std::size_t>(width * height * channels_of(storage));
-            std::vector<std::uint8_t> codes(elements * bytes(element_of(storage)));
+            std::vector<std::uint8_t> codes(elements * element_bytes(element_of(storage)));
             for (auto& byte : codes)
                 byte = static_cast<std::uint8_t>(random());
-            for (const int lanes : {1, 16}) {
-                const Device& on = device(Arithmetic::fp64, lanes, 64);
+            for (const int vector_width : {1, 16}) {
+                const Device& on = device(Arithmetic::fp64, vector_width, 64);
                 const StoredDepth whole{
                     Image::from_host(on, element_of(storage), codes.data(), {width, height, channels_of(storage)}),
                     subject.camera, storage};
@@ -229,8 +231,8 @@ TEST_CASE("same bits: a region of the whole, of any storage", "[same-bits]") {
                     for (int row = 0; row < h; ++row) {
                         const auto there = static_cast<std::size_t>((y + row) * width + x),
                                    here = static_cast<std::size_t>(row * w), count = static_cast<std::size_t>(w);
-                        INFO(subject.name << ", " << name(storage) << ", lanes " << lanes << ", region " << x << ", "
-                                          << y << ", " << w << " x " << h);
+                        INFO(subject.name << ", " << to_string(storage) << ", vector width " << vector_width
+                                          << ", region " << x << ", " << y << ", " << w << " x " << h);
                         REQUIRE(std::memcmp(&all[there], &depth[here], 4 * count) == 0);
                         REQUIRE(std::memcmp(&positions[3 * there], &points[3 * here], 12 * count) == 0);
                     }
@@ -249,8 +251,8 @@ TEST_CASE("same bits: large aligned results, which are written past the cache", 
     for (float& value : values)
         value = static_cast<float>(random() >> 8) * 0x1p-24f;
     std::vector<float> first, first_positions;
-    for (const int lanes : lane_counts) {
-        const Device& on = device(Arithmetic::fp64, lanes, 64);
+    for (const int vector_width : vector_widths) {
+        const Device& on = device(Arithmetic::fp64, vector_width, 64);
         const StoredDepth stored{Image::from_host(on, Element::f32, values.data(), {width, height}), subject.camera};
         std::vector<float> depth(values.size()), positions(3 * values.size());
         linearize(stored).image.download(depth.data());

@@ -1,5 +1,5 @@
 // ssao against the truth: planes that nothing rises above, height fields under five cameras, the same bits on every
-// device, and the symmetries of its patterns.
+// device, and the symmetries of its jitter.
 
 #include "catch.hpp"
 #include "images.hpp"
@@ -90,7 +90,7 @@ TEST_CASE("ssao: a plane is open at every tilt under five cameras", "[ssao]") {
     }
     std::printf("ssao of planes, largest difference from 1\n");
     for (auto& [way, options] : ways) {
-        for (const double thickness : {0.25, oracle::endless}) {
+        for (const double thickness : {0.25, oracle::infinite}) {
             options.thickness = thickness;
             double worst = 0;
             long pixels = 0;
@@ -137,14 +137,14 @@ std::vector<Scene> height_fields() {
             {"crease 135", oracle::crease(135 * degree, 0.5)},
             {"corner", oracle::corner(1, 0.5)},
             {"wall", oracle::wall(0.5, 0.4)},
-            {"endless wall", oracle::endless_wall(0.8, reach)},
+            {"infinite wall", oracle::infinite_wall(0.8, reach)},
             {"trench", oracle::trench(0.5, 0.5, 0.9, 1.5)},
             {"bowl", oracle::bowl(2, 1)},
             {"bowl, aside", oracle::bowl(2, 1, 0.5)},
             {"horizon", oracle::uniform_horizon(20 * degree)}};
 }
 
-/// Some pixels whose ball the image shows whole, and what rays say about them.
+/// Some pixels whose sphere the image shows whole, and what rays say about them.
 struct Sample {
     int x, y;
     double visibility;
@@ -231,7 +231,7 @@ TEST_CASE("ssao: height fields agree with rays under five cameras", "[ssao]") {
             double rmse[2] = {}, bias[2] = {};
             for (const int accurate : {0, 1}) {
                 const auto got = visibility_of(
-                    stored, options_of(reach, accurate ? Quality::accurate : Quality::balanced, oracle::endless));
+                    stored, options_of(reach, accurate ? Quality::accurate : Quality::balanced, oracle::infinite));
                 for (const auto& [x, y, truth] : samples) {
                     const double off = static_cast<double>(got[index(x, y)]) - truth;
                     rmse[accurate] += off * off;
@@ -280,28 +280,30 @@ const std::pair<const char*, SsaoOptions> ways[] = {
     {"fast", options_of(0.5, Quality::fast)},
     {"balanced", options_of(0.5, Quality::balanced)},
     {"accurate", options_of(0.5, Quality::accurate)},
-    {"balanced, height field", options_of(0.5, Quality::balanced, oracle::endless)},
+    {"balanced, height field", options_of(0.5, Quality::balanced, oracle::infinite)},
 };
 
 } // namespace
 
-TEST_CASE("ssao: the same bits whatever the lanes and the groups, and every time", "[ssao]") {
+TEST_CASE("ssao: the same bits whatever the vector width and the groups, and every time", "[ssao]") {
     for (const auto& [projection_name, projection] : projections) {
         const Room room = ::room(projection);
         for (const auto& [way, options] : ways) {
             std::vector<float> first;
-            for (const auto& [lanes, group_size] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}, {1, 1}}) {
+            for (const auto& [vector_width, group_size] :
+                 {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}, {1, 1}}) {
                 static std::map<std::pair<int, int>, Device> devices;
-                if (!devices.contains({lanes, group_size}))
-                    devices[{lanes, group_size}] = Device::open("cpu", {Arithmetic::fp64, lanes, group_size});
-                const Device& device = devices[{lanes, group_size}];
+                if (!devices.contains({vector_width, group_size}))
+                    devices[{vector_width, group_size}] =
+                        Device::open("cpu", {Arithmetic::fp64, vector_width, group_size});
+                const Device& device = devices[{vector_width, group_size}];
                 for (int run = 0; run < 2; ++run) {
                     const auto got = visibility_of(stored_of(room.stored, room.camera, device), options);
                     if (first.empty())
                         first = got;
                     const Difference off = difference(got, first);
-                    INFO(projection_name << ", " << way << ", lanes " << lanes << ", groups of " << group_size
-                                         << ", run " << run << ": " << off.pixels << " pixels differ, by "
+                    INFO(projection_name << ", " << way << ", vector width " << vector_width << ", groups of "
+                                         << group_size << ", run " << run << ": " << off.pixels << " pixels differ, by "
                                          << off.worst);
                     CHECK(same_bits(got, first));
                 }
@@ -310,7 +312,7 @@ TEST_CASE("ssao: the same bits whatever the lanes and the groups, and every time
     }
 }
 
-TEST_CASE("ssao: the same bits whatever the lanes on a terrain, where taps barely rise", "[ssao]") {
+TEST_CASE("ssao: the same bits whatever the vector width on a terrain, where taps barely rise", "[ssao]") {
     Camera camera;
     camera.projection = projections[0].second;
     camera.width = width;
@@ -320,15 +322,15 @@ TEST_CASE("ssao: the same bits whatever the lanes on a terrain, where taps barel
         for (const int patterns : {1, 16}) {
             SsaoOptions options = options_of(5, Quality::balanced);
             options.slices = slices;
-            options.patterns = patterns;
+            options.jitter = patterns;
             std::vector<float> first;
-            for (const int lanes : {16, 8, 4, 1}) {
-                const Device device = Device::open("cpu", {Arithmetic::fp64, lanes, 64});
+            for (const int vector_width : {16, 8, 4, 1}) {
+                const Device device = Device::open("cpu", {Arithmetic::fp64, vector_width, 64});
                 const auto got = visibility_of(stored_of(stored, camera, device), options);
                 if (first.empty())
                     first = got;
                 const Difference off = difference(got, first);
-                INFO(slices << " slices, " << patterns << " patterns, lanes " << lanes << ": " << off.pixels
+                INFO(slices << " slices, " << patterns << " jitter, vector width " << vector_width << ": " << off.pixels
                             << " pixels differ, by " << off.worst);
                 CHECK(same_bits(got, first));
             }
@@ -387,7 +389,7 @@ const std::pair<const char*, Places> turns[] = {
 
 } // namespace
 
-TEST_CASE("ssao: without patterns, even slices turn with the image", "[ssao]") {
+TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
     constexpr int side = 97;
     std::printf("ssao and symmetry: largest difference, mean difference, share of pixels\n");
     for (const auto& [projection_name, projection] :
@@ -396,11 +398,11 @@ TEST_CASE("ssao: without patterns, even slices turn with the image", "[ssao]") {
         const Room room = ::room(projection, side, side);
         for (const int slices : {2, 4}) {
             for (const auto& [steps, thickness] :
-                 {std::pair{8, 0.125}, {8, oracle::endless}, {256, 0.125}, {256, oracle::endless}}) {
+                 {std::pair{8, 0.125}, {8, oracle::infinite}, {256, 0.125}, {256, oracle::infinite}}) {
                 SsaoOptions options = options_of(0.5, Quality::balanced, thickness);
                 options.slices = slices;
-                options.steps = steps;
-                options.patterns = 1;
+                options.samples = steps;
+                options.jitter = 1;
                 const auto straight = visibility_of(stored_of(room.stored, room.camera), options);
                 for (const auto& [turn, from] : turns) {
                     const auto stored = moved(room.stored, side, from);

@@ -75,12 +75,12 @@ Off error_of(const Seen& seen, const std::vector<Point>& points, SsaoOptions opt
     return error_of(points, [&](const Point& p) { return static_cast<double>(got[seen.index(p.x, p.y)]); });
 }
 
-/// The eye's own height for a perspective; parallel rays look down at 35 degrees, past the ceilings.
-Camera camera_of(const std::string& scene, bool parallel, int width, int height) {
+/// The eye's own height for a perspective; orthographic rays look down at 35 degrees, past the ceilings.
+Camera camera_of(const std::string& scene, bool is_orthographic, int width, int height) {
     Camera camera;
     camera.width = width;
     camera.height = height;
-    if (!parallel) {
+    if (!is_orthographic) {
         camera.projection = perspective(0.9, 16.0 / 9, {0.1, 1000});
         return camera;
     }
@@ -156,8 +156,8 @@ TEST_CASE("ssao: brute force over all slices and pixels, two radii", "[ssao]") {
     std::printf("ssao and brute force at a thickness of a quarter of the radius: root of the mean square error (mean, "
                 "99%%; without the worst 2%%), fast | balanced | accurate\n");
     for (const char* name : {"room", "spheres", "corridor", "railings", "terrain"}) {
-        for (const auto& [camera_name, parallel] : cameras) {
-            const Seen seen(scene::named(name), camera_of(name, parallel, 960, 540));
+        for (const auto& [camera_name, is_orthographic] : cameras) {
+            const Seen seen(scene::named(name), camera_of(name, is_orthographic, 960, 540));
             for (const double share : {0.05, 0.4}) {
                 const double radius = share * seen.median_width;
                 const auto points = brute_force(seen, radius, radius / 4);
@@ -193,14 +193,22 @@ struct ThicknessMissed {
     double thickness, balanced, many;
 };
 constexpr ThicknessMissed measured_thickness_misses[] = {
-    {"room", "perspective", 0.05, 0.0654, 0.0697},       {"room", "perspective", 0.25, bars[1], 0.0281},
-    {"room", "perspective", 1, bars[1], 0.0159},         {"room", "perspective", oracle::endless, bars[1], 0.0127},
-    {"room", "orthographic", 0.05, bars[1], 0.0250},     {"room", "orthographic", 0.25, bars[1], 0.0142},
-    {"room", "orthographic", 1, bars[1], 0.0075},        {"room", "orthographic", oracle::endless, bars[1], 0.0114},
-    {"railings", "perspective", 0.05, 0.0435, 0.0475},   {"railings", "perspective", 0.25, bars[1], 0.0143},
-    {"railings", "perspective", 1, bars[1], 0.0121},     {"railings", "perspective", oracle::endless, bars[1], 0.0283},
-    {"railings", "orthographic", 0.05, bars[1], 0.0232}, {"railings", "orthographic", 0.25, bars[1], 0.0129},
-    {"railings", "orthographic", 1, bars[1], 0.0137},    {"railings", "orthographic", oracle::endless, bars[1], 0.0242},
+    {"room", "perspective", 0.05, 0.0654, 0.0697},
+    {"room", "perspective", 0.25, bars[1], 0.0281},
+    {"room", "perspective", 1, bars[1], 0.0159},
+    {"room", "perspective", oracle::infinite, bars[1], 0.0127},
+    {"room", "orthographic", 0.05, bars[1], 0.0250},
+    {"room", "orthographic", 0.25, bars[1], 0.0142},
+    {"room", "orthographic", 1, bars[1], 0.0075},
+    {"room", "orthographic", oracle::infinite, bars[1], 0.0114},
+    {"railings", "perspective", 0.05, 0.0435, 0.0475},
+    {"railings", "perspective", 0.25, bars[1], 0.0143},
+    {"railings", "perspective", 1, bars[1], 0.0121},
+    {"railings", "perspective", oracle::infinite, bars[1], 0.0283},
+    {"railings", "orthographic", 0.05, bars[1], 0.0232},
+    {"railings", "orthographic", 0.25, bars[1], 0.0129},
+    {"railings", "orthographic", 1, bars[1], 0.0137},
+    {"railings", "orthographic", oracle::infinite, bars[1], 0.0242},
 };
 
 std::pair<double, double> thickness_bars_of(const std::string& scene, const std::string& camera, double thickness) {
@@ -214,11 +222,11 @@ std::pair<double, double> thickness_bars_of(const std::string& scene, const std:
 
 TEST_CASE("ssao: brute force at every thickness, balanced and with many slices and steps", "[ssao]") {
     std::printf("ssao and brute force, thickness in radii: root of the mean square error (mean, 99%%), balanced | many "
-                "slices and steps, no patterns\n");
+                "slices and steps, no jitter\n");
     for (const char* name : {"room", "railings"}) {
-        for (const auto& [camera_name, parallel] : cameras) {
-            const Seen seen(scene::named(name), camera_of(name, parallel, 480, 270));
-            for (const double thickness : {0.05, 0.25, 1.0, oracle::endless}) {
+        for (const auto& [camera_name, is_orthographic] : cameras) {
+            const Seen seen(scene::named(name), camera_of(name, is_orthographic, 480, 270));
+            for (const double thickness : {0.05, 0.25, 1.0, oracle::infinite}) {
                 const double radius = 0.05 * seen.median_width;
                 const auto points = brute_force(seen, radius, thickness * radius, default_slices, 19);
                 SsaoOptions options;
@@ -226,8 +234,8 @@ TEST_CASE("ssao: brute force at every thickness, balanced and with many slices a
                 options.thickness = thickness * radius;
                 const Off balanced = error_of(seen, points, options);
                 options.slices = 8;
-                options.steps = 256;
-                options.patterns = 1;
+                options.samples = 256;
+                options.jitter = 1;
                 const Off many = error_of(seen, points, options);
                 std::printf("  %-8s %-12s thickness %-4.3g | %.4f (%+.4f, %.3f) | %.4f (%+.4f, %.3f)\n", name,
                             camera_name, thickness, balanced.rmse, balanced.bias, balanced.p99, many.rmse, many.bias,

@@ -28,7 +28,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 constexpr double reach = 1; // radius of the rays, about 40 pixels
 
-// Off-centre is the same picture moved by 79 and 46 pixels, oblique with its rows turned about: other patterns.
+// Off-centre is the same picture moved by 79 and 46 pixels, oblique with its rows turned about: other jitter.
 constexpr int width = 316, height = 230;
 
 /// A scene as one camera sees it.
@@ -63,8 +63,8 @@ struct Seen {
         return true;
     }
 
-    /// Does the image show the whole ball around a point?
-    bool holds_ball(const Vector3d& point) const {
+    /// Does the image show the whole sphere around a point?
+    bool holds_sphere(const Vector3d& point) const {
         for (int axis = 0; axis < 3; ++axis) {
             for (const double sign : {-reach, reach}) {
                 const Vector3d aside = to_world.topLeftCorner<3, 3>().col(axis) * sign;
@@ -103,7 +103,7 @@ std::vector<Pair> pairs_of(const Seen& one, const Seen& other) {
             if (!(nearest.x() >= 0 && nearest.y() >= 0 && nearest.x() < width && nearest.y() < height))
                 continue;
             const int nx = static_cast<int>(nearest.x()), ny = static_cast<int>(nearest.y());
-            if (!other.smooth(nx, ny, edge) || !one.holds_ball(point) || !other.holds_ball(point))
+            if (!other.smooth(nx, ny, edge) || !one.holds_sphere(point) || !other.holds_sphere(point))
                 continue;
             const Vector3d normal = one.normal(x, y);
             const Vector3d away = other.world(nx, ny) - point; // what the other sees there is the same surface
@@ -136,11 +136,16 @@ struct Scene {
 
 /// The height fields of test_ssao.cpp.
 std::vector<Scene> scenes() {
-    return {{"crease 60", oracle::crease(60 * degree, 0.5)},    {"crease 90", oracle::crease(90 * degree, 0.5)},
-            {"crease 135", oracle::crease(135 * degree, 0.5)},  {"corner", oracle::corner(1, 0.5)},
-            {"endless wall", oracle::endless_wall(0.8, reach)}, {"bowl", oracle::bowl(2, 1)},
-            {"bowl, aside", oracle::bowl(2, 1, 0.5)},           {"wall", oracle::wall(0.5, 0.4)},
-            {"trench", oracle::trench(0.5, 0.5, 0.9, 1.5)},     {"horizon", oracle::uniform_horizon(20 * degree)}};
+    return {{"crease 60", oracle::crease(60 * degree, 0.5)},
+            {"crease 90", oracle::crease(90 * degree, 0.5)},
+            {"crease 135", oracle::crease(135 * degree, 0.5)},
+            {"corner", oracle::corner(1, 0.5)},
+            {"infinite wall", oracle::infinite_wall(0.8, reach)},
+            {"bowl", oracle::bowl(2, 1)},
+            {"bowl, aside", oracle::bowl(2, 1, 0.5)},
+            {"wall", oracle::wall(0.5, 0.4)},
+            {"trench", oracle::trench(0.5, 0.5, 0.9, 1.5)},
+            {"horizon", oracle::uniform_horizon(20 * degree)}};
 }
 
 bool seen_edge_on(const std::string& scene) {
@@ -162,7 +167,7 @@ struct Way {
 };
 
 constexpr double camera_bar = 0.005, camera_largest = 0.02;
-// Without patterns the same eye sees the same, but for a tap in a thousand that rounding moves to another sector.
+// Without jitter the same eye sees the same, but for a tap in a thousand that rounding moves to another sector.
 constexpr double same_eye_bar = 0.001, same_eye_largest = 0.01;
 
 std::vector<Way> ways() {
@@ -170,12 +175,12 @@ std::vector<Way> ways() {
     fast.quality = Quality::fast;
     accurate.quality = Quality::accurate;
     plain.slices = 4;
-    plain.steps = 32;
-    plain.patterns = 1;
+    plain.samples = 32;
+    plain.jitter = 1;
     return {{"fast", fast, camera_bar, camera_largest},
             {"balanced", balanced, camera_bar, camera_largest},
             {"accurate", accurate, camera_bar, camera_largest},
-            {"no patterns", plain, same_eye_bar, same_eye_largest}};
+            {"no jitter", plain, same_eye_bar, same_eye_largest}};
 }
 
 struct Difference {
@@ -209,25 +214,25 @@ struct Missed {
 constexpr Missed measured_misses[] = {
     {"trench", "off-centre", "fast", 0.25, 0.0123, 0.0491},
     {"trench", "oblique", "fast", 0.25, 0.0056, 0.0258},
-    {"trench", "oblique", "fast", oracle::endless, camera_bar, 0.024},
-    {"trench", "orthographic", "fast", oracle::endless, 0.0226, 0.0646},
-    {"trench", "orthographic", "balanced", oracle::endless, 0.0115, 0.0345},
-    {"trench", "orthographic", "accurate", oracle::endless, 0.0106, 0.0329},
+    {"trench", "oblique", "fast", oracle::infinite, camera_bar, 0.024},
+    {"trench", "orthographic", "fast", oracle::infinite, 0.0226, 0.0646},
+    {"trench", "orthographic", "balanced", oracle::infinite, 0.0115, 0.0345},
+    {"trench", "orthographic", "accurate", oracle::infinite, 0.0106, 0.0329},
     {"horizon", "off-centre", "fast", 0.25, 0.0327, 0.0855},
     {"horizon", "off-centre", "balanced", 0.25, 0.0091, 0.0228},
     {"horizon", "off-centre", "accurate", 0.25, 0.0088, 0.0217},
-    {"horizon", "off-centre", "fast", oracle::endless, 0.0327, 0.0855},
-    {"horizon", "off-centre", "balanced", oracle::endless, 0.0091, 0.0228},
-    {"horizon", "off-centre", "accurate", oracle::endless, 0.0088, 0.0217},
+    {"horizon", "off-centre", "fast", oracle::infinite, 0.0327, 0.0855},
+    {"horizon", "off-centre", "balanced", oracle::infinite, 0.0091, 0.0228},
+    {"horizon", "off-centre", "accurate", oracle::infinite, 0.0088, 0.0217},
     {"horizon", "oblique", "fast", 0.25, 0.0313, 0.0874},
     {"horizon", "oblique", "balanced", 0.25, 0.0091, 0.0228},
     {"horizon", "oblique", "accurate", 0.25, 0.0074, camera_largest},
-    {"horizon", "oblique", "fast", oracle::endless, 0.0313, 0.0874},
-    {"horizon", "oblique", "balanced", oracle::endless, 0.0091, 0.0228},
-    {"horizon", "oblique", "accurate", oracle::endless, 0.0074, camera_largest},
-    {"horizon", "orthographic", "fast", oracle::endless, 0.0737, 0.171},
-    {"horizon", "orthographic", "balanced", oracle::endless, 0.0652, 0.1051},
-    {"horizon", "orthographic", "accurate", oracle::endless, 0.0661, 0.1071},
+    {"horizon", "oblique", "fast", oracle::infinite, 0.0313, 0.0874},
+    {"horizon", "oblique", "balanced", oracle::infinite, 0.0091, 0.0228},
+    {"horizon", "oblique", "accurate", oracle::infinite, 0.0074, camera_largest},
+    {"horizon", "orthographic", "fast", oracle::infinite, 0.0737, 0.171},
+    {"horizon", "orthographic", "balanced", oracle::infinite, 0.0652, 0.1051},
+    {"horizon", "orthographic", "accurate", oracle::infinite, 0.0661, 0.1071},
 };
 
 std::pair<double, double> bars_of(const std::string& scene, const std::string& camera, double thickness,
@@ -242,7 +247,7 @@ std::pair<double, double> bars_of(const std::string& scene, const std::string& c
 } // namespace
 
 TEST_CASE("ssao: the same scene through different cameras", "[ssao]") {
-    constexpr double thicknesses[] = {0.25, oracle::endless};
+    constexpr double thicknesses[] = {0.25, oracle::infinite};
     std::printf("ssao through another camera than the perspective: root of the mean square difference (mean, 99%%)\n");
     for (const auto& [name, known] : scenes()) {
         const auto views =
@@ -258,13 +263,13 @@ TEST_CASE("ssao: the same scene through different cameras", "[ssao]") {
             const bool same_eye = other.name != "orthographic";
             REQUIRE(pairs.size() > 300);
             for (const double thickness : thicknesses) {
-                // Walls that parallel rays see edge-on are other solids, if they end somewhere.
+                // Walls that orthographic rays see edge-on are other solids, if they end somewhere.
                 if (!same_eye && std::isfinite(thickness) && seen_edge_on(name))
                     continue;
                 std::printf("  %-12s %-17s thickness %-4.3g", name, other.name.c_str(), thickness);
                 double darkest = 1;
                 for (const Way& way : ways()) {
-                    if (way.options.patterns && !same_eye)
+                    if (way.options.jitter && !same_eye)
                         continue; // few slices in other directions see other bands
                     const Difference off =
                         difference(pairs, seen_by_one[{thickness, way.name}], other.visibility(way.at(thickness)));

@@ -61,10 +61,10 @@ std::vector<Camera> cameras(int across = width, int down = height) {
     eye.width = across;
     eye.height = down;
     eye.projection = perspective(1.0, 1.0 * across / down, {0.5, 500});
-    Camera parallel = eye;
+    Camera is_orthographic = eye;
     const double y = 1.95, x = y * across / down;
-    parallel.projection = orthographic({-x, x, -y, y}, {0.5, 500});
-    return {eye, parallel};
+    is_orthographic.projection = orthographic({-x, x, -y, y}, {0.5, 500});
+    return {eye, is_orthographic};
 }
 
 const char* name_of(const Camera& camera) {
@@ -124,16 +124,16 @@ TEST_CASE("ssao at half resolution: a plane is open at every tilt under five cam
 
 TEST_CASE("ssao at half resolution: nothing leaks over an edge", "[ssao][half]") {
     // Something open before or behind something dark, whose edges lie on even and odd pixels.
-    const scene::Scene plate_before_crease{scene::Plane{{0, -3, -20}, {0, 1, 0.5}},
-                                           scene::Plane{{0, -3, -20}, {0, -0.5, 1}},
-                                           scene::Box{{0.4, -0.93, -5}, {0.53, 0.61, 0.01}}};
+    const scene::Scene clean_plate_before_crease{scene::Plane{{0, -3, -20}, {0, 1, 0.5}},
+                                                 scene::Plane{{0, -3, -20}, {0, -0.5, 1}},
+                                                 scene::Box{{0.4, -0.93, -5}, {0.53, 0.61, 0.01}}};
     const scene::Scene corner_before_plane{scene::Plane{{0, 0, -40}, {0.2, 0.1, 1}},
                                            scene::Box{{0.11, -0.9, -5}, {0.8, 0.1, 0.8}},
                                            scene::Box{{0.11, -0.2, -5.7}, {0.8, 0.6, 0.1}}};
     const auto near = [](double z) { return z < 8; };
     const auto far = [](double z) { return z > 20 && z < 100; };
     for (const auto& [what, scene, is_open] :
-         {std::tuple{"an open plate before a crease", plate_before_crease, std::function<bool(double)>(near)},
+         {std::tuple{"an open plate before a crease", clean_plate_before_crease, std::function<bool(double)>(near)},
           {"a corner before an open plane", corner_before_plane, std::function<bool(double)>(far)}}) {
         const Camera camera = cameras()[0];
         const auto image = scene::render(scene, camera);
@@ -159,18 +159,19 @@ TEST_CASE("ssao at half resolution: nothing leaks over an edge", "[ssao][half]")
     }
 }
 
-TEST_CASE("ssao at half resolution: the same bits whatever the lanes and the groups", "[ssao][half]") {
+TEST_CASE("ssao at half resolution: the same bits whatever the vector width and the groups", "[ssao][half]") {
     static std::map<std::pair<int, int>, Device> devices;
     for (const Camera& camera : cameras()) {
         const std::vector<float> values = pierced_room(camera);
         std::vector<float> first[3];
-        for (const auto& [lanes, group] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}}) {
-            if (!devices.contains({lanes, group}))
-                devices[{lanes, group}] = Device::open("cpu", {Arithmetic::fp64, lanes, group});
+        for (const auto& [vector_width, group] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}}) {
+            if (!devices.contains({vector_width, group}))
+                devices[{vector_width, group}] = Device::open("cpu", {Arithmetic::fp64, vector_width, group});
             SsaoOptions options = half(0.5);
-            // All outputs for the ends of the lanes only: these kernels are long to build.
-            options.confidence = options.bent_normal = depth_form(camera).perspective && lanes % 15 == 1 && group == 64;
-            const Occlusion all = ssao(stored_of(values, camera, devices[{lanes, group}]), options);
+            // All outputs for the ends of the vector width only: these kernels are long to build.
+            options.confidence = options.bent_normal =
+                depth_form(camera).perspective && vector_width % 15 == 1 && group == 64;
+            const Occlusion all = ssao(stored_of(values, camera, devices[{vector_width, group}]), options);
             int which = 0;
             for (const Image& image : {all.visibility, all.confidence, all.bent_normal}) {
                 if (!image)
@@ -178,7 +179,8 @@ TEST_CASE("ssao at half resolution: the same bits whatever the lanes and the gro
                 const auto got = floats(image);
                 if (first[which].empty())
                     first[which] = got;
-                INFO(name_of(camera) << ", lanes " << lanes << ", groups of " << group << ", output " << which);
+                INFO(name_of(camera) << ", vector width " << vector_width << ", groups of " << group << ", output "
+                                     << which);
                 CHECK(same_bits(got, first[which]));
                 ++which;
             }
@@ -378,9 +380,9 @@ const std::pair<const char*, Change> changes[] = {
     {"accurate", [](auto& o, const auto&) { o.quality = Quality::accurate; }},
     {"border clamp", [](auto& o, const auto&) { o.border = Border::clamp; }},
     {"falloff", [](auto& o, const auto&) { o.falloff = 1; }},
-    {"endless thickness", [](auto& o, const auto&) { o.thickness = oracle::endless; }},
+    {"infinite thickness", [](auto& o, const auto&) { o.thickness = oracle::infinite; }},
     {"thickness map", [](auto& o, const Inputs& in) { o.thickness_map = in.map; }},
-    {"back layer", [](auto& o, const Inputs& in) { o.back = in.behind; }},
+    {"back layer", [](auto& o, const Inputs& in) { o.back_depth = in.behind; }},
     {"given normals", [](auto& o, const Inputs& in) { o.normals = in.normal_image; }},
     {"seed", [](auto& o, const auto&) { o.seed = 5; }},
 };
@@ -460,7 +462,7 @@ constexpr Way ways[] = {{"fast, 16 steps", Quality::fast, 16, 0.06},
 /// Measured and 5% more where the aim is missed: a fault to mend, not a promise.
 struct Pinned {
     const char* scene;
-    bool parallel;
+    bool is_orthographic;
     double bars[3];
 };
 constexpr Pinned pinned[] = {{"room", false, {0.06, 0.03, 0.0159}},
@@ -474,8 +476,8 @@ TEST_CASE("ssao at half resolution: brute force for a radius of 40 % of the widt
         "ssao at half resolution and brute force, radius %.0f %% of the width, thickness a quarter of it: root of "
         "the mean square error (mean, 99%%); the same for all pixels\n",
         100 * large);
-    for (const auto& [name, parallel, bars] : pinned) {
-        const Camera camera = cameras(960, 540)[parallel];
+    for (const auto& [name, is_orthographic, bars] : pinned) {
+        const Camera camera = cameras(960, 540)[is_orthographic];
         const scene::Rendered image = scene::render(scene::named(name), camera);
         const oracle::DepthLayer layer(camera, image.z);
         const StoredDepth stored = stored_of(image.stored, camera);
@@ -484,7 +486,7 @@ TEST_CASE("ssao at half resolution: brute force for a radius of 40 % of the widt
         CHECK(points.size() > 100);
         for (std::size_t i = 0; i < std::size(ways); ++i) {
             SsaoOptions options = half(radius, ways[i].quality);
-            options.steps = ways[i].steps;
+            options.samples = ways[i].steps;
             oracle::Off off[2];
             for (const bool whole : {false, true}) {
                 options.half_resolution = !whole;

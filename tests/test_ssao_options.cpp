@@ -308,7 +308,7 @@ TEST_CASE("ssao: the bent normal is the cosine-weighted mean of the open directi
 
 namespace {
 
-// Root of the mean square error. 0.004 is aimed at for accurate: measured 0.0083. Without patterns the radius grows from
+// Root of the mean square error. 0.004 is aimed at for accurate: measured 0.0083. Without jitter the radius grows from
 // slice to slice, and with it the azimuth: measured 0.0332.
 struct FalloffWay {
     const char* name;
@@ -318,15 +318,15 @@ struct FalloffWay {
 };
 constexpr FalloffWay falloff_ways[] = {{"balanced", Quality::balanced, 0, 0.0112},
                                        {"accurate", Quality::accurate, 0, 0.0088},
-                                       {"32 slices, no patterns", Quality::accurate, 32, 0.0349}};
+                                       {"32 slices, no jitter", Quality::accurate, 32, 0.0349}};
 
 } // namespace
 
 TEST_CASE("ssao: falloff is the mean over radii", "[ssao]") {
     std::printf(
         "ssao with falloff and rays of as many lengths, root of the mean square error (mean): balanced | accurate "
-        "| 32 slices without patterns\n");
-    for (const auto& [scene_name, known] : {std::pair{"endless wall", oracle::endless_wall(0.4, 1)},
+        "| 32 slices without jitter\n");
+    for (const auto& [scene_name, known] : {std::pair{"infinite wall", oracle::infinite_wall(0.4, 1)},
                                             {"crease 60", oracle::crease(60 * degree, 0.5)},
                                             {"bowl", oracle::bowl(2, 1)}}) {
         for (const auto& [name, camera] :
@@ -343,7 +343,7 @@ TEST_CASE("ssao: falloff is the mean over radii", "[ssao]") {
                     options.falloff = falloff;
                     if (way.slices > 0) {
                         options.slices = way.slices;
-                        options.patterns = 1;
+                        options.jitter = 1;
                     }
                     got.push_back(seen.visibility(options));
                 }
@@ -384,7 +384,7 @@ TEST_CASE("ssao: a second layer where the thickness would end is the thickness",
     for (const auto& [name, camera] : cameras()) {
         Seen room(scene::room(), camera);
         pierce(room);
-        const bool parallel = camera.projection.matrix(3, 3) != 0;
+        const bool is_orthographic = camera.projection.matrix(3, 3) != 0;
         SsaoOptions options = options_of(0.5);
         options.thickness = 0.125;
         const auto expected = room.visibility(options);
@@ -392,20 +392,21 @@ TEST_CASE("ssao: a second layer where the thickness would end is the thickness",
         std::vector<float> behind;
         for (std::size_t i = 0; i < room.image.z.size(); ++i) {
             const double length = room.image.position[i].norm();
-            const double z = room.image.z[i] * (parallel ? 1 : (length + 0.125) / length) + (parallel ? 0.125 : 0);
+            const double z =
+                room.image.z[i] * (is_orthographic ? 1 : (length + 0.125) / length) + (is_orthographic ? 0.125 : 0);
             behind.push_back(static_cast<float>(z));
         }
         Camera metric = camera;
         metric.encoding = Encoding::view_z;
         options.thickness.reset();
-        options.back =
+        options.back_depth =
             StoredDepth{Image::from_host(device(), Element::f32, behind.data(), {camera.width, camera.height}), metric};
         check_rounding(difference(room.visibility(options), expected), std::string("back and thickness, ") + name);
         // In front of the first layer there is no end: nothing is solid.
         SsaoOptions thin = options_of(0.5);
         thin.thickness = 0;
         const std::vector<float> nearer(behind.size(), 0.01f);
-        options.back =
+        options.back_depth =
             StoredDepth{Image::from_host(device(), Element::f32, nearer.data(), {camera.width, camera.height}), metric};
         CHECK(difference(room.visibility(options), room.visibility(thin)).worst <= rounding_worst);
         CHECK(difference(expected, room.visibility(thin)).rmse > 0.005);
@@ -424,9 +425,9 @@ TEST_CASE("ssao: a second layer may have a clip range of its own", "[ssao]") {
         camera.encoding = Encoding::view_z;
         Seen room(scene::room(), camera);
         SsaoOptions options = options_of(0.5);
-        options.back = room.stored;
+        options.back_depth = room.stored;
         const std::vector<float> expected = room.visibility(options);
-        options.back->camera.projection = other;
+        options.back_depth->camera.projection = other;
         CHECK(difference(room.visibility(options), expected).worst <= rounding_worst);
     }
 }
@@ -447,7 +448,7 @@ TEST_CASE("ssao: a constant map of thicknesses is the thickness", "[ssao]") {
             if (std::isfinite(thickness))
                 CHECK(same_bits(got, expected));
             else
-                check_rounding(difference(got, expected), std::string("an endless map, ") + name);
+                check_rounding(difference(got, expected), std::string("an infinite map, ") + name);
         }
         // A thickness for one half of the image, none for what is not a number.
         std::vector<float> map(room.image.z.size(), std::nanf(""));
@@ -482,13 +483,13 @@ TEST_CASE("ssao: a constant map of thicknesses is the thickness", "[ssao]") {
 }
 
 TEST_CASE("ssao: a clamped border is the image with its border repeated", "[ssao]") {
-    constexpr int margin = 64; // a multiple of the patterns' 4
+    constexpr int margin = 64; // a multiple of the jitter' 4
     constexpr int across = 160, down = 120, all_across = across + 2 * margin, all_down = down + 2 * margin;
-    for (const bool parallel : {false, true}) {
+    for (const bool is_orthographic : {false, true}) {
         const auto projection = [&](double more_x, double more_y) {
             const double x = 2 * more_x, y = 1.5 * more_y;
-            return parallel ? orthographic({-x, x, -y, y}, {0.5, 100})
-                            : perspective(FrustumEdges{-x / 8, x / 8, -y / 8, y / 8}, {0.5, 100});
+            return is_orthographic ? orthographic({-x, x, -y, y}, {0.5, 100})
+                                   : perspective(FrustumEdges{-x / 8, x / 8, -y / 8, y / 8}, {0.5, 100});
         };
         Seen room(scene::room(), camera_of(projection(1, 1), across, down));
         const Camera wide =
@@ -525,7 +526,7 @@ TEST_CASE("ssao: a clamped border is the image with its border repeated", "[ssao
                 }
             }
             const std::string what =
-                std::string(parallel ? "orthographic" : "perspective") + ", radius " + std::to_string(radius);
+                std::string(is_orthographic ? "orthographic" : "perspective") + ", radius " + std::to_string(radius);
             check_rounding(difference(got, expected), "clamped and repeated, " + what);
             const Difference change = difference(got, without);
             change.print(("clamped and open, " + what).c_str());
@@ -552,13 +553,13 @@ TEST_CASE("ssao: given normals are taken", "[ssao]") {
 
 namespace {
 
-// A ball blocks nothing of its own sky. Measured, with its normals and with those of its depth, at pixels of the rim that
+// A sphere blocks nothing of its own sky. Measured, with its normals and with those of its depth, at pixels of the rim that
 // see it edge-on.
-constexpr double ball_worst[] = {0.0001, 0.1075}, ball_mean[] = {0.0001, 0.0001};
+constexpr double sphere_worst[] = {0.0001, 0.1075}, sphere_mean[] = {0.0001, 0.0001};
 
 } // namespace
 
-TEST_CASE("ssao: a lone ball is open", "[ssao]") {
+TEST_CASE("ssao: a lone sphere is open", "[ssao]") {
     const auto sphere = scene::Scene{scene::Sphere{{0, 0, 0}, 2}};
     std::printf("ssao of a lone sphere: with its normals | without\n");
     for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
@@ -572,8 +573,8 @@ TEST_CASE("ssao: a lone ball is open", "[ssao]") {
             const Difference off = difference(seen.visibility(options), std::vector<float>(seen.image.z.size(), 1));
             std::printf("  | mean %.4f, worst %.4f", -off.bias, off.worst);
             INFO(name << (given ? ", given normals" : ", normals from depth"));
-            CHECK(off.worst <= ball_worst[given ? 0 : 1]);
-            CHECK(-off.bias <= ball_mean[given ? 0 : 1]);
+            CHECK(off.worst <= sphere_worst[given ? 0 : 1]);
+            CHECK(-off.bias <= sphere_mean[given ? 0 : 1]);
         }
         std::printf("\n");
     }
@@ -682,10 +683,10 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
         {[](auto& o) { o.border = static_cast<Border>(2); }, {"border = 2", "open or clamp"}},
         {[](auto& o) { o.slices = 0; }, {"slices", "0", "1 to 64"}},
         {[](auto& o) { o.slices = 65; }, {"slices", "65"}},
-        {[](auto& o) { o.steps = 0; }, {"steps", "0", "1 to 256"}},
-        {[](auto& o) { o.steps = 257; }, {"steps", "257"}},
-        {[](auto& o) { o.patterns = 2; }, {"patterns", "2", "1, 4 or 16"}},
-        {[](auto& o) { o.patterns = 0; }, {"patterns", "0"}},
+        {[](auto& o) { o.samples = 0; }, {"samples", "0", "1 to 256"}},
+        {[](auto& o) { o.samples = 257; }, {"samples", "257"}},
+        {[](auto& o) { o.jitter = 2; }, {"jitter", "2", "1, 4 or 16"}},
+        {[](auto& o) { o.jitter = 0; }, {"jitter", "0"}},
         {[](auto& o) { o.thickness = -0.25; }, {"thickness", "-0.25"}},
         {[&](auto& o) { o.thickness = nan; }, {"thickness", "nan"}},
         {[](auto& o) { o.falloff = -0.5; }, {"falloff", "-0.5", "0 to 1"}},
@@ -694,23 +695,24 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
         {[](auto& o) { o.tolerance = 0; }, {"tolerance", "0", "above 0"}},
         {[&](auto& o) { o.tolerance = nan; }, {"tolerance", "nan"}},
         {[&](auto& o) { o.thickness = 1, o.thickness_map = image(width, height); }, {"thickness_map"}},
-        {[&](auto& o) { o.thickness = 1, o.back = seen.stored; }, {"thickness", "back"}},
-        {[&](auto& o) { o.thickness_map = image(width, height), o.back = seen.stored; }, {"thickness_map", "back"}},
+        {[&](auto& o) { o.thickness = 1, o.back_depth = seen.stored; }, {"thickness", "back"}},
+        {[&](auto& o) { o.thickness_map = image(width, height), o.back_depth = seen.stored; },
+         {"thickness_map", "back"}},
         {[&](auto& o) { o.thickness_map = image(10, 20); }, {"thickness", "10 x 20", "161 x 121"}},
         {[&](auto& o) { o.thickness_map = image(width, height, 3); }, {"thickness map", "one channel"}},
         {[&](auto& o) { o.thickness_map = image(width, height, 1, Element::u16); }, {"thickness", "float"}},
         {[&](auto& o) {
-             o.back = StoredDepth{image(10, 20), seen.camera};
+             o.back_depth = StoredDepth{image(10, 20), seen.camera};
          },
          {"second layer", "10 x 20", "161 x 121"}},
         {[&](auto& o) {
-             o.back = seen.stored;
-             o.back->camera.projection = perspective(0.9, double(width) / height, {0.1, 100});
+             o.back_depth = seen.stored;
+             o.back_depth->camera.projection = perspective(0.9, double(width) / height, {0.1, 100});
          },
          {"second layer", "other rays"}},
         {[&](auto& o) {
-             o.back = seen.stored;
-             o.back->camera.projection = orthographic({-1, 1, -1, 1}, {0.1, 100});
+             o.back_depth = seen.stored;
+             o.back_depth->camera.projection = orthographic({-1, 1, -1, 1}, {0.1, 100});
          },
          {"second layer", "other rays"}},
         {[&](auto& o) { o.normals = image(121, 161, 3); }, {"normals", "121 x 161", "161 x 121"}},
@@ -757,7 +759,7 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
     most.thickness = infinity;
     most.falloff = 1;
     most.slices = 64;
-    most.steps = 256;
+    most.samples = 256;
     most.region = Region{0, 0, width, height};
     CHECK(refusal(seen.stored, most).empty());
 }

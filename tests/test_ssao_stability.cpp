@@ -33,7 +33,7 @@ constexpr double plane_error = ssao_plane_error;
 constexpr double quantised_plane_error = 0.02; // of a plane in few bits of depth
 
 constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
-constexpr double thicknesses[] = {0.1, oracle::endless};
+constexpr double thicknesses[] = {0.1, oracle::infinite};
 
 template <typename Value>
 std::vector<float> visibility_of(const std::vector<Value>& values, const Camera& camera, const SsaoOptions& options,
@@ -52,7 +52,7 @@ bool in_range(float v) {
     return v >= 0 && v <= 1;
 }
 
-/// A perspective, at most 57 degrees wide and high, and parallel rays that see about the same.
+/// A perspective, at most 57 degrees wide and high, and orthographic rays that see about the same.
 std::vector<Camera> cameras(int width, int height) {
     const double aspect = static_cast<double>(width) / height;
     const double x = std::min(1.0, aspect), y = std::min(1.0, 1 / aspect);
@@ -97,8 +97,8 @@ TEST_CASE("stability: ssao of nothing but sky is 1, of nothing at all NaN", "[ss
             INFO(text(camera, options));
             const auto sky = visibility_of(std::vector<float>(61 * 35, 1.0f), camera, options);
             CHECK(std::all_of(sky.begin(), sky.end(), [](float v) { return v == 1; }));
-            const auto holes = visibility_of(std::vector<float>(61 * 35, not_a_number), camera, options);
-            CHECK(std::all_of(holes.begin(), holes.end(), [](float v) { return std::isnan(v); }));
+            const auto aperture_shapes = visibility_of(std::vector<float>(61 * 35, not_a_number), camera, options);
+            CHECK(std::all_of(aperture_shapes.begin(), aperture_shapes.end(), [](float v) { return std::isnan(v); }));
         }
     }
 }
@@ -172,9 +172,9 @@ TEST_CASE("stability: ssao with a radius of more than the image is finite", "[ss
 TEST_CASE("stability: ssao takes any radius, and refuses images that are too long", "[ssao][stability]") {
     const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 161, 121);
     const auto image = scene::render(scene::room(), camera);
-    const auto all = visibility_of(image.stored, camera, options_of(1e15, Quality::fast, oracle::endless));
+    const auto all = visibility_of(image.stored, camera, options_of(1e15, Quality::fast, oracle::infinite));
     for (const double radius : {1e19, 1e20, 1e100, 1e300})
-        CHECK(visibility_of(image.stored, camera, options_of(radius, Quality::fast, oracle::endless)) == all);
+        CHECK(visibility_of(image.stored, camera, options_of(radius, Quality::fast, oracle::infinite)) == all);
     CHECK(std::count_if(all.begin(), all.end(), [](float v) { return v < 0.9f; }) > 5000);
     for (const auto& [across, down] : {std::pair{130001, 1}, {1, 130001}}) {
         const Camera longer = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), across, down);
@@ -222,7 +222,7 @@ TEST_CASE("stability: ssao of a lone plane in D16 and D24 at far/near of 1e6", "
                     return worst;
                 };
                 for (const Quality quality : qualities) {
-                    const SsaoOptions options = options_of(radius, quality, oracle::endless);
+                    const SsaoOptions options = options_of(radius, quality, oracle::infinite);
                     const double d16 =
                         worst_of(visibility_of(scene::codes16(image, camera), camera, options, Storage::uint16));
                     const double d24 =
@@ -242,7 +242,7 @@ TEST_CASE("stability: ssao of a room in D16 and D24 keeps its occlusion", "[ssao
     const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 161, 121);
     const auto image = scene::render(scene::room(), camera);
     for (const Quality quality : qualities) {
-        const SsaoOptions options = options_of(1, quality, oracle::endless);
+        const SsaoOptions options = options_of(1, quality, oracle::infinite);
         const auto exact = visibility_of(image.stored, camera, options);
         const auto off = [&](const std::vector<float>& got) {
             double sum = 0;
@@ -314,11 +314,11 @@ double by_rays(const scene::Scene& scene, const Vector3d& position, const Vector
 }
 
 /// Root of the mean square difference from brute force with the same thickness: the bars' own, a quarter of the radius,
-/// endless; then of the bars' own thickness from rays, and from brute force with true normals. Measured and 5% more,
+/// infinite; then of the bars' own thickness from rays, and from brute force with true normals. Measured and 5% more,
 /// where 0.03 is aimed at: a bar of one or two pixels has no slope of its own in the image, and some steps miss it.
 struct Railing {
     int pixels;
-    double own, quarter, endless, own_by_rays, own_with_normals;
+    double own, quarter, infinite, own_by_rays, own_with_normals;
 };
 constexpr Railing railings[] = {
     {1, 0.0139, 0.1362, 0.0413, 0.0279, 0.03},
@@ -327,7 +327,7 @@ constexpr Railing railings[] = {
 };
 
 // What any guess costs that takes bars for solid: no kernel can see behind them.
-constexpr double endless_by_rays_at_least = 0.25;
+constexpr double infinite_by_rays_at_least = 0.25;
 
 } // namespace
 
@@ -358,7 +358,7 @@ TEST_CASE("stability: ssao of railings of one to three pixels against thickness"
         }
         const double own = known.pixels * railing_pixel;
         for (const double thickness :
-             {0.5 * own, own, 2 * own, railing_reach / 4, railing_reach / 2, railing_reach, oracle::endless}) {
+             {0.5 * own, own, 2 * own, railing_reach / 4, railing_reach / 2, railing_reach, oracle::infinite}) {
             SsaoOptions options = options_of(railing_reach, Quality::balanced, thickness);
             const auto got = visibility_of(image.stored, camera, options);
             options.normals =
@@ -386,10 +386,10 @@ TEST_CASE("stability: ssao of railings of one to three pixels against thickness"
                 CHECK(square[3] <= 0.05); // of brute force: this thickness is right
             } else if (thickness == railing_reach / 4) {
                 CHECK(square[0] <= known.quarter);
-            } else if (thickness == oracle::endless) {
-                CHECK(square[0] <= known.endless);
-                CHECK(square[2] >= endless_by_rays_at_least);
-                CHECK(square[3] >= endless_by_rays_at_least);
+            } else if (thickness == oracle::infinite) {
+                CHECK(square[0] <= known.infinite);
+                CHECK(square[2] >= infinite_by_rays_at_least);
+                CHECK(square[3] >= infinite_by_rays_at_least);
             }
         }
     }
@@ -410,11 +410,11 @@ TEST_CASE("stability: ssao of things that leave the image loses no more than the
     const auto image = scene::render(scene, camera);
     const Device& device = oracle::device(Arithmetic::fp64);
     const StoredDepth whole{Image::from_host(device, Element::f32, image.stored.data(), {321, 241}), camera};
-    constexpr int left = 80, top = 100, width = 161, height = 101; // through the box and the ball
+    constexpr int left = 80, top = 100, width = 161, height = 101; // through the box and the sphere
     const StoredDepth part = whole.region(left, top, width, height);
     std::printf("ssao of a part of an image against the whole: most that is brighter, beyond 1 - confidence\n");
     for (const Quality quality : qualities) {
-        for (const double thickness : {0.25, oracle::endless}) {
+        for (const double thickness : {0.25, oracle::infinite}) {
             SsaoOptions options = options_of(0.8, quality, thickness);
             options.confidence = true;
             const Occlusion cut = ssao(part, options);

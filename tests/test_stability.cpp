@@ -192,26 +192,26 @@ TEST_CASE("stability: an oblique plane almost parallel to the view direction", "
                   Approx(0).margin(1e-12));
         }
     }
-    // Parallel rays: the plane must cut them, however little.
-    const auto parallel = [](double ahead) {
+    // Orthographic rays: the plane must cut them, however little.
+    const auto is_orthographic = [](double ahead) {
         return oracle::named(
-            oracle::with_oblique_near_plane(oracle::from_parallel({-4, 4, -3, 3}, {0.5, 100}), {1, 0, ahead, 0}),
-            "almost along parallel rays", 96, 64);
+            oracle::with_oblique_near_plane(oracle::from_orthographic({-4, 4, -3, 3}, {0.5, 100}), {1, 0, ahead, 0}),
+            "almost along orthographic rays", 96, 64);
     };
     for (const double ahead : {-1.0, -1e-3, -1e-6, -1e-8}) {
-        INFO("parallel rays, ahead " << ahead);
+        INFO("orthographic rays, ahead " << ahead);
         oracle::Worst worst;
-        CHECK(faults_of(parallel(ahead), worst) == "");
+        CHECK(faults_of(is_orthographic(ahead), worst) == "");
     }
-    CHECK(contains(refusal([&] { parallel(0); }), "must point ahead"));
-    CHECK(contains(refusal([&] { parallel(1e-6); }), "must point ahead"));
+    CHECK(contains(refusal([&] { is_orthographic(0); }), "must point ahead"));
+    CHECK(contains(refusal([&] { is_orthographic(1e-6); }), "must point ahead"));
 }
 
 TEST_CASE("stability: an orthographic oblique plane may have the origin on its kept side", "[stability]") {
     const Eigen::Vector4d plane(0.3, -0.2, -1, 2); // C_w > 0: keeps points up to 2 behind the origin
     for (const DepthSpan span : {DepthSpan{-3, 100}, DepthSpan{-50, -1}, DepthSpan{0, 100, DepthOrder::reversed}}) {
         const Subject subject = oracle::named(
-            oracle::with_oblique_near_plane(oracle::from_parallel({-4, 4, -3, 3}, span), plane), "C_w > 0", 96, 64);
+            oracle::with_oblique_near_plane(oracle::from_orthographic({-4, 4, -3, 3}, span), plane), "C_w > 0", 96, 64);
         oracle::Worst worst;
         CHECK(faults_of(subject, worst) == "");
         const Judged verdict = judged(subject, {0.25f}, Arithmetic::fp64, {0, 0, 96, 64});
@@ -356,13 +356,13 @@ TEST_CASE("stability: an orthographic camera is the limit of narrow far perspect
         const Camera narrow = camera_of(
             perspective(FrustumEdges{-slope * near, slope * near, -slope * near, slope * near}, {near, distance + 10}),
             33, 1);
-        std::vector<float> parallel, converging;
+        std::vector<float> is_orthographic, converging;
         for (int i = 0; i < 33; ++i) {
             const double x = i + 0.5, offset = (i % 2 == 0 ? 1 : -1) * beyond;
-            parallel.push_back(static_cast<float>(stored_depth(flat, Storage::float32, x, 0.5, offset)));
+            is_orthographic.push_back(static_cast<float>(stored_depth(flat, Storage::float32, x, 0.5, offset)));
             converging.push_back(static_cast<float>(stored_depth(narrow, Storage::float32, x, 0.5, distance + offset)));
         }
-        const auto a = unprojected(flat, parallel), b = unprojected(narrow, converging);
+        const auto a = unprojected(flat, is_orthographic), b = unprojected(narrow, converging);
         double sideways = 0, along = 0;
         for (std::size_t i = 0; i < 33; ++i) {
             sideways = std::max(sideways, std::abs(static_cast<double>(a[3 * i]) - b[3 * i]));

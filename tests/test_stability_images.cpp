@@ -28,14 +28,16 @@ namespace {
 /// A camera for each form, `unit` scene units to what was one.
 std::vector<Camera> of_every_form(int width, int height, double unit = 1) {
     const Projection wide = perspective(1.0, 1.5, {0.1 * unit, 100 * unit});
-    const Projection parallel = orthographic({-5 * unit, 6 * unit, -4 * unit, 3 * unit}, {0.5 * unit, 500 * unit});
+    const Projection is_orthographic =
+        orthographic({-5 * unit, 6 * unit, -4 * unit, 3 * unit}, {0.5 * unit, 500 * unit});
     Eigen::Matrix4d tilt = wide.matrix.cast<double>();
     tilt.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
-    std::vector<Camera> cameras{camera_of(wide, width, height),
-                                camera_of(with_oblique_near_plane(wide, {0.2, 0.1, -1, -3 * unit}), width, height),
-                                camera_of(parallel, width, height),
-                                camera_of(with_oblique_near_plane(parallel, {0.2, 0.1, -1, -3 * unit}), width, height),
-                                camera_of(from_matrix(tilt), width, height)};
+    std::vector<Camera> cameras{
+        camera_of(wide, width, height),
+        camera_of(with_oblique_near_plane(wide, {0.2, 0.1, -1, -3 * unit}), width, height),
+        camera_of(is_orthographic, width, height),
+        camera_of(with_oblique_near_plane(is_orthographic, {0.2, 0.1, -1, -3 * unit}), width, height),
+        camera_of(from_matrix(tilt), width, height)};
     Camera logarithmic = camera_of(wide, width, height), distance = logarithmic, median = logarithmic;
     logarithmic.encoding = Encoding::logarithmic;
     logarithmic.far = 100 * unit;
@@ -124,8 +126,8 @@ std::vector<float> through(const Device& device, const Camera& camera, const std
 TEST_CASE("stability: images of 1 x 1, 1 x N, N x 1 and of widths around the lane count", "[stability]") {
     const int width = 40, height = 35, x = 3, y = 1;
     const std::vector<float> stored = random_depths(static_cast<std::size_t>(width * height), 1);
-    for (const int lanes : {1, 16}) {
-        const Device device = Device::open("cpu", {.lanes = lanes});
+    for (const int vector_width : {1, 16}) {
+        const Device device = Device::open("cpu", {.vector_width = vector_width});
         for (const Camera& camera : of_every_form(width, height)) {
             for (const int channels : {1, 3, 4}) {
                 // The truth of a pixel is what it is on its own, one lane and one pixel at a time, in the widest image.
@@ -133,8 +135,8 @@ TEST_CASE("stability: images of 1 x 1, 1 x N, N x 1 and of widths around the lan
                 const auto all = through(device, camera, stored, 0, 0, width, height, channels);
                 for (const auto& [w, h] :
                      {std::pair{1, 1}, {1, 33}, {33, 1}, {3, 2}, {15, 2}, {16, 2}, {17, 2}, {31, 2}, {33, 2}}) {
-                    INFO(name(depth_form(camera).form)
-                         << ' ' << w << " x " << h << ' ' << channels << " channels, " << lanes << " lanes");
+                    INFO(to_string(depth_form(camera).form) << ' ' << w << " x " << h << ' ' << channels
+                                                            << " channels, " << vector_width << " vector width");
                     std::vector<float> expected;
                     for (int row = y; row < y + h; ++row) {
                         const auto* from = all.data() + static_cast<std::size_t>(row * width + x) * c;
@@ -148,8 +150,8 @@ TEST_CASE("stability: images of 1 x 1, 1 x N, N x 1 and of widths around the lan
 }
 
 TEST_CASE("stability: decoding in place touches every pixel once and nothing beside", "[stability]") {
-    for (const int lanes : {1, 16}) {
-        const Device device = Device::open("cpu", {.lanes = lanes});
+    for (const int vector_width : {1, 16}) {
+        const Device device = Device::open("cpu", {.vector_width = vector_width});
         for (const int width : {1, 3, 15, 16, 17, 31, 33}) {
             for (const Camera& camera : of_every_form(width, 3)) {
                 const std::vector<float> stored = random_depths(static_cast<std::size_t>(width * 3), 2);
@@ -159,7 +161,8 @@ TEST_CASE("stability: decoding in place touches every pixel once and nothing bes
                         memory.data()[row * memory.layout().row_stride + column] = stored[i++];
                 linearize_in_place({Image::from_host(device, Element::f32, memory.data(), memory.layout()), camera});
                 device.finish();
-                INFO(name(depth_form(camera).form) << ", width " << width << ", " << lanes << " lanes");
+                INFO(to_string(depth_form(camera).form)
+                     << ", width " << width << ", " << vector_width << " vector width");
                 CHECK(memory.intact());
                 CHECK(bits_of(memory.content()) == bits_of(through(device, camera, stored, 0, 0, width, 3, 1)));
             }
@@ -181,7 +184,7 @@ TEST_CASE("stability: values that are no depth do not reach their neighbours", "
         const Device& device = oracle::device(arithmetic);
         for (const Camera& camera : of_every_form(width, height)) {
             for (const std::size_t channels : {1u, 3u}) {
-                INFO(name(depth_form(camera).form) << ' ' << channels << " channels");
+                INFO(to_string(depth_form(camera).form) << ' ' << channels << " channels");
                 const auto a = bits_of(through(device, camera, clean, 0, 0, width, height, static_cast<int>(channels)));
                 const auto b =
                     bits_of(through(device, camera, soiled, 0, 0, width, height, static_cast<int>(channels)));
@@ -224,8 +227,8 @@ std::optional<std::size_t> wrong_at_the_end(Storage storage, std::size_t source_
     constexpr int size = 16384, w = 37, h = 5, left = size - w, top = size - h;
     const Element element = element_of(storage);
     const int stored_channels = channels_of(storage);
-    const std::size_t row_bytes = static_cast<std::size_t>(w * stored_channels) * bytes(element);
-    const Sparse source(source_stride * size * bytes(element)), target(result_stride * size * sizeof(float));
+    const std::size_t row_bytes = static_cast<std::size_t>(w * stored_channels) * element_bytes(element);
+    const Sparse source(source_stride * size * element_bytes(element)), target(result_stride * size * sizeof(float));
     if (!source.data() || !target.data())
         return std::nullopt;
     const Device& device = oracle::device(Arithmetic::fp64);
@@ -237,7 +240,7 @@ std::optional<std::size_t> wrong_at_the_end(Storage storage, std::size_t source_
         byte = static_cast<std::uint8_t>(random() % 31 + 32); // inside the range, as codes and as floats
     for (std::size_t row = 0; row < h; ++row) {
         const std::size_t at = (top + row) * source_stride + static_cast<std::size_t>(left * stored_channels);
-        std::memcpy(static_cast<std::uint8_t*>(source.data()) + at * bytes(element), &stored[row * row_bytes],
+        std::memcpy(static_cast<std::uint8_t*>(source.data()) + at * element_bytes(element), &stored[row * row_bytes],
                     row_bytes);
     }
     const auto operate = [&](const StoredDepth& depth, const Image& result) {
@@ -278,7 +281,7 @@ std::optional<std::size_t> wrong_at_the_end(Storage storage, std::size_t source_
 TEST_CASE("stability: 16384 x 16384 pixels whose offsets lie beyond 2^32", "[stability]") {
     // 5.4e9 bytes of floats to 4.3e9; 6.6e9 elements of one byte to 8.6e9 bytes of positions. None of it is memory.
     const auto linear = wrong_at_the_end(Storage::float32, 81921, 1, 65537);
-    const auto packed = wrong_at_the_end(Storage::rgb8_low_first, 400003, 3, 131001);
+    const auto packed = wrong_at_the_end(Storage::rgb8_red_low, 400003, 3, 131001);
     if (!linear || !packed)
         WARN("skipped: no address space, or no device, for buffers of 8 GiB");
     CHECK(linear.value_or(0) == 0);
@@ -298,7 +301,7 @@ TEST_CASE("stability: scene units from 1e-34 to 1e34 decode to the same digits",
         for (std::size_t f = 0; f < plain.size(); ++f) {
             const auto reference = decoded(plain[f], stored, Storage::float32, Background::inf, arithmetic);
             for (int power = -largest_unit; power <= largest_unit; ++power) {
-                INFO(name(depth_form(plain[f]).form) << " 1e" << power << ' ' << oracle::name(arithmetic));
+                INFO(to_string(depth_form(plain[f]).form) << " 1e" << power << ' ' << oracle::name(arithmetic));
                 const double unit = std::pow(10.0, power);
                 const Camera camera = of_every_form(64, 1, unit)[f];
                 CHECK(depth_form(camera).form == depth_form(plain[f]).form);
@@ -379,7 +382,7 @@ TEST_CASE("stability: a background of every storage", "[stability]") {
         camera.background = background;
         using Value = std::decay_t<decltype(holding)>;
         for (const Arithmetic arithmetic : arithmetics) {
-            INFO(name(storage) << " background " << background);
+            INFO(to_string(storage) << " background " << background);
             const std::vector<Value> values{holding, beside};
             const auto z = decoded(camera, values, storage, Background::inf, arithmetic);
             CHECK(z[0] == infinity);
@@ -404,10 +407,8 @@ TEST_CASE("stability: a background of every storage", "[stability]") {
     check(Storage::uint24, 16777215, std::uint32_t{0xffffff}, std::uint32_t{0xfffffe});
     check(Storage::uint24, 5, std::uint32_t{0xff000005}, std::uint32_t{0x00000006}); // the stencil is not looked at
     check(Storage::uint24_high, 5, std::uint32_t{0x000005ff}, std::uint32_t{0x000006ff});
-    check(Storage::rgb8_low_first, 0x030201, std::array<std::uint8_t, 3>{1, 2, 3},
-          std::array<std::uint8_t, 3>{3, 2, 1});
-    check(Storage::rgb8_high_first, 0x030201, std::array<std::uint8_t, 3>{3, 2, 1},
-          std::array<std::uint8_t, 3>{1, 2, 3});
+    check(Storage::rgb8_red_low, 0x030201, std::array<std::uint8_t, 3>{1, 2, 3}, std::array<std::uint8_t, 3>{3, 2, 1});
+    check(Storage::rgb8_red_high, 0x030201, std::array<std::uint8_t, 3>{3, 2, 1}, std::array<std::uint8_t, 3>{1, 2, 3});
 
     Camera camera = camera_of(perspective(1.0, 1.5, {2, 64}));
     const auto refused = [&](Storage storage, double background) {
@@ -431,10 +432,11 @@ TEST_CASE("stability: metric depth that is infinite, zero or behind the eye", "[
             camera.encoding = encoding;
             return decoded(camera, stored, Storage::float32, Background::inf, arithmetic);
         };
-        const Projection eye = perspective(1.0, 1.5, {0.1, 100}), parallel = orthographic({-1, 1, -1, 1}, {-10, 10});
+        const Projection eye = perspective(1.0, 1.5, {0.1, 100}),
+                         is_orthographic = orthographic({-1, 1, -1, 1}, {-10, 10});
         for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance}) {
-            INFO(name(encoding) << ' ' << oracle::name(arithmetic));
-            const auto z = decode(eye, encoding), flat = decode(parallel, encoding);
+            INFO(to_string(encoding) << ' ' << oracle::name(arithmetic));
+            const auto z = decode(eye, encoding), flat = decode(is_orthographic, encoding);
             CHECK(z[0] == infinity);
             CHECK(flat[0] == infinity);
             CHECK(z[4] > 0);
@@ -444,8 +446,8 @@ TEST_CASE("stability: metric depth that is infinite, zero or behind the eye", "[
             CHECK(std::isnan(flat[1]));
             CHECK(std::isnan(flat[5]));
         }
-        CHECK(decode(parallel, Encoding::view_z)[2] == -1); // parallel rays have no eye to be behind
-        CHECK(decode(parallel, Encoding::view_z)[3] == 0);
+        CHECK(decode(is_orthographic, Encoding::view_z)[2] == -1); // orthographic rays have no eye to be behind
+        CHECK(decode(is_orthographic, Encoding::view_z)[3] == 0);
         const auto inverse = decode(eye, Encoding::inverse);
         CHECK(std::isnan(inverse[0])); // z = 0
         CHECK(std::isnan(inverse[2]));
@@ -518,11 +520,11 @@ TEST_CASE("stability: what cannot be decoded or placed is refused", "[stability]
     CHECK(contains(refusal([&] { image.region(1, 0, 8, 4); }), "does not lie in 8 x 4"));
     CHECK(contains(refusal([&] { linearize({Image(), camera}); }), "has no image"));
 
-    // Parallel rays at right angles to the view axis: their points have no depth of their own.
+    // Orthographic rays at right angles to the view axis: their points have no depth of their own.
     Eigen::Matrix4d sideways = orthographic({-1, 1, -1, 1}, {1, 10}).matrix.cast<double>();
     sideways.row(0).swap(sideways.row(2));
     Camera across = camera;
     across.projection = from_matrix(sideways);
-    CHECK(contains(refusal([&] { rays(across); }), "run across the view axis"));
+    CHECK(contains(refusal([&] { camera_rays(across); }), "run across the view axis"));
     CHECK(contains(refusal([&] { unproject({image, across}); }), "run across the view axis"));
 }

@@ -66,10 +66,11 @@ std::vector<Subject> cameras() {
         oracle::named(metric, "view-z"),
         oracle::named(along_ray, "ray distance"),
         oracle::named(tilted_along_ray, "ray distance, tilted"),
-        oracle::named(oracle::from_parallel({-5, 7, -4, 3}, {-3, 1000}), "orthographic"),
-        oracle::named(oracle::from_parallel({1e6, 1e6 + 12, -4, 3}, {1, 1000}, opencv), "orthographic far aside"),
-        oracle::named(with_oblique_near_plane(oracle::from_parallel({-5, 7, -4, 3}, {-3, 100}), {0.3, -0.2, -1, -2}),
-                      "oblique orthographic"),
+        oracle::named(oracle::from_orthographic({-5, 7, -4, 3}, {-3, 1000}), "orthographic"),
+        oracle::named(oracle::from_orthographic({1e6, 1e6 + 12, -4, 3}, {1, 1000}, opencv), "orthographic far aside"),
+        oracle::named(
+            with_oblique_near_plane(oracle::from_orthographic({-5, 7, -4, 3}, {-3, 100}), {0.3, -0.2, -1, -2}),
+            "oblique orthographic"),
         oracle::named(oracle::from_matrix(orthographic_matrix(1, 100, 0.3)), "sheared orthographic"),
         oracle::named(oracle::from_matrix(matrix), "matrix"),
         oracle::named(oracle::from_matrix(oracle::moved(matrix, {0.03, 0, 0})), "eye moved sideways"),
@@ -217,7 +218,7 @@ TEST_CASE("unproject: what is no surface has no position", "[unproject]") {
 
 TEST_CASE("unproject: the depth of a position is the linearized depth, to the bit", "[unproject]") {
     for (const Subject& subject : cameras()) {
-        if (!rays(subject.camera).parallel_depth)
+        if (!camera_rays(subject.camera).w_is_depth)
             continue;
         const oracle::Truth truth(subject, Storage::float32);
         std::mt19937 random(3);

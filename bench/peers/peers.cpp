@@ -138,7 +138,7 @@ std::vector<View> opencv_views(int width, int height) {
     std::vector<View> list;
     for (View& view : views(width, height)) {
         const oracle::Frustum frustum = *view.subject.frustum;
-        if (frustum.parallel || frustum.plane || frustum.reversed)
+        if (frustum.is_orthographic || frustum.plane || frustum.reversed)
             continue;
         const DepthSpan span{static_cast<double>(frustum.near), static_cast<double>(frustum.far)};
         const Convention axes{ClipZ::negative_one_to_one, ClipY::up, ViewAxes::opencv};

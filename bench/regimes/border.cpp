@@ -64,7 +64,7 @@ Regime border_of_the_image(const Device& device) {
     sweep_across(device, regime.panel(across), "border clamped", 0, Border::clamp);
     sweep_across(device, regime.panel(across), "rendered a radius wider", radius, Border::open);
     regime.boundaries = {
-        {beyond, "as it is", 0.03, 0.89, 0.77, "derived: all that an endless wall hides"},
+        {beyond, "as it is", 0.03, 0.89, 0.77, "derived: all that an infinite wall hides"},
         {beyond, "rendered a radius wider", 0.03, 0, none, "measured"},
         {across, "border open", 0.04, 0.39, 0.27, "measured"},
         {across, "border clamped", 0.03, 0, none, "measured"},

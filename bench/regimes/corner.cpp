@@ -48,7 +48,7 @@ Stored store(const Device& device, const scene::Rendered& truth, Camera camera, 
             for (const std::uint32_t code : stored.codes24)
                 for (const int shift : {0, 8, 16})
                     stored.bytes.push_back(static_cast<std::uint8_t>(code >> shift & 255));
-            stored.depth = stored_of(device, stored.bytes, camera, Storage::rgb8_low_first);
+            stored.depth = stored_of(device, stored.bytes, camera, Storage::rgb8_red_low);
         }
     } else {
         stored.floats = buffer.bits < 32 ? rounded(truth.exact, buffer.bits) : truth.stored;
@@ -93,20 +93,20 @@ void raise(double& largest, double value) {
     largest = std::max(largest, std::abs(value));
 }
 
-double circle_of(const Circle& lens, double z) {
-    return static_cast<double>(circle_at(lens, z));
+double circle_of(const CircleOfConfusion& lens, double z) {
+    return static_cast<double>(coc_at(lens, z));
 }
 
 /// What is moved to the eye may have any circle; what is moved to the far plane is background, and infinitely far.
-double circle_bound(const Circle& lens, double z, double moved, bool background) {
+double circle_bound(const CircleOfConfusion& lens, double z, double moved, bool background) {
     const double towards = moved < z ? circle_of(lens, z) - circle_of(lens, z - moved) : infinity;
     const double away = background ? circle_of(lens, infinity) - circle_of(lens, z) : 0; // otherwise less than towards
     const double size = std::max(std::abs(circle_of(lens, z)), static_cast<double>(lens.k));
-    return std::max(towards, away) + circle_ulp * 0x1p-23 * size;
+    return std::max(towards, away) + coc_ulp * 0x1p-23 * size;
 }
 
 /// Largest errors of depth and circle, and their bounds.
-void judge_depth(const Corner& corner, const Stored& stored, const Circle& lens, CornerErrors& errors) {
+void judge_depth(const Corner& corner, const Stored& stored, const CircleOfConfusion& lens, CornerErrors& errors) {
     const scene::Rendered& truth = corner.truth();
     const DepthForm form = depth_form(corner.camera());
     const bool reversed = corner.camera().projection.order == DepthOrder::reversed;
@@ -196,7 +196,7 @@ double Corner::visibility_off(const std::vector<float>& visibility) const {
     return std::sqrt(sum / static_cast<double>(pixels));
 }
 
-CornerErrors corner_errors(const Device& device, const Corner& corner, Buffer buffer, const Circle& lens) {
+CornerErrors corner_errors(const Device& device, const Corner& corner, Buffer buffer, const CircleOfConfusion& lens) {
     const Stored stored = store(device, corner.truth(), corner.camera(), buffer);
     CornerErrors errors;
     judge_depth(corner, stored, lens, errors);

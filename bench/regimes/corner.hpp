@@ -59,7 +59,7 @@ struct CornerErrors {
 
 /// Of a corner whose camera stores window depth of a perspective.
 CornerErrors corner_errors(const Device& device, const Corner& corner, Buffer buffer,
-                           const Circle& lens = {.k = 20, .g = 200});
+                           const CircleOfConfusion& lens = {.k = 20, .g = 200});
 
 /// What a plane that nothing rises above loses of its visibility of 1: root of the mean square. It passes the corner's edge
 /// and is turned by 30 degrees.

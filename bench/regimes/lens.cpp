@@ -21,14 +21,14 @@ constexpr const char* energy = "error of a highlight's energy, relative";
 /// A picture at depths that have the circles wanted: c = 1000 - 1000/z.
 struct Picture {
     int width, height;
-    std::vector<float> depth, colour;
+    std::vector<float> depth, color;
 
     template <typename CircleOf, typename ValueOf>
     Picture(int across, int down, CircleOf circle, ValueOf value) : width(across), height(down) {
         for (int y = 0; y < down; ++y) {
             for (int x = 0; x < across; ++x) {
                 depth.push_back(static_cast<float>(1000 / (1000 - circle(x, y))));
-                colour.insert(colour.end(), 3, static_cast<float>(value(x, y)));
+                color.insert(color.end(), 3, static_cast<float>(value(x, y)));
             }
         }
     }
@@ -37,7 +37,7 @@ struct Picture {
     std::vector<double> blurred(const Device& device, BlurQuality quality) const {
         Camera camera = camera_over(perspective(1.0, static_cast<double>(width) / height, {0.01, 100}), width, height);
         camera.encoding = Encoding::view_z;
-        const Image image = Image::from_host(device, Element::f32, colour.data(), {width, height, 3});
+        const Image image = Image::from_host(device, Element::f32, color.data(), {width, height, 3});
         DofOptions options;
         options.circle = {.k = 1000, .g = 1000};
         options.quality = quality;
@@ -184,17 +184,17 @@ Regime focus_distance(const Device& device) {
     camera.height = 1440;
     for (double power = -6; power <= 6; power += 0.5) {
         const double nearer = std::pow(10.0, power), focal_length_mm = 85;
-        const Circle lens = circle_of_confusion({.f_number = 1.4,
-                                                 .focus = focal_length_mm / 1000 * (1 + nearer),
-                                                 .focal_length_mm = focal_length_mm,
-                                                 .sensor_width_mm = 36},
-                                                camera);
+        const CircleOfConfusion lens = circle_of_confusion({.f_number = 1.4,
+                                                            .focus = focal_length_mm / 1000 * (1 + nearer),
+                                                            .focal_length_mm = focal_length_mm,
+                                                            .sensor_width_mm = 36},
+                                                           camera);
         for (const auto& [name, bits] : {std::pair{"D16", 16}, {"D24", 24}, {"D32F", 32}}) {
             const CornerErrors errors = corner_errors(device, corner, {bits}, lens);
             regime.panel(quantity::circle).curve(name).points.push_back({nearer, errors.circle, errors.circle_bound});
         }
         regime.panel(of_all).curve(at_corner).points.push_back(
-            {nearer, std::abs(static_cast<double>(circle_at(lens, 20)))});
+            {nearer, std::abs(static_cast<double>(coc_at(lens, 20)))});
     }
     regime.boundaries = {
         {quantity::circle, "D16", 0.1, 0.31, 0.11, "derived: half a step of the buffer"},

@@ -3,7 +3,7 @@
 // What `normals_slope_error` and the bound of stored depth's error do to a plane's normal.
 
 #include "camera/eye_rays.hpp"
-#include "operations/planar.hpp"
+#include "operations/inverse_depth.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -16,11 +16,11 @@
 namespace fathom::regimes {
 
 /// n = gx Dy x d + gy d x Dx + q Dx x Dy moves by no more than the sum of the three, with slopes that are off by
-/// `normals_slope_error` times the bound of planar depth's error and a depth that is off by that bound.
+/// `normals_slope_error` times the bound of inverse depth's error and a depth that is off by that bound.
 class NormalBound {
 public:
     explicit NormalBound(const Camera& camera, Storage storage = Storage::float32, double tolerance = 1)
-        : eye_(eye_rays(rays(camera))), error_(planar_error(camera, storage)), tolerance_(tolerance),
+        : eye_(eye_rays(camera_rays(camera))), error_(inverse_depth_error(camera, storage)), tolerance_(tolerance),
           direction_(eye_.direction.cast<double>()),
           moving_(eye_.perspective ? direction_ : Eigen::Matrix3d(eye_.origin.cast<double>())),
           of_q_(moving_.col(0).cross(moving_.col(1))) {}
@@ -45,7 +45,7 @@ public:
 
 private:
     EyeRays eye_;
-    PlanarError error_;
+    InverseDepthError error_;
     double tolerance_;
     Eigen::Matrix3d direction_, moving_;
     Eigen::Vector3d of_q_;

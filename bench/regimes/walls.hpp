@@ -1,6 +1,6 @@
 #pragma once
 
-// A floor beside an endless upright wall that is higher than the radius.
+// A floor beside an infinite upright wall that is higher than the radius.
 
 #include <algorithm>
 #include <cmath>

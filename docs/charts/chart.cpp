@@ -12,7 +12,7 @@
 namespace fathom::charts {
 namespace {
 
-constexpr const char* colours[] = {"#8a8f98", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#56b4e9"};
+constexpr const char* colors[] = {"#8a8f98", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#56b4e9"};
 constexpr double top = 44, bottom = 52, left = 62; // margins of a chart
 
 std::string number(double value) {
@@ -88,15 +88,15 @@ private:
     }
 
     void line(const Series& series) {
-        const std::string colour = colours[series.colour];
+        const std::string color = colors[series.color];
         if (series.look == Series::Look::dots) {
-            out_ << "<g fill='" << colour << "' fill-opacity='0.6'>";
+            out_ << "<g fill='" << color << "' fill-opacity='0.6'>";
             for (const auto& [x, y] : series.points)
                 out_ << "<circle cx='" << number(at_x(x)) << "' cy='" << number(at_y(y)) << "' r='2.4'/>";
             out_ << "</g>\n";
             return;
         }
-        out_ << "<path fill='none' stroke='" << colour << "' stroke-width='"
+        out_ << "<path fill='none' stroke='" << color << "' stroke-width='"
              << (series.look == Series::Look::thin ? "1" : "2") << "' stroke-linejoin='round'"
              << (series.look == Series::Look::dashed ? " stroke-dasharray='5 4'" : "") << " d='";
         char command = 'M';
@@ -140,7 +140,7 @@ private:
         }
         for (const Label& label : all)
             text(label.x + 7, label.y + 4, label.series->label, "start",
-                 std::string("font-size='12' fill='") + colours[label.series->colour] + "'");
+                 std::string("font-size='12' fill='") + colors[label.series->color] + "'");
     }
 
     std::ostream& out_;

@@ -18,7 +18,7 @@ struct Series {
     enum class Look { line, dashed, thin, dots };
     std::string label; ///< written beside the last point; may be empty
     std::vector<std::pair<double, double>> points;
-    int colour = 0; ///< 0 grey, then one to six
+    int color = 0; ///< 0 grey, then one to six
     Look look = Look::line;
 };
 

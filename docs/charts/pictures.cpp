@@ -43,22 +43,22 @@ std::vector<double> spread(double low, double high, int count) {
 }
 
 template <typename Function>
-Series curve(std::string label, int colour, const std::vector<double>& xs, Function y, Look look = Look::line) {
-    Series series{std::move(label), {}, colour, look};
+Series curve(std::string label, int color, const std::vector<double>& xs, Function y, Look look = Look::line) {
+    Series series{std::move(label), {}, color, look};
     for (const double x : xs)
         series.points.emplace_back(x, y(x));
     return series;
 }
 
-Series segment(std::string label, int colour, std::vector<std::pair<double, double>> points, Look look = Look::line) {
-    return {std::move(label), std::move(points), colour, look};
+Series segment(std::string label, int color, std::vector<std::pair<double, double>> points, Look look = Look::line) {
+    return {std::move(label), std::move(points), color, look};
 }
 
 // Seen from above, depth to the right: what `rays` says of a row of pixels.
 Chart rays_from_above(const char* title, const Projection& projection, double farthest) {
     Chart chart{title, {"depth z", -0.6, 5, {0, 1, 2, 3, 4}}, {"x", -2.6, 2.6, {-2, -1, 0, 1, 2}}, {}, 24};
     const Camera camera = camera_of(projection);
-    const Rays ray = rays(camera);
+    const Rays ray = camera_rays(camera);
     Series marks{"", {}, 2, Look::dots};
     Series origins{"", {}, 3, Look::dots};
     for (const double x : {0.0, 80.0, 160.0, 240.0, 320.0, 400.0, 480.0, 560.0, 640.0}) {
@@ -127,11 +127,11 @@ void draw_oblique(const std::filesystem::path& folder) {
     struct Direction {
         const char* label;
         double x;
-        int colour;
+        int color;
     };
     for (const Direction& each :
          {Direction{"touched corner", 640, 3}, {"towards it", 480, 1}, {"centre", 320, 2}, {"opposite", 0, 4}}) {
-        Series reaches{each.label, {}, each.colour, Look::line}, stores = reaches;
+        Series reaches{each.label, {}, each.color, Look::line}, stores = reaches;
         for (double angle = 0; angle <= 50; angle += 0.125) {
             const Camera turned = camera_of(with_turned_plane(plain, angle));
             reaches.points.emplace_back(angle, attainable_depth(turned, each.x, 240) / far);
@@ -146,7 +146,7 @@ void draw_oblique(const std::filesystem::path& folder) {
 
 void draw_median(const std::filesystem::path& folder) {
     Camera plain = camera_of(perspective(FrustumEdges{-0.05, 0.05, -0.05, 0.05}, {0.1, 1e4}));
-    Camera endless = camera_of(perspective(FrustumEdges{-0.05, 0.05, -0.05, 0.05}, {0.1, infinity}));
+    Camera infinite = camera_of(perspective(FrustumEdges{-0.05, 0.05, -0.05, 0.05}, {0.1, infinity}));
     Camera median = plain, logarithmic = plain;
     median.encoding = Encoding::median;
     median.median = 10;
@@ -161,7 +161,7 @@ void draw_median(const std::filesystem::path& folder) {
             {"distance along the view axis", 0.01, 1e4, {0.01, 0.1, 1, 10, 100, 1e3, 1e4}, true},
             {"stored, −1 to 1", -1.05, 1.05, {-1, -0.5, 0, 0.5, 1}},
             {curve("window", 0, beyond_near, clip(plain)),
-             curve("window, infinite far", 2, beyond_near, clip(endless), Look::dashed),
+             curve("window, infinite far", 2, beyond_near, clip(infinite), Look::dashed),
              curve("median", 1, all, clip(median)), curve("logarithmic, C = 1", 3, all, clip(logarithmic))}}});
 }
 
@@ -269,8 +269,8 @@ void draw_cancellation(const std::filesystem::path& folder) {
             {engine, ours}}});
 }
 
-// Visibility along a floor towards an endless wall, both seen from straight above, where the wall's foot is at 0.
-Series along_floor(const std::string& label, int colour, const SsaoOptions& options, Look look) {
+// Visibility along a floor towards an infinite wall, both seen from straight above, where the wall's foot is at 0.
+Series along_floor(const std::string& label, int color, const SsaoOptions& options, Look look) {
     constexpr int width = 272, height = 224, foot = 160;
     constexpr double pixels = 100; // to a scene unit
     constexpr float floor = 5, top = 1;
@@ -284,7 +284,7 @@ Series along_floor(const std::string& label, int colour, const SsaoOptions& opti
     const Image visibility =
         ssao({Image::from_host(device, Element::f32, depths.data(), {width, height}), camera}, options).visibility;
     visibility.download(depths.data(), width);
-    Series series{label, {}, colour, look};
+    Series series{label, {}, color, look};
     for (std::size_t x = foot - 1; x > 20; --x)
         series.points.emplace_back((foot - 0.5 - static_cast<double>(x)) / pixels, depths[height / 2 * width + x]);
     return series;
@@ -307,7 +307,7 @@ void draw_wall(const std::filesystem::path& folder) {
                 {curve("exact", 0, spread(1e-3, 1.395, 400), beside_wall, Look::line)}};
     const std::pair<const char*, Quality> qualities[] = {
         {"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}};
-    std::puts("visibility beside an endless wall, thickness inf: worst and mean error");
+    std::puts("visibility beside an infinite wall, thickness inf: worst and mean error");
     for (const auto& [name, quality] : qualities) {
         options.quality = quality;
         const Series found = along_floor(name, 2, options, Look::thin);

@@ -17,7 +17,7 @@
 /// Shares no code with the library: rays come from the inverse projection, stored values from their definitions.
 namespace fathom::scene {
 
-/// Endless plane through `point`.
+/// Infinite plane through `point`.
 struct Plane {
     Eigen::Vector3d point, normal;
 };
@@ -62,7 +62,7 @@ using Primitive = std::variant<Plane, Sphere, Disk, Box, HeightField, Bowl>;
 /// so the named scenes lie around the −z axis.
 using Scene = std::vector<Primitive>;
 
-Scene room();     ///< closed room, 8 × 3 × 10, with table, shelves, a ball: z from 1 to 10
+Scene room();     ///< closed room, 8 × 3 × 10, with table, shelves, a sphere: z from 1 to 10
 Scene spheres();  ///< spheres resting on a plane, open sky
 Scene corridor(); ///< 60 long, with door frames: grazing walls and a far end
 Scene railings(); ///< thin bars before a wall: edges everywhere
@@ -87,7 +87,7 @@ std::optional<Surface> cast(const Scene& scene, const Camera& camera, double x, 
 
 /// A line of sight: the points origin + t · direction, in the view volume while first ≤ t ≤ last.
 /// Direction is not of unit length. Under a perspective all rays start in the eye and the direction is affine in the
-/// pixel position; parallel rays have one direction, and an origin within the view volume that is affine.
+/// pixel position; orthographic rays have one direction, and an origin within the view volume that is affine.
 struct Ray {
     Eigen::Vector3d origin, direction;
     double first, last;

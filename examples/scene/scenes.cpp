@@ -22,7 +22,7 @@ const std::vector<std::pair<std::string, Scene (*)()>>& all() {
 
 Scene room() {
     Scene scene{Box{{0, 0, -4.5}, {4, 1.5, 5.5}}};
-    // A table with four legs, two chairs, a shelf with boards, a cupboard, a ball, a lamp and a rug.
+    // A table with four legs, two chairs, a shelf with boards, a cupboard, a sphere, a lamp and a rug.
     scene.push_back(Box{{-1.2, -0.72, -4.2}, {0.9, 0.03, 0.5}, 0.3});
     for (const double x : {-0.8, 0.8}) {
         for (const double z : {-0.4, 0.4}) {

@@ -34,10 +34,10 @@ enum class Storage {
     float32,
     float16,
     uint16,
-    uint24,         ///< the low 24 bits of a uint32
-    uint24_high,    ///< the high 24 bits of a uint32 (D24S8 and its kin)
-    rgb8_low_first, ///< three bytes R, G, B with R the lowest
-    rgb8_high_first ///< three bytes R, G, B with R the highest
+    uint24,       ///< the low 24 bits of a uint32
+    uint24_high,  ///< the high 24 bits of a uint32 (D24S8 and its kin)
+    rgb8_red_low, ///< three bytes R, G, B with R the lowest
+    rgb8_red_high ///< three bytes R, G, B with R the highest
 };
 
 /// What becomes of a pixel whose stored value is the background.
@@ -102,13 +102,13 @@ struct DepthForm {
 
 /// Where the pixels look: position = origin(x, y) + w · direction(x, y), both affine in the pixel's centre (x, y).
 ///
-/// `parallel_depth`: w is the view depth itself, as under every camera whose fourth row has no x and y.
+/// `w_is_depth`: w is the view depth itself, as under every camera whose fourth row has no x and y.
 /// Otherwise w = (z − eye_depth) / depth(x, y), and origin is the eye.
 struct Rays {
     using Matrix = Eigen::Matrix<long double, 3, 3>;
     Matrix origin = Matrix::Zero();    ///< rows x, y, z in the projection's own axes; columns multiply (x, y, 1)
     Matrix direction = Matrix::Zero(); ///< likewise
-    bool parallel_depth = true;
+    bool w_is_depth = true;
     Eigen::Matrix<long double, 1, 3> depth{0, 0, 1}; ///< view depth that one step of `direction` covers
     long double eye_depth = 0;
 };
@@ -119,7 +119,7 @@ DepthForm depth_form(const Camera& camera, Storage storage = Storage::float32);
 
 /// Derives the rays of the camera's pixels.
 /// Throws: std::invalid_argument as above, and for rays that run across the view axis.
-Rays rays(const Camera& camera);
+Rays camera_rays(const Camera& camera);
 
 /// The inverse of viewport · projection: M (x, y, d, 1)ᵀ is the view-space point (canonical OpenGL axes) up to its
 /// fourth component, with d a window depth inside the depth range.
@@ -136,8 +136,8 @@ long double stored_depth(const Camera& camera, Storage storage, double x, double
 double storage_max(Storage storage);
 
 /// Names as the camera file and the program write them.
-const char* name(Encoding encoding);
-const char* name(Storage storage);
-const char* name(Form form);
+const char* to_string(Encoding encoding);
+const char* to_string(Storage storage);
+const char* to_string(Form form);
 
 } // namespace fathom

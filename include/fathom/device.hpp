@@ -35,8 +35,8 @@ enum class Arithmetic {
 /// What can be forced on a device; tests use it to show that nothing depends on it.
 struct DeviceOptions {
     Arithmetic arithmetic = Arithmetic::automatic;
-    int lanes = 0;      ///< pixels per work-item: 1, 4, 8 or 16; 0: 16 on a CPU, 1 on a GPU
-    int group_size = 0; ///< work-items per group; 0: 64
+    int vector_width = 0; ///< pixels per work-item: 1, 4, 8 or 16; 0: 16 on a CPU, 1 on a GPU
+    int group_size = 0;   ///< work-items per group; 0: 64
 };
 
 /// An OpenCL device with its context, its in-order queue and the programs built for it.
@@ -47,7 +47,7 @@ public:
 
     /// Opens a device: "cpu", "gpu", its index in `list_devices`, or a part of its name.
     /// Empty: a GPU where there is one, the CPU otherwise.
-    /// Throws: NoDevice, naming what is there; std::invalid_argument for lanes or a group size that do not exist.
+    /// Throws: NoDevice, naming what is there; std::invalid_argument for vector width or a group size that do not exist.
     static Device open(const std::string& wanted = {}, const DeviceOptions& options = {});
 
     /// Takes part in a program that already has a context and an in-order queue.

@@ -22,25 +22,25 @@ struct Aperture {
 enum class BlurQuality { fast, standard, accurate };
 
 /// What a picture would show without what is near: through the same lens and camera, of the picture's size.
-struct Plate {
-    Image colour; ///< as many channels as the picture's; of any type that a picture may have
+struct CleanPlate {
+    Image color; ///< as many channels as the picture's; of any type that a picture may have
     StoredDepth depth;
 };
 
 struct DofOptions {
-    Circle circle = {}; ///< the lens: `circle_of_confusion` makes it. Must be given
+    CircleOfConfusion circle = {}; ///< the lens: `circle_of_confusion` makes it. Must be given
     Aperture aperture = {};
     BlurQuality quality = BlurQuality::standard;
     /// Instead of it: the root mean square error of colours from 0 to 1 that the choice may have in the scenes of
-    /// docs/performance.md, and the cheapest that has no more is taken (`cheapest` of choice.hpp).
+    /// docs/performance.md, and the cheapest that has no more is taken (`cheapest_method` of choice.hpp).
     std::optional<double> max_error = {};
     Sky sky = Sky::blur;
-    double largest_px = 512; ///< circles are clamped to ± this; 1 to 512
+    double max_coc_px = 512; ///< circles are clamped to ± this; 1 to 512
     /// Where it lies farther than the picture, by more than two slices, it is what the picture hides.
-    std::optional<Plate> plate = {};
+    std::optional<CleanPlate> clean_plate = {};
 };
 
-/// What a region needs on every side, besides half the largest circle (accurate: one and a half and a pixel), to have the
+/// What a region needs on every side, besides half the max CoC (accurate: one and a half and a pixel), to have the
 /// bits of the whole within.
 inline constexpr int dof_halo_columns = 96, dof_halo_rows = 32;
 
@@ -56,8 +56,8 @@ inline constexpr double dof_edge_rms_error = 0.003;
 /// In: RGB, or RGBA with the alpha multiplied in, as floats, halves, or 16 or 8 bits that count from 0 to 1; and one stored
 /// depth a pixel. Out: the same size and type. Every pixel's light is spread over its circle of confusion, nearer over
 /// farther, and what lies beyond the image's border is taken to be like what lies inside. Where a blurred foreground hides
-/// what is sharper, that is what the plate shows, or is taken to be like the mean of what lies behind and is sharper within
-/// the foreground's circle; in the accurate quality what any edge hides is the plate's, or like the nearest pixel that lies
+/// what is sharper, that is what the clean plate shows, or is taken to be like the mean of what lies behind and is sharper within
+/// the foreground's circle; in the accurate quality what any edge hides is the clean plate's, or like the nearest pixel that lies
 /// behind. A pixel whose circle is at most
 /// one pixel, and that no other's reaches, keeps its colour, as do all with a circle of k = g = 0, bit for bit. What is no
 /// surface, or has a colour that is no number up to 1e30, takes part in nothing and shows what reaches it: NaN where nothing
@@ -70,9 +70,9 @@ inline constexpr double dof_edge_rms_error = 0.003;
 /// Throws: std::invalid_argument for options out of range and images that do not fit; Error from the device.
 /// Source: thin lens, Potmesil and Chakravarty 1981; layers by circle of confusion, Scofield 1992, Kraus and Strengert 2007;
 /// the share of a layer and the colour of what is hidden as derived in docs/depth-of-field.md.
-Image dof(const StoredDepth& stored, const Image& colour, const DofOptions& options);
+Image dof(const StoredDepth& stored, const Image& color, const DofOptions& options);
 
 /// The same into an image of the caller's: of the colour's type, not sharing memory with the inputs.
-void dof(const StoredDepth& stored, const Image& colour, const Image& result, const DofOptions& options);
+void dof(const StoredDepth& stored, const Image& color, const Image& result, const DofOptions& options);
 
 } // namespace fathom

@@ -15,40 +15,40 @@ enum class Sky {
 };
 
 struct DofMasksOptions {
-    Circle circle;            ///< the lens: `circle_of_confusion` makes it. Must be given
+    CircleOfConfusion circle; ///< the lens: `circle_of_confusion` makes it. Must be given
     double sharp_px = 1;      ///< circles up to this are wholly in focus; from 0
     double transition_px = 1; ///< circles larger by this are not at all; from 0, a hard edge
     Sky sky = Sky::blur;
-    double largest_px = std::numeric_limits<double>::infinity(); ///< circles are clamped to ± this; above 0
+    double max_coc_px = std::numeric_limits<double>::infinity(); ///< circles are clamped to ± this; above 0
     bool weights = true;                                         ///< wanted, as well as the circle?
-    bool near_reach = false;                                     ///< wanted?
-    bool near_coverage = false;                                  ///< wanted?
-    bool hidden_background = false;                              ///< wanted?
-    bool mixed_depth = false;                                    ///< wanted?
+    bool max_near_coc = false;                                   ///< wanted?
+    bool near_alpha = false;                                     ///< wanted?
+    bool disocclusion = false;                                   ///< wanted?
+    bool mixed_pixels = false;                                   ///< wanted?
     int tile_px = 0; ///< pixels across of the tiles whose extremes are wanted, 0: none; 1 to 65536
 };
 
 /// The circle is within this many units in the last place of the larger of |c| and k of the exact one of the stored number.
 /// Where stored depth is summed with the pixel or encoded otherwise there comes on top what any sum of these terms loses:
 /// `sum_condition_fp64` (or `_two_float`) times the condition κ of the depth's own sum, times k + g/(z − lens_depth), or k + g |z|.
-inline constexpr double circle_ulp = 4.0;
+inline constexpr double coc_ulp = 4.0;
 
 /// A near layer that covers a pixel by this much less than wholly lets something be seen through it.
-inline constexpr double dof_shows_through = 0x1p-10;
+inline constexpr double disocclusion_min_transparency = 0x1p-10;
 
 /// A pixel is mixed only if it lies at least this share of the step between two surfaces away from either of them. The share
-/// is that of circles, before they are clamped: of 1/z under a perspective, of z under parallel rays.
-inline constexpr double mixed_depth_least = 1.0 / 16;
+/// is that of circles, before they are clamped: of 1/z under a perspective, of z under an orthographic projection.
+inline constexpr double mixed_pixels_min_step = 1.0 / 16;
 
 /// And only if that step is as deep as this many pixels are wide at its distance: a rough surface has smaller ones everywhere.
-inline constexpr double mixed_depth_widths = 8;
+inline constexpr double mixed_pixels_min_widths = 8;
 
 /// Coverage is within this of its definition in exact arithmetic.
-inline constexpr double near_coverage_error = 1e-5;
+inline constexpr double near_alpha_error = 1e-5;
 
 /// What `dof_masks` gives: one float a pixel each, all of the depth's size.
 ///
-/// All from `near_reach` on are passes of their own, on request. A pixel x lies within the disc of a pixel p where the distance of
+/// All from `max_near_coc` on are passes of their own, on request. A pixel x lies within the disc of a pixel p where the distance of
 /// their centres, in horizontal pixels, is at most |c_p|/2; pixels outside the image and what is no surface have none.
 struct DofMasks {
     Image circle = {}; ///< diameter in horizontal pixels, positive behind the focus; NaN for what is no surface
@@ -56,21 +56,22 @@ struct DofMasks {
     Image focus = {};  ///< 1 in focus
     Image far = {};    ///< 1 behind the focus, 0 in it and before it
 
-    Image near_reach = {}; ///< the largest |c_p| of all near discs (c_p < 0) that x lies within; 0 where there is none
-    Image near_coverage =
-        {}; ///< min(1, Σ near_p / n_p) over the discs that x lies within, n_p the pixels that lie within
-            ///< p's where nothing ends the image; of discs wider than 1024 pixels the area
-    Image hidden_background =
+    Image max_near_coc =
+        {};                ///< the largest |c_p| of all near discs (c_p < 0) that x lies within; 0 where there is none
+    Image near_alpha = {}; ///< min(1, Σ near_p / n_p) over the discs that x lies within, n_p the pixels that lie within
+                           ///< p's where nothing ends the image; of discs wider than 1024 pixels the area
+    Image disocclusion =
         {}; ///< 1 where a blur needs what the near layer (c_p < −sharp_px) hides: x belongs to it and is
-            ///< covered less than wholly, by `dof_shows_through`; or x does not, and some of it lies
+            ///< covered less than wholly, by `disocclusion_min_transparency`; or x does not, and some of it lies
             ///< within the disc of x. 0 elsewhere, and for what is no surface
-    Image mixed_depth =
+    Image mixed_pixels =
         {}; ///< 1 where the stored depth belongs to neither of the surfaces on both sides of the pixel, along a row
             ///< or a column: it lies between them, and neither side's plane goes through it, as where depth was
             ///< averaged over an edge. 0 elsewhere, and along an axis on which fewer than two pixels are known on a
             ///< side. Does not depend on the lens
-    Image tile_least = {}; ///< the least circle of each tile of tile_px × tile_px pixels, the last ones being narrower;
-    Image tile_greatest = {}; ///< and the greatest. NaN for a tile without any
+    Image tile_min_coc =
+        {}; ///< the least circle of each tile of tile_px × tile_px pixels, the last ones being narrower;
+    Image tile_max_coc = {}; ///< and the greatest. NaN for a tile without any
 };
 
 /// Circle of confusion and the weights of what is near, in focus and far, from stored depth in one pass.
@@ -81,7 +82,7 @@ struct DofMasks {
 /// is also the validity. The background is `sky`. Same bits for any lane count and group size, and for any region but of
 /// the masks that look around a pixel: they see no farther than the image that they are given, and cost as much as the discs
 /// are large.
-/// Accuracy: `circle_ulp`. From window depth under a perspective there is no division, oblique near planes included.
+/// Accuracy: `coc_ulp`. From window depth under a perspective there is no division, oblique near planes included.
 /// Throws: std::invalid_argument for options out of range and a circle that is not this camera's; Error from the device.
 /// Source: Potmesil and Chakravarty 1981; affine in the stored value because 1/z is, by Popov 2016, eq. 5, 6:
 /// docs/depth-of-field.md.

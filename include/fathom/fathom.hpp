@@ -2,7 +2,7 @@
 
 /// Everything that needs OpenCL and Eigen only. `fathom/opencv.hpp` and `fathom/io.hpp` come on top.
 #include <fathom/camera.hpp>
-#include <fathom/choice.hpp>
+#include <fathom/cheapest.hpp>
 #include <fathom/device.hpp>
 #include <fathom/dof.hpp>
 #include <fathom/dof_masks.hpp>

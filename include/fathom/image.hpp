@@ -10,7 +10,7 @@ namespace fathom {
 /// Type of one element of an image in memory.
 enum class Element { u8, u16, u32, f16, f32 };
 
-std::size_t bytes(Element element);
+std::size_t element_bytes(Element element);
 
 /// Size and layout of an image in host memory.
 struct Layout {

@@ -25,7 +25,7 @@ struct ReadOptions {
     std::optional<Storage> packing = {}; ///< uint24, uint24_high, rgb8_*: what the camera file's `packing` says
 };
 
-/// Reads a depth image. The content decides what it is, not the ending.
+/// Reads a depth image. The content decides what it is, not the extension.
 ///
 /// OpenEXR: any part, scan lines or tiles, half, float or uint; the display window, NaN where the data window does not
 /// reach. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V, Y, or the only one
@@ -51,7 +51,7 @@ cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer
 /// name those without a layer, or Combined, beauty, RGBA, RGB, color, alone or at the end of a name, or the only one there
 /// is. PNG, TIFF and PFM: three or four channels.
 /// Throws: Error as `read_depth`, and for a file without such a layer or with other channels.
-cv::Mat read_colour(const std::filesystem::path& file, const std::string& layer = {});
+cv::Mat read_color(const std::filesystem::path& file, const std::string& layer = {});
 
 /// A channel of an OpenEXR file.
 struct Channel {
@@ -74,7 +74,7 @@ struct WriteOptions {
 ///
 /// `.exr` (32-bit float, zip), `.tif` (float; 1, 3 or 4 channels), `.pfm` (1 or 3), `.png` (16-bit; 1, 3 or 4; clipped to its
 /// range, NaN becomes 0), `.ply` for 3 or 4 (binary; the first three are the point, points that are not finite are left out).
-/// Throws: Error for another ending, a target that cannot be written, a full disk.
+/// Throws: Error for another extension, a target that cannot be written, a full disk.
 void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options = {});
 
 /// An image and the file that it belongs in.

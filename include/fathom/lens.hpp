@@ -19,13 +19,13 @@ struct Lens {
 
 /// Diameter of the circle of confusion, in horizontal pixels of the camera's image, positive behind the focus:
 ///   c = k − g / (z − lens_depth)   under a perspective;  k is the circle of what is infinitely far
-///   c = g z − k                    under parallel rays, where the lens is telecentric
+///   c = g z − k                    under an orthographic projection, where the lens is telecentric
 /// A plain value: what a lens amounts to, or filled in directly. The focus is where c = 0.
-struct Circle {
+struct CircleOfConfusion {
     long double k = 0;          ///< pixels
-    long double g = 0;          ///< pixels times scene units; parallel rays: pixels per scene unit
+    long double g = 0;          ///< pixels times scene units; orthographic rays: pixels per scene unit
     long double lens_depth = 0; ///< z of the lens, which is where the rays meet: the eye. Scene units
-    bool telecentric = false;   ///< parallel rays?
+    bool telecentric = false;   ///< orthographic rays?
 };
 
 /// Depths between which no circle is larger than an acceptable one. Scene units along the view axis.
@@ -34,7 +34,7 @@ struct SharpRange {
     double far; ///< may be infinity
 };
 
-/// Pixels that a unit of slope (perspective) or of length (parallel rays) takes, at the middle of the image. A circle of
+/// Pixels that a unit of slope (perspective) or of length (orthographic rays) takes, at the middle of the image. A circle of
 /// c horizontal pixels is c · y/x vertical ones high.
 struct PixelScale {
     long double x, y;
@@ -46,32 +46,32 @@ PixelScale pixel_scale(const Camera& camera);
 /// pixels in a millimetre of the sensor
 ///   k = A f/(S − f) p              focal length and sensor given
 ///   k = A (fx/S)                   one of them given: fx is the projection's focal length in pixels, f = fx/p
-///   k = A · (pixels per unit)      parallel rays, which need the focal length for A
-/// and g = k S, finite for a focus at infinity too; g = k/S for parallel rays.
+///   k = A · (pixels per unit)      orthographic rays, which need the focal length for A
+/// and g = k S, finite for a focus at infinity too; g = k/S for an orthographic camera.
 /// Throws: std::invalid_argument unless f_number > 0, focal_length_mm, sensor_width_mm and mm_per_unit are finite and
 /// greater than 0, the focus is farther from the lens than the focal length, and the lens is known; NaN is none of these.
 /// Source: Potmesil and Chakravarty 1981, eq. 1–4; telecentric as the limit of a far lens with a long focal length.
-Circle circle_of_confusion(const Lens& lens, const Camera& camera);
+CircleOfConfusion circle_of_confusion(const Lens& lens, const Camera& camera);
 
 /// The circle of a surface at depth z; of what is infinitely far for z = infinity. Signed, in horizontal pixels.
 /// NaN where a perspective sees nothing: at the lens and behind it.
-long double circle_at(const Circle& circle, long double z);
+long double coc_at(const CircleOfConfusion& circle, long double z);
 
 /// The inverse: the one depth whose circle is `diameter_px`, infinity included. None where no depth has that circle, or all
 /// have it (a pinhole, a telecentric lens focused at infinity).
-std::optional<long double> depth_with_circle(const Circle& circle, long double diameter_px);
+std::optional<long double> depth_with_coc(const CircleOfConfusion& circle, long double diameter_px);
 
 /// The depths between which circles are at most `acceptable_px` wide: depth of field.
 /// Throws: std::invalid_argument unless acceptable_px is finite and greater than 0.
-SharpRange sharp_range(const Circle& circle, double acceptable_px);
+SharpRange sharp_range(const CircleOfConfusion& circle, double acceptable_px);
 
 /// The nearest focus for which a circle is at most `acceptable_px` at infinity: f + f²/(N c) from the lens for a given
 /// lens and sensor. Scene units along the view axis. `lens.focus` does not matter.
-/// Throws: std::invalid_argument as above, and for parallel rays, which have none.
+/// Throws: std::invalid_argument as above, and for an orthographic camera, which have none.
 double hyperfocal_distance(const Lens& lens, const Camera& camera, double acceptable_px);
 
 /// The depth of the point that lies `distance` away along the ray of pixel position (x, y), a pixel's centre being at +½:
-/// counted from the eye of a perspective, or from where parallel rays cross z = 0. Focusing there makes all of that depth
+/// counted from the eye of a perspective, or from where orthographic rays cross z = 0. Focusing there makes all of that depth
 /// sharp, which a lens does, and not all of that distance. Infinity for infinity.
 /// Throws: std::invalid_argument for a distance that is NaN, or not greater than 0 under a perspective.
 double depth_along_ray(const Camera& camera, double x, double y, double distance);

@@ -16,7 +16,7 @@ enum class NormalMethod {
 struct NormalsOptions {
     NormalMethod method = NormalMethod::automatic;
     /// Instead of it: the mean error in degrees that the choice may have in the scenes of docs/performance.md, and the
-    /// cheapest that has no more is taken (`cheapest` of choice.hpp).
+    /// cheapest that has no more is taken (`cheapest_method` of choice.hpp).
     std::optional<double> max_error = {};
     Space space = Space::view;
     int channels = 3;     ///< 3, or 4 with the validity: 1, and 0 where there is no normal
@@ -27,7 +27,7 @@ struct NormalsOptions {
 inline constexpr int normals_reach_neighbours = 2;
 inline constexpr int normals_reach_least_squares = 3;
 
-/// On a plane, two pixels away from everything else, the slopes of planar depth (1/z; z where rays are parallel) are off by
+/// On a plane, two pixels away from everything else, the slopes of inverse depth (1/z; z for an orthographic camera) are off by
 /// no more than this many times the bound of its own error, a pixel, however the plane is tilted: half a step of the stored
 /// depth and four roundings. As an angle that is about `normals_slope_error` · (z's relative error) / (a pixel's angle).
 inline constexpr double normals_slope_error = 0.6;

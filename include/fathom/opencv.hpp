@@ -8,7 +8,7 @@
 
 namespace fathom {
 
-/// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24), CV_8UC3 (rgb8_low_first).
+/// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24), CV_8UC3 (rgb8_red_low).
 /// Throws: std::invalid_argument for any other type.
 Storage storage_of(const cv::Mat& stored);
 

@@ -28,25 +28,25 @@ struct Region {
 struct SsaoOptions {
     double radius = 0; ///< length of the rays, scene units: what is farther away occludes nothing. Must be given
     Quality quality = Quality::balanced;
-    std::optional<int> slices = {}; ///< instead of the quality's: planes through the view ray, 1 to 64
-    std::optional<int> steps = {};  ///< instead of the quality's: places looked at on either side of a slice, 1 to 256
-    std::optional<int> patterns =
+    std::optional<int> slices = {};  ///< instead of the quality's: planes through the view ray, 1 to 64
+    std::optional<int> samples = {}; ///< instead of the quality's: places looked at on either side of a slice, 1 to 256
+    std::optional<int> jitter =
         {}; ///< instead of the quality's: 1, 4 or 16 shifts of slices and steps among neighbouring
             ///< pixels, averaged over as many afterwards; 1: every pixel alike, nothing averaged
 
     /// Instead of all these, and of half_resolution: the root mean square error of visibility that the choice may have in the
-    /// scenes of docs/performance.md, and the cheapest that has no more is taken (`cheapest` of choice.hpp).
+    /// scenes of docs/performance.md, and the cheapest that has no more is taken (`cheapest_method` of choice.hpp).
     std::optional<double> max_error = {};
 
     /// What is solid behind a surface, along its ray, scene units; default: a quarter of the radius; infinity: all that
     /// lies behind it, a height field.
     std::optional<double> thickness = {};
-    Image thickness_map = {};             ///< the same for each pixel: one float, same size as the depth
-    std::optional<StoredDepth> back = {}; ///< where each pixel's solid ends: a second layer of depth, same size
+    Image thickness_map = {};                   ///< the same for each pixel: one float, same size as the depth
+    std::optional<StoredDepth> back_depth = {}; ///< where each pixel's solid ends: a second layer of depth, same size
 
     double falloff = 0; ///< 0 to 1: share of the radius, at its end, over which occluders fade out; 0: a hard end
     Border border = Border::open;
-    std::uint32_t seed = 0; ///< turns the patterns
+    std::uint32_t seed = 0; ///< turns the jitter
 
     /// Look from every second pixel of every second row of the camera's image alone, and let all others have what those
     /// beside them have, along their tangent planes: for large radii. What has none beside it on a surface is open, with a

@@ -1,22 +1,22 @@
 // Rays from the eye, along which planes are affine on the screen.
 //   n·(O + w D(x, y)) = c  ⇒  1/w = n·D(x, y) / (c − n·O)                              rays that meet in the eye O
-//   n·(O(x, y) + w D) = c  ⇒  w = (c − n·O(x, y)) / n·D                                parallel rays
+//   n·(O(x, y) + w D) = c  ⇒  w = (c − n·O(x, y)) / n·D                                orthographic rays
 // The ray O + w D is that of Lenaerts, part 2; the planes follow. Operations that compare depths take 1/w under a
-// perspective and w under parallel rays.
+// perspective and w under an orthographic projection.
 
 #include "camera/eye_rays.hpp"
 
 namespace fathom {
 
 EyeRays eye_rays(const Rays& rays) {
-    EyeRays result{.perspective = !rays.parallel_depth || !rays.direction.leftCols<2>().isZero(),
+    EyeRays result{.perspective = !rays.w_is_depth || !rays.direction.leftCols<2>().isZero(),
                    .origin = rays.origin,
                    .direction = rays.direction,
                    .depth = rays.depth,
                    .eye_depth = rays.eye_depth};
     if (!result.perspective)
         result.eye_depth = 0; // depth is counted from where the rays cross z = 0
-    if (result.perspective && rays.parallel_depth) {
+    if (result.perspective && rays.w_is_depth) {
         result.origin.col(2) += rays.eye_depth * rays.direction.col(2);
         result.origin.leftCols<2>().setZero();
     }

@@ -8,7 +8,7 @@ namespace fathom {
 /// w = (z − eye_depth) / depth(x, y). Under a perspective `origin` is the eye for every pixel, otherwise `direction` is
 /// the same for every pixel.
 ///
-/// Planes are affine on the screen in q = 1/w of a perspective and in q = −w otherwise: their *planar depth*, which is
+/// Planes are affine on the screen in q = 1/w of a perspective and in q = −w otherwise: their *inverse depth*, which is
 /// greater the nearer a surface is.
 struct EyeRays {
     bool perspective;

@@ -34,8 +34,9 @@ void check(const Camera& camera) {
 }
 
 double needed(const std::optional<double>& value, const char* key, Encoding encoding) {
-    require(value.has_value(), text("the ", name(encoding), " encoding needs ", key));
-    require(std::isfinite(*value), text(key, " = ", *value, " must be finite for the ", name(encoding), " encoding"));
+    require(value.has_value(), text("the ", to_string(encoding), " encoding needs ", key));
+    require(std::isfinite(*value),
+            text(key, " = ", *value, " must be finite for the ", to_string(encoding), " encoding"));
     return *value;
 }
 
@@ -72,7 +73,7 @@ void set_rational(DepthForm& form, const Affine& numerator, const Affine& denomi
         form.form = Form::affine;
         form.numerator = divided(numerator, denominator[3]);
         form.reason = has_pixel(numerator)
-                          ? "parallel rays and a tilted near plane: z is affine in the stored value and the pixel"
+                          ? "orthographic rays and a tilted near plane: z is affine in the stored value and the pixel"
                           : "z is affine in the stored value";
     } else if (is_constant(numerator)) {
         form.denominator = divided(denominator, numerator[3]);
@@ -154,8 +155,9 @@ std::optional<std::uint32_t> background_bits(const Camera& camera, Storage stora
         if (!camera.background && std::isinf(value))
             return std::nullopt;
         value = camera.background ? value : std::round(value);
-        require(value >= 0 && value <= storage_max(storage) && value == std::floor(value),
-                text("background = ", value, " is not a ", name(storage), " code (0 to ", storage_max(storage), ")"));
+        require(
+            value >= 0 && value <= storage_max(storage) && value == std::floor(value),
+            text("background = ", value, " is not a ", to_string(storage), " code (0 to ", storage_max(storage), ")"));
         return static_cast<std::uint32_t>(value);
     }
 }
@@ -279,7 +281,7 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         set_rational(form, {0, 0, 0, scale}, {1, 0, 0, 0});
         break;
     case Encoding::ray_distance:
-        rays(camera); // refuses what has none
+        camera_rays(camera); // refuses what has none
         form.form = Form::ray_distance;
         form.scale = scale;
         form.reason = "z is the stored length times the cosine of the pixel's ray";
@@ -326,7 +328,7 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
     return form;
 }
 
-Rays rays(const Camera& camera) {
+Rays camera_rays(const Camera& camera) {
     using Vector3 = Eigen::Matrix<Real, 3, 1>;
     using Row = Eigen::Matrix<Real, 1, 3>;
     const Matrix4 m = unprojection(camera);
@@ -356,9 +358,9 @@ Rays rays(const Camera& camera) {
     result.depth << ahead_row[1], ahead_row[2], ahead_row[3];
     require(result.depth.cwiseAbs().maxCoeff() > 0,
             "the projection's rays run across the view axis: they have no depth");
-    result.parallel_depth = !has_pixel(ahead_row);
+    result.w_is_depth = !has_pixel(ahead_row);
     result.eye_depth = -eye.z();
-    if (result.parallel_depth) {
+    if (result.w_is_depth) {
         result.direction /= result.depth(2);
         result.direction.row(2) = Row(0, 0, -1);
         result.depth = Row(0, 0, 1);
@@ -389,7 +391,7 @@ long double view_depth(const Camera& camera, Storage storage, double x, double y
     case Form::exponential:
         return form.amplitude * std::expm1(std::log(2.0L) * (form.rate * stored + form.start)) + form.offset;
     case Form::ray_distance: {
-        const Rays ray = rays(camera);
+        const Rays ray = camera_rays(camera);
         const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
         return form.scale * stored * ray.depth.dot(pixel) / direction.norm() + ray.eye_depth;
     }
@@ -404,7 +406,7 @@ long double stored_depth(const Camera& camera, Storage storage, double x, double
     case Form::exponential:
         return (std::log1p((z - form.offset) / form.amplitude) / std::log(2.0L) - form.start) / form.rate;
     case Form::ray_distance: {
-        const Rays ray = rays(camera);
+        const Rays ray = camera_rays(camera);
         const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
         return (z - ray.eye_depth) * direction.norm() / (ray.depth.dot(pixel) * form.scale);
     }

@@ -1,6 +1,6 @@
 // The circle of confusion of a thin lens.
 //   c = A f/(S − f) (1 − S/z)                      diameter on the sensor, z and S from the lens, positive behind the focus
-// affine in 1/z, so k and g say all of it. Potmesil and Chakravarty 1981. Parallel rays are a lens moved away to −L with
+// affine in 1/z, so k and g say all of it. Potmesil and Chakravarty 1981. Orthographic rays are a lens moved away to −L with
 // A/L and A/(S + L)·fx kept: what is left is affine in z.
 
 #include <fathom/lens.hpp>
@@ -31,7 +31,7 @@ void require_acceptable(double acceptable_px) {
 struct Optics {
     EyeRays eye;
     Real aperture;
-    Real focal_length; // 0 for parallel rays, where only the aperture counts
+    Real focal_length; // 0 for an orthographic camera, where only the aperture counts
     Real image_scale;  // thin lens: pixels per scene unit on the sensor; otherwise the projection's, see PixelScale
     bool thin_lens;    // is k that of focal length and sensor, not the projection's?
 };
@@ -57,12 +57,12 @@ Optics optics(const Lens& lens, const Camera& camera) {
         require_length(*lens.focal_length_mm, "focal_length_mm");
     if (lens.sensor_width_mm)
         require_length(*lens.sensor_width_mm, "sensor_width_mm");
-    Optics result{eye_rays(rays(camera)), 0, 0, 0, false};
+    Optics result{eye_rays(camera_rays(camera)), 0, 0, 0, false};
     const Real unit = lens.mm_per_unit, number = lens.f_number;
     result.image_scale = scale_of(result.eye, camera).x;
     if (!result.eye.perspective) {
         require(lens.focal_length_mm.has_value(),
-                "parallel rays have no focal length: the lens needs focal_length_mm for its aperture");
+                "orthographic rays have no focal length: the lens needs focal_length_mm for its aperture");
         result.aperture = *lens.focal_length_mm / (number * unit);
         return result;
     }
@@ -81,10 +81,10 @@ Optics optics(const Lens& lens, const Camera& camera) {
 } // namespace
 
 PixelScale pixel_scale(const Camera& camera) {
-    return scale_of(eye_rays(rays(camera)), camera);
+    return scale_of(eye_rays(camera_rays(camera)), camera);
 }
 
-Circle circle_of_confusion(const Lens& lens, const Camera& camera) {
+CircleOfConfusion circle_of_confusion(const Lens& lens, const Camera& camera) {
     const Optics o = optics(lens, camera);
     const Real focus = lens.focus - o.eye.eye_depth;
     require(!std::isnan(lens.focus) && focus > 0,
@@ -103,14 +103,14 @@ Circle circle_of_confusion(const Lens& lens, const Camera& camera) {
             lens_depth, false};
 }
 
-long double circle_at(const Circle& circle, long double z) {
+long double coc_at(const CircleOfConfusion& circle, long double z) {
     if (circle.telecentric)
         return circle.g == 0 ? -circle.k : circle.g * z - circle.k;
     const Real distance = z - circle.lens_depth;
     return distance > 0 ? circle.k - circle.g / distance : std::numeric_limits<Real>::quiet_NaN();
 }
 
-std::optional<long double> depth_with_circle(const Circle& circle, long double diameter_px) {
+std::optional<long double> depth_with_coc(const CircleOfConfusion& circle, long double diameter_px) {
     if (circle.g == 0 || std::isnan(diameter_px))
         return std::nullopt;
     if (circle.telecentric)
@@ -121,10 +121,10 @@ std::optional<long double> depth_with_circle(const Circle& circle, long double d
     return distance > 0 ? std::optional<long double>(circle.lens_depth + distance) : std::nullopt;
 }
 
-SharpRange sharp_range(const Circle& circle, double acceptable_px) {
+SharpRange sharp_range(const CircleOfConfusion& circle, double acceptable_px) {
     require_acceptable(acceptable_px);
     const auto bound = [&](Real diameter_px, Real otherwise) {
-        return static_cast<double>(depth_with_circle(circle, diameter_px).value_or(otherwise));
+        return static_cast<double>(depth_with_coc(circle, diameter_px).value_or(otherwise));
     };
     const bool same_everywhere = circle.g == 0;
     if (same_everywhere && std::abs(circle.k) > acceptable_px) {
@@ -138,14 +138,14 @@ SharpRange sharp_range(const Circle& circle, double acceptable_px) {
 double hyperfocal_distance(const Lens& lens, const Camera& camera, double acceptable_px) {
     require_acceptable(acceptable_px);
     const Optics o = optics(lens, camera);
-    require(o.eye.perspective, "parallel rays have no hyperfocal distance: their circles grow without end");
+    require(o.eye.perspective, "orthographic rays have no hyperfocal distance: their circles grow without end");
     const Real full = o.aperture * o.image_scale / acceptable_px;
     const Real distance = o.thin_lens ? o.focal_length + full * o.focal_length : full;
     return static_cast<double>(o.eye.eye_depth + distance);
 }
 
 double depth_along_ray(const Camera& camera, double x, double y, double distance) {
-    const EyeRays eye = eye_rays(rays(camera));
+    const EyeRays eye = eye_rays(camera_rays(camera));
     require(!std::isnan(distance) && (!eye.perspective || distance > 0),
             text("distance = ", distance, " must be greater than 0"));
     const Vector3 pixel(x, y, 1), direction = eye.direction * pixel;

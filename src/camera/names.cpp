@@ -4,7 +4,7 @@
 
 namespace fathom {
 
-const char* name(Encoding encoding) {
+const char* to_string(Encoding encoding) {
     switch (encoding) {
     case Encoding::window:
         return "window";
@@ -28,7 +28,7 @@ const char* name(Encoding encoding) {
     return "unknown";
 }
 
-const char* name(Storage storage) {
+const char* to_string(Storage storage) {
     switch (storage) {
     case Storage::float32:
         return "float32";
@@ -40,15 +40,15 @@ const char* name(Storage storage) {
         return "uint24";
     case Storage::uint24_high:
         return "uint24-high";
-    case Storage::rgb8_low_first:
+    case Storage::rgb8_red_low:
         return "rgb-low-first";
-    case Storage::rgb8_high_first:
+    case Storage::rgb8_red_high:
         return "rgb-high-first";
     }
     return "unknown";
 }
 
-const char* name(Form form) {
+const char* to_string(Form form) {
     switch (form) {
     case Form::reciprocal:
         return "reciprocal";

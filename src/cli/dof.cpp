@@ -21,8 +21,8 @@ struct Options : DepthOptions {
     LensOptions lens;
     DofOptions dof;
     bool explain = false;
-    std::string colour, colour_layer;
-    std::optional<std::string> plate, plate_depth;
+    std::string color, color_layer;
+    std::optional<std::string> clean_plate, clean_plate_depth;
     std::optional<Storage> packing; // of the depths, as the camera file says
 };
 
@@ -56,7 +56,7 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
                dof.aperture.blades = shape.blades;
                dof.aperture.ratio = shape.ratio;
            },
-           "the hole that light comes through: a circle (default), a\nregular polygon of N corners, 3 to 64, or an "
+           "the aperture that light comes through: a circle (default), a\nregular polygon of N corners, 3 to 64, or an "
            "ellipse R times as\nhigh as wide, 0.1 to 10 (an anamorphic lens: 2)")
         ->type_name("circle|N|ellipse:R")
         ->check(CLI::Validator(
@@ -74,102 +74,106 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
     };
     add("--rotate", "DEG", is_a_number("number", [](double) { return true; }), dof.aperture.rotation_degrees,
         "turns it counter-clockwise; at 0 a polygon has a corner on top\nof what is behind the focus (default: 0)");
-    add_choice(app, "--quality", dof.quality,
-               {{"fast", BlurQuality::fast}, {"default", BlurQuality::standard}, {"accurate", BlurQuality::accurate}},
-               "how finely circles are told apart and drawn (default: default);\naccurate also keeps which part of the "
-               "lens edges leave open, in 10 times\nthe time and more where circles are large")
+    add_enum_option(
+        app, "--quality", dof.quality,
+        {{"fast", BlurQuality::fast}, {"default", BlurQuality::standard}, {"accurate", BlurQuality::accurate}},
+        "how finely circles are told apart and drawn (default: default);\naccurate also keeps which part of the "
+        "lens edges leave open, in 10 times\nthe time and more where circles are large")
         ->group("Blur");
-    add_choice(app, "--sky", dof.sky, {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
-               "the background: infinitely far (default), in focus, or left out\nlike what is no surface")
+    add_enum_option(app, "--sky", dof.sky, {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
+                    "the background: infinitely far (default), in focus, or left out\nlike what is no surface")
         ->group("Blur");
-    add("--largest", "PX", is_a_number("number from 1 to 512", [](double px) { return px >= 1 && px <= 512; }),
-        dof.largest_px, "no circle is larger, on either side of the focus (default: 512)");
+    add("--max-coc-px", "PX", is_a_number("number from 1 to 512", [](double px) { return px >= 1 && px <= 512; }),
+        dof.max_coc_px, "no circle is larger, on either side of the focus (default: 512)");
 }
 
 cv::Mat picture_of(const std::filesystem::path& file, const Options& options, const StoredDepth& stored,
                    const Job& job) {
-    cv::Mat colour;
+    cv::Mat color;
     {
         const StderrSilenced silenced;
-        colour = read_colour(file, options.colour_layer);
+        color = read_color(file, options.color_layer);
     }
-    check_same_size(file, colour, stored, job);
-    return colour;
+    check_same_size(file, color, stored, job);
+    return color;
 }
 
-DepthFile plate_depth_of(const std::filesystem::path& file, const Options& options, const StoredDepth& stored,
-                         const Job& job) {
+DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options& options, const StoredDepth& stored,
+                               const Job& job) {
     const StderrSilenced silenced;
     DepthFile depth;
     try {
         depth = read_depth(file, {.channel = options.channel, .packing = options.packing});
     } catch (const Error& error) {
-        if (options.plate_depth)
+        if (options.clean_plate_depth)
             throw;
-        throw Error(fmt::format("{}; a plate whose file holds no depth needs --plate-depth", error.what()));
+        throw Error(fmt::format("{}; a clean plate whose file holds no depth needs --clean-plate-depth", error.what()));
     }
     check_same_size(file, depth.values, stored, job);
     return depth;
 }
 
 cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) {
-    explain_choice("dof", stored, job, options.dof.max_error, options.explain);
-    const cv::Mat colour = picture_of(job.companions.front(), options, stored, job);
+    explain_method("dof", stored, job, options.dof.max_error, options.explain);
+    const cv::Mat color = picture_of(job.companions.front(), options, stored, job);
     DofOptions asked = options.dof;
     asked.circle = circle_for(options.lens, stored);
-    cv::Mat plate; // read by the device until the result is there
+    cv::Mat clean_plate; // read by the device until the result is there
     DepthFile depth;
-    if (options.plate) {
+    if (options.clean_plate) {
         const std::filesystem::path& file = job.companions[1];
-        plate = picture_of(file, options, stored, job);
-        if (plate.channels() != colour.channels())
+        clean_plate = picture_of(file, options, stored, job);
+        if (clean_plate.channels() != color.channels())
             throw Error(fmt::format("{}: has {} channels, but {} has {}; both must have an alpha, or none",
-                                    file.native(), plate.channels(), job.companions.front().native(),
-                                    colour.channels()));
-        depth = plate_depth_of(job.companions[2], options, stored, job);
+                                    file.native(), clean_plate.channels(), job.companions.front().native(),
+                                    color.channels()));
+        depth = clean_plate_depth_of(job.companions[2], options, stored, job);
         const Device& device = stored.image.device();
-        asked.plate = {to_device(device, plate), {to_device(device, depth.values), stored.camera, depth.storage}};
+        asked.clean_plate = {to_device(device, clean_plate),
+                             {to_device(device, depth.values), stored.camera, depth.storage}};
     }
-    return to_mat(dof(stored, to_device(stored.image.device(), colour), asked));
+    return to_mat(dof(stored, to_device(stored.image.device(), color), asked));
 }
 
-void add_plate_options(CLI::App& app, Options& options) {
-    CLI::Option* plate =
-        app.add_option("--background-plate", options.plate,
+void add_clean_plate_options(CLI::App& app, Options& options) {
+    CLI::Option* clean_plate =
+        app.add_option("--clean-plate", options.clean_plate,
                        "the picture without what is near: what a blurred foreground\nhides, instead of a guess")
             ->type_name("IMAGE")
             ->group("Input");
-    app.add_option("--plate-depth", options.plate_depth, "its depth, as DEPTH's (default: the plate's own file)")
+    app.add_option("--clean-plate-depth", options.clean_plate_depth,
+                   "its depth, as DEPTH's (default: the clean plate's own file)")
         ->type_name("DEPTH")
-        ->needs(plate)
+        ->needs(clean_plate)
         ->group("Input");
 }
 
 std::function<int()> configure(CLI::App& app) {
     const Product product{
-        .endings = {".exr", ".tif", ".pfm", ".png"}, .channels = {"R", "G", "B", "A"}, .png_scale = 1};
+        .extensions = {".exr", ".tif", ".pfm", ".png"}, .channels = {"R", "G", "B", "A"}, .png_scale = 1};
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, product);
-    app.add_option("--color", options->colour, "the sharp picture, of the depth's size: EXR, PNG, TIFF or PFM")
+    app.add_option("--color", options->color, "the sharp picture, of the depth's size: EXR, PNG, TIFF or PFM")
         ->type_name("IMAGE")
         ->required()
         ->group("Input");
-    app.add_option("--color-layer", options->colour_layer,
+    app.add_option("--color-layer", options->color_layer,
                    "EXR layer that holds it\n(default: R, G, B, or *.Combined, *.beauty, or the only one)")
         ->type_name("NAME")
         ->group("Input");
-    add_plate_options(app, *options);
+    add_clean_plate_options(app, *options);
     add_lens_options(app, options->lens);
     add_blur_options(app, options->dof);
     add_max_error(app, options->dof.max_error, options->explain, "rms of colours from 0 to 1", {"--quality"}, "Blur");
     return [=] {
         complete(options->lens, options->camera);
         More more;
-        more.companions.push_back({"--color", options->colour});
-        if (options->plate) {
+        more.companions.push_back({"--color", options->color});
+        if (options->clean_plate) {
             options->packing = read_camera(options->camera).packing;
-            more.companions.push_back({"--background-plate", *options->plate});
-            more.companions.push_back({"--plate-depth", options->plate_depth.value_or(*options->plate)});
+            more.companions.push_back({"--clean-plate", *options->clean_plate});
+            more.companions.push_back(
+                {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector{blur(*options, stored, job)};
@@ -188,12 +192,12 @@ const Command dof_command{
 is no surface, or has a colour that is no number, takes part in nothing.
 
 The lens: from its focal length and sensor, or with one of them the other from the projection, or from the camera
-file. Circles larger than --largest are made that large.
+file. Circles larger than --max-coc-px are made that large.
 
-A background plate is the same view without what is near, of the same camera and size. Where it lies behind the picture
+A clean plate is the same view without what is near, of the same camera and size. Where it lies behind the picture
 it is what the picture hides there; where it shows the same it changes nothing.
 
-With several inputs every IMAGE, the plate's DEPTH and OUT are folders, and each input finds and leaves its own name there. What is computed:
+With several inputs every IMAGE, the clean plate's DEPTH and OUT are folders, and each input finds and leaves its own name there. What is computed:
 docs/depth-of-field.md.
 
 Example:

@@ -21,7 +21,7 @@ struct Options : DepthOptions {
     LensOptions lens;
     DofMasksOptions masks;
     std::optional<Mask> mask;
-    std::optional<std::string> near_reach, near_coverage, hidden_background, mixed_depth, tiles;
+    std::optional<std::string> max_near_coc, near_alpha, disocclusion, mixed_pixels, tiles;
 };
 
 const std::vector<std::string> channels{"coc", "near", "focus", "far"};
@@ -33,13 +33,13 @@ CLI::Validator is_a_width() {
 // What is written: all masks, which only an EXR holds, or the one that was asked for.
 Product product_of(const Options& options) {
     if (!options.mask) {
-        const std::string ending = options.format.empty() ? ending_of(options.output) : options.format;
-        if (ending == ".tif" || ending == ".pfm" || ending == ".png")
+        const std::string extension = options.format.empty() ? extension_of(options.output) : options.format;
+        if (extension == ".tif" || extension == ".pfm" || extension == ".png")
             throw UsageError(fmt::format("{}: a {} holds one mask; choose it with --mask {}, or write .exr",
-                                         options.output, ending, CLI::detail::join(channels, "|")));
-        return {.endings = {".exr"}, .channels = channels};
+                                         options.output, extension, CLI::detail::join(channels, "|")));
+        return {.extensions = {".exr"}, .channels = channels};
     }
-    Product product{.endings = {".exr", ".tif", ".pfm", ".png"},
+    Product product{.extensions = {".exr", ".tif", ".pfm", ".png"},
                     .channels = {channels[static_cast<std::size_t>(*options.mask)]}};
     product.png_scale = options.png_scale;
     if (options.mask != Mask::circle && !product.png_scale)
@@ -61,36 +61,36 @@ std::vector<cv::Mat> masks_of(const Options& options, const StoredDepth& stored)
     DofMasksOptions asked = options.masks;
     asked.circle = circle_for(options.lens, stored);
     asked.weights = options.mask != Mask::circle;
-    asked.near_reach = options.near_reach.has_value();
-    asked.near_coverage = options.near_coverage.has_value();
-    asked.hidden_background = options.hidden_background.has_value();
-    asked.mixed_depth = options.mixed_depth.has_value();
+    asked.max_near_coc = options.max_near_coc.has_value();
+    asked.near_alpha = options.near_alpha.has_value();
+    asked.disocclusion = options.disocclusion.has_value();
+    asked.mixed_pixels = options.mixed_pixels.has_value();
     if (!options.tiles)
         asked.tile_px = 0;
     const DofMasks masks = dof_masks(stored, asked);
     const std::vector<Image> all{masks.circle, masks.near, masks.focus, masks.far};
     std::vector<cv::Mat> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
                                               : side_by_side(all)};
-    for (const Image& image : {masks.near_reach, masks.near_coverage, masks.hidden_background, masks.mixed_depth})
+    for (const Image& image : {masks.max_near_coc, masks.near_alpha, masks.disocclusion, masks.mixed_pixels})
         if (image)
             results.push_back(to_mat(image));
     if (options.tiles)
-        results.push_back(side_by_side({masks.tile_least, masks.tile_greatest}));
+        results.push_back(side_by_side({masks.tile_min_coc, masks.tile_max_coc}));
     return results;
 }
 
 More more_of(const Options& options) {
-    const std::vector<std::string> endings{".exr", ".tif", ".pfm", ".png"};
+    const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".png"};
     More more;
     const auto add = [&](const char* option, const std::optional<std::string>& target, const Product& product) {
         if (target)
             more.outputs.push_back({option, *target, product});
     };
-    add("--near-reach", options.near_reach, {.endings = {".exr", ".tif", ".pfm"}, .channels = {"coc"}});
-    add("--near-coverage", options.near_coverage, {.endings = endings, .channels = {"near"}, .png_scale = 1});
-    add("--hidden-background", options.hidden_background, {.endings = endings, .channels = {"hidden"}, .png_scale = 1});
-    add("--mixed-depth", options.mixed_depth, {.endings = endings, .channels = {"mixed"}, .png_scale = 1});
-    add("--tiles", options.tiles, {.endings = {".exr"}, .channels = {"least", "greatest"}});
+    add("--max-near-coc", options.max_near_coc, {.extensions = {".exr", ".tif", ".pfm"}, .channels = {"coc"}});
+    add("--near-alpha", options.near_alpha, {.extensions = extensions, .channels = {"near"}, .png_scale = 1});
+    add("--disocclusion", options.disocclusion, {.extensions = extensions, .channels = {"hidden"}, .png_scale = 1});
+    add("--mixed-pixels", options.mixed_pixels, {.extensions = extensions, .channels = {"mixed"}, .png_scale = 1});
+    add("--tiles", options.tiles, {.extensions = {".exr"}, .channels = {"least", "greatest"}});
     return more;
 }
 
@@ -98,12 +98,11 @@ void add_more_options(CLI::App& app, Options& options) {
     const auto add = [&](const char* name, std::optional<std::string>& target, const char* description) {
         return app.add_option(name, target, description)->type_name("FILE")->group("Output");
     };
-    add("--near-reach", options.near_reach,
+    add("--max-near-coc", options.max_near_coc,
         "also write the diameter of the largest near circle that reaches\neach pixel");
-    add("--near-coverage", options.near_coverage, "also write how much of each pixel near circles cover");
-    add("--hidden-background", options.hidden_background,
-        "also write where a blur needs what lies behind the near layer");
-    add("--mixed-depth", options.mixed_depth,
+    add("--near-alpha", options.near_alpha, "also write how much of each pixel near circles cover");
+    add("--disocclusion", options.disocclusion, "also write where a blur needs what lies behind the near layer");
+    add("--mixed-pixels", options.mixed_pixels,
         "also write which pixels' depth lies between two surfaces, as if\naveraged over an edge");
     CLI::Option* tiles = add("--tiles", options.tiles, "also write the least and the greatest coc of each tile");
     options.masks.tile_px = 16;
@@ -117,7 +116,7 @@ void add_more_options(CLI::App& app, Options& options) {
 
 std::function<int()> configure(CLI::App& app) {
     const auto options = std::make_shared<Options>();
-    add_depth_options(app, *options, {.endings = {".exr", ".tif", ".pfm", ".png"}, .channels = channels});
+    add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".png"}, .channels = channels});
     add_lens_options(app, options->lens);
     const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
                          const char* description) {
@@ -127,12 +126,12 @@ std::function<int()> configure(CLI::App& app) {
         "circles up to this are wholly in focus, pixels (default: 1)");
     add("--transition", "PX", is_a_width(), options->masks.transition_px,
         "circles larger than that by so much are not at all (default: 1)");
-    add_choice(app, "--sky", options->masks.sky,
-               {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
-               "the background: infinitely far (default), in focus, or left out\nlike what is no surface")
+    add_enum_option(app, "--sky", options->masks.sky,
+                    {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
+                    "the background: infinitely far (default), in focus, or left out\nlike what is no surface")
         ->group("Masks");
-    add("--largest", "PX", is_a_number("number above 0", [](double pixels) { return pixels > 0; }),
-        options->masks.largest_px, "no circle is larger, on either side of the focus (default: none)");
+    add("--max-coc-px", "PX", is_a_number("number above 0", [](double pixels) { return pixels > 0; }),
+        options->masks.max_coc_px, "no circle is larger, on either side of the focus (default: none)");
     app.add_option_function<std::string>(
            "--mask",
            [options](const std::string& name) {
@@ -163,11 +162,11 @@ const Command dof_masks_command{
 weights near, focus and far, which sum to 1. What is no surface has a coc of NaN and no weight. A .png of a weight
 holds round(value × 65535); a coc has no such range, needs --png-scale and loses what is near.
 
-The lens: from its focal length and sensor, or with one of them the other from the projection. Under parallel rays
-circles grow with the distance from the focus without end (telecentric); --largest ends them.
+The lens: from its focal length and sensor, or with one of them the other from the projection. Under orthographic rays
+circles grow with the distance from the focus without end (telecentric); --max-coc-px ends them.
 
-With several inputs every FILE above is a folder, as OUT is. The EXR channels are coc (--near-reach), near
-(--near-coverage), hidden (--hidden-background), mixed (--mixed-depth), least and greatest (--tiles). What each mask
+With several inputs every FILE above is a folder, as OUT is. The EXR channels are coc (--max-near-coc), near
+(--near-alpha), hidden (--disocclusion), mixed (--mixed-pixels), least and greatest (--tiles). What each mask
 means: docs/depth-of-field.md.
 
 Example:

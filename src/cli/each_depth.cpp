@@ -157,7 +157,7 @@ void check_same_size(const std::filesystem::path& file, const cv::Mat& image, co
 }
 
 cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions) {
-    if (ending_of(file) == ".png")
+    if (extension_of(file) == ".png")
         for (int y = 0; y < directions.rows; ++y)
             for (int x = 0; x < directions.cols; ++x)
                 if (auto& n = directions.at<cv::Vec3f>(y, x); n == cv::Vec3f(0, 0, 0))

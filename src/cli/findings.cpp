@@ -57,10 +57,10 @@ StoredValues stored_values(const DepthFile& depth) {
     case Storage::uint24_high:
         visit_pixels<std::uint32_t>(depth.values, [&](std::uint32_t word) { add_code(word >> 8); });
         break;
-    case Storage::rgb8_low_first:
+    case Storage::rgb8_red_low:
         visit_pixels<cv::Vec3b>(depth.values, [&](const cv::Vec3b& rgb) { add_code(code_of(rgb[0], rgb[1], rgb[2])); });
         break;
-    case Storage::rgb8_high_first:
+    case Storage::rgb8_red_high:
         visit_pixels<cv::Vec3b>(depth.values, [&](const cv::Vec3b& rgb) { add_code(code_of(rgb[2], rgb[1], rgb[0])); });
         break;
     }
@@ -187,7 +187,7 @@ void find_surfaces(CameraFindings& findings, const cv::Mat& z) {
     add("farthest", count - 1);
 }
 
-void decode(CameraFindings& findings, const DepthFile& depth, const DeviceChoice& choice) {
+void decode(CameraFindings& findings, const DepthFile& depth, const DeviceOption& choice) {
     try {
         const Device device = choice.open();
         const StoredDepth stored{to_device(device, depth.values), findings.camera, depth.storage};
@@ -200,7 +200,7 @@ void decode(CameraFindings& findings, const DepthFile& depth, const DeviceChoice
 }
 
 CameraFindings look_through(const CameraFile& file, const DepthFile& depth, const StoredValues& stored,
-                            const DeviceChoice& device) {
+                            const DeviceOption& device) {
     CameraFindings findings;
     findings.camera = camera_for(file, depth.values.cols, depth.values.rows);
     const Camera& camera = findings.camera;
@@ -223,7 +223,7 @@ CameraFindings look_through(const CameraFile& file, const DepthFile& depth, cons
 } // namespace
 
 Findings look_at(const std::string& file, const std::string& camera, const std::string& channel,
-                 const DeviceChoice& device) {
+                 const DeviceOption& device) {
     CameraFile camera_file;
     if (!camera.empty())
         camera_file = read_camera(camera);

@@ -65,6 +65,6 @@ struct Findings {
 /// Reads a depth image and looks at it, through a camera where `camera` names a file. Decoding needs a device; without
 /// one, and if none was asked for, there are no surfaces to tell of.
 Findings look_at(const std::string& file, const std::string& camera, const std::string& channel,
-                 const DeviceChoice& device);
+                 const DeviceOption& device);
 
 } // namespace fathom::cli

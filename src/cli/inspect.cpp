@@ -14,7 +14,7 @@ struct Options {
     std::string file;
     std::string camera;
     std::string channel;
-    DeviceChoice device;
+    DeviceOption device;
     bool json = false;
 };
 
@@ -50,8 +50,8 @@ nlohmann::ordered_json as_json(const CameraFindings& found) {
     }
     for (const auto& [place, z] : found.attainable)
         attainable[place] = json_number(z);
-    return {{"encoding", name(found.camera.encoding)},
-            {"form", name(found.form.form)},
+    return {{"encoding", to_string(found.camera.encoding)},
+            {"form", to_string(found.form.form)},
             {"reason", found.form.reason},
             {"perspective", found.form.perspective},
             {"precision_of", name_of(found.bits)},
@@ -72,7 +72,7 @@ nlohmann::ordered_json as_json(const Options& options, const Findings& found) {
     return {{"file", options.file},
             {"width", found.depth.values.cols},
             {"height", found.depth.values.rows},
-            {"storage", name(found.depth.storage)},
+            {"storage", to_string(found.depth.storage)},
             {"channel", found.depth.channel},
             {"channels", channels},
             {"stored", {{"min", json_number(s.min)}, {"max", json_number(s.max)}, {"percentiles", percentiles}}},
@@ -110,8 +110,8 @@ void print_range(const CameraFindings& found) {
 
 void print_camera(const Options& options, const CameraFindings& found) {
     fmt::print("\ncamera: {}\n", options.camera);
-    print_row("encoding", name(found.camera.encoding));
-    print_row("form", fmt::format("{}: {}", name(found.form.form), found.form.reason));
+    print_row("encoding", to_string(found.camera.encoding));
+    print_row("form", fmt::format("{}: {}", to_string(found.form.form), found.form.reason));
     print_row("background", fmt::format("{} pixels", found.background));
 
     print_range(found);
@@ -140,7 +140,7 @@ void print_findings(const Options& options, const Findings& found) {
     const std::string& channel = found.depth.channel;
     fmt::print("file: {}\n", options.file);
     print_row("size", fmt::format("{} × {}", found.depth.values.cols, found.depth.values.rows));
-    print_row("type", name(found.depth.storage) + (channel.empty() ? "" : ", channel " + channel));
+    print_row("type", to_string(found.depth.storage) + (channel.empty() ? "" : ", channel " + channel));
     for (const Channel& each : found.channels)
         print_row(&each == &found.channels.front() ? "channels" : "", fmt::format("{} ({})", each.name, each.type));
 

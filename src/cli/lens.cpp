@@ -143,7 +143,7 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
             lens.circle = {values[0], values[1]};
         },
         "two numbers K,G from 0",
-        "instead of a lens: circles are K - G/z pixels wide, or G z - K\nunder parallel rays");
+        "instead of a lens: circles are K - G/z pixels wide, or G z - K\nunder an orthographic projection");
     for (const char* other : {"--focus", "--focus-at", "--focus-along", "--f-stop", "--focal-length-mm", "--sensor-mm"})
         circle->excludes(other);
 }
@@ -167,7 +167,8 @@ void complete(LensOptions& lens, const std::string& camera_file) {
     if (!lens.focus && !lens.focus_at && !lens.focus_along)
         missing("--focus", "focus_distance", "a length in scene units, or --focus-at X,Y");
     if (!perspective && !lens.focal_length_mm)
-        missing("--focal-length-mm", "lens_mm", "it: parallel rays have none, and the aperture is F over the f-number");
+        missing("--focal-length-mm", "lens_mm",
+                "it: orthographic rays have none, and the aperture is F over the f-number");
     if (!lens.focal_length_mm && !lens.sensor_mm)
         missing("--focal-length-mm", "lens_mm", "it or --sensor-mm, or both");
     if (perspective && lens.focus && lens.focal_length_mm && *lens.focus * lens.mm_per_unit <= *lens.focal_length_mm)
@@ -177,11 +178,11 @@ void complete(LensOptions& lens, const std::string& camera_file) {
                                      number(*lens.focal_length_mm)));
 }
 
-Circle circle_for(const LensOptions& lens, const StoredDepth& stored) {
+CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored) {
     const Camera& camera = stored.camera;
     if (lens.circle) {
         const bool perspective = depth_form(camera, stored.storage).perspective;
-        return {(*lens.circle)[0], (*lens.circle)[1], perspective ? rays(camera).eye_depth : 0, !perspective};
+        return {(*lens.circle)[0], (*lens.circle)[1], perspective ? camera_rays(camera).eye_depth : 0, !perspective};
     }
     try {
         const double focus = focus_of(lens, stored);

@@ -35,6 +35,6 @@ void complete(LensOptions& lens, const std::string& camera_file);
 
 /// What the lens amounts to for this image, which may say what is in focus.
 /// Throws: Error, for a pixel without depth say.
-Circle circle_for(const LensOptions& lens, const StoredDepth& stored);
+CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored);
 
 } // namespace fathom::cli

@@ -13,12 +13,12 @@ struct Options : DepthOptions {
 };
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product{.endings = {".exr", ".tif", ".pfm", ".png"}, .channels = {"Z"}};
+    const Product product{.extensions = {".exr", ".tif", ".pfm", ".png"}, .channels = {"Z"}};
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, product);
-    add_choice(app, "--background", options->linearize.background,
-               {{"inf", Background::inf}, {"decode", Background::decode}, {"nan", Background::nan}},
-               "what pixels with nothing in them become: infinity (default),\nthe far plane's distance, or NaN")
+    add_enum_option(app, "--background", options->linearize.background,
+                    {{"inf", Background::inf}, {"decode", Background::decode}, {"nan", Background::nan}},
+                    "what pixels with nothing in them become: infinity (default),\nthe far plane's distance, or NaN")
         ->group("Output");
     return [options, product] {
         return each_depth(*options, product, [&](const StoredDepth& stored) {

@@ -3,7 +3,7 @@
 
 #include "messages.hpp"
 
-#include <fathom/choice.hpp>
+#include <fathom/cheapest.hpp>
 #include <fathom/error.hpp>
 
 #include <fmt/format.h>
@@ -29,13 +29,13 @@ void add_max_error(CLI::App& app, std::optional<double>& max_error, bool& explai
         ->group(group);
 }
 
-void explain_choice(const std::string& operation, const StoredDepth& stored, const Job& job,
+void explain_method(const std::string& operation, const StoredDepth& stored, const Job& job,
                     std::optional<double> max_error, bool explain) {
     if (!max_error)
         return;
-    Choice choice;
+    MeasuredMethod choice;
     try {
-        choice = cheapest(operation, stored, *max_error);
+        choice = cheapest_method(operation, stored, *max_error);
     } catch (const std::invalid_argument& error) {
         const std::string message = error.what(), option = "max_error = ";
         throw Error(message.starts_with(option) ? "--max-error " + message.substr(option.size()) : message);

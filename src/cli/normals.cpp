@@ -15,19 +15,19 @@ struct Options : DepthOptions {
 };
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product{.endings = {".exr", ".tif", ".pfm", ".png"},
+    const Product product{.extensions = {".exr", ".tif", ".pfm", ".png"},
                           .channels = {"N.X", "N.Y", "N.Z"},
                           .png_scale = 0.5,
                           .png_offset = 0.5};
     const auto options = std::make_shared<Options>();
     NormalsOptions& normal = options->normals;
     add_depth_options(app, *options, product);
-    add_choice(app, "--method", normal.method,
-               {{"automatic", NormalMethod::automatic},
-                {"neighbours", NormalMethod::neighbours},
-                {"least-squares", NormalMethod::least_squares}},
-               "from the neighbours on the same surface, or a plane fitted to\n"
-               "them, for quantised depth (automatic: for 16 bits and fewer)")
+    add_enum_option(app, "--method", normal.method,
+                    {{"automatic", NormalMethod::automatic},
+                     {"neighbours", NormalMethod::neighbours},
+                     {"least-squares", NormalMethod::least_squares}},
+                    "from the neighbours on the same surface, or a plane fitted to\n"
+                    "them, for quantised depth (automatic: for 16 bits and fewer)")
         ->group("Normals");
     add_max_error(app, normal.max_error, options->explain, "mean degrees", {"--method"}, "Normals");
     app.add_option("--tolerance", normal.tolerance,
@@ -36,13 +36,13 @@ std::function<int()> configure(CLI::App& app) {
         ->type_name("T")
         ->check(is_a_number("number above 0", [](double t) { return t > 0; }))
         ->group("Normals");
-    add_choice(app, "--space", normal.space, {{"view", Space::view}, {"world", Space::world}},
-               "axes of the normals: the camera's (default) or the world's,\n"
-               "which needs \"view\" in the camera file")
+    add_enum_option(app, "--space", normal.space, {{"view", Space::view}, {"world", Space::world}},
+                    "axes of the normals: the camera's (default) or the world's,\n"
+                    "which needs \"view\" in the camera file")
         ->group("Output");
     return [options, product] {
         return each_depth(*options, product, {}, [&](const StoredDepth& stored, const Job& job) {
-            explain_choice("normals", stored, job, options->normals.max_error, options->explain);
+            explain_method("normals", stored, job, options->normals.max_error, options->explain);
             return std::vector{directions_for(job.outputs.front(), to_mat(normals(stored, options->normals)))};
         });
     };

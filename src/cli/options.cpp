@@ -9,7 +9,7 @@
 
 namespace fathom::cli {
 
-Device DeviceChoice::open() const {
+Device DeviceOption::open() const {
     if (threads > 0) {
         const std::string count = std::to_string(threads);
         setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1); // PoCL to 4
@@ -45,7 +45,7 @@ void add_channel_option(CLI::App& app, std::string& channel) {
         ->group("Input");
 }
 
-void add_device_options(CLI::App& app, DeviceChoice& choice) {
+void add_device_options(CLI::App& app, DeviceOption& choice) {
     app.add_option("--device", choice.wanted,
                    "where to compute: cpu, gpu, or an index or part of a name\n"
                    "as `fathom devices` lists them (default: a GPU if there is one)")
@@ -70,10 +70,10 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     add_channel_option(app, options.channel);
 
     std::vector<std::string> formats;
-    for (const std::string& ending : product.endings)
-        formats.push_back(ending.substr(1));
+    for (const std::string& extension : product.extensions)
+        formats.push_back(extension.substr(1));
     app.add_option("-o,--output", options.output,
-                   "file to write (" + CLI::detail::join(product.endings, " ") +
+                   "file to write (" + CLI::detail::join(product.extensions, " ") +
                        "), or a folder:\nresults keep the names of their inputs there")
         ->type_name("OUT")
         ->required()

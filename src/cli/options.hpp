@@ -12,7 +12,7 @@
 namespace fathom::cli {
 
 /// Where the work is done.
-struct DeviceChoice {
+struct DeviceOption {
     std::string wanted; ///< cpu, gpu, an index or a part of a name; empty: the default
     int threads = 0;    ///< of a CPU device; 0: as many as it likes
 
@@ -28,16 +28,16 @@ struct DepthOptions {
     std::vector<std::string> inputs;
     std::string camera;
     std::string output;
-    std::string format; ///< ending of the results in a folder, with its dot; empty: .exr
+    std::string format; ///< extension of the results in a folder, with its dot; empty: .exr
     std::string channel;
     std::optional<double> png_scale;
-    DeviceChoice device;
+    DeviceOption device;
     Report report = Report::line;
 };
 
 /// What an operation makes of a depth image.
 struct Product {
-    std::vector<std::string> endings;     ///< types it can be written as, the default first
+    std::vector<std::string> extensions;  ///< types it can be written as, the default first
     std::vector<std::string> channels;    ///< EXR names of its channels
     std::optional<double> png_scale = {}; ///< of values that have a range; none: --png-scale must say it
     double png_offset = 0;
@@ -47,12 +47,12 @@ struct Product {
 void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product);
 
 void add_channel_option(CLI::App& app, std::string& channel);
-void add_device_options(CLI::App& app, DeviceChoice& choice);
+void add_device_options(CLI::App& app, DeviceOption& choice);
 
 /// Adds an option whose value is one of a few names.
 template <typename Value>
-CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,
-                        const std::vector<std::pair<std::string, Value>>& choices, const std::string& description);
+CLI::Option* add_enum_option(CLI::App& app, const std::string& name, Value& value,
+                             const std::vector<std::pair<std::string, Value>>& choices, const std::string& description);
 
 /// Refuses a value that is none of `names`, listing them.
 CLI::Validator is_one_of(const std::vector<std::string>& names);
@@ -61,8 +61,9 @@ CLI::Validator is_one_of(const std::vector<std::string>& names);
 CLI::Validator is_a_number(const std::string& kind, const std::function<bool(double)>& accepted);
 
 template <typename Value>
-CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,
-                        const std::vector<std::pair<std::string, Value>>& choices, const std::string& description) {
+CLI::Option* add_enum_option(CLI::App& app, const std::string& name, Value& value,
+                             const std::vector<std::pair<std::string, Value>>& choices,
+                             const std::string& description) {
     std::vector<std::string> names;
     for (const auto& choice : choices)
         names.push_back(choice.first);

@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_known(const std::string& ending, const std::vector<std::string>& endings) {
-    return std::find(endings.begin(), endings.end(), ending) != endings.end();
+bool is_known(const std::string& extension, const std::vector<std::string>& extensions) {
+    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
 }
 
 bool is_folder(const DepthOptions& options, const std::string& target) {
@@ -47,7 +47,7 @@ std::optional<Identity> identity(const fs::path& file) {
 }
 
 void check_target(const DepthOptions& options, const Output& output) {
-    const std::vector<std::string>& endings = output.product.endings;
+    const std::vector<std::string>& extensions = output.product.extensions;
     const fs::path out = output.target;
     std::error_code ignored;
     if (out.empty())
@@ -55,16 +55,17 @@ void check_target(const DepthOptions& options, const Output& output) {
     if (is_folder(options, output.target)) {
         if (fs::exists(out, ignored) && !fs::is_directory(out, ignored))
             throw UsageError(out.native() + ": is a file; several inputs need a folder");
-        if (!fs::exists(out, ignored) && !output.target.ends_with('/') && is_known(ending_of(out), endings))
+        if (!fs::exists(out, ignored) && !output.target.ends_with('/') && is_known(extension_of(out), extensions))
             throw UsageError(fmt::format("{}: {} inputs cannot go into one file; give a folder ({}/)", out.native(),
                                          options.inputs.size(), out.native()));
     } else {
-        const std::string ending = ending_of(out);
-        if (!is_known(ending, endings))
+        const std::string extension = extension_of(out);
+        if (!is_known(extension, extensions))
             throw UsageError(fmt::format("{}: {} is no type of result; it is {} (a folder ends with /)", out.native(),
-                                         ending.empty() ? "a name without ending" : ending, one_of(endings)));
-        if (!options.format.empty() && options.format != ending)
-            throw UsageError(out.native() + ": its ending contradicts --format " + options.format.substr(1) +
+                                         extension.empty() ? "a name without extension" : extension,
+                                         one_of(extensions)));
+        if (!options.format.empty() && options.format != extension)
+            throw UsageError(out.native() + ": its extension contradicts --format " + options.format.substr(1) +
                              "; leave one of them out");
     }
 }
@@ -72,8 +73,8 @@ void check_target(const DepthOptions& options, const Output& output) {
 fs::path place(const DepthOptions& options, const Output& output, const fs::path& input) {
     fs::path file = output.target;
     if (is_folder(options, output.target))
-        file /= input.stem().native() + (options.format.empty() ? output.product.endings.front() : options.format);
-    if (ending_of(file) == ".png" && !options.png_scale && !output.product.png_scale)
+        file /= input.stem().native() + (options.format.empty() ? output.product.extensions.front() : options.format);
+    if (extension_of(file) == ".png" && !options.png_scale && !output.product.png_scale)
         throw UsageError(file.native() + ": PNG holds 0 to 1 only; give --png-scale or write .exr, .tif or .pfm");
     return file;
 }
@@ -91,8 +92,8 @@ fs::path find(const DepthOptions& options, const Companion& companion, const fs:
         return companion.source;
     }
     const fs::path named = fs::path(companion.source) / input.stem();
-    for (const char* ending : {".exr", ".tif", ".tiff", ".pfm", ".png"})
-        if (const fs::path file = named.native() + ending; fs::exists(file, ignored))
+    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".png"})
+        if (const fs::path file = named.native() + extension; fs::exists(file, ignored))
             return file;
     return named.native() + ".exr";
 }
@@ -118,11 +119,11 @@ std::vector<fs::path> Job::others() const {
     return files;
 }
 
-std::string ending_of(const std::filesystem::path& file) {
-    std::string ending = file.extension().native();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
+std::string extension_of(const std::filesystem::path& file) {
+    std::string extension = file.extension().native();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending == ".tiff" ? ".tif" : ending;
+    return extension == ".tiff" ? ".tif" : extension;
 }
 
 std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,

@@ -30,15 +30,15 @@ struct Job {
     std::vector<std::filesystem::path> others() const;
 };
 
-/// A file's ending as `Product::endings` has it: in small letters, .tif for .tiff.
-std::string ending_of(const std::filesystem::path& file);
+/// A file's extension as `Product::extensions` has it: in small letters, .tif for .tiff.
+std::string extension_of(const std::filesystem::path& file);
 
 /// Decides where everything lies, before anything is read or written.
 /// A target is a folder when it is one, when it ends with a slash, or when there are several inputs; a result is then
-/// <folder>/<name of the input without its ending><format>. Otherwise it is the file to write. In a folder of companions
-/// the same name is looked for with the endings that images have.
+/// <folder>/<name of the input without its extension><format>. Otherwise it is the file to write. In a folder of companions
+/// the same name is looked for with the extensions that images have.
 /// Throws: UsageError when two results would have the same name, when a result would replace a file that is read, when
-/// the ending is not one of the product's, when .png is asked for without a scale, or when several inputs share a
+/// the extension is not one of the product's, when .png is asked for without a scale, or when several inputs share a
 /// companion.
 std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
                       const std::vector<Companion>& companions = {});

@@ -59,15 +59,15 @@ void add_occlusion_options(CLI::App& app, SsaoOptions& ssao) {
     add("--radius", "R", is_a_number("number above 0", [](double r) { return r > 0; }), ssao.radius,
         "length of the rays, scene units: what is farther away occludes\n"
         "nothing (default: \"ao_distance\" of the camera file)");
-    add_choice(app, "--quality", ssao.quality,
-               {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
-               "how many directions and distances are looked into\n(default: balanced)")
+    add_enum_option(app, "--quality", ssao.quality,
+                    {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
+                    "how many directions and distances are looked into\n(default: balanced)")
         ->group("Occlusion");
     add("--slices", "N", is_whole(1, 64), ssao.slices,
         "instead of the quality's: planes through the view ray, 1 to 64");
-    add("--steps", "N", is_whole(1, 256), ssao.steps,
+    add("--samples", "N", is_whole(1, 256), ssao.samples,
         "instead of the quality's: places looked at on either side of\na slice, 1 to 256");
-    add("--patterns", "1|4|16", is_one_of({"1", "4", "16"}), ssao.patterns,
+    add("--jitter", "1|4|16", is_one_of({"1", "4", "16"}), ssao.jitter,
         "instead of the quality's: neighbouring pixels look into as many\n"
         "different directions and are averaged; 1: all alike, no average");
     add("--thickness", "T|inf", is_a_length_or_inf(), ssao.thickness,
@@ -75,7 +75,7 @@ void add_occlusion_options(CLI::App& app, SsaoOptions& ssao) {
         "inf: all that lies behind it (default: a quarter of the radius)");
     add("--falloff", "F", is_a_number("number from 0 to 1", [](double f) { return f >= 0 && f <= 1; }), ssao.falloff,
         "share of the radius, at its end, over which occluders fade out,\n0 to 1 (default: 0, a hard end)");
-    add_choice(
+    add_enum_option(
         app, "--border", ssao.border, {{"open", Border::open}, {"clamp", Border::clamp}},
         "what lies outside the image: nothing (open; default), or the\npixels of its border, again and again (clamp)")
         ->group("Occlusion");
@@ -87,7 +87,7 @@ void add_occlusion_options(CLI::App& app, SsaoOptions& ssao) {
                  "upsample along the surfaces: a third of the time, for radii of\n"
                  "many pixels")
         ->group("Occlusion");
-    add("--seed", "N", is_whole(0, 4294967295.0), ssao.seed, "turns the patterns (default: 0)");
+    add("--seed", "N", is_whole(0, 4294967295.0), ssao.seed, "turns the jitter (default: 0)");
 }
 
 void use_default_radius(Options& options) {
@@ -128,7 +128,7 @@ cv::Mat read_thickness(const std::filesystem::path& file) {
 // Visibility, then what else was asked for, in the order of the options.
 std::vector<cv::Mat> occlude(const Options& options, const StoredDepth& stored, const Job& job) {
     check_region(options.ssao.region, stored);
-    explain_choice("ssao", stored, job, options.ssao.max_error, options.explain);
+    explain_method("ssao", stored, job, options.ssao.max_error, options.explain);
     SsaoOptions asked = options.ssao;
     cv::Mat normals, thickness; // read by the device until the results are there
     if (options.normals) {
@@ -155,24 +155,25 @@ std::vector<cv::Mat> occlude(const Options& options, const StoredDepth& stored, 
 }
 
 std::function<int()> configure(CLI::App& app) {
-    const std::vector<std::string> endings{".exr", ".tif", ".pfm", ".png"};
-    const Product visibility{.endings = endings, .channels = {"AO"}, .png_scale = 1};
+    const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".png"};
+    const Product visibility{.extensions = extensions, .channels = {"AO"}, .png_scale = 1};
     const Product bent_normal{
-        .endings = endings, .channels = {"N.X", "N.Y", "N.Z"}, .png_scale = 0.5, .png_offset = 0.5};
-    const Product confidence{.endings = endings, .channels = {"confidence"}, .png_scale = 1};
+        .extensions = extensions, .channels = {"N.X", "N.Y", "N.Z"}, .png_scale = 0.5, .png_offset = 0.5};
+    const Product confidence{.extensions = extensions, .channels = {"confidence"}, .png_scale = 1};
 
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, options->ssao);
     add_max_error(app, options->ssao.max_error, options->explain, "rms of visibility",
-                  {"--quality", "--slices", "--steps", "--patterns", "--half-resolution"}, "Occlusion");
+                  {"--quality", "--slices", "--samples", "--jitter", "--half-resolution"}, "Occlusion");
     CLI::Option* normals = app.add_option("--normals", options->normals,
                                           "normals of the surfaces, as `fathom normals` writes them: EXR, PNG,\n"
                                           "TIFF or PFM (default: from the depth)");
     normals->type_name("FILE")->group("Input");
-    add_choice(app, "--normals-space", options->ssao.normals_space, {{"view", Space::view}, {"world", Space::world}},
-               "axes that they are in: the camera's (default) or the world's,\n"
-               "which needs \"view\" in the camera file")
+    add_enum_option(app, "--normals-space", options->ssao.normals_space,
+                    {{"view", Space::view}, {"world", Space::world}},
+                    "axes that they are in: the camera's (default) or the world's,\n"
+                    "which needs \"view\" in the camera file")
         ->needs(normals)
         ->group("Input");
     app.add_option("--thickness-map", options->thickness_map,

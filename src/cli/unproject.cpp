@@ -27,14 +27,14 @@ std::string parse_point(const std::string& text, Eigen::Vector3d& point) {
 }
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product{.endings = {".exr", ".ply", ".tif", ".pfm", ".png"}, .channels = {"P.X", "P.Y", "P.Z"}};
+    const Product product{.extensions = {".exr", ".ply", ".tif", ".pfm", ".png"}, .channels = {"P.X", "P.Y", "P.Z"}};
     const auto options = std::make_shared<Options>();
     UnprojectOptions& unprojection = options->unproject;
     add_depth_options(app, *options, product);
     CLI::Option* space =
-        add_choice(app, "--space", unprojection.space, {{"view", Space::view}, {"world", Space::world}},
-                   "axes of the positions: the camera's (default) or the world's,\n"
-                   "which needs \"view\" in the camera file");
+        add_enum_option(app, "--space", unprojection.space, {{"view", Space::view}, {"world", Space::world}},
+                        "axes of the positions: the camera's (default) or the world's,\n"
+                        "which needs \"view\" in the camera file");
     CLI::Option* origin = app.add_option_function<std::string>(
         "--origin", [&](const std::string& text) { parse_point(text, unprojection.origin); },
         "with --space world: positions are relative to this point of the\n"
@@ -45,7 +45,7 @@ std::function<int()> configure(CLI::App& app) {
             return parse_point(text, ignored);
         },
         ""));
-    CLI::Option* background = add_choice(
+    CLI::Option* background = add_enum_option(
         app, "--background", unprojection.background,
         {{"nan", Background::nan}, {"inf", Background::inf}, {"decode", Background::decode}},
         "pixels with nothing in them have no position (nan or inf;\ndefault), or lie on the far plane (decode)");

@@ -22,7 +22,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Encoding read_encoding(const JsonObject& json) {
     using enum Encoding;
-    const auto known = [](Encoding encoding) { return std::pair{name(encoding), encoding}; };
+    const auto known = [](Encoding encoding) { return std::pair{to_string(encoding), encoding}; };
     return json
         .choice("encoding", {known(window), known(view_z), known(ray_distance), known(linear), known(logarithmic),
                              known(exponential), known(median), known(pseudo_linear), known(inverse)})
@@ -31,8 +31,8 @@ Encoding read_encoding(const JsonObject& json) {
 
 std::optional<Storage> read_packing(const JsonObject& json) {
     using enum Storage;
-    const auto known = [](Storage storage) { return std::pair{name(storage), storage}; };
-    return json.choice("packing", {known(rgb8_low_first), known(rgb8_high_first), known(uint24), known(uint24_high)});
+    const auto known = [](Storage storage) { return std::pair{to_string(storage), storage}; };
+    return json.choice("packing", {known(rgb8_red_low), known(rgb8_red_high), known(uint24), known(uint24_high)});
 }
 
 Convention read_convention(const JsonObject& json) {
@@ -153,10 +153,10 @@ Projection read_projection(const JsonObject& json, Camera& camera) {
 void check_parameters(const JsonObject& json, const Camera& camera) {
     const auto need = [&](const char* key, const std::optional<double>& value) {
         if (!value)
-            json.refuse_missing(key, std::string("the encoding \"") + name(camera.encoding) + "\" needs it");
+            json.refuse_missing(key, std::string("the encoding \"") + to_string(camera.encoding) + "\" needs it");
         if (std::isinf(*value))
             json.refuse_whole(std::string("\"") + key + "\" is infinity, which the encoding \"" +
-                              name(camera.encoding) + "\" cannot have; give a finite one");
+                              to_string(camera.encoding) + "\" cannot have; give a finite one");
     };
     using enum Encoding;
     if (camera.encoding == linear || camera.encoding == exponential || camera.encoding == pseudo_linear)

@@ -82,7 +82,7 @@ Storage storage_of(const cv::Mat& stored) {
     case CV_32SC1:
         return Storage::uint24;
     case CV_8UC3:
-        return Storage::rgb8_low_first;
+        return Storage::rgb8_red_low;
     default:
         throw std::invalid_argument("stored depth: matrix of type " + std::to_string(stored.type()) +
                                     "; must be CV_32FC1, CV_16FC1, CV_16UC1, CV_32SC1 or CV_8UC3");

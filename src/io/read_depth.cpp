@@ -1,4 +1,4 @@
-// Which file holds depth, and as what. The content decides, not the file's ending.
+// Which file holds depth, and as what. The content decides, not the file's extension.
 #include "formats.hpp"
 
 namespace fathom {
@@ -8,7 +8,7 @@ using io::described;
 using io::refuse;
 
 bool is_three_bytes(Storage packing) {
-    return packing == Storage::rgb8_low_first || packing == Storage::rgb8_high_first;
+    return packing == Storage::rgb8_red_low || packing == Storage::rgb8_red_high;
 }
 
 /// Codes of 24 bits only: a buffer with a stencil beside its depth must not be decoded as if it had none.
@@ -25,7 +25,7 @@ void check_codes(const std::filesystem::path& file, const cv::Mat& codes) {
 DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, std::optional<Storage> packing) {
     if (packing && is_three_bytes(*packing)) {
         if (image.depth() != CV_8U || image.channels() < 3)
-            refuse(file, "is " + described(image) + ", but the packing \"" + name(*packing) +
+            refuse(file, "is " + described(image) + ", but the packing \"" + to_string(*packing) +
                              "\" needs three 8-bit channels; take \"packing\" out of the camera file");
         cv::Mat rgb(image.size(), CV_8UC3); // simulators like to add an alpha channel that says nothing
         const int pairs[] = {0, 0, 1, 1, 2, 2};
@@ -34,7 +34,7 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
     }
     if (image.channels() == 1) {
         if (packing && image.type() != CV_32SC1)
-            refuse(file, "is " + described(image) + ", but the packing \"" + name(*packing) +
+            refuse(file, "is " + described(image) + ", but the packing \"" + to_string(*packing) +
                              "\" needs 32-bit integers; take \"packing\" out of the camera file");
         if (image.type() == CV_32FC1)
             return {image, Storage::float32, {}};

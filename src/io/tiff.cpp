@@ -26,7 +26,7 @@ enum Tag : std::uint16_t {
     samples_per_pixel = 277,
     rows_per_strip = 278,
     strip_byte_counts = 279,
-    planar = 284,
+    inverse_depth = 284,
     tile_offsets = 324,
     tile_byte_counts = 325,
     extra_samples = 338,
@@ -202,7 +202,7 @@ Bytes tiff_bytes(const cv::Mat& image) {
         {samples_per_pixel, is_short, 1, channels},
         {rows_per_strip, is_long, 1, height},
         {strip_byte_counts, is_long, 1, static_cast<std::uint32_t>(size)},
-        {planar, is_short, 1, interleaved},
+        {inverse_depth, is_short, 1, interleaved},
     };
     if (channels == 4)
         entries.push_back({extra_samples, is_short, 1, 0});

@@ -1,4 +1,4 @@
-// Results into files; the ending says which format.
+// Results into files; the extension says which format.
 #include "formats.hpp"
 
 #include <fathom/error.hpp>
@@ -16,7 +16,7 @@ namespace {
 
 using io::refuse;
 
-std::string ending_of(const std::filesystem::path& file) {
+std::string extension_of(const std::filesystem::path& file) {
     return io::lower(file.extension().string());
 }
 
@@ -26,7 +26,7 @@ void check_channels(const std::filesystem::path& file, const cv::Mat& image, std
     std::string list;
     for (const int channels : allowed)
         list += (list.empty() ? "" : " or ") + std::to_string(channels);
-    refuse(file, "a " + ending_of(file) + " has " + list + " channels, the image has " +
+    refuse(file, "a " + extension_of(file) + " has " + list + " channels, the image has " +
                      std::to_string(image.channels()) + "; write an .exr");
 }
 
@@ -43,22 +43,22 @@ std::vector<std::string> channel_names(const std::filesystem::path& file, const 
 }
 
 io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
-    const auto ending = ending_of(file);
-    if (ending == ".exr")
+    const auto extension = extension_of(file);
+    if (extension == ".exr")
         return io::exr_bytes(image, channel_names(file, image, options));
-    if (ending == ".tif" || ending == ".tiff") {
+    if (extension == ".tif" || extension == ".tiff") {
         check_channels(file, image, {1, 3, 4});
         return io::tiff_bytes(image);
     }
-    if (ending == ".pfm") {
+    if (extension == ".pfm") {
         check_channels(file, image, {1, 3});
         return io::pfm_bytes(image);
     }
-    if (ending == ".ply") {
+    if (extension == ".ply") {
         check_channels(file, image, {3, 4});
         return io::ply_bytes(image);
     }
-    if (ending == ".png") {
+    if (extension == ".png") {
         check_channels(file, image, {1, 3, 4});
         if (!options.png_scale)
             refuse(file, "a .png holds 0 to 1 in 16 bits, these values have no such range; "
@@ -68,7 +68,7 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
                              std::to_string(options.png_offset) + "; both must be finite");
         return io::png_bytes(image, *options.png_scale, options.png_offset);
     }
-    refuse(file, "the ending \"" + ending + "\" is none that can be written; use .exr, .tif, .pfm, .png or .ply");
+    refuse(file, "the extension \"" + extension + "\" is none that can be written; use .exr, .tif, .pfm, .png or .ply");
 }
 
 io::Bytes bytes_of(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {

@@ -1,7 +1,7 @@
 // The circle of confusion as a function of the stored value and the pixel.
 //   z = (n·q)/(m·q),  q = (v, x, y, 1)
 //   c = k − g/(z − lens) = k − g (m·q)/(n'·q),  n' = n − lens m                 under a perspective
-//   c = g z − k          = ((g n − k m)·q)/(m·q)                                under parallel rays
+//   c = g z − k          = ((g n − k m)·q)/(m·q)                                under an orthographic projection
 // where n' or m is constant that is affine in q. Potmesil and Chakravarty 1981; 1/z is affine by Popov 2016, eq. 5, 6.
 
 #include "operations/circle.hpp"
@@ -44,7 +44,7 @@ Affine divided(Affine row, Real by) {
 }
 
 // Of the depth from the lens, which is numerator / denominator for all forms but the last two.
-Affine from_lens(const DepthForm& form, const Circle& circle) {
+Affine from_lens(const DepthForm& form, const CircleOfConfusion& circle) {
     return combined(1, form.numerator, -circle.lens_depth, form.denominator);
 }
 
@@ -67,7 +67,7 @@ void pack(params::wide (&target)[4], const Affine& row, Real unit, Arithmetic ar
         target[i] = pack_wide(row[i] * unit, arithmetic);
 }
 
-void set_recentred(params::circle_params& p, const DepthForm& form, const Circle& circle) {
+void set_recentred(params::circle_params& p, const DepthForm& form, const CircleOfConfusion& circle) {
     const Real inverse = form.denominator[0] / form.numerator[3], rest = form.denominator[3] / form.numerator[3];
     const bool far_is_low = inverse > 0;
     const float end = far_is_low ? form.lowest : form.highest;
@@ -79,7 +79,7 @@ void set_recentred(params::circle_params& p, const DepthForm& form, const Circle
     p.at_end = static_cast<float>(circle.k - circle.g * (inverse * end + rest));
 }
 
-void set_sums(params::circle_params& p, const DepthForm& form, const Circle& circle, Arithmetic arithmetic) {
+void set_sums(params::circle_params& p, const DepthForm& form, const CircleOfConfusion& circle, Arithmetic arithmetic) {
     const Affine &n = form.numerator, &m = form.denominator;
     const Affine denominator = circle.telecentric ? m : from_lens(form, circle);
     const Affine numerator =
@@ -100,16 +100,16 @@ float clamped(Real circle, float largest) {
 
 } // namespace
 
-void check_circle(const Circle& circle, const DepthForm& form) {
+void check_circle(const CircleOfConfusion& circle, const DepthForm& form) {
     require(std::isfinite(circle.k) && circle.k >= 0, text("the circle's k = ", circle.k, " must be 0 or greater"));
     require(std::isfinite(circle.g) && circle.g >= 0, text("the circle's g = ", circle.g, " must be 0 or greater"));
     require(std::isfinite(circle.lens_depth), text("the circle's lens_depth = ", circle.lens_depth, " must be finite"));
-    require(circle.telecentric != form.perspective, circle.telecentric
-                                                        ? "a telecentric circle does not belong to a perspective camera"
-                                                        : "a camera of parallel rays needs a telecentric circle");
+    require(circle.telecentric != form.perspective,
+            circle.telecentric ? "a telecentric circle does not belong to a perspective camera"
+                               : "a camera of an orthographic camera needs a telecentric circle");
 }
 
-void count_from_lens(DepthForm& form, Rays& rays, const Circle& circle) {
+void count_from_lens(DepthForm& form, Rays& rays, const CircleOfConfusion& circle) {
     if (circle_form(form, circle) != CircleForm::of_depth)
         return;
     rays.eye_depth -= circle.lens_depth;
@@ -118,7 +118,7 @@ void count_from_lens(DepthForm& form, Rays& rays, const Circle& circle) {
     form.least_depth = std::abs(least) <= 0x1p-23L * std::abs(circle.lens_depth) ? 0.0f : static_cast<float>(least);
 }
 
-CircleForm circle_form(const DepthForm& form, const Circle& circle) {
+CircleForm circle_form(const DepthForm& form, const CircleOfConfusion& circle) {
     if (form.form == Form::exponential || form.form == Form::ray_distance)
         return CircleForm::of_depth;
     if (!is_constant(circle.telecentric ? form.denominator : from_lens(form, circle)))
@@ -128,7 +128,7 @@ CircleForm circle_form(const DepthForm& form, const Circle& circle) {
 
 params::circle_params circle_parameters(const DepthForm& form, const DofMasksOptions& options, Arithmetic arithmetic) {
     params::circle_params p{};
-    const Circle& circle = options.circle;
+    const CircleOfConfusion& circle = options.circle;
     switch (circle_form(form, circle)) {
     case CircleForm::recentred:
         set_recentred(p, form, circle);
@@ -142,8 +142,8 @@ params::circle_params circle_parameters(const DepthForm& form, const DofMasksOpt
     }
     p.k = pack_wide(circle.k, arithmetic);
     p.g = pack_wide(circle.g, arithmetic);
-    p.largest = static_cast<float>(options.largest_px);
-    p.infinite = clamped(circle_at(circle, std::numeric_limits<Real>::infinity()), p.largest);
+    p.largest = static_cast<float>(options.max_coc_px);
+    p.infinite = clamped(coc_at(circle, std::numeric_limits<Real>::infinity()), p.largest);
     p.sky = options.sky == Sky::blur    ? p.infinite
             : options.sky == Sky::sharp ? 0.0f
                                         : std::numeric_limits<float>::quiet_NaN();
@@ -157,9 +157,9 @@ float inverse_transition(const DofMasksOptions& options) {
         std::min(1 / static_cast<Real>(options.transition_px), static_cast<Real>(std::numeric_limits<float>::max())));
 }
 
-runtime::Choices circle_choices(const DepthForm& form, const Circle& circle, const Rays& rays, Storage storage,
-                                int lanes, bool stream) {
-    runtime::Choices choices = decoder_choices(form, rays, storage, lanes, stream);
+runtime::Defines circle_defines(const DepthForm& form, const CircleOfConfusion& circle, const Rays& rays,
+                                Storage storage, int vector_width, bool stream) {
+    runtime::Defines choices = decoder_defines(form, rays, storage, vector_width, stream);
     choices.emplace_back("CIRCLE", static_cast<int>(circle_form(form, circle)));
     choices.emplace_back("TELECENTRIC", circle.telecentric);
     return choices;

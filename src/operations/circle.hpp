@@ -19,10 +19,10 @@ enum class CircleForm {
 };
 
 /// The simplest form that is exact for this decoder and lens. Pure: no device.
-CircleForm circle_form(const DepthForm& form, const Circle& circle);
+CircleForm circle_form(const DepthForm& form, const CircleOfConfusion& circle);
 
 /// Where the depth is decoded first, makes the decoder count it from the lens: the sum of the two would cancel again.
-void count_from_lens(DepthForm& form, Rays& rays, const Circle& circle);
+void count_from_lens(DepthForm& form, Rays& rays, const CircleOfConfusion& circle);
 
 /// Constants of kernels/circle.h; of the weights those of dof_masks.cl. Pure: no device.
 params::circle_params circle_parameters(const DepthForm& form, const DofMasksOptions& options, Arithmetic arithmetic);
@@ -31,10 +31,10 @@ params::circle_params circle_parameters(const DepthForm& form, const DofMasksOpt
 float inverse_transition(const DofMasksOptions& options);
 
 /// Finite choices of a kernel that includes circle.h.
-runtime::Choices circle_choices(const DepthForm& form, const Circle& circle, const Rays& rays, Storage storage,
-                                int lanes, bool stream);
+runtime::Defines circle_defines(const DepthForm& form, const CircleOfConfusion& circle, const Rays& rays,
+                                Storage storage, int vector_width, bool stream);
 
 /// Throws: std::invalid_argument for a circle that is no lens, or none of this camera.
-void check_circle(const Circle& circle, const DepthForm& form);
+void check_circle(const CircleOfConfusion& circle, const DepthForm& form);
 
 } // namespace fathom

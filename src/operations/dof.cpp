@@ -1,9 +1,9 @@
-// Depth of field: circles, planes of slice and colour, then slice by slice from front to back.
+// Depth of field: circles, planes of layer and colour, then layer by layer from front to back.
 
 #include <fathom/dof.hpp>
 
-#include "operations/choice.hpp"
-#include "operations/dof_slices.hpp"
+#include "operations/cheapest.hpp"
+#include "operations/dof_layers.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/scratch.hpp"
@@ -22,34 +22,34 @@ constexpr int rows_at_once = 2; // ROWS of kernels/dof_gather.cl
 // Running sums of colours up to this are off by 2^-24 of it times some hundred pixels at most.
 constexpr float knee = 4;
 
-void check_colour(const Image& colour, const Image& depth, const char* what) {
-    require(colour.width() == depth.width() && colour.height() == depth.height(),
-            text("the ", what, " is ", colour.width(), " x ", colour.height(), " pixels, the depth ", depth.width(),
+void check_color(const Image& color, const Image& depth, const char* what) {
+    require(color.width() == depth.width() && color.height() == depth.height(),
+            text("the ", what, " is ", color.width(), " x ", color.height(), " pixels, the depth ", depth.width(),
                  " x ", depth.height()));
-    require(colour.channels() == 3 || colour.channels() == 4,
-            text("the ", what, " has ", colour.channels(), " channels; it must have 3, or 4 with an alpha"));
-    require(colour.element() != Element::u32, text("the ", what, " must be floats, halves, or of 8 or 16 bits"));
+    require(color.channels() == 3 || color.channels() == 4,
+            text("the ", what, " has ", color.channels(), " channels; it must have 3, or 4 with an alpha"));
+    require(color.element() != Element::u32, text("the ", what, " must be floats, halves, or of 8 or 16 bits"));
 }
 
-void check_plate(const Plate& plate, const StoredDepth& stored, const Image& colour) {
-    check_stored(plate.depth);
-    check_colour(plate.colour, stored.image, "plate");
-    const Image& depth = plate.depth.image;
+void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored, const Image& color) {
+    check_stored(clean_plate.depth);
+    check_color(clean_plate.color, stored.image, "plate");
+    const Image& depth = clean_plate.depth.image;
     require(depth.width() == stored.image.width() && depth.height() == stored.image.height(),
-            text("the plate's depth is ", depth.width(), " x ", depth.height(), " pixels, the plate ",
+            text("the clean plate's depth is ", depth.width(), " x ", depth.height(), " pixels, the clean plate ",
                  stored.image.width(), " x ", stored.image.height()));
-    require(plate.colour.channels() == colour.channels(),
-            text("the plate has ", plate.colour.channels(), " channels, the colour ", colour.channels()));
-    require(plate.depth.x == stored.x && plate.depth.y == stored.y,
-            "the plate's depth is of another region than the depth");
+    require(clean_plate.color.channels() == color.channels(),
+            text("the clean plate has ", clean_plate.color.channels(), " channels, the colour ", color.channels()));
+    require(clean_plate.depth.x == stored.x && clean_plate.depth.y == stored.y,
+            "the clean plate's depth is of another region than the depth");
 }
 
-void check(const StoredDepth& stored, const Image& colour, const DofOptions& options) {
+void check(const StoredDepth& stored, const Image& color, const DofOptions& options) {
     check_stored(stored);
-    check_colour(colour, stored.image, "colour");
-    if (options.plate)
-        check_plate(*options.plate, stored, colour);
-    check_choice("quality", options.quality, {"fast", "standard", "accurate"});
+    check_color(color, stored.image, "colour");
+    if (options.clean_plate)
+        check_clean_plate(*options.clean_plate, stored, color);
+    check_enum("quality", options.quality, {"fast", "standard", "accurate"});
     const int blades = options.aperture.blades;
     require(blades == 0 || (blades >= 3 && blades <= 64), text("blades = ", blades, " must be 0, or 3 to 64"));
     const double ratio = options.aperture.ratio;
@@ -59,15 +59,15 @@ void check(const StoredDepth& stored, const Image& colour, const DofOptions& opt
             text("rotation_degrees = ", options.aperture.rotation_degrees, " must be finite"));
     const double pixels = (stored.image.width() + 128.0) * (stored.image.height() + 32.0);
     constexpr int widest = 0xffff * tile_columns, highest = 0x3fff * tile_rows; // ENTRY_* of kernels/tiles.h
-    require(pixels * (2 * colour.channels() + 7) < 0x1p31 && stored.image.width() <= widest &&
+    require(pixels * (2 * color.channels() + 7) < 0x1p31 && stored.image.width() <= widest &&
                 stored.image.height() <= highest,
             text("an image of ", stored.image.width(), " x ", stored.image.height(),
                  " pixels is too large; blur it in parts"));
-    require(options.largest_px >= 1 && options.largest_px <= 512,
-            text("largest_px = ", options.largest_px, " must be 1 to 512"));
+    require(options.max_coc_px >= 1 && options.max_coc_px <= 512,
+            text("max_coc_px = ", options.max_coc_px, " must be 1 to 512"));
 }
 
-int element_choice(Element element) { // ELEMENT of kernels/pixels.h
+int element_define(Element element) { // ELEMENT of kernels/pixels.h
     switch (element) {
     case Element::f16:
         return 1;
@@ -80,7 +80,7 @@ int element_choice(Element element) { // ELEMENT of kernels/pixels.h
     }
 }
 
-params::blur_params blur_parameters(const StoredDepth& stored, const SliceScale& scale, double largest) {
+params::blur_params blur_parameters(const StoredDepth& stored, const LayerScale& scale, double largest) {
     const int left = stored.x % tile_columns, top = stored.y % tile_rows;
     const auto whole = [](int size, int tile) { return (size + tile - 1) / tile * tile; };
     const int columns = whole(stored.image.width() + left, tile_columns);
@@ -122,21 +122,21 @@ int state_planes(int channels, BlurQuality quality) {
 struct Blur {
     Device device;
     params::blur_params p;
-    int channels, element, lanes;
+    int channels, element, vector_width;
     BlurQuality quality;
-    bool plate;
+    bool clean_plate;
     Aperture aperture;
     float aspect; // of a circle: its height over its width
     bool upright;
     Image planes, state, tiles;
 
-    runtime::Kernel& kernel(const char* name, runtime::Choices choices) const {
-        choices.insert(choices.end(), {{"V", lanes}, {"STREAM", 0}, {"CHANNELS", channels}});
+    runtime::Kernel& kernel(const char* name, runtime::Defines choices) const {
+        choices.insert(choices.end(), {{"V", vector_width}, {"STREAM", 0}, {"CHANNELS", channels}});
         return runtime::kernel(device, name, choices);
     }
-    bool behind() const { return plate || accurate(); } // have pixels a second surface?
+    bool behind() const { return clean_plate || accurate(); } // have pixels a second surface?
     bool accurate() const { return quality == BlurQuality::accurate; }
-    std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(lanes); }
+    std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(vector_width); }
     int across() const { return static_cast<int>(p.columns) / tile_columns; }
     int down() const { return static_cast<int>(p.rows) / tile_rows; }
 };
@@ -150,8 +150,8 @@ std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
     return bits;
 }
 
-// The farthest slice that a pixel may lie in.
-int farthest_slice(std::span<const TileBits> tiles) {
+// The farthest layer that a pixel may lie in.
+int farthest_layer(std::span<const TileBits> tiles) {
     for (int bit = 158; bit > 0; --bit)
         for (const TileBits& tile : tiles)
             if (has_bit(tile, bit))
@@ -170,31 +170,32 @@ void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
         scratch.image(Element::f32, {static_cast<int>(b.block_columns), static_cast<int>(b.block_rows)});
     runtime::launch(blur.device, blur.kernel("dof_farthest", {}), {b.block_columns, b.block_rows}, blur.planes, blocks,
                     blur.p, b);
-    runtime::launch(blur.device, blur.kernel("dof_behind", {{"PLATE", blur.plate}}), {blur.p.stride, blur.p.rows},
-                    blur.planes, blocks, blur.p, b);
+    runtime::launch(blur.device, blur.kernel("dof_behind", {{"CLEAN_PLATE", blur.clean_plate}}),
+                    {blur.p.stride, blur.p.rows}, blur.planes, blocks, blur.p, b);
 }
 
 // The circles of a picture's pixels, as the options have them.
 Image circles_of(const StoredDepth& stored, const DofOptions& options, runtime::Scratch& scratch) {
     const Image circles = scratch.image(Element::f32, {stored.image.width(), stored.image.height()});
     dof_masks(stored, {.circle = circles},
-              {.circle = options.circle, .sky = options.sky, .largest_px = options.largest_px, .weights = false});
+              {.circle = options.circle, .sky = options.sky, .max_coc_px = options.max_coc_px, .weights = false});
     return circles;
 }
 
-void cut_into_planes(const Blur& blur, const Image& circles, const Image& colour, bool plate) {
-    const runtime::Choices choices{{"ELEMENT", element_choice(colour.element())}, {"PLATE", plate}};
+void cut_into_planes(const Blur& blur, const Image& circles, const Image& color, bool clean_plate) {
+    const runtime::Defines choices{{"ELEMENT", element_define(color.element())}, {"CLEAN_PLATE", clean_plate}};
     runtime::launch(blur.device, blur.kernel("dof_planes", choices), {blur.vectors(blur.p.stride), blur.p.rows},
-                    circles, colour, blur.planes, grid(circles, circles), grid(colour, colour), blur.p);
+                    circles, color, blur.planes, grid(circles, circles), grid(color, color), blur.p);
 }
 
-std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, const Image& colour,
+std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, const Image& color,
                                      const DofOptions& options, runtime::Scratch& scratch) {
-    cut_into_planes(blur, circles, colour, false);
-    if (options.plate)
-        cut_into_planes(blur, circles_of(options.plate->depth, options, scratch), options.plate->colour, true);
+    cut_into_planes(blur, circles, color, false);
+    if (options.clean_plate)
+        cut_into_planes(blur, circles_of(options.clean_plate->depth, options, scratch), options.clean_plate->color,
+                        true);
     if (blur.accurate())
-        look_behind(blur, farthest_slice(tile_bits(blur, false)), scratch);
+        look_behind(blur, farthest_layer(tile_bits(blur, false)), scratch);
     return tile_bits(blur, blur.behind());
 }
 
@@ -204,7 +205,7 @@ void clear(const Blur& blur) {
                     {blur.vectors(blur.p.stride), blur.p.rows}, blur.state, blur.p);
 }
 
-void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
+void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
     if (plan.passes.empty())
         return;
     const Image lists = runtime::table(blur.device, Element::u32, plan.lists);
@@ -217,9 +218,9 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
     constexpr int row = 4096;
     const Image strips =
         scratch.image(Element::f32, {row, static_cast<int>((plan.strip_elements + row - 1) / row) + 1});
-    for (const SlicePass& pass : plan.passes) {
-        const runtime::Choices sums{{"FILL", pass.fill}, {"BRIGHT", pass.bright}};
-        runtime::Choices stripped = sums;
+    for (const LayerPass& pass : plan.passes) {
+        const runtime::Defines sums{{"FILL", pass.fill}, {"BRIGHT", pass.bright}};
+        runtime::Defines stripped = sums;
         stripped.insert(stripped.end(), {{"BEHIND", blur.behind()}, {"MOMENT", blur.accurate()}});
         if (!pass.direct)
             runtime::launch(blur.device, blur.kernel("dof_strips", stripped),
@@ -232,9 +233,9 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
                             blur.state, blur.p, pass.gather, pass.part);
             continue;
         }
-        runtime::Choices gathered = sums;
+        runtime::Defines gathered = sums;
         gathered.emplace_back("DIRECT", pass.direct);
-        gathered.emplace_back("BEHIND", blur.plate);
+        gathered.emplace_back("BEHIND", blur.clean_plate);
         runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
                         {pass.gather.tiles * blur.vectors(tile_columns) * tile_rows / rows_at_once, 1}, blur.planes,
                         blur.tiles, pass.direct ? blur.planes : strips, lists, starts, spans, blur.state, blur.p,
@@ -245,50 +246,50 @@ void run(const Blur& blur, const SlicePlan& plan, runtime::Scratch& scratch) {
 
 } // namespace
 
-void dof(const StoredDepth& stored, const Image& colour, const Image& result, const DofOptions& options) {
-    check(stored, colour, options);
+void dof(const StoredDepth& stored, const Image& color, const Image& result, const DofOptions& options) {
+    check(stored, color, options);
     if (options.max_error)
-        return dof(stored, colour, result, chosen(stored, options));
-    check_colour(result, stored.image, "result");
-    require(result.channels() == colour.channels() && result.element() == colour.element(),
+        return dof(stored, color, result, chosen(stored, options));
+    check_color(result, stored.image, "result");
+    require(result.channels() == color.channels() && result.element() == color.element(),
             "the result must be of the colour's type");
-    require(!result.overlaps(colour) && !result.overlaps(stored.image), "the result shares memory with an input");
-    if (options.plate)
-        require(!result.overlaps(options.plate->colour) && !result.overlaps(options.plate->depth.image),
-                "the result shares memory with the plate");
+    require(!result.overlaps(color) && !result.overlaps(stored.image), "the result shares memory with an input");
+    if (options.clean_plate)
+        require(!result.overlaps(options.clean_plate->color) && !result.overlaps(options.clean_plate->depth.image),
+                "the result shares memory with the clean plate");
     const Device& device = stored.image.device();
     runtime::Scratch scratch(device);
     const Image circles = circles_of(stored, options, scratch);
     if (options.circle.k == 0 && options.circle.g == 0)
-        return runtime::copy(colour, result);
+        return runtime::copy(color, result);
 
     const bool fast = options.quality == BlurQuality::fast;
-    const SliceScale scale = slice_scale(fast ? 3 : 8, options.largest_px);
-    const params::blur_params p = blur_parameters(stored, scale, options.largest_px);
+    const LayerScale scale = layer_scale(fast ? 3 : 8, options.max_coc_px);
+    const params::blur_params p = blur_parameters(stored, scale, options.max_coc_px);
     const auto planes = [&](int count) {
         return scratch.image(Element::f32, {static_cast<int>(p.stride), count * static_cast<int>(p.rows)});
     };
-    const int channels = colour.channels();
+    const int channels = color.channels();
     const PixelScale pixels = pixel_scale(stored.camera);
     const bool accurate = options.quality == BlurQuality::accurate;
     Blur blur{device,
               p,
               channels,
-              element_choice(colour.element()),
-              device.options().lanes,
+              element_define(color.element()),
+              device.options().vector_width,
               options.quality,
-              options.plate.has_value(),
+              options.clean_plate.has_value(),
               options.aperture,
               static_cast<float>(pixels.y / pixels.x),
               stored.camera.rows == Rows::top_down,
-              planes((accurate || options.plate ? 2 : 1) * (channels + 1)),
+              planes((accurate || options.clean_plate ? 2 : 1) * (channels + 1)),
               planes(state_planes(channels, options.quality)),
               {}};
     blur.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * blur.across() * blur.down(), 1});
-    const std::vector<TileBits> tiles = cut_into_tiles(blur, circles, colour, options, scratch);
+    const std::vector<TileBits> tiles = cut_into_tiles(blur, circles, color, options, scratch);
     clear(blur);
     run(blur,
-        slice_plan(tiles, blur.across(),
+        layer_plan(tiles, blur.across(),
                    {.aperture = options.aperture,
                     .scale = scale,
                     .aspect = static_cast<double>(pixels.y / pixels.x),
@@ -297,13 +298,13 @@ void dof(const StoredDepth& stored, const Image& colour, const Image& result, co
                     .channels = channels}),
         scratch);
     runtime::launch(device, blur.kernel("dof", {{"ELEMENT", blur.element}}), {blur.vectors(p.columns), p.rows},
-                    blur.state, result, grid(colour, result), p);
+                    blur.state, result, grid(color, result), p);
 }
 
-Image dof(const StoredDepth& stored, const Image& colour, const DofOptions& options) {
-    check(stored, colour, options);
-    const Image result(stored.image.device(), colour.element(), {colour.width(), colour.height(), colour.channels()});
-    dof(stored, colour, result, options);
+Image dof(const StoredDepth& stored, const Image& color, const DofOptions& options) {
+    check(stored, color, options);
+    const Image result(stored.image.device(), color.element(), {color.width(), color.height(), color.channels()});
+    dof(stored, color, result, options);
     return result;
 }
 

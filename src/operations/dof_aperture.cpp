@@ -36,7 +36,7 @@ struct Point {
 };
 
 // A polygon's corners, or an ellipse's axes; y up.
-struct Hole {
+struct ApertureShape {
     std::vector<Point> corners;
     double across = 1, up = 1;   // half the axes, before
     double cosine = 1, sine = 0; // the ellipse is turned
@@ -51,35 +51,36 @@ std::vector<Point> corners_of(const Aperture& aperture) {
     return points;
 }
 
-Hole hole_of(const Aperture& aperture) {
-    Hole hole{.corners = corners_of(aperture)};
-    if (!is_round(aperture) && hole.corners.empty()) {
-        hole.across = std::min(1.0, 1 / aperture.ratio);
-        hole.up = std::min(1.0, aperture.ratio);
-        hole.cosine = std::cos(aperture.rotation_degrees * std::numbers::pi / 180);
-        hole.sine = std::sin(aperture.rotation_degrees * std::numbers::pi / 180);
+ApertureShape aperture_shape_of(const Aperture& aperture) {
+    ApertureShape aperture_shape{.corners = corners_of(aperture)};
+    if (!is_round(aperture) && aperture_shape.corners.empty()) {
+        aperture_shape.across = std::min(1.0, 1 / aperture.ratio);
+        aperture_shape.up = std::min(1.0, aperture.ratio);
+        aperture_shape.cosine = std::cos(aperture.rotation_degrees * std::numbers::pi / 180);
+        aperture_shape.sine = std::sin(aperture.rotation_degrees * std::numbers::pi / 180);
     }
-    return hole;
+    return aperture_shape;
 }
 
 // How far the unit aperture reaches to the sides, and up.
-Point reach_of(const Hole& hole) {
-    return {std::hypot(hole.across * hole.cosine, hole.up * hole.sine),
-            std::hypot(hole.across * hole.sine, hole.up * hole.cosine)};
+Point reach_of(const ApertureShape& aperture_shape) {
+    return {std::hypot(aperture_shape.across * aperture_shape.cosine, aperture_shape.up * aperture_shape.sine),
+            std::hypot(aperture_shape.across * aperture_shape.sine, aperture_shape.up * aperture_shape.cosine)};
 }
 
-double area_of(const Hole& hole) {
-    if (hole.corners.empty())
-        return std::numbers::pi * hole.across * hole.up;
-    const auto count = static_cast<double>(hole.corners.size());
+double area_of(const ApertureShape& aperture_shape) {
+    if (aperture_shape.corners.empty())
+        return std::numbers::pi * aperture_shape.across * aperture_shape.up;
+    const auto count = static_cast<double>(aperture_shape.corners.size());
     return count * std::sin(2 * std::numbers::pi / count) / 2;
 }
 
 // What a horizontal line crosses of the unit ellipse: xx x^2 + 2 xy x y + yy y^2 <= 1.
-std::optional<Interval> chord_of_ellipse(const Hole& hole, double y) {
-    const double a = 1 / (hole.across * hole.across), b = 1 / (hole.up * hole.up);
-    const double xx = hole.cosine * hole.cosine * a + hole.sine * hole.sine * b;
-    const double xy = hole.cosine * hole.sine * (a - b), square = xx - a * b * y * y;
+std::optional<Interval> chord_of_ellipse(const ApertureShape& aperture_shape, double y) {
+    const double a = 1 / (aperture_shape.across * aperture_shape.across),
+                 b = 1 / (aperture_shape.up * aperture_shape.up);
+    const double xx = aperture_shape.cosine * aperture_shape.cosine * a + aperture_shape.sine * aperture_shape.sine * b;
+    const double xy = aperture_shape.cosine * aperture_shape.sine * (a - b), square = xx - a * b * y * y;
     if (!(square > 0))
         return std::nullopt;
     const double root = std::sqrt(square);
@@ -99,8 +100,9 @@ std::optional<Interval> chord_of_polygon(const std::vector<Point>& corners, doub
     return found.low < found.high ? std::optional(found) : std::nullopt;
 }
 
-std::optional<Interval> chord(const Hole& hole, double y) {
-    return hole.corners.empty() ? chord_of_ellipse(hole, y) : chord_of_polygon(hole.corners, y);
+std::optional<Interval> chord(const ApertureShape& aperture_shape, double y) {
+    return aperture_shape.corners.empty() ? chord_of_ellipse(aperture_shape, y)
+                                          : chord_of_polygon(aperture_shape.corners, y);
 }
 
 // Chords of one row of a strip, in pixels around the pixel's centre, evenly spaced, only those that there are.
@@ -111,13 +113,13 @@ struct Row {
 
 // How an aperture lies around a pixel.
 struct Placed {
-    Hole hole;
+    ApertureShape aperture_shape;
     double radius, height; // of the circle of confusion, in pixels
     bool behind;           // the focus: the pixel at offset (x, y) shows through the lens at -(x, y)
     bool upright;
 
     std::optional<Interval> chord(double down) const {
-        const auto found = fathom::chord(hole, (behind == upright ? down : -down) / height);
+        const auto found = fathom::chord(aperture_shape, (behind == upright ? down : -down) / height);
         if (!found)
             return found;
         return behind ? Interval{-found->high * radius, -found->low * radius}
@@ -210,8 +212,8 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
     const double radius = std::abs(circle) / 2, height = radius * aspect;
     if (radius <= 0.5) // nothing is seen but the pixel
         return {0, 0, {0, 1}, {{0, 1, 1}}};
-    const Placed placed{hole_of(aperture), radius, height, circle > 0, upright};
-    const Point far = reach_of(placed.hole);
+    const Placed placed{aperture_shape_of(aperture), radius, height, circle > 0, upright};
+    const Point far = reach_of(placed.aperture_shape);
     ApertureSpans result{};
     result.columns = std::max(static_cast<int>(std::ceil(radius * far.x - 0.5)), 0);
     const int rows = std::max(static_cast<int>(std::ceil(height * far.y - 0.5)), 0);
@@ -219,7 +221,7 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
     const double area = 4 * radius * far.x * height * far.y + 2 * radius + 1;
     const int bits = std::clamp(bits_of_sum - static_cast<int>(std::ceil(std::log2(area))), 0, 12);
     const double step = std::ldexp(1.0, -bits);
-    const bool whole = area_of(placed.hole) * radius * height >= least_whole(aperture, quality);
+    const bool whole = area_of(placed.aperture_shape) * radius * height >= least_whole(aperture, quality);
 
     const int count = 2 * result.reach + 1;
     for (int phase = 0; phase < pitch; ++phase) {
@@ -255,18 +257,18 @@ int parts_of_pixel(const Aperture& aperture, double circle, double aspect) {
     return std::abs(circle) <= 1 ? 1 : std::max(1, static_cast<int>(std::ceil(finest / radius)));
 }
 
-std::vector<params::tap_share_params> aperture_taps(const Aperture& aperture, double circle, double aspect,
-                                                    bool upright) {
+std::vector<params::aperture_tap_params> aperture_taps(const Aperture& aperture, double circle, double aspect,
+                                                       bool upright) {
     const double radius = std::abs(circle) / 2, height = radius * aspect;
     if (radius <= 0.5)
         return {{0, 0, 1, 0, 0}};
-    const Placed placed{hole_of(aperture), radius, height, circle > 0, upright};
+    const Placed placed{aperture_shape_of(aperture), radius, height, circle > 0, upright};
     const double to_lens = circle > 0 ? -1 : 1;
     const int parts = parts_of_pixel(aperture, circle, aspect);
     const int columns = static_cast<int>(std::ceil(radius - 0.5)), rows = static_cast<int>(std::ceil(height - 0.5));
     const int across = (2 * columns + 1) * parts, down = (2 * rows + 1) * parts;
     constexpr int lines = 64; // of a part
-    std::vector<params::tap_share_params> taps;
+    std::vector<params::aperture_tap_params> taps;
     double sum = 0;
     for (int j = 0; j < down; ++j) {
         std::vector<std::array<double, 3>> shares(static_cast<std::size_t>(across)); // weight and its moments
@@ -292,7 +294,7 @@ std::vector<params::tap_share_params> aperture_taps(const Aperture& aperture, do
                                 static_cast<float>(u / weight), static_cast<float>(v / weight)});
         }
     }
-    for (params::tap_share_params& tap : taps)
+    for (params::aperture_tap_params& tap : taps)
         tap.weight = static_cast<float>(static_cast<double>(tap.weight) / sum);
     return taps;
 }
@@ -307,27 +309,27 @@ struct HalfPlane {
     double distance, moment, lean;
 };
 
-Hole turned(const Hole& hole, double angle) { // so that this direction is on top
-    Hole result = hole;
+ApertureShape turned(const ApertureShape& aperture_shape, double angle) { // so that this direction is on top
+    ApertureShape result = aperture_shape;
     const double cosine = std::sin(angle), sine = std::cos(angle);
     for (Point& p : result.corners)
         p = {p.x * cosine - p.y * sine, p.x * sine + p.y * cosine};
-    result.cosine = hole.cosine * cosine - hole.sine * sine;
-    result.sine = hole.sine * cosine + hole.cosine * sine;
+    result.cosine = aperture_shape.cosine * cosine - aperture_shape.sine * sine;
+    result.sine = aperture_shape.sine * cosine + aperture_shape.cosine * sine;
     return result;
 }
 
 // For every share of the aperture the half-plane that has it, its normal at an angle.
-std::vector<HalfPlane> half_planes(const Hole& aperture, double angle) {
+std::vector<HalfPlane> half_planes(const ApertureShape& aperture, double angle) {
     constexpr int lines = 1024;
-    const Hole hole = turned(aperture, angle);
+    const ApertureShape aperture_shape = turned(aperture, angle);
     struct Sum { // of the lines down to this distance from the middle
         double distance, area, along, across;
     };
     std::vector<Sum> sums{{1, 0, 0, 0}};
     for (int line = 0; line < lines; ++line) {
         const double y = 1 - (2 * line + 1.0) / lines;
-        const auto found = chord(hole, y);
+        const auto found = chord(aperture_shape, y);
         const double length = found ? found->length() : 0, middle = found ? (found->low + found->high) / 2 : 0;
         const Sum& before = sums.back();
         sums.push_back({1 - 2 * (line + 1.0) / lines, before.area + length, before.along + y * length,
@@ -365,13 +367,13 @@ std::array<float, 4> entry_of(const HalfPlane& half, double turn) {
 } // namespace
 
 std::vector<std::array<float, 4>> aperture_halves(const Aperture& aperture, bool upright) {
-    Hole hole = hole_of(aperture);
-    for (Point& p : hole.corners)
+    ApertureShape aperture_shape = aperture_shape_of(aperture);
+    for (Point& p : aperture_shape.corners)
         p.y = upright ? -p.y : p.y;
-    hole.sine = upright ? -hole.sine : hole.sine;
+    aperture_shape.sine = upright ? -aperture_shape.sine : aperture_shape.sine;
     if (is_round(aperture)) {
         std::vector<std::array<float, 4>> table;
-        for (const HalfPlane& half : half_planes(hole, 0))
+        for (const HalfPlane& half : half_planes(aperture_shape, 0))
             table.push_back(entry_of(half, 0));
         return table;
     }
@@ -379,7 +381,7 @@ std::vector<std::array<float, 4>> aperture_halves(const Aperture& aperture, bool
     constexpr double step = 2 * std::numbers::pi / normals;
     std::vector<std::vector<HalfPlane>> known;
     for (int n = 0; n < normals; ++n)
-        known.push_back(half_planes(hole, step * n));
+        known.push_back(half_planes(aperture_shape, step * n));
     std::vector<std::array<float, 4>> table;
     for (int i = 0; i < directions; ++i) {
         const double moment = direction_at(i, directions);

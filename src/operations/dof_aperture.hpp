@@ -38,8 +38,8 @@ int parts_of_pixel(const Aperture& aperture, double circle, double aspect);
 
 /// Parts of the pixels of a small aperture, row by row: shares that sum to 1, and the middle of what of the lens each shows.
 /// Lens coordinates go from -1 to 1, to the right and down an image of what lies behind the focus.
-std::vector<params::tap_share_params> aperture_taps(const Aperture& aperture, double circle, double aspect,
-                                                    bool upright);
+std::vector<params::aperture_tap_params> aperture_taps(const Aperture& aperture, double circle, double aspect,
+                                                       bool upright);
 
 /// For each direction of the first moment of a part of the aperture and each share that the part has, 256 from 0 to 1: the
 /// half-plane that has them. Cosine and sine of the turn from the moment to its normal, its distance from the middle, and the

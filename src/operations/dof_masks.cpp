@@ -1,13 +1,13 @@
-// Masks for depth of field: one pass of kernels/dof_masks.cl, those of near_layer.cpp
-// and mixed_depth.cpp where they are asked for.
+// Masks for depth of field: one pass of kernels/dof_masks.cl, those of near_field.cpp
+// and mixed_pixels.cpp where they are asked for.
 
 #include <fathom/dof_masks.hpp>
 
 #include <fathom/linearize.hpp>
 
 #include "operations/circle.hpp"
-#include "operations/mixed_depth.hpp"
-#include "operations/near_layer.hpp"
+#include "operations/mixed_pixels.hpp"
+#include "operations/near_field.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/scratch.hpp"
 
@@ -23,12 +23,12 @@ namespace {
 
 void check(const DofMasksOptions& options, const DepthForm& form) {
     check_circle(options.circle, form);
-    check_choice("sky", options.sky, {"blur", "sharp", "exclude"});
+    check_enum("sky", options.sky, {"blur", "sharp", "exclude"});
     require(std::isfinite(options.sharp_px) && options.sharp_px >= 0,
             text("sharp_px = ", options.sharp_px, " must be 0 or greater"));
     require(std::isfinite(options.transition_px) && options.transition_px >= 0,
             text("transition_px = ", options.transition_px, " must be 0 or greater"));
-    require(options.largest_px > 0, text("largest_px = ", options.largest_px, " must be greater than 0"));
+    require(options.max_coc_px > 0, text("max_coc_px = ", options.max_coc_px, " must be greater than 0"));
     require(options.tile_px >= 0 && options.tile_px <= 65536,
             text("tile_px = ", options.tile_px, " must be 1 to 65536, or 0 for no tiles"));
 }
@@ -44,17 +44,16 @@ struct Result {
 std::vector<Result> results_of(const StoredDepth& stored, const DofMasksOptions& options) {
     const int width = stored.image.width(), height = stored.image.height(), tile = std::max(options.tile_px, 1);
     const Layout pixels{width, height}, tiles{(width - 1) / tile + 1, (height - 1) / tile + 1};
-    const std::vector<Result> all{
-        {true, "circle", &DofMasks::circle, pixels},
-        {options.weights, "near", &DofMasks::near, pixels},
-        {options.weights, "focus", &DofMasks::focus, pixels},
-        {options.weights, "far", &DofMasks::far, pixels},
-        {options.near_reach, "near_reach", &DofMasks::near_reach, pixels},
-        {options.near_coverage, "near_coverage", &DofMasks::near_coverage, pixels},
-        {options.hidden_background, "hidden_background", &DofMasks::hidden_background, pixels},
-        {options.mixed_depth, "mixed_depth", &DofMasks::mixed_depth, pixels},
-        {options.tile_px > 0, "tile_least", &DofMasks::tile_least, tiles},
-        {options.tile_px > 0, "tile_greatest", &DofMasks::tile_greatest, tiles}};
+    const std::vector<Result> all{{true, "circle", &DofMasks::circle, pixels},
+                                  {options.weights, "near", &DofMasks::near, pixels},
+                                  {options.weights, "focus", &DofMasks::focus, pixels},
+                                  {options.weights, "far", &DofMasks::far, pixels},
+                                  {options.max_near_coc, "max_near_coc", &DofMasks::max_near_coc, pixels},
+                                  {options.near_alpha, "near_alpha", &DofMasks::near_alpha, pixels},
+                                  {options.disocclusion, "disocclusion", &DofMasks::disocclusion, pixels},
+                                  {options.mixed_pixels, "mixed_pixels", &DofMasks::mixed_pixels, pixels},
+                                  {options.tile_px > 0, "tile_min_coc", &DofMasks::tile_min_coc, tiles},
+                                  {options.tile_px > 0, "tile_max_coc", &DofMasks::tile_max_coc, tiles}};
     std::vector<Result> asked;
     std::ranges::copy_if(all, std::back_inserter(asked), &Result::asked);
     return asked;
@@ -101,16 +100,17 @@ DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, run
 void circles_and_weights(const StoredDepth& stored, const DofMasksOptions& options, DepthForm form,
                          const DofMasks& masks) {
     const Device& device = stored.image.device();
-    Rays view = form.form == Form::ray_distance ? rays(stored.camera) : Rays{};
+    Rays view = form.form == Form::ray_distance ? camera_rays(stored.camera) : Rays{};
     count_from_lens(form, view, options.circle);
     const Arithmetic arithmetic = device.options().arithmetic;
     const int width = stored.image.width(), height = stored.image.height();
-    const int lanes = lanes_for(device, width);
-    runtime::Choices choices =
-        circle_choices(form, options.circle, view, stored.storage, lanes, worth_streaming(masks.circle, lanes));
+    const int vector_width = vector_width_for(device, width);
+    runtime::Defines choices = circle_defines(form, options.circle, view, stored.storage, vector_width,
+                                              worth_streaming(masks.circle, vector_width));
     choices.emplace_back("WEIGHTS", options.weights);
     runtime::Kernel& kernel = runtime::kernel(device, "dof_masks", choices);
-    const runtime::Range range{static_cast<std::size_t>((width + lanes - 1) / lanes), static_cast<std::size_t>(height)};
+    const runtime::Range range{static_cast<std::size_t>((width + vector_width - 1) / vector_width),
+                               static_cast<std::size_t>(height)};
     const auto launch = [&](const auto&... results) { // which all have the same layout
         runtime::launch(device, kernel, range, stored.image, results...,
                         grid_parameters(stored, masks.circle, 0, width),
@@ -140,9 +140,9 @@ void dof_masks(const StoredDepth& stored, const DofMasks& results, const DofMask
     runtime::Scratch scratch(stored.image.device());
     const DofMasks masks = places_for(results, asked, scratch);
     circles_and_weights(stored, options, form, masks);
-    near_layer(stored, options, masks);
-    if (options.mixed_depth)
-        mixed_depth(stored, masks.mixed_depth);
+    near_field(stored, options, masks);
+    if (options.mixed_pixels)
+        mixed_pixels(stored, masks.mixed_pixels);
     for (const Result& result : asked) {
         const Image &from = masks.*result.image, &to = results.*result.image;
         if (from.buffer()() != to.buffer()())

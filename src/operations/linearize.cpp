@@ -9,15 +9,15 @@
 namespace fathom {
 namespace {
 
-void run(const StoredDepth& stored, const Image& result, const LinearizeOptions& options, int begin, int end, int lanes,
-         bool stream) {
+void run(const StoredDepth& stored, const Image& result, const LinearizeOptions& options, int begin, int end,
+         int vector_width, bool stream) {
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays view = form.form == Form::ray_distance ? rays(stored.camera) : Rays{};
+    const Rays view = form.form == Form::ray_distance ? camera_rays(stored.camera) : Rays{};
     runtime::Kernel& kernel =
-        runtime::kernel(device, "linearize", decoder_choices(form, view, stored.storage, lanes, stream));
-    const auto columns = static_cast<std::size_t>((end - begin + lanes - 1) / lanes);
+        runtime::kernel(device, "linearize", decoder_defines(form, view, stored.storage, vector_width, stream));
+    const auto columns = static_cast<std::size_t>((end - begin + vector_width - 1) / vector_width);
     runtime::launch(device, kernel, {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
                     grid_parameters(stored, result, begin, end),
                     depth_parameters(form, stored.storage, options.background, arithmetic),
@@ -33,8 +33,8 @@ void linearize(const StoredDepth& stored, const Image& view_depth, const Lineari
         throw std::invalid_argument("the result shares memory with the stored depth: use linearize_in_place");
     }
     const int width = view_depth.width();
-    const int lanes = lanes_for(stored.image.device(), width);
-    run(stored, view_depth, options, 0, width, lanes, worth_streaming(view_depth, lanes));
+    const int vector_width = vector_width_for(stored.image.device(), width);
+    run(stored, view_depth, options, 0, width, vector_width, worth_streaming(view_depth, vector_width));
 }
 
 ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options) {
@@ -48,13 +48,13 @@ ViewDepth linearize_in_place(const StoredDepth& stored, const LinearizeOptions& 
     check_stored(stored);
     if (stored.storage != Storage::float32) {
         throw std::invalid_argument(std::string("only float32 depth can be linearized in place, not ") +
-                                    name(stored.storage));
+                                    to_string(stored.storage));
     }
     // Groups that overlap would decode a pixel twice: what is left of whole groups is done lane by lane.
     const int width = stored.image.width();
-    const int lanes = lanes_for(stored.image.device(), width);
-    const int whole = width / lanes * lanes;
-    run(stored, stored.image, options, 0, whole, lanes, false);
+    const int vector_width = vector_width_for(stored.image.device(), width);
+    const int whole = width / vector_width * vector_width;
+    run(stored, stored.image, options, 0, whole, vector_width, false);
     if (whole < width)
         run(stored, stored.image, options, whole, width, 1, false);
     return {stored.image, stored.camera, stored.x, stored.y};

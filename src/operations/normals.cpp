@@ -1,8 +1,8 @@
-// Normals from stored depth: kernels/planar.cl, then kernels/normals.cl.
+// Normals from stored depth: kernels/inverse_depth.cl, then kernels/normals.cl.
 
 #include "operations/normals.hpp"
 
-#include "operations/choice.hpp"
+#include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/scratch.hpp"
 
@@ -23,8 +23,8 @@ void check(const StoredDepth& stored, const NormalsOptions& options) {
     if (options.channels != 3 && options.channels != 4) {
         throw std::invalid_argument(text("channels = ", options.channels, " must be 3 or 4"));
     }
-    check_choice("method", options.method, {"automatic", "neighbours", "least_squares"});
-    check_choice("space", options.space, {"view", "world"});
+    check_enum("method", options.method, {"automatic", "neighbours", "least_squares"});
+    check_enum("space", options.space, {"view", "world"});
     if (!(options.tolerance > 0 && std::isfinite(options.tolerance))) {
         throw std::invalid_argument(text("tolerance = ", options.tolerance, " must be a number above 0"));
     }
@@ -50,7 +50,7 @@ int radius_of(NormalMethod method) {
 
 } // namespace
 
-params::normal_params normal_parameters(const EyeRays& eye, const PlanarError& error, double tolerance) {
+params::normal_params normal_parameters(const EyeRays& eye, const InverseDepthError& error, double tolerance) {
     params::normal_params p{};
     const auto& moving = eye.perspective ? eye.direction : eye.origin;
     Vector right = moving.col(0), down = moving.col(1), ahead = eye.direction.col(2);
@@ -93,7 +93,7 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
         throw std::invalid_argument("the normals share memory with the stored depth");
     }
     const Device& device = stored.image.device();
-    const Rays view = rays(stored.camera);
+    const Rays view = camera_rays(stored.camera);
     const EyeRays eye = eye_rays(view);
     const EyeRays target = options.space == Space::world
                                ? eye_rays(rays_in_world(view, *stored.camera.view, Eigen::Vector3d::Zero()))
@@ -101,19 +101,19 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
     const int width = result.width();
     runtime::Scratch scratch(device);
     const Image depth = scratch.image(Element::f32, {width, result.height()});
-    planar(stored, eye, depth, Background::nan);
+    inverse_depth(stored, eye, depth, Background::nan);
 
-    const int lanes = lanes_for(device, width);
-    const runtime::Choices choices{{"V", lanes},
-                                   {"STREAM", worth_streaming(result, lanes)},
+    const int vector_width = vector_width_for(device, width);
+    const runtime::Defines choices{{"V", vector_width},
+                                   {"STREAM", worth_streaming(result, vector_width)},
                                    {"PERSPECTIVE", eye.perspective},
                                    {"CHANNELS", options.channels},
                                    {"RADIUS", radius_of(chosen_method(options.method, stored))}};
-    const auto columns = static_cast<std::size_t>((width + lanes - 1) / lanes);
+    const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::launch(device, runtime::kernel(device, "normals", choices),
                     {columns, static_cast<std::size_t>(result.height())}, depth, result,
                     grid_parameters({depth, stored.camera, Storage::float32, stored.x, stored.y}, result, 0, width),
-                    normal_parameters(target, planar_error(stored.camera, stored.storage), options.tolerance));
+                    normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options.tolerance));
 }
 
 Image normals(const StoredDepth& stored, const NormalsOptions& options) {

@@ -115,7 +115,7 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
     p.background = form.background.value_or(0);
     p.background_mask = form.background && background != Background::decode ? ~params::u32{0} : 0;
     p.code_shift = storage == Storage::uint24_high ? 8 : 0;
-    const bool red_low = storage != Storage::rgb8_high_first;
+    const bool red_low = storage != Storage::rgb8_red_high;
     p.byte_weights[0] = red_low ? 1u : 1u << 16;
     p.byte_weights[1] = 1u << 8;
     p.byte_weights[2] = red_low ? 1u << 16 : 1u;
@@ -152,7 +152,7 @@ Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::V
     return world;
 }
 
-void check_choice(const char* option, int value, std::span<const char* const> names) {
+void check_enum(const char* option, int value, std::span<const char* const> names) {
     if (value >= 0 && static_cast<std::size_t>(value) < names.size())
         return;
     std::string known;
@@ -166,7 +166,7 @@ void check_stored(const StoredDepth& stored) {
     if (!image)
         throw std::invalid_argument("the stored depth has no image");
     if (image.element() != element_of(stored.storage) || image.channels() != channels_of(stored.storage)) {
-        throw std::invalid_argument(text("the image's elements are not those of ", name(stored.storage)));
+        throw std::invalid_argument(text("the image's elements are not those of ", to_string(stored.storage)));
     }
     const Camera& camera = stored.camera;
     if (stored.x < 0 || stored.y < 0 || stored.x > camera.width - image.width() ||
@@ -201,26 +201,28 @@ params::grid_params grid_parameters(const StoredDepth& stored, const Image& resu
             0};
 }
 
-int lanes_for(const Device& device, int columns) {
-    int lanes = device.options().lanes;
-    while (lanes > columns)
-        lanes = lanes == 4 ? 1 : lanes / 2;
-    return lanes;
+int vector_width_for(const Device& device, int columns) {
+    int vector_width = device.options().vector_width;
+    while (vector_width > columns)
+        vector_width = vector_width == 4 ? 1 : vector_width / 2;
+    return vector_width;
 }
 
-bool worth_streaming(const Image& result, int lanes) {
-    const std::size_t size = static_cast<std::size_t>(result.height()) * result.row_stride() * bytes(result.element());
-    return lanes > 1 && result.width() % lanes == 0 && size >= streaming_bytes &&
-           result.aligned_to(static_cast<std::size_t>(lanes) * bytes(result.element()));
+bool worth_streaming(const Image& result, int vector_width) {
+    const std::size_t size =
+        static_cast<std::size_t>(result.height()) * result.row_stride() * element_bytes(result.element());
+    return vector_width > 1 && result.width() % vector_width == 0 && size >= streaming_bytes &&
+           result.aligned_to(static_cast<std::size_t>(vector_width) * element_bytes(result.element()));
 }
 
-runtime::Choices decoder_choices(const DepthForm& form, const Rays& rays, Storage storage, int lanes, bool stream) {
-    return {{"V", lanes},
+runtime::Defines decoder_defines(const DepthForm& form, const Rays& rays, Storage storage, int vector_width,
+                                 bool stream) {
+    return {{"V", vector_width},
             {"STREAM", stream},
             {"FORM", static_cast<int>(form.form)},
             {"STORAGE", kernel_storage(storage)},
             {"PIXEL_TERMS", depends_on_pixel(form.numerator) || depends_on_pixel(form.denominator)},
-            {"PARALLEL_DEPTH", rays.parallel_depth}};
+            {"W_IS_DEPTH", rays.w_is_depth}};
 }
 
 } // namespace fathom

@@ -32,20 +32,21 @@ void check_result(const StoredDepth& stored, const Image& result, int channels);
 
 /// Is the value one of its type's, whose names are given from 0 on?
 /// Throws: std::invalid_argument naming the option, the value and the names.
-void check_choice(const char* option, int value, std::span<const char* const> names);
-template <typename Choice, std::size_t count>
-void check_choice(const char* option, Choice value, const char* const (&names)[count]) {
-    check_choice(option, static_cast<int>(value), std::span<const char* const>(names));
+void check_enum(const char* option, int value, std::span<const char* const> names);
+template <typename MeasuredMethod, std::size_t count>
+void check_enum(const char* option, MeasuredMethod value, const char* const (&names)[count]) {
+    check_enum(option, static_cast<int>(value), std::span<const char* const>(names));
 }
 
-/// Columns [begin, end) of the images, and the lanes to work on them with: never more than there are columns.
+/// Columns [begin, end) of the images, and the vector width to work on them with: never more than there are columns.
 params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end);
-int lanes_for(const Device& device, int columns);
+int vector_width_for(const Device& device, int columns);
 
 /// Should a result be written past the cache? Only aligned rows can be, and only large images gain.
-bool worth_streaming(const Image& result, int lanes);
+bool worth_streaming(const Image& result, int vector_width);
 
 /// Finite choices that every kernel which decodes depth is built for.
-runtime::Choices decoder_choices(const DepthForm& form, const Rays& rays, Storage storage, int lanes, bool stream);
+runtime::Defines decoder_defines(const DepthForm& form, const Rays& rays, Storage storage, int vector_width,
+                                 bool stream);
 
 } // namespace fathom

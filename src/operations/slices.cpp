@@ -1,4 +1,4 @@
-// Sampling patterns of the occlusion kernels: directions in equal steps over half a turn, shifted from pattern to
+// Sampling jitter of the occlusion kernels: directions in equal steps over half a turn, shifted from pattern to
 // pattern, and distances that grow faster than linearly, shifted by the pattern's other half.
 
 #include "operations/slices.hpp"
@@ -53,15 +53,15 @@ float inverse(double value) {
 // Distances grow with this power of their number.
 constexpr double tap_power = 1.5;
 
-// A slice of one of the patterns: its direction on the screen, share of the radius, and rounding of its sectors.
+// A slice of one of the jitter: its direction on the screen, share of the radius, and rounding of its sectors.
 struct Turn {
     double cosine, sine, share, rounding;
 };
 
 class Maker {
 public:
-    Maker(int slices, int steps, int patterns_used, double falloff, std::uint32_t seed, PlaneLayout place)
-        : slices_(slices), steps_(steps), patterns_used_(patterns_used), falloff_(falloff), scramble_(seed * plastic),
+    Maker(int slices, int samples, int patterns_used, double falloff, std::uint32_t seed, PlaneLayout place)
+        : slices_(slices), steps_(samples), patterns_used_(patterns_used), falloff_(falloff), scramble_(seed * plastic),
           place_(place) {}
 
     Turn turn(int pattern, int slice) const {
@@ -135,12 +135,12 @@ private:
 
 } // namespace
 
-SliceTable slice_table(int slices, int steps, int largest_radius, int patterns_used, double falloff, std::uint32_t seed,
-                       PlaneLayout place) {
-    SliceTable table{.slices = slices, .steps = steps, .levels = 1, .taps = {}, .turns = {}, .counts = {0}};
+SliceTable slice_table(int slices, int samples, int largest_radius, int patterns_used, double falloff,
+                       std::uint32_t seed, PlaneLayout place) {
+    SliceTable table{.slices = slices, .samples = samples, .levels = 1, .taps = {}, .turns = {}, .counts = {0}};
     while (std::exp2(table.levels / 2.0) < largest_radius)
         ++table.levels;
-    const Maker maker(slices, steps, patterns_used, falloff, seed, place);
+    const Maker maker(slices, samples, patterns_used, falloff, seed, place);
     for (int i = 0; i < patterns * slices; ++i) {
         const Turn turn = maker.turn(i / slices, i % slices);
         table.turns.insert(table.turns.end(),

@@ -7,10 +7,10 @@
 
 namespace fathom {
 
-/// Where the pixels of each of the 16 sampling patterns look, as kernels/ssao.cl reads it.
+/// Where the pixels of each of the 16 sampling jitter look, as kernels/ssao.cl reads it.
 struct SliceTable {
     int slices;
-    int steps;
+    int samples;
     int levels; ///< radii of 2^(level/2) pixels, from 1 to `levels`
     std::vector<params::tap_params>
         taps; ///< [level − 1][pattern][slice][side][step], two steps more than `counts` says
@@ -30,7 +30,7 @@ struct PlaneLayout {
 };
 
 /// Pure: no device. Even numbers of slices without noise are invariant under quarter turns and mirrors.
-SliceTable slice_table(int slices, int steps, int largest_radius, int patterns, double falloff, std::uint32_t seed,
+SliceTable slice_table(int slices, int samples, int largest_radius, int patterns, double falloff, std::uint32_t seed,
                        PlaneLayout place);
 
 } // namespace fathom

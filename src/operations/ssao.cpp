@@ -1,11 +1,11 @@
-// Ambient occlusion from stored depth: planar depth, planes, slices, and the filter over the patterns; at half resolution,
+// Ambient occlusion from stored depth: inverse depth, planes, slices, and the filter over the jitter; at half resolution,
 // all of that from every second pixel of every second row, and joint upsampling.
 
 #include <fathom/ssao.hpp>
 
 #include <fathom/normals.hpp>
 
-#include "operations/choice.hpp"
+#include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
 #include "operations/ssao.hpp"
 #include "require.hpp"
@@ -31,7 +31,7 @@ constexpr float filter_edge = 0.5f;
 constexpr double longest_length = 1e18;
 
 struct Preset {
-    int slices, steps, patterns;
+    int slices, samples, jitter;
 };
 
 std::string size_of(int width, int height) {
@@ -50,7 +50,7 @@ void check_size(const Image& image, const StoredDepth& stored, const char* what)
 constexpr long double rays_rounding = 1e-6L;
 
 bool same_rays(const StoredDepth& a, const StoredDepth& b) {
-    const EyeRays first = eye_rays(rays(a.camera)), second = eye_rays(rays(b.camera));
+    const EyeRays first = eye_rays(camera_rays(a.camera)), second = eye_rays(camera_rays(b.camera));
     const auto same = [](const auto& one, const auto& other) {
         return (one - other).norm() <= rays_rounding * one.norm();
     };
@@ -65,32 +65,34 @@ void check(const StoredDepth& stored, const SsaoOptions& options) {
                  longest_side, " in a row or column"));
     require(std::isfinite(options.radius) && options.radius > 0,
             text("radius = ", options.radius, " must be finite and greater than 0"));
-    check_choice("quality", options.quality, {"fast", "balanced", "accurate"});
-    check_choice("border", options.border, {"open", "clamp"});
-    check_choice("normals_space", options.normals_space, {"view", "world"});
-    const int slices = options.slices.value_or(1), steps = options.steps.value_or(1);
+    check_enum("quality", options.quality, {"fast", "balanced", "accurate"});
+    check_enum("border", options.border, {"open", "clamp"});
+    check_enum("normals_space", options.normals_space, {"view", "world"});
+    const int slices = options.slices.value_or(1), samples = options.samples.value_or(1);
     require(slices >= 1 && slices <= 64, text("slices = ", slices, " must be 1 to 64"));
-    require(steps >= 1 && steps <= 256, text("steps = ", steps, " must be 1 to 256"));
-    const int patterns = options.patterns.value_or(1);
-    require(patterns == 1 || patterns == 4 || patterns == 16, text("patterns = ", patterns, " must be 1, 4 or 16"));
+    require(samples >= 1 && samples <= 256, text("samples = ", samples, " must be 1 to 256"));
+    const int jitter = options.jitter.value_or(1);
+    require(jitter == 1 || jitter == 4 || jitter == 16, text("jitter = ", jitter, " must be 1, 4 or 16"));
     const double thickness = options.thickness.value_or(1);
     require(thickness >= 0, text("thickness = ", thickness, " must be 0 or greater, infinity included"));
     require(options.tolerance > 0 && std::isfinite(options.tolerance),
             text("tolerance = ", options.tolerance, " must be a number above 0"));
     require(options.falloff >= 0 && options.falloff <= 1, text("falloff = ", options.falloff, " must be 0 to 1"));
-    require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) + options.back.has_value() <= 1,
+    require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) + options.back_depth.has_value() <=
+                1,
             "thickness, thickness_map and back exclude each other");
     if (options.thickness_map) {
         check_size(options.thickness_map, stored, "thicknesses");
         require(options.thickness_map.channels() == 1, "the thickness map must have one channel");
     }
-    if (options.back) {
-        check_stored(*options.back);
-        require(options.back->image.width() == stored.image.width() &&
-                    options.back->image.height() == stored.image.height(),
-                text("the second layer is ", size_of(options.back->image.width(), options.back->image.height()),
+    if (options.back_depth) {
+        check_stored(*options.back_depth);
+        require(options.back_depth->image.width() == stored.image.width() &&
+                    options.back_depth->image.height() == stored.image.height(),
+                text("the second layer is ",
+                     size_of(options.back_depth->image.width(), options.back_depth->image.height()),
                      " pixels, the depth ", size_of(stored.image.width(), stored.image.height())));
-        require(same_rays(stored, *options.back),
+        require(same_rays(stored, *options.back_depth),
                 "the second layer is seen along other rays than the depth: both need the same frustum and place in it, "
                 "whatever their clip range and encoding");
     }
@@ -132,8 +134,8 @@ Preset preset(const SsaoOptions& options) {
     constexpr Preset presets[] = {{1, 6, 16}, {1, 32, 16}, {4, 30, 4}};
     Preset chosen = presets[static_cast<int>(options.quality)];
     chosen.slices = options.slices.value_or(chosen.slices);
-    chosen.steps = options.steps.value_or(chosen.steps);
-    chosen.patterns = options.patterns.value_or(chosen.patterns);
+    chosen.samples = options.samples.value_or(chosen.samples);
+    chosen.jitter = options.jitter.value_or(chosen.jitter);
     return chosen;
 }
 
@@ -174,7 +176,7 @@ params::split_params split_parameters(const PixelLattice& lattice) {
             u32(columns),       u32(rows),           u32(stride),           u32(stride * (rows + 2))};
 }
 
-params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRays& eye, const PlanarError& error,
+params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRays& eye, const InverseDepthError& error,
                                               const SsaoOptions& options, const SliceTable& table) {
     params::occlusion_params p{};
     const Rays::Matrix& moving = eye.perspective ? eye.direction : eye.origin;
@@ -235,9 +237,9 @@ params::grid_params grid(const Image& target, const Region& region) {
             .reserved = u32(region.y)};
 }
 
-// THICKNESS of kernels/ssao_planes.cl. What is endless is `longest_length` thick.
+// THICKNESS of kernels/ssao_planes.cl. What is infinite is `longest_length` thick.
 int thickness_kind(const SsaoOptions& options) {
-    return options.back ? 2 : options.thickness_map ? 1 : 0;
+    return options.back_depth ? 2 : options.thickness_map ? 1 : 0;
 }
 
 // One call's camera, pixels and constants, and where its images come from.
@@ -254,25 +256,27 @@ struct Call {
     runtime::Scratch scratch;
 
     Call(const StoredDepth& depth, const SsaoOptions& asked)
-        : stored(depth), options(asked), device(depth.image.device()), eye(eye_rays(rays(depth.camera))),
+        : stored(depth), options(asked), device(depth.image.device()), eye(eye_rays(camera_rays(depth.camera))),
           lattice(pixel_lattice(depth, asked.half_resolution ? 2 : 1)), split(split_parameters(lattice)),
-          chosen(preset(asked)), table(slice_table(chosen.slices, chosen.steps, std::max(lattice.width, lattice.height),
-                                                   chosen.patterns, asked.falloff, asked.seed,
-                                                   {static_cast<int>(split.stride), static_cast<int>(split.plane)})),
+          chosen(preset(asked)),
+          table(slice_table(chosen.slices, chosen.samples, std::max(lattice.width, lattice.height), chosen.jitter,
+                            asked.falloff, asked.seed,
+                            {static_cast<int>(split.stride), static_cast<int>(split.plane)})),
           occlusion(parameters(lattice)), scratch(device) {}
 
     params::occlusion_params parameters(const PixelLattice& pixels) const {
-        return occlusion_parameters(stored.camera, rays_of(eye, pixels), planar_error(stored.camera, stored.storage),
-                                    options, table);
+        return occlusion_parameters(stored.camera, rays_of(eye, pixels),
+                                    inverse_depth_error(stored.camera, stored.storage), options, table);
     }
 
-    runtime::Kernel& kernel(const char* name, runtime::Choices choices) const {
-        choices.insert(choices.end(), {{"V", device.options().lanes}, {"STREAM", 0}, {"PERSPECTIVE", eye.perspective}});
+    runtime::Kernel& kernel(const char* name, runtime::Defines choices) const {
+        choices.insert(choices.end(),
+                       {{"V", device.options().vector_width}, {"STREAM", 0}, {"PERSPECTIVE", eye.perspective}});
         return runtime::kernel(device, name, choices);
     }
 
     std::size_t vectors(params::u32 columns) const {
-        return columns / static_cast<std::size_t>(device.options().lanes);
+        return columns / static_cast<std::size_t>(device.options().vector_width);
     }
 
     Image planes(int count) {
@@ -288,9 +292,9 @@ struct Planes {
 Planes split_into_planes(Call& call, const Image& depth) {
     const SsaoOptions& options = call.options;
     Image extra = depth;
-    if (options.back) {
+    if (options.back_depth) {
         extra = call.scratch.image(Element::f32, {depth.width(), depth.height()});
-        planar(*options.back, eye_rays(rays(options.back->camera)), extra);
+        inverse_depth(*options.back_depth, eye_rays(camera_rays(options.back_depth->camera)), extra);
     } else if (options.thickness_map) {
         extra = options.thickness_map;
     }
@@ -321,7 +325,7 @@ int channels_of(Output output) {
 
 void filter(const Call& call, const Planes& planes, const Image& sums, Output output, const Image& result,
             const Region& region) {
-    const int reach = call.chosen.patterns == 16 ? 2 : call.chosen.patterns == 4 ? 1 : 0;
+    const int reach = call.chosen.jitter == 16 ? 2 : call.chosen.jitter == 4 ? 1 : 0;
     runtime::launch(call.device,
                     call.kernel("denoise", {{"REACH", reach},
                                             {"OUTPUT", static_cast<int>(output)},
@@ -333,11 +337,11 @@ void filter(const Call& call, const Planes& planes, const Image& sums, Output ou
 void upsample(const Call& call, const Image& depth, const Image& found, Output output, const Image& result,
               const Region& region) {
     const PixelLattice all = pixel_lattice(call.stored);
-    const std::size_t lanes = static_cast<std::size_t>(call.device.options().lanes);
+    const std::size_t vector_width = static_cast<std::size_t>(call.device.options().vector_width);
     const std::size_t columns = static_cast<std::size_t>(depth.width() + call.lattice.x);
     runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
-                    {(columns + 2 * lanes - 1) / (2 * lanes), static_cast<std::size_t>(region.height)}, depth, found,
-                    result, grid(depth, all), grid(found, pixel_lattice({found, call.stored.camera})),
+                    {(columns + 2 * vector_width - 1) / (2 * vector_width), static_cast<std::size_t>(region.height)},
+                    depth, found, result, grid(depth, all), grid(found, pixel_lattice({found, call.stored.camera})),
                     grid(result, region), call.parameters(all));
 }
 
@@ -350,7 +354,7 @@ Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options) {
     Call call(stored, options);
     const int width = stored.image.width(), height = stored.image.height();
     const Image depth = call.scratch.image(Element::f32, {width, height});
-    planar(stored, call.eye, depth);
+    inverse_depth(stored, call.eye, depth);
     const Planes planes = split_into_planes(call, depth);
 
     const Image sums = call.planes(options.bent_normal ? 6 : options.confidence ? 3 : 2);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "camera/eye_rays.hpp"
-#include "operations/planar.hpp"
+#include "operations/inverse_depth.hpp"
 #include "operations/slices.hpp"
 #include "params.h"
 
@@ -9,7 +9,7 @@
 
 namespace fathom {
 
-/// What a slope may be off by, in errors of planar depth: one neighbour's difference.
+/// What a slope may be off by, in errors of inverse depth: one neighbour's difference.
 inline constexpr float slope_errors_neighbours = 2;
 
 /// The pixels that are looked at from: all of an image, or every second one of every second row of the camera's.
@@ -29,7 +29,7 @@ EyeRays rays_of(const EyeRays& eye, const PixelLattice& lattice);
 params::split_params split_parameters(const PixelLattice& lattice);
 
 /// Constants of the occlusion kernels, but for `slope_errors`. Of the table only its counts are used. Pure: no device.
-params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRays& eye, const PlanarError& error,
+params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRays& eye, const InverseDepthError& error,
                                               const SsaoOptions& options, const SliceTable& table);
 
 } // namespace fathom

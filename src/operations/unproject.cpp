@@ -30,14 +30,14 @@ void unproject(const StoredDepth& stored, const Image& positions, const Unprojec
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays view = rays(stored.camera);
+    const Rays view = camera_rays(stored.camera);
     const Rays target = options.space == Space::world ? rays_in_world(view, *stored.camera.view, options.origin) : view;
 
     const int width = positions.width();
-    const int lanes = lanes_for(device, width);
-    auto choices = decoder_choices(form, view, stored.storage, lanes, worth_streaming(positions, lanes));
+    const int vector_width = vector_width_for(device, width);
+    auto choices = decoder_defines(form, view, stored.storage, vector_width, worth_streaming(positions, vector_width));
     choices.emplace_back("CHANNELS", options.channels);
-    const auto columns = static_cast<std::size_t>((width + lanes - 1) / lanes);
+    const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::launch(device, runtime::kernel(device, "unproject", choices),
                     {columns, static_cast<std::size_t>(positions.height())}, stored.image, positions,
                     grid_parameters(stored, positions, 0, width),

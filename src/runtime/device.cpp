@@ -93,15 +93,16 @@ const Found& choose(const std::vector<Found>& found, const std::string& wanted) 
 }
 
 DeviceOptions completed(DeviceOptions options, const DeviceInfo& info) {
-    if (options.lanes == 0)
-        options.lanes = info.cpu ? 16 : 1;
+    if (options.vector_width == 0)
+        options.vector_width = info.cpu ? 16 : 1;
     if (options.group_size == 0)
         options.group_size = 64;
     if (options.arithmetic == Arithmetic::automatic) {
         options.arithmetic = info.fp64 ? Arithmetic::fp64 : Arithmetic::two_float;
     }
-    if (options.lanes != 1 && options.lanes != 4 && options.lanes != 8 && options.lanes != 16) {
-        throw std::invalid_argument(text("lanes = ", options.lanes, " must be 1, 4, 8 or 16"));
+    if (options.vector_width != 1 && options.vector_width != 4 && options.vector_width != 8 &&
+        options.vector_width != 16) {
+        throw std::invalid_argument(text("vector_width = ", options.vector_width, " must be 1, 4, 8 or 16"));
     }
     if (options.group_size < 1 || options.group_size > 1024) {
         throw std::invalid_argument(text("group_size = ", options.group_size, " must be 1 to 1024"));

@@ -38,7 +38,7 @@ Layout with_stride(Layout layout) {
 
 Layout with_aligned_stride(Element element, Layout layout) {
     layout = with_stride(layout);
-    const std::size_t step = row_alignment / bytes(element);
+    const std::size_t step = row_alignment / element_bytes(element);
     layout.row_stride = (layout.row_stride + step - 1) / step * step;
     return layout;
 }
@@ -57,12 +57,12 @@ cl::Buffer make_buffer(const Device& device, cl_mem_flags flags, std::size_t siz
 }
 
 bool can_share(const Device& device, Element element, const void* data) {
-    return device.info().cpu && reinterpret_cast<std::uintptr_t>(data) % bytes(element) == 0;
+    return device.info().cpu && reinterpret_cast<std::uintptr_t>(data) % element_bytes(element) == 0;
 }
 
 } // namespace
 
-std::size_t bytes(Element element) {
+std::size_t element_bytes(Element element) {
     switch (element) {
     case Element::u8:
         return 1;
@@ -101,7 +101,7 @@ Image::Image(const Device& device, const cl::Buffer& buffer, Element element, La
     : device_(device), buffer_(buffer), element_(element), layout_(with_aligned_stride(element, layout)) {}
 
 std::size_t Image::allocation(Element element, Layout layout) {
-    return elements(with_aligned_stride(element, layout)) * bytes(element);
+    return elements(with_aligned_stride(element, layout)) * element_bytes(element);
 }
 
 Image Image::from_host(const Device& device, Element element, const void* data, Layout layout) {
@@ -111,7 +111,7 @@ Image Image::from_host(const Device& device, Element element, const void* data, 
     image.layout_ = with_stride(layout);
     const bool shared = can_share(device, element, data);
     image.buffer_ = make_buffer(device, CL_MEM_READ_WRITE | (shared ? CL_MEM_USE_HOST_PTR : CL_MEM_COPY_HOST_PTR),
-                                elements(image.layout_) * bytes(element), const_cast<void*>(data));
+                                elements(image.layout_) * element_bytes(element), const_cast<void*>(data));
     image.host_ = shared ? data : nullptr;
     return image;
 }
@@ -136,7 +136,7 @@ Image Image::region(int x, int y, int width, int height) const {
 }
 
 void Image::download(void* data, std::size_t row_stride) const {
-    const std::size_t size = bytes(element_);
+    const std::size_t size = element_bytes(element_);
     if (row_stride == 0)
         row_stride = row_elements(layout_);
     try {
@@ -161,8 +161,8 @@ void Image::download(void* data, std::size_t row_stride) const {
 }
 
 bool Image::aligned_to(std::size_t alignment) const {
-    const std::size_t start = reinterpret_cast<std::uintptr_t>(host_) + offset_ * bytes(element_);
-    return start % alignment == 0 && layout_.row_stride * bytes(element_) % alignment == 0;
+    const std::size_t start = reinterpret_cast<std::uintptr_t>(host_) + offset_ * element_bytes(element_);
+    return start % alignment == 0 && layout_.row_stride * element_bytes(element_) % alignment == 0;
 }
 
 bool Image::overlaps(const Image& other) const {
@@ -170,9 +170,11 @@ bool Image::overlaps(const Image& other) const {
         return buffer_() != nullptr;
     // Two buffers may still be made of the same host memory.
     const auto begin = [](const Image& image) {
-        return static_cast<const char*>(image.host_) + image.offset_ * bytes(image.element_);
+        return static_cast<const char*>(image.host_) + image.offset_ * element_bytes(image.element_);
     };
-    const auto end = [&](const Image& image) { return begin(image) + elements(image.layout_) * bytes(image.element_); };
+    const auto end = [&](const Image& image) {
+        return begin(image) + elements(image.layout_) * element_bytes(image.element_);
+    };
     const std::less<> before;
     return host_ && other.host_ && before(begin(*this), end(other)) && before(begin(other), end(*this));
 }

@@ -50,14 +50,14 @@ inline std::string argument_type(const params::occlusion_params&) {
 inline std::string argument_type(const params::circle_params&) {
     return "circle_params";
 }
-inline std::string argument_type(const params::near_params&) {
-    return "near_params";
+inline std::string argument_type(const params::near_field_params&) {
+    return "near_field_params";
 }
 inline std::string argument_type(const params::blur_params&) {
     return "blur_params";
 }
-inline std::string argument_type(const params::slice_params&) {
-    return "slice_params";
+inline std::string argument_type(const params::layer_params&) {
+    return "layer_params";
 }
 inline std::string argument_type(const params::part_params&) {
     return "part_params";

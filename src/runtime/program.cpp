@@ -33,7 +33,7 @@ void append(std::string& source, const std::string& file, std::set<std::string>&
     }
 }
 
-std::string build_options(const Choices& choices) {
+std::string build_options(const Defines& choices) {
     std::string options = "-cl-std=CL1.2 -cl-kernel-arg-info";
     for (const auto& [name, value] : choices)
         options += text(" -D", name, "=", value);
@@ -49,7 +49,7 @@ std::string assembled_source(const std::string& file) {
     return source;
 }
 
-Kernel& kernel(const Device& device, const std::string& name, Choices choices) {
+Kernel& kernel(const Device& device, const std::string& name, Defines choices) {
     Device::State& state = device.state();
     choices.emplace_back("FP64", state.options.arithmetic == Arithmetic::fp64);
     const std::string options = build_options(choices);

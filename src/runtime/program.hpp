@@ -17,7 +17,7 @@ namespace fathom::runtime {
 std::string assembled_source(const std::string& file);
 
 /// Finite choices that a kernel is built for: -D name=value.
-using Choices = std::vector<std::pair<const char*, int>>;
+using Defines = std::vector<std::pair<const char*, int>>;
 
 /// A kernel of one file, built for one set of choices.
 struct Kernel {
@@ -28,6 +28,6 @@ struct Kernel {
 
 /// The kernel `name` of kernels/<name>.cl, built when it is first asked for and kept with the device.
 /// Throws: Error with the build log.
-Kernel& kernel(const Device& device, const std::string& name, Choices choices);
+Kernel& kernel(const Device& device, const std::string& name, Defines choices);
 
 } // namespace fathom::runtime

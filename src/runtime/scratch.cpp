@@ -74,15 +74,15 @@ Image Scratch::image(Element element, Layout layout) {
 }
 
 void copy(const Image& from, const Image& to) {
-    const auto width = static_cast<std::size_t>(from.width() * from.channels()) * bytes(from.element());
+    const auto width = static_cast<std::size_t>(from.width() * from.channels()) * element_bytes(from.element());
     const auto corner = [](const Image& image) {
-        const std::size_t size = bytes(image.element());
+        const std::size_t size = element_bytes(image.element());
         return std::array<cl::size_type, 3>{image.offset() % image.row_stride() * size,
                                             image.offset() / image.row_stride(), 0};
     };
     from.device().queue().enqueueCopyBufferRect(
         from.buffer(), to.buffer(), corner(from), corner(to), {width, static_cast<std::size_t>(from.height()), 1},
-        from.row_stride() * bytes(from.element()), 0, to.row_stride() * bytes(to.element()), 0);
+        from.row_stride() * element_bytes(from.element()), 0, to.row_stride() * element_bytes(to.element()), 0);
 }
 
 } // namespace fathom::runtime

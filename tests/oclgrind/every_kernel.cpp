@@ -19,7 +19,7 @@ using namespace fathom;
 
 namespace {
 
-constexpr int width = 35; // two whole groups of 16 lanes and a tail that overlaps
+constexpr int width = 35; // two whole groups of 16 vector width and a tail that overlaps
 constexpr int height = 3;
 
 Camera camera_with(const Projection& projection) {
@@ -53,7 +53,8 @@ std::vector<Camera> cameras() {
 Image filled(const Device& device, Storage storage, int rows = height) {
     Image image(device, element_of(storage), {width, rows, channels_of(storage)});
     const std::size_t row = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels_of(storage));
-    const std::size_t size = (image.row_stride() * static_cast<std::size_t>(rows - 1) + row) * bytes(image.element());
+    const std::size_t size =
+        (image.row_stride() * static_cast<std::size_t>(rows - 1) + row) * element_bytes(image.element());
     std::vector<std::uint8_t> content(size, 0x3e); // as a float or a half: a depth inside every range
     device.queue().enqueueWriteBuffer(image.buffer(), CL_TRUE, 0, size, content.data());
     return image;
@@ -96,13 +97,13 @@ int run_occlusion(const Device& device, const Camera& camera) {
     SsaoOptions options;
     options.radius = 1;
     options.slices = 1;
-    options.steps = 2;
+    options.samples = 2;
     ssao(whole, options);
-    options.patterns = 4;
+    options.jitter = 4;
     options.thickness = std::numeric_limits<double>::infinity();
     options.border = Border::clamp;
     ssao(whole, options);
-    options.patterns = 1;
+    options.jitter = 1;
     options.normals = directions;
     ssao(whole, options);
     options.normals = {};
@@ -118,10 +119,11 @@ int run_occlusion(const Device& device, const Camera& camera) {
 int run_masks(const Device& device, const Camera& camera, bool around) {
     const StoredDepth whole{filled(device, Storage::float32), camera};
     DofMasksOptions options;
-    options.circle = depth_form(camera).perspective ? Circle{4, 8, 0, false} : Circle{4, 1, 0, true};
+    options.circle =
+        depth_form(camera).perspective ? CircleOfConfusion{4, 8, 0, false} : CircleOfConfusion{4, 1, 0, true};
     dof_masks(whole, options);
     options.weights = false;
-    options.near_reach = options.near_coverage = options.hidden_background = options.mixed_depth = around;
+    options.max_near_coc = options.near_alpha = options.disocclusion = options.mixed_pixels = around;
     options.tile_px = around ? 5 : 0;
     dof_masks(whole.region(1, 1, width - 2, height - 1), options);
     device.finish();
@@ -138,18 +140,18 @@ int run_blur(const Device& device, Camera camera) {
          {std::tuple{-9.0, 3, Element::f32}, {9.0, 4, Element::f16}, {2.0, 3, Element::u8}}) {
         const Layout layout{part.image.width(), part.image.height(), channels};
         const std::vector<std::uint8_t> content(Image::allocation(element, layout), 0x41); // as a float bright
-        const Image colour(device, element, layout);
-        device.queue().enqueueWriteBuffer(colour.buffer(), CL_TRUE, 0, content.size(), content.data());
+        const Image color(device, element, layout);
+        device.queue().enqueueWriteBuffer(color.buffer(), CL_TRUE, 0, content.size(), content.data());
         DofOptions options{.circle = {.k = circle + 20, .g = 20 * depth},
                            .quality = images % 2 ? BlurQuality::fast : BlurQuality::standard};
         if (images > 0) // farther than the picture
-            options.plate = {colour, part};
-        if (options.plate)
-            options.plate->depth.camera.scale = 2;
-        dof(part, colour, options);
+            options.clean_plate = {color, part};
+        if (options.clean_plate)
+            options.clean_plate->depth.camera.scale = 2;
+        dof(part, color, options);
         options.quality = BlurQuality::accurate;
-        if (device.options().lanes > 1) // one by one it takes the simulator more than five minutes
-            dof(part, colour, options);
+        if (device.options().vector_width > 1) // one by one it takes the simulator more than five minutes
+            dof(part, color, options);
         ++images;
     }
     device.finish();
@@ -158,15 +160,15 @@ int run_blur(const Device& device, Camera camera) {
 
 /// Stores past the cache, which only images larger than it get, on an image small enough to simulate.
 int run_streamed(const Device& device, const Camera& camera) {
-    const int lanes = device.options().lanes;
+    const int vector_width = device.options().vector_width;
     const StoredDepth stored = StoredDepth{filled(device, Storage::float32), camera}.region(0, 0, 32, height);
     const Image result(device, Element::f32, {32, height});
     const DepthForm form = depth_form(camera);
-    const Rays view = rays(camera);
+    const Rays view = camera_rays(camera);
     const Arithmetic arithmetic = device.options().arithmetic;
-    const auto choices = decoder_choices(form, view, stored.storage, lanes, /*stream=*/true);
+    const auto choices = decoder_defines(form, view, stored.storage, vector_width, /*stream=*/true);
     runtime::launch(device, runtime::kernel(device, "linearize", choices),
-                    {static_cast<std::size_t>(32 / lanes), height}, stored.image, result,
+                    {static_cast<std::size_t>(32 / vector_width), height}, stored.image, result,
                     grid_parameters(stored, result, 0, 32),
                     depth_parameters(form, stored.storage, Background::inf, arithmetic),
                     ray_parameters(view, form.scale, arithmetic));
@@ -177,17 +179,17 @@ int run_streamed(const Device& device, const Camera& camera) {
 } // namespace
 
 int main(int count, char** arguments) {
-    const int lanes = count > 1 ? std::atoi(arguments[1]) : 1;
+    const int vector_width = count > 1 ? std::atoi(arguments[1]) : 1;
     int images = 0;
     for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
-        const Device device = Device::open("0", {.arithmetic = arithmetic, .lanes = lanes});
+        const Device device = Device::open("0", {.arithmetic = arithmetic, .vector_width = vector_width});
         if (images == 0)
             std::cout << device.info().name << '\n';
         for (const Camera& camera : cameras())
             images += run(device, camera, Storage::float32);
         for (const Camera& camera : cameras())
             images += run_masks(device, camera, false);
-        for (const Storage storage : {Storage::float16, Storage::uint16, Storage::uint24, Storage::rgb8_low_first})
+        for (const Storage storage : {Storage::float16, Storage::uint16, Storage::uint24, Storage::rgb8_red_low})
             images += run(device, cameras().front(), storage);
         images += run_normals(device, cameras().front());
         images += run_normals(device, cameras()[2]);

@@ -3,7 +3,7 @@
 #ifndef FATHOM_NEAR_H
 #define FATHOM_NEAR_H
 
-#include "lanes.h"
+#include "vector.h"
 
 // Does a disc of that diameter reach so many half pixels aside and down? One expression for all who ask.
 INLINE intV reaches(floatV diameter, floatV twice_aside, floatV twice_down) {
@@ -16,7 +16,7 @@ INLINE floatV one_and_blurred(floatV c, float sharp, float inverse_transition) {
     return 1.0f + min(max(blurred, (floatV)0.0f), (floatV)1.0f);
 }
 
-INLINE floatV near_weight(floatV c, const near_params* p) {
+INLINE floatV near_weight(floatV c, const near_field_params* p) {
     return select((floatV)0.0f, one_and_blurred(c, p->sharp, p->inverse_transition) - 1.0f, c < 0.0f);
 }
 

@@ -1,10 +1,10 @@
-// Pixels between two surfaces: kernels/planar.cl, then kernels/mixed_depth.cl.
+// Pixels between two surfaces: kernels/inverse_depth.cl, then kernels/mixed_pixels.cl.
 
-#include "operations/mixed_depth.hpp"
+#include "operations/mixed_pixels.hpp"
 
 #include "camera/eye_rays.hpp"
+#include "operations/inverse_depth.hpp"
 #include "operations/parameters.hpp"
-#include "operations/planar.hpp"
 #include "runtime/scratch.hpp"
 
 #include <fathom/dof_masks.hpp>
@@ -13,21 +13,21 @@
 
 namespace fathom {
 
-void mixed_depth(const StoredDepth& stored, const Image& result) {
+void mixed_pixels(const StoredDepth& stored, const Image& result) {
     const Device& device = stored.image.device();
     const int width = result.width(), height = result.height();
-    const EyeRays eye = eye_rays(rays(stored.camera));
+    const EyeRays eye = eye_rays(camera_rays(stored.camera));
     runtime::Scratch scratch(device);
     const Image depth = scratch.image(Element::f32, {width, height});
-    planar(stored, eye, depth,
-           Background::decode); // where the far plane is finite its depth is averaged like any other
-    const PlanarError error = planar_error(stored.camera, stored.storage);
+    inverse_depth(stored, eye, depth,
+                  Background::decode); // where the far plane is finite its depth is averaged like any other
+    const InverseDepthError error = inverse_depth_error(stored.camera, stored.storage);
     // A pixel's width is a share of its distance under a perspective, and 1/z changes by the share that z changes by.
     const auto& moving = eye.perspective ? eye.direction : eye.origin;
-    const auto least = static_cast<float>(mixed_depth_widths * std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
-    const int lanes = lanes_for(device, width);
-    const auto columns = static_cast<std::size_t>((width + lanes - 1) / lanes);
-    runtime::launch(device, runtime::kernel(device, "mixed_depth", {{"V", lanes}, {"STREAM", 0}}),
+    const auto least = static_cast<float>(mixed_pixels_min_widths * std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
+    const int vector_width = vector_width_for(device, width);
+    const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
+    runtime::launch(device, runtime::kernel(device, "mixed_pixels", {{"V", vector_width}, {"STREAM", 0}}),
                     {columns, static_cast<std::size_t>(height)}, depth, result,
                     grid_parameters({depth, stored.camera, Storage::float32, stored.x, stored.y}, result, 0, width),
                     params::mixed_params{error.constant, error.linear, error.quadratic, eye.perspective ? 0 : least,

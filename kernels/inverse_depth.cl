@@ -1,5 +1,5 @@
-// Planar depth from stored depth: what planes are affine in on the screen, greater the nearer a surface is.
-//   q = depth(x, y) / (z - eye_depth)   under a perspective,      q = -z   where rays are parallel
+// Inverse depth from stored depth: what planes are affine in on the screen, greater the nearer a surface is.
+//   q = depth(x, y) / (z - eye_depth)   under a perspective,      q = -z   for an orthographic camera
 // 1/z of the plain perspective. Background becomes 0 or -infinity, what is no surface NaN. docs/camera.md.
 
 #include "camera.h"
@@ -8,7 +8,7 @@
 #error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
 #endif
 
-__kernel void planar(__global const STORED* source, __global float* target, const grid_params grid,
+__kernel void inverse_depth(__global const STORED* source, __global float* target, const grid_params grid,
                      const depth_params depth, const ray_params rays) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint y = get_global_id(1);
@@ -19,7 +19,7 @@ __kernel void planar(__global const STORED* source, __global float* target, cons
     const floatV z = view_depth(load_stored(source, &grid, x, y, &depth), px, py, &depth, &rays);
 #if PERSPECTIVE
     const wideV beyond_eye = wide_add(wide_from(z), wide_negative(wide_constant(rays.eye_depth)));
-#if PARALLEL_DEPTH
+#if W_IS_DEPTH
     const floatV q = 1.0f / wide_to_float(beyond_eye);
 #else
     const floatV q = wide_to_float(wide_at_pixel(rays.depth, px, py)) / wide_to_float(beyond_eye);

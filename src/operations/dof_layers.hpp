@@ -10,19 +10,19 @@
 
 namespace fathom {
 
-/// Slices of circle of confusion, evenly spaced within an octave: number `middle` has the circles up to one pixel.
-struct SliceScale {
+/// Layers of circle of confusion, evenly spaced within an octave: number `middle` has the circles up to one pixel.
+struct LayerScale {
     int per_octave;
     int middle;
 
     int count() const { return 2 * middle + 1; }
-    double circle(int slice) const; ///< signed, in pixels; ±1 in the middle
+    double circle(int layer) const; ///< signed, in pixels; ±1 in the middle
 };
 
-/// The scale for circles of up to `largest_px`; at most 159 slices.
-SliceScale slice_scale(int per_octave, double largest_px);
+/// The scale for circles of up to `max_coc_px`; at most 159 layers.
+LayerScale layer_scale(int per_octave, double max_coc_px);
 
-/// Bits of the slices that a tile's pixels lie in; the last one: some colour is beyond the knee.
+/// Bits of the layers that a tile's pixels lie in; the last one: some colour is beyond the knee.
 using TileBits = std::array<params::u32, 5>;
 
 inline bool has_bit(const TileBits& tile, int bit) {
@@ -30,28 +30,28 @@ inline bool has_bit(const TileBits& tile, int bit) {
 }
 
 /// A launch of kernels/dof_strips.cl, unless the pixels are read directly, and of kernels/dof_gather.cl. Where pixels are read
-/// directly and the quality is not accurate, a launch is of several slices, the first in `gather`: after its tile an entry of
+/// directly and the quality is not accurate, a launch is of several layers, the first in `gather`: after its tile an entry of
 /// the list has a bit for each that reaches it, and a bit for each that follows one that does; at `starts` stand where a
-/// slice's own starts begin, and its reach.
-struct SlicePass {
-    params::slice_params strips, gather;
+/// layer's own starts begin, and its reach.
+struct LayerPass {
+    params::layer_params strips, gather;
     params::part_params part; ///< accurate only
     bool direct, fill, bright;
 };
 
 /// What the passes of dof do, in order, and the tables they read.
-struct SlicePlan {
-    std::vector<SlicePass> passes;
+struct LayerPlan {
+    std::vector<LayerPass> passes;
     std::vector<params::u32> lists; ///< tiles: column, and row in the high half
     std::vector<params::u32> starts;
     std::vector<params::span_params> spans;
-    std::vector<params::tap_share_params> taps; ///< accurate only
-    std::size_t strip_elements = 1;             ///< that the largest pass needs
+    std::vector<params::aperture_tap_params> taps; ///< accurate only
+    std::size_t strip_elements = 1;                ///< that the largest pass needs
 };
 
-struct SlicePlanOptions {
+struct LayerPlanOptions {
     Aperture aperture;
-    SliceScale scale;
+    LayerScale scale;
     double aspect = 1;
     bool upright = true;
     BlurQuality quality = BlurQuality::standard;
@@ -60,7 +60,7 @@ struct SlicePlanOptions {
 
 inline constexpr int tile_columns = 64, tile_rows = 8; // kernels/tiles.h
 
-/// Which tiles each slice reaches, front to back. Pure: no device.
-SlicePlan slice_plan(std::span<const TileBits> tiles, int across, const SlicePlanOptions& options);
+/// Which tiles each layer reaches, front to back. Pure: no device.
+LayerPlan layer_plan(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options);
 
 } // namespace fathom

@@ -1,11 +1,11 @@
 // V neighbouring pixels per work-item: vector types, loads, stores, and sums that keep more than a float.
 //
-// PoCL vectorises straight-line kernels only, so lanes are explicit: V = 16 or 8 on a CPU, 1 on a GPU, one source.
+// PoCL vectorises straight-line kernels only, so vector width are explicit: V = 16 or 8 on a CPU, 1 on a GPU, one source.
 // No transcendental builtin is used, and products are fused only where `fma` says so: the same bits come out for
 // every V and host.
 
-#ifndef FATHOM_LANES_H
-#define FATHOM_LANES_H
+#ifndef FATHOM_VECTOR_H
+#define FATHOM_VECTOR_H
 
 #include "params.h"
 
@@ -86,7 +86,7 @@ INLINE uint first_column(uint x_begin, uint x_end) {
     return x < x_end ? min(x, x_end - V) : x_end;
 }
 
-INLINE floatV lanes_from(uint x) {
+INLINE floatV vector_from(uint x) {
     return (floatV)((float)x) + LANE_INDEX(float) + 0.5f;
 }
 
@@ -273,7 +273,7 @@ INLINE wideV wide_at_row(const wide* c, uint y) {
 }
 
 INLINE wideV wide_at_pixel(const wide* c, uint x, uint y) {
-    return wide_multiply_add(wide_constant(c[0]), lanes_from(x), wide_at_row(c + 1, y));
+    return wide_multiply_add(wide_constant(c[0]), vector_from(x), wide_at_row(c + 1, y));
 }
 
 INLINE floatV wide_quotient(wideV numerator, wideV denominator) {

@@ -1,9 +1,9 @@
-// Planar depth and the bound of its error: for every encoding and storage, stored to the nearest value and decoded again.
+// Inverse depth and the bound of its error: for every encoding and storage, stored to the nearest value and decoded again.
 
 #include "camera_over.hpp"
 #include "catch.hpp"
 #include "judge.hpp"
-#include "operations/planar.hpp"
+#include "operations/inverse_depth.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -48,7 +48,7 @@ std::vector<Subject> subjects() {
     const Camera reversed = camera_of(perspective(1.0, 4.0 / 3, {0.5, infinity, DepthOrder::reversed}));
     const Camera deep = camera_of(perspective(1.0, 4.0 / 3, {0.1, 1e5}));
     const Camera oblique = camera_of(with_oblique_near_plane(plain.projection, {0.2, 0.1, -1, -1}));
-    const Camera parallel = camera_of(orthographic({-4, 4, -3, 3}, {0.5, 500}));
+    const Camera is_orthographic = camera_of(orthographic({-4, 4, -3, 3}, {0.5, 500}));
     Eigen::Matrix4d matrix = plain.projection.matrix.cast<double>();
     matrix.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
     const Camera tilted = camera_of(from_matrix(matrix));
@@ -68,8 +68,8 @@ std::vector<Subject> subjects() {
         {"tilted", tilted, f32, 0.6, 300},
         {"tilted, uint16", tilted, u16, 0.6, 300},
         {"tilted, view-z", with(tilted, Encoding::view_z), f32, 0.6, 300},
-        {"orthographic", parallel, f32, 0.6, 400},
-        {"orthographic, uint16", parallel, u16, 0.6, 400},
+        {"orthographic", is_orthographic, f32, 0.6, 400},
+        {"orthographic, uint16", is_orthographic, u16, 0.6, 400},
         {"view-z", with(plain, Encoding::view_z), f32, 0.6, 400},
         {"view-z, float16", with(plain, Encoding::view_z), f16, 0.6, 400},
         {"view-z, millimetres", with(plain, Encoding::view_z, 0.001), u16, 0.6, 60},
@@ -113,9 +113,9 @@ struct Found {
 
 template <typename Value>
 Found judge(const Subject& subject) {
-    const EyeRays eye = eye_rays(rays(subject.camera));
+    const EyeRays eye = eye_rays(camera_rays(subject.camera));
     const DepthForm form = depth_form(subject.camera, subject.storage);
-    const PlanarError error = planar_error(subject.camera, subject.storage);
+    const InverseDepthError error = inverse_depth_error(subject.camera, subject.storage);
     std::vector<Value> stored(width * height);
     std::vector<double> exact(stored.size(), 0); // 0: outside the view volume
     std::mt19937 random(3);
@@ -134,7 +134,7 @@ Found judge(const Subject& subject) {
         const Device& device = oracle::device(arithmetic);
         const Image image = Image::from_host(device, element_of(subject.storage), stored.data(), {width, height});
         const Image result(device, Element::f32, {width, height});
-        planar({image, subject.camera, subject.storage}, eye, result);
+        inverse_depth({image, subject.camera, subject.storage}, eye, result);
         std::vector<float> q(stored.size());
         result.download(q.data());
         for (std::size_t i = 0; i < q.size(); ++i) {
@@ -155,13 +155,13 @@ Found judge(const Subject& subject) {
 
 } // namespace
 
-TEST_CASE("planar: the error of planar depth is within its bound, and not far below", "[planar]") {
+TEST_CASE("planar: the error of inverse depth is within its bound, and not far below", "[planar]") {
     for (const Subject& subject : subjects()) {
         const Element element = element_of(subject.storage);
         const Found found = element == Element::f32   ? judge<float>(subject)
                             : element == Element::u32 ? judge<std::uint32_t>(subject)
                                                       : judge<std::uint16_t>(subject);
-        const PlanarError error = planar_error(subject.camera, subject.storage);
+        const InverseDepthError error = inverse_depth_error(subject.camera, subject.storage);
         std::printf("planar, %-32s %.2e + %.2e q + %.2e q^2: worst %.3f of the bound, far away %.3f\n", subject.name,
                     static_cast<double>(error.constant), static_cast<double>(error.linear),
                     static_cast<double>(error.quadratic), found.worst, found.typical);
@@ -173,15 +173,15 @@ TEST_CASE("planar: the error of planar depth is within its bound, and not far be
 
 TEST_CASE("planar: background is the farthest, and what is no surface is none", "[planar]") {
     const Camera perspective_camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}));
-    const Camera parallel = camera_of(orthographic({-4, 4, -3, 3}, {0.5, 500}));
-    for (Camera camera : {perspective_camera, parallel}) {
+    const Camera is_orthographic = camera_of(orthographic({-4, 4, -3, 3}, {0.5, 500}));
+    for (Camera camera : {perspective_camera, is_orthographic}) {
         camera.width = 3;
         camera.height = 1;
-        const EyeRays eye = eye_rays(rays(camera));
+        const EyeRays eye = eye_rays(camera_rays(camera));
         const float stored[] = {1.0f, std::numeric_limits<float>::quiet_NaN(), 0.5f};
         const Device& device = oracle::device(Arithmetic::fp64);
         const Image result(device, Element::f32, {3, 1});
-        planar({Image::from_host(device, Element::f32, stored, {3, 1}), camera}, eye, result);
+        inverse_depth({Image::from_host(device, Element::f32, stored, {3, 1}), camera}, eye, result);
         float q[3];
         result.download(q);
         CHECK(q[0] == (eye.perspective ? 0.0f : -std::numeric_limits<float>::infinity()));

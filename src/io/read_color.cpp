@@ -83,15 +83,15 @@ cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
         refuse(file,
                "is " + io::described(image) +
                    ", which is no picture; one has channels R, G, B and may have an alpha, in 8 or 16 bits or float");
-    cv::Mat colour;
-    image.convertTo(colour, CV_32F);
+    cv::Mat color;
+    image.convertTo(color, CV_32F);
     const float largest = image.depth() == CV_8U ? 255.0f : image.depth() == CV_16U ? 65535.0f : 1.0f;
-    for (int y = 0; y < colour.rows && codes; ++y) {
-        float* row = colour.ptr<float>(y);
-        for (int x = 0; x < colour.cols * colour.channels(); ++x)
+    for (int y = 0; y < color.rows && codes; ++y) {
+        float* row = color.ptr<float>(y);
+        for (int x = 0; x < color.cols * color.channels(); ++x)
             row[x] /= largest;
     }
-    return colour;
+    return color;
 }
 
 cv::Mat read(const std::filesystem::path& file, const std::string& layer) {
@@ -104,7 +104,7 @@ cv::Mat read(const std::filesystem::path& file, const std::string& layer) {
 
 } // namespace
 
-cv::Mat read_colour(const std::filesystem::path& file, const std::string& layer) {
+cv::Mat read_color(const std::filesystem::path& file, const std::string& layer) {
     io::check_readable(file);
     return io::within_memory(file, [&] { return read(file, layer); });
 }

@@ -24,14 +24,14 @@ using stability::infinity;
 
 constexpr int width = 104, height = 80;
 
-// Planar depth at a position of the image, and which surface that is: 0 behind, 1 before it, 2 the background.
+// Inverse depth at a position of the image, and which surface that is: 0 behind, 1 before it, 2 the background.
 struct Sample {
     double q;
     int surface;
 };
 using Scene = std::function<Sample(double x, double y)>;
 
-// How a scene's planar depth is stored.
+// How a scene's inverse depth is stored.
 struct Stored {
     std::string name;
     Camera camera;
@@ -51,7 +51,7 @@ std::vector<Stored> ways() {
     return list;
 }
 
-// Planar depths from 0.1 to 0.5 are depths from 10 to 2; where rays are parallel from 40 to 2. What is stored is affine in
+// Inverse depths from 0.1 to 0.5 are depths from 10 to 2; for an orthographic camera from 40 to 2. What is stored is affine in
 // them, but for view depth.
 struct Encoder {
     double slope, start;
@@ -70,12 +70,12 @@ struct Encoder {
     double stored(const Sample& s) const {
         return s.surface == 2 ? background : inverse ? 1 / s.q : start + slope * s.q;
     }
-    double planar(double v) const { return inverse ? 1 / v : (v - start) / slope; }
+    double inverse_depth(double v) const { return inverse ? 1 / v : (v - start) / slope; }
 };
 
 struct Picture {
     std::vector<float> values;
-    std::vector<bool> mixed;   // by at least an eighth of the step in planar depth
+    std::vector<bool> mixed;   // by at least an eighth of the step in inverse depth
     std::vector<bool> several; // surfaces in the pixel
 };
 
@@ -88,7 +88,7 @@ Picture rendered(const Scene& scene, const Stored& way, int samples) {
             int surfaces = 0;
             for (int i = 0; i < samples * samples; ++i) {
                 const Sample s = scene(x + (i % samples + 0.5) / samples, y + (i / samples + 0.5) / samples);
-                const double value = encoder.stored(s), q = encoder.planar(value);
+                const double value = encoder.stored(s), q = encoder.inverse_depth(value);
                 sum += value;
                 least = std::min(least, q);
                 most = std::max(most, q);
@@ -96,7 +96,7 @@ Picture rendered(const Scene& scene, const Stored& way, int samples) {
             }
             const double value = sum / (samples * samples);
             const bool several = surfaces == 3 || surfaces > 4;
-            const double share = several ? (encoder.planar(value) - least) / (most - least) : 0;
+            const double share = several ? (encoder.inverse_depth(value) - least) / (most - least) : 0;
             picture.several.push_back(several);
             picture.mixed.push_back(several && share > 0.125 && share < 0.875);
             picture.values.push_back(static_cast<float>(value));
@@ -106,8 +106,8 @@ Picture rendered(const Scene& scene, const Stored& way, int samples) {
 }
 
 std::vector<float> mask_of(const Picture& picture, const Stored& way, const DeviceOptions& options = {}) {
-    static std::map<int, Device> devices; // by lanes
-    const auto [place, is_new] = devices.try_emplace(options.lanes);
+    static std::map<int, Device> devices; // by vector width
+    const auto [place, is_new] = devices.try_emplace(options.vector_width);
     if (is_new)
         place->second = Device::open("cpu", options);
     const Device& device = place->second;
@@ -117,10 +117,11 @@ std::vector<float> mask_of(const Picture& picture, const Stored& way, const Devi
     const Storage storage = way.codes ? Storage::uint16 : Storage::float32;
     const void* data = way.codes ? static_cast<const void*>(codes.data()) : picture.values.data();
     const StoredDepth stored{Image::from_host(device, element_of(storage), data, {width, height}), way.camera, storage};
-    const bool parallel = way.name == "orthographic";
-    const DofMasks masks = dof_masks(stored, {.circle = {20, 100, 0, parallel}, .weights = false, .mixed_depth = true});
+    const bool is_orthographic = way.name == "orthographic";
+    const DofMasks masks =
+        dof_masks(stored, {.circle = {20, 100, 0, is_orthographic}, .weights = false, .mixed_pixels = true});
     std::vector<float> mask(picture.values.size());
-    masks.mixed_depth.download(mask.data());
+    masks.mixed_pixels.download(mask.data());
     return mask;
 }
 
@@ -140,7 +141,7 @@ struct Count {
         }
     }
     void print(const std::string& what) const {
-        std::printf("mixed depth, %-44s %5d of %5d found, %4d of %d wrong\n", what.c_str(), found, mixed, wrong, pure);
+        std::printf("mixed pixels, %-44s %5d of %5d found, %4d of %d wrong\n", what.c_str(), found, mixed, wrong, pure);
     }
 };
 
@@ -168,15 +169,15 @@ Scene pole(double degrees, double wide) {
     };
 }
 
-// A ball, whose rim bends away, before a wall.
-Sample ball(double x, double y) {
+// A sphere, whose rim bends away, before a wall.
+Sample sphere(double x, double y) {
     const double r = 30, square = r * r - (x - 52.3) * (x - 52.3) - (y - 40.6) * (y - 40.6);
     return square > 0 ? Sample{1 / (4 - 0.02 * std::sqrt(square)), 1} : Sample{1 / 6.0, 0};
 }
 
 } // namespace
 
-TEST_CASE("mixed depth: pixels averaged over an edge are found, and surfaces are not", "[dof_masks][mixed_depth]") {
+TEST_CASE("mixed pixels: pixels averaged over an edge are found, and surfaces are not", "[dof_masks][mixed_pixels]") {
     for (const Stored& way : ways()) {
         for (const int samples : {2, 4}) {
             Count edges, sharp;
@@ -198,7 +199,7 @@ TEST_CASE("mixed depth: pixels averaged over an edge are found, and surfaces are
     }
 }
 
-TEST_CASE("mixed depth: planes and creases have none, however they are tilted", "[dof_masks][mixed_depth]") {
+TEST_CASE("mixed pixels: planes and creases have none, however they are tilted", "[dof_masks][mixed_pixels]") {
     for (const Stored& way : ways()) {
         Count smooth;
         for (const double steep : {0.0, 1e-4, 1e-3, 3e-3}) {
@@ -221,7 +222,7 @@ TEST_CASE("mixed depth: planes and creases have none, however they are tilted", 
     }
 }
 
-TEST_CASE("mixed depth: poles and balls", "[dof_masks][mixed_depth]") {
+TEST_CASE("mixed pixels: poles and spheres", "[dof_masks][mixed_pixels]") {
     const Stored way = ways().front();
     for (const double wide : {1.0, 2.0, 3.0, 6.0}) {
         Count averaged, sharp;
@@ -238,27 +239,27 @@ TEST_CASE("mixed depth: poles and balls", "[dof_masks][mixed_depth]") {
             CHECK(averaged.found == averaged.mixed);
     }
     Count averaged, sharp;
-    const Picture picture = rendered(ball, way, 2), aliased = rendered(ball, way, 1);
+    const Picture picture = rendered(sphere, way, 2), aliased = rendered(sphere, way, 1);
     averaged.add(picture, mask_of(picture, way));
     sharp.add(aliased, mask_of(aliased, way));
-    averaged.print("a ball, 4 samples");
-    sharp.print("a ball, 1 sample");
+    averaged.print("a sphere, 4 samples");
+    sharp.print("a sphere, 1 sample");
     CHECK(averaged.found == averaged.mixed);
     CHECK(averaged.wrong == 0);
     CHECK(sharp.wrong == 0);
 }
 
-TEST_CASE("mixed depth: same bits for every lane count, and nothing where there is no surface",
-          "[dof_masks][mixed_depth][same-bits]") {
+TEST_CASE("mixed pixels: same bits for every lane count, and nothing where there is no surface",
+          "[dof_masks][mixed_pixels][same-bits]") {
     const Stored way = ways().front();
     Picture picture = rendered(edge(33, true), way, 2);
     for (std::size_t i = 0; i < picture.values.size(); i += 7)
         picture.values[i] = std::nanf("");
-    const std::vector<float> first = mask_of(picture, way, {.lanes = 16});
+    const std::vector<float> first = mask_of(picture, way, {.vector_width = 16});
     for (std::size_t i = 0; i < first.size(); ++i)
         REQUIRE((i % 7 == 0 ? first[i] == 0 : first[i] == 0 || first[i] == 1));
-    for (const int lanes : {1, 4, 8}) {
-        const std::vector<float> got = mask_of(picture, way, {.lanes = lanes});
+    for (const int vector_width : {1, 4, 8}) {
+        const std::vector<float> got = mask_of(picture, way, {.vector_width = vector_width});
         CHECK(std::memcmp(got.data(), first.data(), 4 * got.size()) == 0);
     }
 }

@@ -2,11 +2,11 @@
 // everywhere covers everything exactly once.
 //   N(c) = #{(i, j) : (2 i)^2 + (2 j vertical)^2 <= c^2},   the disc's area beyond COUNTED pixels across
 
-#include "near.h"
+#include "near_field.h"
 
 #define COUNTED 1024.0f
 
-__kernel void near_share(__global const float* circle, __global float* share, const near_params p) {
+__kernel void near_field_weight(__global const float* circle, __global float* share, const near_field_params p) {
     const uint x = first_column(0, p.width);
     const uint y = get_global_id(1);
     if (x >= p.width || y >= p.height)

@@ -1,11 +1,11 @@
 // What the near layer does to each pixel, from the discs of all near pixels around it:
 //   OUTPUT 0   reach     max |c_p| over p with c_p < 0 and |p - x| <= |c_p|/2
-//   OUTPUT 1   coverage  min(1, sum of share_p over p with |p - x| <= |c_p|/2)               see near_share.cl
+//   OUTPUT 1   coverage  min(1, sum of share_p over p with |p - x| <= |c_p|/2)               see near_field_weight.cl
 //   OUTPUT 2   hidden    (`share` being the coverage) x is near and covered less than wholly, or it is not and p is near for a p with |p - x| <= |c_x|/2
 // A work-item looks into the blocks and tiles whose least circle says that something in them may reach it, and at each
-// pixel in there for all its lanes at once. Tiles and their pixels are summed in a fixed order: the same bits for every V.
+// pixel in there for all its vector width at once. Tiles and their pixels are summed in a fixed order: the same bits for every V.
 
-#include "near.h"
+#include "near_field.h"
 
 #if !defined(OUTPUT) || OUTPUT < 0 || OUTPUT > 2
 #error "OUTPUT is not defined: 0 reach, 1 coverage, 2 hidden"
@@ -19,26 +19,26 @@ INLINE float gap(uint first, uint last, uint other_first, uint other_last) {
 
 #if OUTPUT != 1
 INLINE float least_lane(floatV v) {
-    float lanes[V];
-    *(float_lanes*)lanes = v;
-    float result = lanes[0];
+    float vector_width[V];
+    *(float_lanes*)vector_width = v;
+    float result = vector_width[0];
     for (int i = 1; i < V; ++i)
-        result = min(result, lanes[i]);
+        result = min(result, vector_width[i]);
     return result;
 }
 #endif
 
-// The lanes' pixels, and what is known of them so far.
+// The vector width' pixels, and what is known of them so far.
 typedef struct {
     uint x, y;
     floatV own;     // hidden: diameters of the pixels' own discs
     float own_most; // the largest
     floatV found;   // reach: the largest; coverage: the sum; hidden: 1 or 0
-    float least;    // of `found` of all lanes
+    float least;    // of `found` of all vector width
 } gathered;
 
 // May anything in a square of pixels matter, whose least circle is known?
-INLINE int may_matter(const gathered* g, float least, uint left, uint top, uint across, const near_params* p) {
+INLINE int may_matter(const gathered* g, float least, uint left, uint top, uint across, const near_field_params* p) {
     const float aside = 2.0f * gap(g->x, g->x + (V - 1), left, left + (across - 1));
     const float down = 2.0f * p->vertical * gap(g->y, g->y, top, top + (across - 1));
 #if OUTPUT == 0
@@ -52,9 +52,9 @@ INLINE int may_matter(const gathered* g, float least, uint left, uint top, uint 
 }
 
 INLINE void look_into_tile(gathered* g, __global const float* circle, __global const float* share, uint left, uint top,
-                           const near_params* p) {
+                           const near_field_params* p) {
     const uint right = min(left + p->tile, p->width), bottom = min(top + p->tile, p->height);
-    const floatV twice_x = 2.0f * (lanes_from(g->x) - 0.5f);
+    const floatV twice_x = 2.0f * (vector_from(g->x) - 0.5f);
 #if OUTPUT == 1
     floatV of_tile =
         (floatV)0.0f; // sums of sums: the rounding of a disc's 50000 shares, added one by one, would be seen
@@ -91,8 +91,8 @@ INLINE void look_into_tile(gathered* g, __global const float* circle, __global c
 #endif
 }
 
-__kernel void near_layer(__global const float* circle, __global const float* share, __global const float* tile_least,
-                         __global const float* block_least, __global float* target, const near_params p) {
+__kernel void near_field(__global const float* circle, __global const float* share, __global const float* tile_min_coc,
+                         __global const float* block_least, __global float* target, const near_field_params p) {
     const uint x = first_column(0, p.width);
     const uint y = get_global_id(1);
     if (x >= p.width || y >= p.height)
@@ -124,7 +124,7 @@ __kernel void near_layer(__global const float* circle, __global const float* sha
             const uint last_row = min((block_row + 1) * BLOCK, p.rows), last = min((block + 1) * BLOCK, p.columns);
             for (uint row = block_row * BLOCK; row < last_row; ++row) {
                 for (uint tile = block * BLOCK; tile < last; ++tile) {
-                    if (may_matter(&g, tile_least[(size_t)row * p.tile_stride + tile], tile * p.tile, row * p.tile,
+                    if (may_matter(&g, tile_min_coc[(size_t)row * p.tile_stride + tile], tile * p.tile, row * p.tile,
                                    p.tile, &p))
                         look_into_tile(&g, circle, share, tile * p.tile, row * p.tile, &p);
                 }

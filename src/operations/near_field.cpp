@@ -1,6 +1,6 @@
-// What the discs of near pixels do to those around them: tiles, then kernels/near_share.cl and kernels/near_layer.cl.
+// What the discs of near pixels do to those around them: tiles, then kernels/near_field_weight.cl and kernels/near_field.cl.
 
-#include "operations/near_layer.hpp"
+#include "operations/near_field.hpp"
 
 #include "operations/circle.hpp"
 #include "operations/parameters.hpp"
@@ -12,8 +12,8 @@
 namespace fathom {
 namespace {
 
-constexpr int tile_px = 16; // a tile as wide as the most lanes
-constexpr int block = 16;   // BLOCK of near_layer.cl
+constexpr int tile_px = 16; // a tile as wide as the most vector width
+constexpr int block = 16;   // BLOCK of near_field.cl
 
 enum class Output { reach = 0, coverage = 1, hidden = 2 };
 
@@ -33,12 +33,12 @@ struct Extremes {
     Image least, greatest;
 };
 
-runtime::Range range_of(const Image& image, int lanes = 1) {
-    return {static_cast<std::size_t>(parts(image.width(), lanes)), static_cast<std::size_t>(image.height())};
+runtime::Range range_of(const Image& image, int vector_width = 1) {
+    return {static_cast<std::size_t>(parts(image.width(), vector_width)), static_cast<std::size_t>(image.height())};
 }
 
 void find_extremes(const Extremes& from, int across, const Extremes& result) {
-    params::near_params p{};
+    params::near_field_params p{};
     p.width = u32(from.least.width());
     p.height = u32(from.least.height());
     p.stride = u32(from.least.row_stride());
@@ -47,13 +47,13 @@ void find_extremes(const Extremes& from, int across, const Extremes& result) {
     p.rows = u32(result.least.height());
     p.tile_stride = u32(result.least.row_stride());
     const Device& device = from.least.device();
-    runtime::launch(device, runtime::kernel(device, "near_tiles", {{"V", 1}, {"STREAM", 0}}), range_of(result.least),
-                    from.least, from.greatest, result.least, result.greatest, p);
+    runtime::launch(device, runtime::kernel(device, "near_field_tiles", {{"V", 1}, {"STREAM", 0}}),
+                    range_of(result.least), from.least, from.greatest, result.least, result.greatest, p);
 }
 
-params::near_params near_parameters(const Extremes& tiles, const Extremes& blocks, const Image& circle,
-                                    const Camera& camera, const DofMasksOptions& options) {
-    params::near_params p{};
+params::near_field_params near_field_parameters(const Extremes& tiles, const Extremes& blocks, const Image& circle,
+                                                const Camera& camera, const DofMasksOptions& options) {
+    params::near_field_params p{};
     p.width = u32(circle.width());
     p.height = u32(circle.height());
     p.stride = u32(circle.row_stride());
@@ -68,20 +68,20 @@ params::near_params near_parameters(const Extremes& tiles, const Extremes& block
     p.vertical = static_cast<float>(scale.x / scale.y);
     p.sharp = static_cast<float>(options.sharp_px);
     p.inverse_transition = inverse_transition(options);
-    p.shows = static_cast<float>(1 - dof_shows_through);
+    p.shows = static_cast<float>(1 - disocclusion_min_transparency);
     return p;
 }
 
 } // namespace
 
-void near_layer(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& masks) {
+void near_field(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& masks) {
     const Image& circle = masks.circle;
     const Device& device = circle.device();
     const int width = circle.width(), height = circle.height();
     if (options.tile_px > 0)
-        find_extremes({circle, circle}, options.tile_px, {masks.tile_least, masks.tile_greatest});
-    const bool covered = options.near_coverage || options.hidden_background;
-    if (!options.near_reach && !covered)
+        find_extremes({circle, circle}, options.tile_px, {masks.tile_min_coc, masks.tile_max_coc});
+    const bool covered = options.near_alpha || options.disocclusion;
+    if (!options.max_near_coc && !covered)
         return;
 
     runtime::Scratch scratch(device);
@@ -94,26 +94,26 @@ void near_layer(const StoredDepth& stored, const DofMasksOptions& options, const
     find_extremes({circle, circle}, tile_px, tiles);
     find_extremes(tiles, block, blocks);
 
-    const params::near_params p = near_parameters(tiles, blocks, circle, stored.camera, options);
-    const int lanes = lanes_for(device, width);
+    const params::near_field_params p = near_field_parameters(tiles, blocks, circle, stored.camera, options);
+    const int vector_width = vector_width_for(device, width);
     const Layout layout{width, height};
     const auto gather = [&](Output output, const Image& share, const Image& result) {
-        runtime::launch(
-            device,
-            runtime::kernel(device, "near_layer", {{"V", lanes}, {"STREAM", 0}, {"OUTPUT", static_cast<int>(output)}}),
-            range_of(circle, lanes), circle, share, tiles.least, blocks.least, result, p);
+        runtime::launch(device,
+                        runtime::kernel(device, "near_field",
+                                        {{"V", vector_width}, {"STREAM", 0}, {"OUTPUT", static_cast<int>(output)}}),
+                        range_of(circle, vector_width), circle, share, tiles.least, blocks.least, result, p);
     };
-    if (options.near_reach)
-        gather(Output::reach, circle, masks.near_reach);
+    if (options.max_near_coc)
+        gather(Output::reach, circle, masks.max_near_coc);
     if (!covered)
         return;
     const Image share = scratch.image(Element::f32, layout);
-    runtime::launch(device, runtime::kernel(device, "near_share", {{"V", lanes}, {"STREAM", 0}}),
-                    range_of(circle, lanes), circle, share, p);
-    const Image coverage = options.near_coverage ? masks.near_coverage : scratch.image(Element::f32, layout);
+    runtime::launch(device, runtime::kernel(device, "near_field_weight", {{"V", vector_width}, {"STREAM", 0}}),
+                    range_of(circle, vector_width), circle, share, p);
+    const Image coverage = options.near_alpha ? masks.near_alpha : scratch.image(Element::f32, layout);
     gather(Output::coverage, share, coverage);
-    if (options.hidden_background)
-        gather(Output::hidden, coverage, masks.hidden_background);
+    if (options.disocclusion)
+        gather(Output::hidden, coverage, masks.disocclusion);
 }
 
 } // namespace fathom

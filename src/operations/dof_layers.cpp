@@ -1,6 +1,6 @@
-// Where a slice has pixels, where its aperture carries them, and how many rows of tiles fit into the memory for its strips.
+// Where a layer has pixels, where its aperture carries them, and how many rows of tiles fit into the memory for its strips.
 
-#include "operations/dof_slices.hpp"
+#include "operations/dof_layers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 using params::u32;
 
-// Floats that strips may take; a slice that needs more is done in bands of rows.
+// Floats that strips may take; a layer that needs more is done in bands of rows.
 constexpr std::size_t strip_budget = std::size_t{24} << 20;
 
 // Up to this many pixels around one, reading them one by one is cheaper than running sums.
@@ -56,7 +56,7 @@ Grid with_bit(std::span<const TileBits> tiles, int across, int bit) {
     return grid;
 }
 
-// Tiles with pixels in slices before `end`.
+// Tiles with pixels in layers before `end`.
 Grid with_any(std::span<const TileBits> tiles, int across, int end) {
     Grid grid(across, static_cast<int>(tiles.size()) / across);
     for (int bit = 0; bit < end; ++bit) {
@@ -83,8 +83,8 @@ int divided_up(int a, int b) {
     return (a + b - 1) / b;
 }
 
-// What a slice does, wherever its pixels are.
-struct Slice {
+// What a layer does, wherever its pixels are.
+struct Layer {
     int number;
     double circle;
     int pitch;
@@ -93,56 +93,56 @@ struct Slice {
     int tiles_up, tiles_aside; // that its aperture reaches
 };
 
-Slice slice_of(int number, const SlicePlanOptions& options) {
-    Slice slice{};
-    slice.number = number;
-    slice.circle = number == options.scale.middle ? 1 : options.scale.circle(number);
-    const double least = std::abs(slice.circle) / 2 * std::min(options.aspect, 1.0); // radius
-    slice.pitch = pitch_for(least * thinnest(options.aperture), options.quality);
-    slice.spans =
-        aperture_spans(options.aperture, slice.circle, options.aspect, options.upright, slice.pitch, options.quality);
+Layer layer_of(int number, const LayerPlanOptions& options) {
+    Layer layer{};
+    layer.number = number;
+    layer.circle = number == options.scale.middle ? 1 : options.scale.circle(number);
+    const double least = std::abs(layer.circle) / 2 * std::min(options.aspect, 1.0); // radius
+    layer.pitch = pitch_for(least * thinnest(options.aperture), options.quality);
+    layer.spans =
+        aperture_spans(options.aperture, layer.circle, options.aspect, options.upright, layer.pitch, options.quality);
     const bool accurate = options.quality == BlurQuality::accurate;
     const int direct_up_to = accurate ? most_taps : most_direct;
-    slice.direct = slice.spans.columns <= direct_up_to && slice.spans.reach <= direct_up_to;
-    slice.fill = !accurate && number < options.scale.middle;
-    slice.tiles_up = divided_up(slice.spans.reach * slice.pitch, tile_rows);
-    slice.tiles_aside = divided_up(slice.spans.columns, tile_columns);
-    return slice;
+    layer.direct = layer.spans.columns <= direct_up_to && layer.spans.reach <= direct_up_to;
+    layer.fill = !accurate && number < options.scale.middle;
+    layer.tiles_up = divided_up(layer.spans.reach * layer.pitch, tile_rows);
+    layer.tiles_aside = divided_up(layer.spans.columns, tile_columns);
+    return layer;
 }
 
 class Planner {
 public:
-    Planner(std::span<const TileBits> tiles, int across, const SlicePlanOptions& options)
+    Planner(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options)
         : options_(options), bright_(with_bit(tiles, across, 159)),
           near_(with_any(tiles, across, options.scale.middle)), none_(across, bright_.down), before_(none_) {}
 
     void add(int number, const Grid& own) {
-        const Slice slice = slice_of(number, options_);
-        const Grid reached = widened(own, slice.tiles_aside, slice.tiles_up);
-        if (options_.quality != BlurQuality::accurate && slice.direct) {
-            add_to_group(slice, reached);
+        const Layer layer = layer_of(number, options_);
+        const Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
+        if (options_.quality != BlurQuality::accurate && layer.direct) {
+            add_to_group(layer, reached);
         } else {
             end_group();
-            add_passes(slice, own, reached);
+            add_passes(layer, own, reached);
         }
         before_ = reached;
     }
 
-    /// No pixel lies in a slice.
+    /// No pixel lies in a layer.
     void skip() { before_ = none_; }
 
-    SlicePlan plan() {
+    LayerPlan plan() {
         end_group();
         return std::move(plan_);
     }
 
 private:
-    // Tiles of a group of slices whose pixels are read directly: which of these reach them, and which follow one that does.
+    // Tiles of a group of layers whose pixels are read directly: which of these reach them, and which follow one that does.
     struct Group {
         int first;
         bool fill;
-        std::vector<u32> reach, follow; // a bit a slice
-        std::vector<u32> slices;        // where its spans begin, and its rows
+        std::vector<u32> reach, follow; // a bit a layer
+        std::vector<u32> layers;        // where its spans begin, and its rows
     };
 
     u32 add_spans(const ApertureSpans& spans) {
@@ -154,37 +154,37 @@ private:
         return first_start;
     }
 
-    void add_to_group(const Slice& slice, const Grid& reached) {
-        if (group_ && (slice.fill != group_->fill || slice.number - group_->first >= 32))
+    void add_to_group(const Layer& layer, const Grid& reached) {
+        if (group_ && (layer.fill != group_->fill || layer.number - group_->first >= 32))
             end_group();
         if (!group_)
-            group_ = Group{slice.number,
-                           slice.fill,
+            group_ = Group{layer.number,
+                           layer.fill,
                            std::vector<u32>(reached.marked.size()),
                            std::vector<u32>(reached.marked.size()),
                            {}};
-        const auto bit = static_cast<std::size_t>(slice.number - group_->first);
+        const auto bit = static_cast<std::size_t>(layer.number - group_->first);
         for (std::size_t i = 0; i < reached.marked.size(); ++i) {
             group_->reach[i] |= static_cast<u32>(reached.marked[i]) << bit;
             group_->follow[i] |= static_cast<u32>(before_.marked[i]) << bit;
         }
-        group_->slices.resize(2 * bit);
-        group_->slices.push_back(add_spans(slice.spans));
-        group_->slices.push_back(static_cast<u32>(slice.spans.reach));
+        group_->layers.resize(2 * bit);
+        group_->layers.push_back(add_spans(layer.spans));
+        group_->layers.push_back(static_cast<u32>(layer.spans.reach));
     }
 
     void end_group() {
         if (!group_)
             return;
-        SlicePass pass{};
+        LayerPass pass{};
         pass.direct = true;
         pass.fill = group_->fill;
-        pass.gather.slice = static_cast<float>(group_->first);
+        pass.gather.layer = static_cast<float>(group_->first);
         pass.gather.list = static_cast<u32>(plan_.lists.size());
         pass.gather.starts = static_cast<u32>(plan_.starts.size());
         pass.gather.pitch = 1;
         pass.gather.pad = 16;
-        plan_.starts.insert(plan_.starts.end(), group_->slices.begin(), group_->slices.end());
+        plan_.starts.insert(plan_.starts.end(), group_->layers.begin(), group_->layers.end());
         for (int y = 0; y < near_.down; ++y) {
             for (int x = 0; x < near_.across; ++x) {
                 const std::size_t i = near_.index(x, y);
@@ -199,54 +199,54 @@ private:
     }
 
     // A launch, or several where the strips of all tiles would not fit.
-    void add_passes(const Slice& slice, const Grid& own, const Grid& reached) {
-        SlicePass pass{};
-        pass.direct = slice.direct;
-        pass.fill = slice.fill;
+    void add_passes(const Layer& layer, const Grid& own, const Grid& reached) {
+        LayerPass pass{};
+        pass.direct = layer.direct;
+        pass.fill = layer.fill;
         for (std::size_t i = 0; i < own.marked.size(); ++i)
-            pass.bright = pass.bright || (!slice.direct && own.marked[i] && bright_.marked[i]);
+            pass.bright = pass.bright || (!layer.direct && own.marked[i] && bright_.marked[i]);
         const bool accurate = options_.quality == BlurQuality::accurate;
         if (accurate)
-            pass.part = part(slice);
+            pass.part = part(layer);
         const int channels = options_.channels;
         const int planes = 2 + channels + pass.fill * (2 + channels) + pass.bright * channels + accurate;
-        const int pad = divided_up(slice.spans.columns + 2, 16) * 16;
+        const int pad = divided_up(layer.spans.columns + 2, 16) * 16;
         const int plane = divided_up(tile_columns + 2 * pad + 1, 16) * 16;
-        pass.gather.slice = static_cast<float>(slice.number);
-        pass.gather.starts = add_spans(slice.spans);
-        pass.gather.pitch = static_cast<u32>(slice.pitch);
+        pass.gather.layer = static_cast<float>(layer.number);
+        pass.gather.starts = add_spans(layer.spans);
+        pass.gather.pitch = static_cast<u32>(layer.pitch);
         pass.gather.pad = static_cast<u32>(pad);
         pass.gather.strip_plane = static_cast<u32>(plane);
         pass.gather.strip_row = static_cast<u32>(planes * plane);
-        pass.gather.reach = slice.spans.reach;
-        pass.gather.columns = slice.spans.columns;
-        const int down = near_.down, across = near_.across, per_tile = tile_rows / slice.pitch;
+        pass.gather.reach = layer.spans.reach;
+        pass.gather.columns = layer.spans.columns;
+        const int down = near_.down, across = near_.across, per_tile = tile_rows / layer.pitch;
         const std::size_t tile = pass.gather.strip_row * static_cast<std::size_t>(per_tile);
         const auto kept = static_cast<int>(std::min<std::size_t>(strip_budget / tile, 1u << 15)); // tiles
-        const int high = slice.direct || kept >= down ? down : std::max(kept - 2 * slice.tiles_up, 1);
+        const int high = layer.direct || kept >= down ? down : std::max(kept - 2 * layer.tiles_up, 1);
         for (int begin = 0; begin < down; begin += high) {
             const int end = std::min(begin + high, down);
-            const int first = std::max(begin - slice.tiles_up, 0), last = std::min(end + slice.tiles_up, down);
-            const int wide = slice.direct ? across : std::max(kept / (last - first), 1);
+            const int first = std::max(begin - layer.tiles_up, 0), last = std::min(end + layer.tiles_up, down);
+            const int wide = layer.direct ? across : std::max(kept / (last - first), 1);
             for (int left = 0; left < across; left += wide) {
                 const int right = std::min(left + wide, across);
                 pass.gather.first = static_cast<u32>(first);
                 pass.gather.first_column = static_cast<u32>(left);
                 pass.gather.strip_column = pass.gather.strip_row * static_cast<u32>((last - first) * per_tile);
-                add_pass(pass, slice, reached, {left, right, begin, end});
+                add_pass(pass, layer, reached, {left, right, begin, end});
             }
         }
     }
 
-    void add_pass(SlicePass pass, const Slice& slice, const Grid& reached, const Area& area) {
+    void add_pass(LayerPass pass, const Layer& layer, const Grid& reached, const Area& area) {
         pass.gather.list = static_cast<u32>(plan_.lists.size());
         pass.gather.tiles = add_list(area, before_, [&](int x, int y) { return reached.marked[reached.index(x, y)]; });
         if (pass.gather.tiles == 0)
             return;
-        if (!slice.direct) {
+        if (!layer.direct) {
             pass.strips = pass.gather;
             pass.strips.list = static_cast<u32>(plan_.lists.size());
-            const int up = slice.tiles_up;
+            const int up = layer.tiles_up;
             const Area read{area.left, area.right, std::max(area.begin - up, 0), std::min(area.end + up, near_.down)};
             pass.strips.tiles = add_list(read, none_, [&](int x, int y) {
                 for (int row = std::max(y - up, area.begin); row < std::min(y + up + 1, area.end); ++row)
@@ -260,9 +260,9 @@ private:
         plan_.passes.push_back(pass);
     }
 
-    params::part_params part(const Slice& slice) {
-        const double radius = std::abs(slice.circle) / 2, to_lens = slice.circle > 0 ? -1 / radius : 1 / radius;
-        const int parts = parts_of_pixel(options_.aperture, slice.circle, options_.aspect);
+    params::part_params part(const Layer& layer) {
+        const double radius = std::abs(layer.circle) / 2, to_lens = layer.circle > 0 ? -1 / radius : 1 / radius;
+        const int parts = parts_of_pixel(options_.aperture, layer.circle, options_.aspect);
         params::part_params part{.across = static_cast<float>(to_lens),
                                  .down = static_cast<float>(to_lens / options_.aspect),
                                  .radius = static_cast<float>(radius * parts),
@@ -270,8 +270,8 @@ private:
                                  .taps = static_cast<u32>(plan_.taps.size()),
                                  .tap_count = 0,
                                  .directions = is_round(options_.aperture) ? 1u : 64u};
-        if (slice.direct) {
-            const auto taps = aperture_taps(options_.aperture, slice.circle, options_.aspect, options_.upright);
+        if (layer.direct) {
+            const auto taps = aperture_taps(options_.aperture, layer.circle, options_.aspect, options_.upright);
             plan_.taps.insert(plan_.taps.end(), taps.begin(), taps.end());
             part.tap_count = static_cast<u32>(taps.size());
         }
@@ -295,34 +295,34 @@ private:
         return static_cast<u32>(plan_.lists.size() - size);
     }
 
-    const SlicePlanOptions& options_;
+    const LayerPlanOptions& options_;
     Grid bright_, near_, none_;
-    Grid before_; // tiles that the slice just before reached
-    SlicePlan plan_;
+    Grid before_; // tiles that the layer just before reached
+    LayerPlan plan_;
     std::optional<Group> group_;
 };
 
 } // namespace
 
-double SliceScale::circle(int slice) const {
-    const int away = std::abs(slice - middle), octave = away / per_octave;
+double LayerScale::circle(int layer) const {
+    const int away = std::abs(layer - middle), octave = away / per_octave;
     const double size = std::ldexp(1 + static_cast<double>(away % per_octave) / per_octave, octave);
-    return slice < middle ? -size : size;
+    return layer < middle ? -size : size;
 }
 
-SliceScale slice_scale(int per_octave, double largest_px) {
-    SliceScale scale{per_octave, 0};
-    while (scale.circle(2 * scale.middle) < largest_px)
+LayerScale layer_scale(int per_octave, double max_coc_px) {
+    LayerScale scale{per_octave, 0};
+    while (scale.circle(2 * scale.middle) < max_coc_px)
         ++scale.middle;
     return scale;
 }
 
-SlicePlan slice_plan(std::span<const TileBits> tiles, int across, const SlicePlanOptions& options) {
+LayerPlan layer_plan(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options) {
     Planner planner(tiles, across, options);
-    for (int slice = 0; slice < options.scale.count(); ++slice) {
-        const Grid own = with_bit(tiles, across, slice);
+    for (int layer = 0; layer < options.scale.count(); ++layer) {
+        const Grid own = with_bit(tiles, across, layer);
         if (own.any())
-            planner.add(slice, own);
+            planner.add(layer, own);
         else
             planner.skip();
     }

@@ -1,6 +1,6 @@
 // Pixels whose depth was averaged over an edge: they lie on neither of the surfaces beside them, but between these.
 //   left = 2 before1 - before2,  right = 2 after1 - after2       where the planes beside the pixel pass through it
-// along a row or a column of planar depth, which is affine on every plane: two-tap extrapolation as in slope.h (atyuwen 2020).
+// along a row or a column of inverse depth, which is affine on every plane: two-tap extrapolation as in slope.h (atyuwen 2020).
 // The pixel is mixed where it lies between left and right, and between its neighbours, by more than LEAST of the step from
 // left to right and more than rounding; and where that step is none that the slopes beside it make, as on a curve that turns,
 // and as wide as some pixels, which a rough surface's is not.
@@ -10,7 +10,7 @@
 #include "params.h"
 #include "window.h"
 
-#define LEAST 0.0625f // mixed_depth_least
+#define LEAST 0.0625f // mixed_pixels_min_step
 #define STEEP 0.5f    // slopes per step: four pixels mixed in a row, as wide filters make them, are 1 apart of 3
 
 INLINE intV mixed(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2, floatV tolerance,
@@ -40,7 +40,7 @@ INLINE floatV mixed_at(const window* w, int inside, const mixed_params* p) {
     return select((floatV)0.0f, (floatV)1.0f, in_row | in_column);
 }
 
-__kernel void mixed_depth(__global const float* source, __global float* target, const grid_params grid,
+__kernel void mixed_pixels(__global const float* source, __global float* target, const grid_params grid,
                           const mixed_params p) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint y = get_global_id(1);

@@ -1,10 +1,10 @@
 // The least and the greatest circle of confusion in each tile of an image, or of each block in an image of tiles. What is
 // no number counts for nothing; a tile without any number has NaN.
 
-#include "lanes.h"
+#include "vector.h"
 
-__kernel void near_tiles(__global const float* least, __global const float* greatest, __global float* tile_least,
-                         __global float* tile_greatest, const near_params p) {
+__kernel void near_field_tiles(__global const float* least, __global const float* greatest, __global float* tile_min_coc,
+                         __global float* tile_max_coc, const near_field_params p) {
     const uint column = get_global_id(0), row = get_global_id(1);
     if (column >= p.columns || row >= p.rows)
         return;
@@ -20,6 +20,6 @@ __kernel void near_tiles(__global const float* least, __global const float* grea
     }
     const size_t there = (size_t)row * p.tile_stride + column;
     const int none = low > high; // not where all are infinite
-    tile_least[there] = none ? NAN : low;
-    tile_greatest[there] = none ? NAN : high;
+    tile_min_coc[there] = none ? NAN : low;
+    tile_max_coc[there] = none ? NAN : high;
 }

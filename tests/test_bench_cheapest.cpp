@@ -4,7 +4,7 @@
 #include "errors.hpp"
 #include "judge.hpp"
 
-#include "operations/choice.hpp"
+#include "operations/cheapest.hpp"
 
 #include <Eigen/Geometry>
 
@@ -41,7 +41,7 @@ bench::View seen(const char* name, const scene::Scene& scene, double fov_y, cons
     return {name, scene, subject, 0.5, false};
 }
 
-// Blocks of many heights between streets, and balls on some of them, from above.
+// Blocks of many heights between streets, and spheres on some of them, from above.
 scene::Scene town() {
     scene::Scene scene{scene::Plane{{0, 0, 0}, {0, 1, 0}}};
     for (int row = 0; row < 7; ++row) {
@@ -78,9 +78,9 @@ std::string content(const char* table) {
 // The least error that is met at all, the greatest that anything has, and one between; at least `spread` times the least.
 std::vector<double> tolerances(const char* operation, Storage storage) {
     constexpr double spread = 2;
-    const std::vector<Choice> list =
-        choices(measured_methods(content("errors.csv"), content("presets.csv")), operation, name(storage));
-    const auto [least, most] = std::ranges::minmax(list, {}, &Choice::error);
+    const std::vector<MeasuredMethod> list =
+        choices(measured_methods(content("errors.csv"), content("presets.csv")), operation, to_string(storage));
+    const auto [least, most] = std::ranges::minmax(list, {}, &MeasuredMethod::error);
     const double greatest = std::max(most.error, spread * least.error);
     return {least.error, std::sqrt(least.error * greatest), greatest};
 }
@@ -94,7 +94,7 @@ bench::Method method(const char* operation, Storage storage, double max_error) {
         };
     } else if (made.operation == "dof") {
         made.run = [=](bench::Case& on) {
-            return dof(on.stored(storage), on.colour(), {.circle = on.lens(), .max_error = max_error});
+            return dof(on.stored(storage), on.color(), {.circle = on.lens(), .max_error = max_error});
         };
     } else {
         made.run = [=](bench::Case& on) { return normals(on.stored(storage), {.max_error = max_error}); };

@@ -9,7 +9,7 @@ namespace fathom {
 
 /// A method or preset of `ssao`, `dof` or `normals`, and what was measured of it: the tables of docs/performance.md, as they
 /// were when the library was built.
-struct Choice {
+struct MeasuredMethod {
     std::string method; ///< as the tables name it: "fast", "4 x 64, half resolution", "neighbours"
     double error = 0;   ///< in the scene where it is greatest: rms of visibility, rms of colours up to 1, mean degrees
     std::string scene;  ///< that scene
@@ -24,6 +24,6 @@ struct Choice {
 /// such depth, the largest of any storage. ssao at half resolution is one of the ways, but for depth without an even column
 /// and row of the camera's.
 /// Throws: std::invalid_argument for an error that is not above 0, or that nothing meets, with the best that there is.
-Choice cheapest(const std::string& operation, const StoredDepth& stored, double max_error);
+MeasuredMethod cheapest_method(const std::string& operation, const StoredDepth& stored, double max_error);
 
 } // namespace fathom

@@ -1,6 +1,6 @@
 // The cheapest method that meets a tolerance, from tables of measured errors and times that are built in.
 
-#include "operations/choice.hpp"
+#include "operations/cheapest.hpp"
 
 #include "operations/ssao.hpp"
 #include "require.hpp"
@@ -75,12 +75,12 @@ std::optional<Value> named(std::string_view method, const std::pair<const char*,
 // What a table calls "2 x 16" has no name of its own.
 bool set_slices(const std::string& method, SsaoOptions& options) {
     std::istringstream words(method);
-    int slices = 0, steps = 0;
+    int slices = 0, samples = 0;
     std::string by;
-    if (!(words >> slices >> by >> steps) || by != "x" || !words.eof())
+    if (!(words >> slices >> by >> samples) || by != "x" || !words.eof())
         return false;
     options.slices = slices;
-    options.steps = steps;
+    options.samples = samples;
     return true;
 }
 
@@ -128,7 +128,7 @@ bool same_method(const Row& one, const Row& other) {
                                [&](const char* column) { return cell(one, column) == cell(other, column); });
 }
 
-void take_worse(Choice& known, const Choice& other) {
+void take_worse(MeasuredMethod& known, const MeasuredMethod& other) {
     if (other.error > known.error) {
         known.error = other.error;
         known.scene = other.scene;
@@ -141,12 +141,12 @@ void take_worse(Choice& known, const Choice& other) {
 
 // What depth is as coarse as.
 std::string storage_of(const StoredDepth& stored) {
-    return name(stored.camera.depth_bits.value_or(32) <= 16 ? Storage::uint16 : stored.storage);
+    return to_string(stored.camera.depth_bits.value_or(32) <= 16 ? Storage::uint16 : stored.storage);
 }
 
 template <typename Options>
 Options with_choice(const char* operation, const StoredDepth& stored, Options options) {
-    set(cheapest(operation, stored, *options.max_error).method, options);
+    set(cheapest_method(operation, stored, *options.max_error).method, options);
     options.max_error.reset();
     return options;
 }
@@ -180,14 +180,15 @@ std::vector<Measured> measured_methods(std::string_view errors_csv, std::string_
     return measured;
 }
 
-std::vector<Choice> choices(std::span<const Measured> measured, std::string_view operation, std::string_view storage) {
+std::vector<MeasuredMethod> choices(std::span<const Measured> measured, std::string_view operation,
+                                    std::string_view storage) {
     const bool has_storage = std::ranges::any_of(
         measured, [&](const Measured& m) { return m.operation == operation && m.storage == storage; });
-    std::vector<Choice> list;
+    std::vector<MeasuredMethod> list;
     for (const Measured& m : measured) {
         if (m.operation != operation || (has_storage && m.storage != storage))
             continue;
-        const auto known = std::ranges::find(list, m.choice.method, &Choice::method);
+        const auto known = std::ranges::find(list, m.choice.method, &MeasuredMethod::method);
         if (known == list.end())
             list.push_back(m.choice);
         else
@@ -196,9 +197,9 @@ std::vector<Choice> choices(std::span<const Measured> measured, std::string_view
     return list;
 }
 
-std::optional<Choice> cheapest(std::span<const Choice> choices, double max_error) {
-    std::optional<Choice> best;
-    for (const Choice& choice : choices) {
+std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> choices, double max_error) {
+    std::optional<MeasuredMethod> best;
+    for (const MeasuredMethod& choice : choices) {
         const bool cheaper =
             !best || std::pair(choice.ns_per_pixel, choice.error) < std::pair(best->ns_per_pixel, best->error);
         if (choice.error <= max_error && cheaper)
@@ -207,27 +208,27 @@ std::optional<Choice> cheapest(std::span<const Choice> choices, double max_error
     return best;
 }
 
-Choice cheapest(const std::string& operation, const StoredDepth& stored, double max_error) {
+MeasuredMethod cheapest_method(const std::string& operation, const StoredDepth& stored, double max_error) {
     static const std::vector<Measured> measured =
         measured_methods(fathom_performance_tables().at("errors.csv"), fathom_performance_tables().at("presets.csv"));
     require(max_error > 0, text("max_error = ", max_error, " must be greater than 0"));
-    std::vector<Choice> list = choices(measured, operation, storage_of(stored));
+    std::vector<MeasuredMethod> list = choices(measured, operation, storage_of(stored));
     const PixelLattice half = pixel_lattice(stored, 2);
     if (half.width == 0 || half.height == 0) // a tile of an odd row or column alone
-        std::erase_if(list, [](const Choice& choice) { return choice.method.ends_with(half_resolution); });
+        std::erase_if(list, [](const MeasuredMethod& choice) { return choice.method.ends_with(half_resolution); });
     require(!list.empty(), text("'", operation, "' has no methods to choose from; ssao, dof and normals have"));
-    const std::optional<Choice> found = cheapest(list, max_error);
+    const std::optional<MeasuredMethod> found = cheapest_method(list, max_error);
     if (found)
         return *found;
-    const Choice& best = *std::ranges::min_element(list, {}, &Choice::error);
+    const MeasuredMethod& best = *std::ranges::min_element(list, {}, &MeasuredMethod::error);
     throw std::invalid_argument(text("max_error = ", max_error, " is met by nothing that ", operation,
                                      " has: the best, ", best.method, ", is off by ", best.error,
                                      " in the scene that it is worst in, ", best.scene));
 }
 
 SsaoOptions chosen(const StoredDepth& stored, SsaoOptions options) {
-    require(options.quality == Quality::balanced && !options.slices && !options.steps && !options.patterns,
-            "max_error chooses the quality, slices, steps and patterns itself: give them or it");
+    require(options.quality == Quality::balanced && !options.slices && !options.samples && !options.jitter,
+            "max_error chooses the quality, slices, samples and jitter itself: give them or it");
     require(!options.half_resolution, "max_error chooses the resolution itself: give it or half_resolution");
     return with_choice("ssao", stored, std::move(options));
 }

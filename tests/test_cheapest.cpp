@@ -5,7 +5,7 @@
 #include "judge.hpp"
 #include "seen.hpp"
 
-#include "operations/choice.hpp"
+#include "operations/cheapest.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/opencl.hpp>
@@ -49,12 +49,12 @@ const char* const times_csv = "device,operation,method,kind,storage,scene,width,
                               "chip,normals,neighbours,library,uint16,room,1000,1000,4\n"
                               "chip,normals,least squares,library,uint16,room,1000,1000,19";
 
-std::vector<Choice> known(const char* operation, const char* storage) {
+std::vector<MeasuredMethod> known(const char* operation, const char* storage) {
     return choices(measured_methods(errors_csv, times_csv), operation, storage);
 }
 
 std::string choice(const char* operation, const char* storage, double max_error) {
-    const std::optional<Choice> found = cheapest(known(operation, storage), max_error);
+    const std::optional<MeasuredMethod> found = cheapest_method(known(operation, storage), max_error);
     return found ? found->method : "";
 }
 
@@ -92,7 +92,7 @@ StoredDepth ramp(Storage storage = Storage::float32) {
 // As the tables have it.
 std::string name_of(const SsaoOptions& options) {
     const std::string name = options.slices
-                                 ? std::to_string(*options.slices) + " x " + std::to_string(options.steps.value())
+                                 ? std::to_string(*options.slices) + " x " + std::to_string(options.samples.value())
                              : options.quality == Quality::fast     ? "fast"
                              : options.quality == Quality::balanced ? "balanced"
                                                                     : "accurate";
@@ -106,7 +106,7 @@ TEST_CASE("choice: the cheapest within the error of its worst scene") {
     CHECK(choice("ssao", "float32", 0.2) == "fast"); // its worst scene, neither first nor last; equal is enough
     CHECK(choice("ssao", "float32", 0.19) == "3 x 5");
     CHECK(choice("ssao", "float32", 0.0625) == "accurate");
-    const Choice fast = *cheapest(known("ssao", "float32"), 1);
+    const MeasuredMethod fast = *cheapest_method(known("ssao", "float32"), 1);
     CHECK(fast.error == 0.2);
     CHECK(fast.scene == "bars");
     CHECK(fast.ns_per_pixel == Approx(50));
@@ -124,11 +124,11 @@ TEST_CASE("choice: half resolution is a way of its own") {
                               "chip,ssao,\"fast, half resolution\",float32,100,100,2\n"
                               "chip,ssao,\"3 x 5, half resolution\",float32,100,100,7\n"
                               "chip,ssao,\"fast, quarter resolution\",float32,100,100,1\n";
-    const std::vector<Choice> list = choices(measured_methods(errors, times), "ssao", "float32");
+    const std::vector<MeasuredMethod> list = choices(measured_methods(errors, times), "ssao", "float32");
     CHECK(list.size() == 3);
-    CHECK(cheapest(list, 0.3)->method == "fast, half resolution");
-    CHECK(cheapest(list, 0.2)->method == "fast");
-    CHECK(cheapest(list, 0.15)->method == "3 x 5, half resolution");
+    CHECK(cheapest_method(list, 0.3)->method == "fast, half resolution");
+    CHECK(cheapest_method(list, 0.2)->method == "fast");
+    CHECK(cheapest_method(list, 0.15)->method == "3 x 5, half resolution");
 }
 
 TEST_CASE("choice: not half resolution for a row that it does not look from") {
@@ -148,7 +148,7 @@ TEST_CASE("choice: among equally cheap ones the more exact") {
 TEST_CASE("choice: nothing, where nothing meets it") {
     CHECK(choice("ssao", "float32", 0.0599).empty()); // "2 x 9" was not timed; no option is a sector sweep; a baseline
     CHECK(choice("linearize", "float32", 1e9).empty());
-    CHECK(!cheapest(std::vector<Choice>{}, 1));
+    CHECK(!cheapest_method(std::vector<MeasuredMethod>{}, 1));
 }
 
 TEST_CASE("choice: errors are those of the storage, or the worst of any") {
@@ -159,7 +159,7 @@ TEST_CASE("choice: errors are those of the storage, or the worst of any") {
     CHECK(choice("normals", "uint24", 2) == "least squares");
     CHECK(choice("normals", "uint24", 1.9).empty());
     CHECK(choice("ssao", "uint16", 0.2) == "fast");
-    const std::vector<Choice> worst = known("normals", "uint24");
+    const std::vector<MeasuredMethod> worst = known("normals", "uint24");
     REQUIRE(worst.size() == 2);
     CHECK(worst[0].error == 5);
     CHECK(worst[0].ns_per_pixel == Approx(4));
@@ -176,12 +176,12 @@ TEST_CASE("choice: the library chooses by the tables of docs/performance") {
     const std::vector<Measured> measured = measured_methods(content("errors.csv"), content("presets.csv"));
     for (const char* operation : {"ssao", "dof", "normals"}) {
         for (const Storage storage : {Storage::float32, Storage::uint16}) {
-            const std::vector<Choice> list = choices(measured, operation, name(storage));
+            const std::vector<MeasuredMethod> list = choices(measured, operation, to_string(storage));
             REQUIRE(list.size() >= 2);
-            for (const Choice& each : list) {
-                const Choice expected = *cheapest(list, each.error),
-                             found = cheapest(operation, ramp(storage), each.error);
-                INFO(operation << ' ' << name(storage) << ' ' << each.method);
+            for (const MeasuredMethod& each : list) {
+                const MeasuredMethod expected = *cheapest_method(list, each.error),
+                                     found = cheapest_method(operation, ramp(storage), each.error);
+                INFO(operation << ' ' << to_string(storage) << ' ' << each.method);
                 CHECK(found.method == expected.method);
                 CHECK(found.error == expected.error);
                 CHECK(found.error <= each.error);
@@ -193,38 +193,37 @@ TEST_CASE("choice: the library chooses by the tables of docs/performance") {
 
 TEST_CASE("choice: depth of 16 bits is judged as such in floats too") {
     StoredDepth stored = ramp();
-    const double of_floats = cheapest("normals", stored, 90).error;
+    const double of_floats = cheapest_method("normals", stored, 90).error;
     stored.camera.depth_bits = 16;
-    CHECK(cheapest("normals", stored, 90).error == cheapest("normals", ramp(Storage::uint16), 90).error);
-    CHECK(cheapest("normals", stored, 90).error > of_floats);
+    CHECK(cheapest_method("normals", stored, 90).error == cheapest_method("normals", ramp(Storage::uint16), 90).error);
+    CHECK(cheapest_method("normals", stored, 90).error > of_floats);
 }
 
 TEST_CASE("choice: an operation with max_error has the bits of what is chosen") {
     const StoredDepth stored = ramp();
     const SsaoOptions options{.radius = 0.5};
-    const std::vector<Choice> list =
+    const std::vector<MeasuredMethod> list =
         choices(measured_methods(content("errors.csv"), content("presets.csv")), "ssao", "float32");
-    for (const Choice& each : list) {
+    for (const MeasuredMethod& each : list) {
         SsaoOptions asked = options;
         asked.max_error = each.error;
         const SsaoOptions settled = chosen(stored, asked);
         CHECK(!settled.max_error);
-        const std::string method = cheapest("ssao", stored, each.error).method;
+        const std::string method = cheapest_method("ssao", stored, each.error).method;
         INFO(method);
         CHECK(name_of(settled) == method);
         CHECK(same_bits(floats(ssao(stored, asked).visibility), floats(ssao(stored, settled).visibility)));
     }
 
-    std::vector<float> colours(64 * 32 * 3, 0.5f);
-    for (std::size_t i = 0; i < colours.size(); i += 7)
-        colours[i] = 0;
-    const Image colour = uploaded(Element::f32, {64, 32, 3}, colours);
+    std::vector<float> colors(64 * 32 * 3, 0.5f);
+    for (std::size_t i = 0; i < colors.size(); i += 7)
+        colors[i] = 0;
+    const Image color = uploaded(Element::f32, {64, 32, 3}, colors);
     DofOptions blur{.circle = {8, 40}};
     blur.max_error = 1;
-    const std::vector<float> found = floats(dof(stored, colour, blur));
-    CHECK(same_bits(found, floats(dof(stored, colour, chosen(stored, blur)))));
-    CHECK(
-        !same_bits(found, floats(dof(stored, colour, {.circle = {8, 40}})))); // the cheapest of all is not the default
+    const std::vector<float> found = floats(dof(stored, color, blur));
+    CHECK(same_bits(found, floats(dof(stored, color, chosen(stored, blur)))));
+    CHECK(!same_bits(found, floats(dof(stored, color, {.circle = {8, 40}})))); // the cheapest of all is not the default
 
     const NormalsOptions any{.max_error = 90};
     CHECK(chosen(stored, any).method != NormalMethod::automatic);
@@ -237,9 +236,9 @@ TEST_CASE("choice: max_error is refused where nothing meets it, where it is no e
         INFO(message);
         CHECK(message.find(part) != std::string::npos);
     };
-    const std::vector<Choice> list =
+    const std::vector<MeasuredMethod> list =
         choices(measured_methods(content("errors.csv"), content("presets.csv")), "ssao", "float32");
-    const Choice& best = *std::ranges::min_element(list, {}, &Choice::error);
+    const MeasuredMethod& best = *std::ranges::min_element(list, {}, &MeasuredMethod::error);
     const std::string none = refusal([&] { ssao(stored, {.radius = 1, .max_error = 1e-6}); });
     said(none, "max_error = 1e-06");
     said(none, best.method.c_str());
@@ -248,13 +247,13 @@ TEST_CASE("choice: max_error is refused where nothing meets it, where it is no e
         said(refusal([&] { ssao(stored, {.radius = 1, .max_error = wrong}); }), "max_error = ");
     said(refusal([&] { ssao(stored, {.radius = 1, .quality = Quality::fast, .max_error = 1}); }), "quality");
     said(refusal([&] { ssao(stored, {.radius = 1, .slices = 2, .max_error = 1}); }), "slices");
-    said(refusal([&] { ssao(stored, {.radius = 1, .steps = 2, .max_error = 1}); }), "steps");
-    said(refusal([&] { ssao(stored, {.radius = 1, .patterns = 4, .max_error = 1}); }), "patterns");
+    said(refusal([&] { ssao(stored, {.radius = 1, .samples = 2, .max_error = 1}); }), "samples");
+    said(refusal([&] { ssao(stored, {.radius = 1, .jitter = 4, .max_error = 1}); }), "jitter");
     said(refusal([&] { ssao(stored, {.radius = 1, .max_error = 1, .half_resolution = true}); }), "half_resolution");
     said(refusal([&] { normals(stored, {.method = NormalMethod::neighbours, .max_error = 90}); }), "method");
     said(refusal([&] {
              chosen(stored, DofOptions{.circle = {8, 40}, .quality = BlurQuality::fast, .max_error = 1});
          }),
          "quality");
-    said(refusal([&] { cheapest("linearize", stored, 1); }), "linearize");
+    said(refusal([&] { cheapest_method("linearize", stored, 1); }), "linearize");
 }

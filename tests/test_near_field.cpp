@@ -20,7 +20,7 @@ using images::floats;
 namespace {
 
 constexpr float nan_f = std::numeric_limits<float>::quiet_NaN();
-constexpr Circle circle{20, 100, 0, false};
+constexpr CircleOfConfusion circle{20, 100, 0, false};
 
 Camera camera_of(int width, int height, double pixel_aspect = 1) { // rows so many times as high as columns are wide
     Camera camera;
@@ -69,9 +69,9 @@ DofMasksOptions everything(double sharp = 1, double transition = 1) {
     return {.circle = circle,
             .sharp_px = sharp,
             .transition_px = transition,
-            .near_reach = true,
-            .near_coverage = true,
-            .hidden_background = true,
+            .max_near_coc = true,
+            .near_alpha = true,
+            .disocclusion = true,
             .tile_px = 7};
 }
 
@@ -81,22 +81,17 @@ struct Masks {
 
 Masks masks_of(Picture& picture, const DofMasksOptions& options, const DeviceOptions& on = {}) {
     static std::map<std::pair<int, int>, Device> devices;
-    const auto [place, is_new] = devices.try_emplace({on.lanes, on.group_size});
+    const auto [place, is_new] = devices.try_emplace({on.vector_width, on.group_size});
     if (is_new)
         place->second = Device::open("cpu", on);
     const Image depth =
         Image::from_host(place->second, Element::f32, picture.depth.data(), {picture.width, picture.height});
     const DofMasks got = dof_masks({depth, camera_of(picture.width, picture.height, picture.aspect)}, options);
-    return {floats(got.circle),
-            floats(got.near),
-            floats(got.near_reach),
-            floats(got.near_coverage),
-            floats(got.hidden_background),
-            floats(got.tile_least),
-            floats(got.tile_greatest)};
+    return {floats(got.circle),       floats(got.near),         floats(got.max_near_coc), floats(got.near_alpha),
+            floats(got.disocclusion), floats(got.tile_min_coc), floats(got.tile_max_coc)};
 }
 
-// Pixels of an endless image within a disc; diameters as floats have them, so that ties are the same.
+// Pixels of an infinite image within a disc; diameters as floats have them, so that ties are the same.
 double pixels_within(double diameter, double aspect) {
     if (diameter > 1024)
         return std::numbers::pi / 4 * diameter * diameter / aspect;
@@ -141,11 +136,11 @@ void check(Picture& picture, const DofMasksOptions& options, Worst& worst) {
             INFO(width << " x " << height << ", pixel " << x << ", " << y << ", circle " << c(x, y));
             REQUIRE(static_cast<double>(got.reach[at(x, y)]) == reach);
             const double off = std::abs(static_cast<double>(got.coverage[at(x, y)]) - coverage);
-            REQUIRE(off <= near_coverage_error);
+            REQUIRE(off <= near_alpha_error);
             worst.coverage = std::max(worst.coverage, off);
             const bool near = c(x, y) < -options.sharp_px;
-            const bool undecided = near && std::abs(coverage - (1 - dof_shows_through)) <= near_coverage_error;
-            const bool hidden = near ? coverage < 1 - dof_shows_through : meets_near; // NaN meets nothing
+            const bool undecided = near && std::abs(coverage - (1 - disocclusion_min_transparency)) <= near_alpha_error;
+            const bool hidden = near ? coverage < 1 - disocclusion_min_transparency : meets_near; // NaN meets nothing
             if (!undecided)
                 REQUIRE(static_cast<double>(got.hidden[at(x, y)]) == (hidden ? 1 : 0));
             worst.hidden += hidden;
@@ -178,7 +173,7 @@ void print(const char* what, const Worst& worst) {
 
 } // namespace
 
-TEST_CASE("near layer: reach, coverage, what is hidden and tiles are what their definitions say", "[near_layer]") {
+TEST_CASE("near layer: reach, coverage, what is hidden and tiles are what their definitions say", "[near_field]") {
     Worst worst;
     unsigned seed = 1;
     for (const double widest : {3.0, 12.0, 40.0})
@@ -192,7 +187,7 @@ TEST_CASE("near layer: reach, coverage, what is hidden and tiles are what their 
     CHECK(worst.hidden > 500);
 }
 
-TEST_CASE("near layer: pixels that are not square have elliptic discs", "[near_layer]") {
+TEST_CASE("near layer: pixels that are not square have elliptic discs", "[near_field]") {
     Worst worst;
     for (const double aspect : {0.5, 1.7}) {
         Picture picture = blobs(53, 37, 20, 40, aspect);
@@ -202,7 +197,7 @@ TEST_CASE("near layer: pixels that are not square have elliptic discs", "[near_l
     CHECK(worst.partly > 200);
 }
 
-TEST_CASE("near layer: tiny images, single rows and columns, and discs wider than the image", "[near_layer]") {
+TEST_CASE("near layer: tiny images, single rows and columns, and discs wider than the image", "[near_field]") {
     Worst worst;
     for (const auto& [width, height] : {std::pair{1, 1}, {1, 29}, {43, 1}, {5, 3}, {19, 17}}) {
         Picture picture = blobs(width, height, 300, static_cast<unsigned>(width));
@@ -211,8 +206,8 @@ TEST_CASE("near layer: tiny images, single rows and columns, and discs wider tha
     print("tiny, wide discs", worst);
     Picture nothing{9, 5, 1, std::vector<float>(45, nan_f)};
     check(nothing, everything(), worst);
-    Picture endless{9, 5, 1, std::vector<float>(45, 1e-44f)}; // circles of −infinity
-    const Masks got = masks_of(endless, everything());
+    Picture infinite{9, 5, 1, std::vector<float>(45, 1e-44f)}; // circles of −infinity
+    const Masks got = masks_of(infinite, everything());
     CHECK(got.circle[0] == -HUGE_VALF);
     CHECK(got.reach[22] == HUGE_VALF);
     CHECK(got.coverage[22] == 0); // spread over everything there is
@@ -220,7 +215,7 @@ TEST_CASE("near layer: tiny images, single rows and columns, and discs wider tha
     CHECK(got.greatest[0] == -HUGE_VALF);
 }
 
-TEST_CASE("near layer: a plane covers itself once, and its edge as a blurred half-plane does", "[near_layer]") {
+TEST_CASE("near layer: a plane covers itself once, and its edge as a blurred half-plane does", "[near_field]") {
     const int width = 160, height = 80, edge = 80;
     for (const double r : {4.0, 12.0, 30.0}) {
         Picture picture{width, height, 1, {}};
@@ -236,7 +231,7 @@ TEST_CASE("near layer: a plane covers itself once, and its edge as a blurred hal
             if (x > r + 1) // the left border is an edge, too
                 worst = std::max(worst, std::abs(got_here - exact));
             if (x > r + 1 && x < edge - r - 1)
-                CHECK(got_here > 1 - near_coverage_error);
+                CHECK(got_here > 1 - near_alpha_error);
         }
         // A disc of whole pixels is off the round one by fractions of a pixel in its columns, of either sign.
         std::printf("near layer, half-plane of r = %-4g coverage off by at most %.4f, allowed %.4f\n", r, worst,
@@ -245,13 +240,13 @@ TEST_CASE("near layer: a plane covers itself once, and its edge as a blurred hal
     }
 }
 
-TEST_CASE("near layer: same bits for every lane count and group size", "[near_layer][same-bits]") {
+TEST_CASE("near layer: same bits for every lane count and group size", "[near_field][same-bits]") {
     for (const auto& [width, height] : {std::pair{67, 41}, {300, 270}}) {
         Picture picture = blobs(width, height, 30, 77);
-        const Masks first = masks_of(picture, everything(), {.lanes = 16, .group_size = 64});
-        for (const auto& [lanes, group] : {std::pair{8, 7}, {4, 64}, {1, 64}}) {
-            const Masks got = masks_of(picture, everything(), {.lanes = lanes, .group_size = group});
-            INFO(width << " x " << height << ", lanes " << lanes);
+        const Masks first = masks_of(picture, everything(), {.vector_width = 16, .group_size = 64});
+        for (const auto& [vector_width, group] : {std::pair{8, 7}, {4, 64}, {1, 64}}) {
+            const Masks got = masks_of(picture, everything(), {.vector_width = vector_width, .group_size = group});
+            INFO(width << " x " << height << ", vector width " << vector_width);
             const std::size_t bytes = 4 * picture.size();
             CHECK(std::memcmp(got.reach.data(), first.reach.data(), bytes) == 0);
             CHECK(std::memcmp(got.coverage.data(), first.coverage.data(), bytes) == 0);
@@ -260,35 +255,35 @@ TEST_CASE("near layer: same bits for every lane count and group size", "[near_la
     }
 }
 
-TEST_CASE("near layer: only what is asked for is there, and bad tiles are refused", "[near_layer]") {
+TEST_CASE("near layer: only what is asked for is there, and bad tiles are refused", "[near_field]") {
     Picture picture = blobs(9, 5, 10, 3);
     const Device device = Device::open("cpu");
     const StoredDepth stored{Image::from_host(device, Element::f32, picture.depth.data(), {9, 5}), camera_of(9, 5)};
     const DofMasks plain = dof_masks(stored, {.circle = circle});
-    CHECK(!plain.near_reach);
-    CHECK(!plain.near_coverage);
-    CHECK(!plain.hidden_background);
-    CHECK(!plain.tile_least);
-    const DofMasks hidden = dof_masks(stored, {.circle = circle, .weights = false, .hidden_background = true});
-    CHECK(!hidden.near_coverage);
+    CHECK(!plain.max_near_coc);
+    CHECK(!plain.near_alpha);
+    CHECK(!plain.disocclusion);
+    CHECK(!plain.tile_min_coc);
+    const DofMasks hidden = dof_masks(stored, {.circle = circle, .weights = false, .disocclusion = true});
+    CHECK(!hidden.near_alpha);
     CHECK(!hidden.near);
-    CHECK(floats(hidden.hidden_background) == masks_of(picture, everything()).hidden);
+    CHECK(floats(hidden.disocclusion) == masks_of(picture, everything()).hidden);
     CHECK_THROWS_WITH(dof_masks(stored, {.circle = circle, .tile_px = -1}),
                       "tile_px = -1 must be 1 to 65536, or 0 for no tiles");
     CHECK_THROWS_AS(dof_masks(stored, {.circle = circle, .tile_px = 65537}), std::invalid_argument);
 }
 
-TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their memory", "[dof_masks][near_layer]") {
+TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their memory", "[dof_masks][near_field]") {
     const int width = 53, height = 37;
     Picture picture = blobs(width, height, 20, 9);
     const Device device = Device::open("cpu");
     const StoredDepth stored{Image::from_host(device, Element::f32, picture.depth.data(), {width, height}),
                              camera_of(width, height)};
     DofMasksOptions options = everything();
-    options.mixed_depth = true;
+    options.mixed_pixels = true;
     const auto images = [](const DofMasks& m) {
-        return std::vector<Image>{m.circle,        m.near,        m.focus,      m.far,           m.near_reach,
-                                  m.near_coverage, m.mixed_depth, m.tile_least, m.tile_greatest, m.hidden_background};
+        return std::vector<Image>{m.circle,     m.near,         m.focus,        m.far,          m.max_near_coc,
+                                  m.near_alpha, m.mixed_pixels, m.tile_min_coc, m.tile_max_coc, m.disocclusion};
     };
     const DofMasks truth = dof_masks(stored, options);
     constexpr float untouched = 77;
@@ -304,15 +299,15 @@ TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their me
                              .near = parts[1],
                              .focus = parts[2],
                              .far = parts[3],
-                             .near_reach = parts[4],
-                             .near_coverage = parts[5],
-                             .hidden_background = parts[9],
-                             .mixed_depth = parts[6],
-                             .tile_least = parts[7],
-                             .tile_greatest = parts[8]};
+                             .max_near_coc = parts[4],
+                             .near_alpha = parts[5],
+                             .disocclusion = parts[9],
+                             .mixed_pixels = parts[6],
+                             .tile_min_coc = parts[7],
+                             .tile_max_coc = parts[8]};
         for (const bool around : {true, false}) { // the second time what looks around has to be left alone
             DofMasksOptions asked = options;
-            asked.near_reach = asked.near_coverage = asked.hidden_background = asked.mixed_depth = around;
+            asked.max_near_coc = asked.near_alpha = asked.disocclusion = asked.mixed_pixels = around;
             dof_masks(stored, given, asked);
         }
         const std::vector<Image> expected = images(truth);

@@ -1,9 +1,9 @@
-// Planar depth from stored depth: one pass of kernels/planar.cl; and how far storing depth moves it.
+// Inverse depth from stored depth: one pass of kernels/inverse_depth.cl; and how far storing depth moves it.
 //   z = (n v + n₀) / (m v + m₀)  ⇒  dz/dv = (n − m z)² / Δ,  v = (n₀ − m₀ z) / (m z − n),  Δ = n m₀ − m n₀
 // so a step of fixed size costs a square in z, and a float's step, which is relative, the product of two sums.
 //   q = D / (z − eye)  ⇒  δq = (q²/D) δz                                                     rays that meet in an eye
 
-#include "operations/planar.hpp"
+#include "operations/inverse_depth.hpp"
 
 #include "operations/parameters.hpp"
 
@@ -88,7 +88,7 @@ Bounds depth_error(const DepthForm& form, const HalfStep& step, Real eye, Real x
 }
 
 // |q| of the value in the middle of the stored range, at the first pixel; of depth 1 where that is none.
-Real planar_at_middle(const Camera& camera, Storage storage, const DepthForm& form, const EyeRays& eye) {
+Real inverse_depth_at_middle(const Camera& camera, Storage storage, const DepthForm& form, const EyeRays& eye) {
     const double middle = (static_cast<double>(form.lowest) + static_cast<double>(form.highest)) / 2;
     const Real away = std::abs(view_depth(camera, storage, 0.5, 0.5, middle) - eye.eye_depth);
     const Real q = eye.perspective ? std::abs(eye.depth(2)) / away : away;
@@ -96,40 +96,40 @@ Real planar_at_middle(const Camera& camera, Storage storage, const DepthForm& fo
 }
 
 // From the bound of z's error in t = |z − eye| to that of q's in |q|, D the depth that one step of the ray covers.
-Quadratic in_planar_depth(const Quadratic& z, bool perspective, Real covered) {
+Quadratic in_inverse_depth(const Quadratic& z, bool perspective, Real covered) {
     return perspective ? Quadratic{z.square * covered, z.linear, z.constant / covered} : z;
 }
 
 } // namespace
 
-void planar(const StoredDepth& stored, const EyeRays& eye, const Image& result, Background background) {
+void inverse_depth(const StoredDepth& stored, const EyeRays& eye, const Image& result, Background background) {
     check_stored(stored);
     check_result(stored, result, 1);
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays view = rays(stored.camera);
-    const int lanes = lanes_for(device, result.width());
-    runtime::Choices choices = decoder_choices(form, view, stored.storage, lanes, false);
+    const Rays view = camera_rays(stored.camera);
+    const int vector_width = vector_width_for(device, result.width());
+    runtime::Defines choices = decoder_defines(form, view, stored.storage, vector_width, false);
     choices.emplace_back("PERSPECTIVE", eye.perspective);
-    runtime::Kernel& kernel = runtime::kernel(device, "planar", choices);
-    const auto columns = static_cast<std::size_t>((result.width() + lanes - 1) / lanes);
+    runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", choices);
+    const auto columns = static_cast<std::size_t>((result.width() + vector_width - 1) / vector_width);
     runtime::launch(device, kernel, {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
                     grid_parameters(stored, result, 0, result.width()),
                     depth_parameters(form, stored.storage, background, arithmetic),
                     ray_parameters(view, form.scale, arithmetic));
 }
 
-PlanarError planar_error(const Camera& camera, Storage storage) {
+InverseDepthError inverse_depth_error(const Camera& camera, Storage storage) {
     const DepthForm form = depth_form(camera, storage);
-    const EyeRays eye = eye_rays(rays(camera));
+    const EyeRays eye = eye_rays(camera_rays(camera));
     const HalfStep step = half_step(camera, form, storage);
     Bounds all;
     const auto keep = [](std::optional<Quadratic>& kept, const std::optional<Quadratic>& found, bool perspective,
                          Real covered) {
         if (!found)
             return;
-        const Quadratic q = in_planar_depth(*found, perspective, covered);
+        const Quadratic q = in_inverse_depth(*found, perspective, covered);
         kept = kept ? worst(*kept, q) : q;
     };
     for (const Real x : {Real{0}, static_cast<Real>(camera.width)}) {
@@ -145,7 +145,7 @@ PlanarError planar_error(const Camera& camera, Storage storage) {
     // Both hold. A float's step grows with its value, so the relative one is nearer to the truth unless what it adds for
     // the sum's other terms is more than it saves.
     const Quadratic fixed = all.fixed.value_or(Quadratic{}), relative = all.relative.value_or(fixed);
-    const Real middle = planar_at_middle(camera, storage, form, eye);
+    const Real middle = inverse_depth_at_middle(camera, storage, form, eye);
     const Quadratic bound = !all.fixed || relative.at(middle) <= 1.25L * fixed.at(middle) ? relative : fixed;
     return {static_cast<float>(bound.constant), static_cast<float>(bound.linear + roundings),
             static_cast<float>(bound.square)};
