@@ -4,18 +4,16 @@ set(FATHOM_CMAKE_DIR ${CMAKE_CURRENT_LIST_DIR})
 set(FATHOM_KERNEL_DIR ${CMAKE_CURRENT_LIST_DIR}/../kernels)
 find_program(FATHOM_CLANG NAMES clang clang-19 clang-16 clang-15 clang-14 DOC "clang, which checks the kernels while building")
 
-# Adds the text of files to a target, as `FUNCTION()`: name to content. With KEEP, a regular expression, only the lines that
-# match.
+# Adds the text of files to a target, as `FUNCTION()`: name to content.
 function(fathom_embed target function)
-  cmake_parse_arguments(PARSE_ARGV 2 embed "" KEEP "")
   set(files)
-  foreach(file IN LISTS embed_UNPARSED_ARGUMENTS)
+  foreach(file IN LISTS ARGN)
     cmake_path(ABSOLUTE_PATH file)
     list(APPEND files ${file})
   endforeach()
   set(embedded ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
   add_custom_command(OUTPUT ${embedded}
-    COMMAND ${CMAKE_COMMAND} -D OUTPUT=${embedded} -D FUNCTION=${function} -D "FILES=${files}" -D "KEEP=${embed_KEEP}"
+    COMMAND ${CMAKE_COMMAND} -D OUTPUT=${embedded} -D FUNCTION=${function} -D "FILES=${files}"
       -P ${FATHOM_CMAKE_DIR}/embed.cmake
     DEPENDS ${files} ${FATHOM_CMAKE_DIR}/embed.cmake VERBATIM COMMENT "Embedding ${function}")
   target_sources(${target} PRIVATE ${embedded})

@@ -1,16 +1,10 @@
-# Writes OUTPUT: a C++ file whose function FUNCTION gives the text of every one of FILES by name, byte for byte, or of
-# its lines that match KEEP.
+# Writes OUTPUT: a C++ file whose function FUNCTION gives the text of every one of FILES by name, byte for byte.
 set(text "#include <map>\n#include <string>\n\nconst std::map<std::string, std::string>& ${FUNCTION}();\n\n")
 string(APPEND text "const std::map<std::string, std::string>& ${FUNCTION}() {\n")
 string(APPEND text "    static const std::map<std::string, std::string> files{\n")
 foreach(file IN LISTS FILES)
   cmake_path(GET file FILENAME name)
-  if(KEEP)
-    file(STRINGS "${file}" lines REGEX "${KEEP}")
-    list(JOIN lines "\n" content)
-  else()
-    file(READ "${file}" content)
-  endif()
+  file(READ "${file}" content)
   string(APPEND text "        {\"${name}\", R\"fathom_kernel(${content})fathom_kernel\"},\n")
 endforeach()
 string(APPEND text "    };\n    return files;\n}\n")

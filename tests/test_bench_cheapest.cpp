@@ -11,8 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -70,16 +68,10 @@ std::vector<bench::View> other_views() {
             seen("railings, aside", scene::railings(), 0.8, standing({2.5, 0.3, -0.5}, 35, 8))};
 }
 
-std::string content(const char* table) {
-    std::ifstream file(std::string(FATHOM_SOURCE_DIR "/docs/performance/") + table);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
 // The least error that is met at all, the greatest that anything has, and one between; at least `spread` times the least.
 std::vector<double> tolerances(const char* operation, Storage storage) {
     constexpr double spread = 2;
-    const std::vector<MeasuredMethod> list =
-        choices(measured_methods(content("errors.csv"), content("presets.csv")), operation, to_string(storage));
+    const std::vector<MeasuredMethod> list = choices(measured_methods(), operation, to_string(storage));
     const auto [least, most] = std::ranges::minmax(list, {}, &MeasuredMethod::error);
     const double greatest = std::max(most.error, spread * least.error);
     return {least.error, std::sqrt(least.error * greatest), greatest};

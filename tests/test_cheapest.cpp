@@ -1,4 +1,4 @@
-// What max_error chooses: from tables made up here, and that the options stand for it.
+// What max_error chooses: from a table made up here, and that the options stand for it.
 
 #include "catch.hpp"
 #include "images.hpp"
@@ -11,8 +11,6 @@
 #include <fathom/opencl.hpp>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 
 using namespace fathom;
@@ -22,45 +20,24 @@ using fathom::seen::refusal;
 
 namespace {
 
-const char* const errors_csv = "operation,method,kind,storage,scene,unit,mean,rms\n"
-                               "ssao,fast,library,float32,room,visibility,0.01,0.02\n"
-                               "ssao,fast,library,float32,bars,visibility,-0.3,0.2\n"
-                               "ssao,fast,library,float32,hills,visibility,0,0.1\n"
-                               "ssao,balanced,library,float32,bars,visibility,0,0.07\n"
-                               "ssao,accurate,library,float32,bars,visibility,0,0.06\n"
-                               "ssao,3 x 5,library,float32,bars,visibility,0,0.065\n"
-                               "ssao,2 x 9,library,float32,bars,visibility,0,0.01\n"
-                               "ssao,sector sweep,library,float32,bars,visibility,0,0.001\n"
-                               "ssao,\"loop, each pixel\",baseline,float32,bars,visibility,0,0.002\n"
-                               "normals,neighbours,library,float32,room,degrees,0.4,4\n"
-                               "normals,least squares,library,float32,room,degrees,0.5,3\n"
-                               "normals,neighbours,library,uint16,room,degrees,5,6\n"
-                               "normals,least squares,library,uint16,room,degrees,2,7\n";
-
-const char* const times_csv = "device,operation,method,kind,storage,scene,width,height,ms\n"
-                              "\"chip, small\",ssao,fast,library,float32,room,1000,1000,50\n"
-                              "chip,ssao,balanced,library,float32,room,1000,1000,100\n"
-                              "chip,ssao,accurate,library,float32,room,1000,1000,300\r\n"
-                              "chip,ssao,3 x 5,library,float32,room,1000,1000,100\n"
-                              "chip,ssao,sector sweep,library,float32,room,1000,1000,1\n"
-                              "chip,ssao,\"loop, each pixel\",baseline,float32,room,1000,1000,1\n"
-                              "chip,normals,neighbours,library,float32,room,1000,1000,3\n"
-                              "chip,normals,least squares,library,float32,room,1000,1000,20\n"
-                              "chip,normals,neighbours,library,uint16,room,1000,1000,4\n"
-                              "chip,normals,least squares,library,uint16,room,1000,1000,19";
+constexpr Measured table[] = {
+    {"ssao", "float32", "fast", 0.2, "bars", 50, "chip, small"},
+    {"ssao", "float32", "balanced", 0.07, "bars", 100, "chip"},
+    {"ssao", "float32", "accurate", 0.06, "bars", 300, "chip"},
+    {"ssao", "float32", "3 x 5", 0.065, "bars", 100, "chip"},
+    {"normals", "float32", "neighbours", 0.4, "room", 3, "chip"},
+    {"normals", "float32", "least squares", 0.5, "room", 20, "chip"},
+    {"normals", "uint16", "neighbours", 5, "room", 4, "chip"},
+    {"normals", "uint16", "least squares", 2, "room", 19, "chip"},
+};
 
 std::vector<MeasuredMethod> known(const char* operation, const char* storage) {
-    return choices(measured_methods(errors_csv, times_csv), operation, storage);
+    return choices(table, operation, storage);
 }
 
 std::string choice(const char* operation, const char* storage, double max_error) {
     const std::optional<MeasuredMethod> found = cheapest_method(known(operation, storage), max_error);
     return found ? found->method : "";
-}
-
-std::string content(const char* table) {
-    std::ifstream file(std::string(FATHOM_SOURCE_DIR "/docs/performance/") + table);
-    return {std::istreambuf_iterator<char>(file), {}};
 }
 
 const Device& device() {
@@ -114,17 +91,10 @@ TEST_CASE("choice: the cheapest within the error of its worst scene") {
 }
 
 TEST_CASE("choice: half resolution is a way of its own") {
-    const char* const errors = "operation,method,kind,storage,scene,rms\n"
-                               "ssao,fast,library,float32,bars,0.2\n"
-                               "ssao,\"fast, half resolution\",library,float32,bars,0.25\n"
-                               "ssao,\"3 x 5, half resolution\",library,float32,bars,0.15\n"
-                               "ssao,\"fast, quarter resolution\",library,float32,bars,0.1\n";
-    const char* const times = "device,operation,method,storage,width,height,ms\n"
-                              "chip,ssao,fast,float32,100,100,5\n"
-                              "chip,ssao,\"fast, half resolution\",float32,100,100,2\n"
-                              "chip,ssao,\"3 x 5, half resolution\",float32,100,100,7\n"
-                              "chip,ssao,\"fast, quarter resolution\",float32,100,100,1\n";
-    const std::vector<MeasuredMethod> list = choices(measured_methods(errors, times), "ssao", "float32");
+    constexpr Measured halves[] = {{"ssao", "float32", "fast", 0.2, "bars", 5, "chip"},
+                                   {"ssao", "float32", "fast, half resolution", 0.25, "bars", 2, "chip"},
+                                   {"ssao", "float32", "3 x 5, half resolution", 0.15, "bars", 7, "chip"}};
+    const std::vector<MeasuredMethod> list = choices(halves, "ssao", "float32");
     CHECK(list.size() == 3);
     CHECK(cheapest_method(list, 0.3)->method == "fast, half resolution");
     CHECK(cheapest_method(list, 0.2)->method == "fast");
@@ -146,7 +116,7 @@ TEST_CASE("choice: among equally cheap ones the more exact") {
 }
 
 TEST_CASE("choice: nothing, where nothing meets it") {
-    CHECK(choice("ssao", "float32", 0.0599).empty()); // "2 x 9" was not timed; no option is a sector sweep; a baseline
+    CHECK(choice("ssao", "float32", 0.0599).empty());
     CHECK(choice("linearize", "float32", 1e9).empty());
     CHECK(!cheapest_method(std::vector<MeasuredMethod>{}, 1));
 }
@@ -166,17 +136,10 @@ TEST_CASE("choice: errors are those of the storage, or the worst of any") {
     CHECK(worst[1].ns_per_pixel == Approx(20));
 }
 
-TEST_CASE("choice: tables without a column that is needed are refused") {
-    CHECK(refusal([] { measured_methods("operation,method\nssao,fast\n", times_csv); }).find("'kind'") !=
-          std::string::npos);
-}
-
-// The tables are read when the library is built: what is built in is what is in the repository.
-TEST_CASE("choice: the library chooses by the tables of docs/performance") {
-    const std::vector<Measured> measured = measured_methods(content("errors.csv"), content("presets.csv"));
+TEST_CASE("choice: the library chooses by its table") {
     for (const char* operation : {"ssao", "dof", "normals"}) {
         for (const Storage storage : {Storage::float32, Storage::uint16}) {
-            const std::vector<MeasuredMethod> list = choices(measured, operation, to_string(storage));
+            const std::vector<MeasuredMethod> list = choices(measured_methods(), operation, to_string(storage));
             REQUIRE(list.size() >= 2);
             for (const MeasuredMethod& each : list) {
                 const MeasuredMethod expected = *cheapest_method(list, each.error),
@@ -202,8 +165,7 @@ TEST_CASE("choice: depth of 16 bits is judged as such in floats too") {
 TEST_CASE("choice: an operation with max_error has the bits of what is chosen") {
     const StoredDepth stored = ramp();
     const SsaoOptions options{.radius = 0.5};
-    const std::vector<MeasuredMethod> list =
-        choices(measured_methods(content("errors.csv"), content("presets.csv")), "ssao", "float32");
+    const std::vector<MeasuredMethod> list = choices(measured_methods(), "ssao", "float32");
     for (const MeasuredMethod& each : list) {
         SsaoOptions asked = options;
         asked.max_error = each.error;
@@ -236,8 +198,7 @@ TEST_CASE("choice: max_error is refused where nothing meets it, where it is no e
         INFO(message);
         CHECK(message.find(part) != std::string::npos);
     };
-    const std::vector<MeasuredMethod> list =
-        choices(measured_methods(content("errors.csv"), content("presets.csv")), "ssao", "float32");
+    const std::vector<MeasuredMethod> list = choices(measured_methods(), "ssao", "float32");
     const MeasuredMethod& best = *std::ranges::min_element(list, {}, &MeasuredMethod::error);
     const std::string none = refusal([&] { ssao(stored, {.radius = 1, .max_error = 1e-6}); });
     said(none, "max_error = 1e-06");

@@ -1,4 +1,4 @@
-// The cheapest method that meets a tolerance, from tables of measured errors and times that are built in.
+// The cheapest method that meets a tolerance, from a table of measured errors and times.
 
 #include "operations/cheapest.hpp"
 
@@ -6,63 +6,9 @@
 #include "require.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <map>
-
-/// By name of file: the rows of the tables in docs/performance that this file needs.
-const std::map<std::string, std::string>& fathom_performance_tables();
 
 namespace fathom {
 namespace {
-
-// Cells of a line; those with commas within stand between quotes.
-std::vector<std::string> cells_of(std::string_view line) {
-    std::vector<std::string> cells(1);
-    bool quoted = false;
-    for (const char c : line) {
-        if (c == '"')
-            quoted = !quoted;
-        else if (c == ',' && !quoted)
-            cells.emplace_back();
-        else if (c != '\r')
-            cells.back() += c;
-    }
-    return cells;
-}
-
-using Row = std::map<std::string, std::string>;
-
-std::vector<Row> rows_of(std::string_view csv) {
-    std::vector<Row> rows;
-    std::vector<std::string> names;
-    while (!csv.empty()) {
-        const std::size_t end = std::min(csv.find('\n'), csv.size());
-        const std::vector<std::string> cells = cells_of(csv.substr(0, end));
-        csv.remove_prefix(std::min(end + 1, csv.size()));
-        if (names.empty()) {
-            names = cells;
-            continue;
-        }
-        Row& row = rows.emplace_back();
-        for (std::size_t i = 0; i < std::min(names.size(), cells.size()); ++i)
-            row[names[i]] = cells[i];
-    }
-    return rows;
-}
-
-const std::string& cell(const Row& row, const char* column) {
-    const auto found = row.find(column);
-    require(found != row.end(), text("a table of errors or times has no column '", column, "'"));
-    return found->second;
-}
-
-// Nothing where nothing was measured. Does not depend on the locale.
-std::optional<double> number(const Row& row, const char* column) {
-    const std::string& digits = cell(row, column);
-    double value = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    return error == std::errc() && end == digits.data() + digits.size() ? std::optional(value) : std::nullopt;
-}
 
 template <typename Value, std::size_t count>
 std::optional<Value> named(std::string_view method, const std::pair<const char*, Value> (&names)[count]) {
@@ -72,63 +18,39 @@ std::optional<Value> named(std::string_view method, const std::pair<const char*,
     return std::nullopt;
 }
 
-// What a table calls "2 x 16" has no name of its own.
-bool set_slices(const std::string& method, SsaoOptions& options) {
-    std::istringstream words(method);
-    int slices = 0, samples = 0;
-    std::string by;
-    if (!(words >> slices >> by >> samples) || by != "x" || !words.eof())
-        return false;
-    options.slices = slices;
-    options.samples = samples;
-    return true;
-}
-
 constexpr std::string_view half_resolution = ", half resolution"; // behind what it is of
 
-bool set(const std::string& method, SsaoOptions& options) {
+// What the table calls "2 x 16" has no name of its own: so many slices and steps.
+void set(const std::string& method, SsaoOptions& options) {
     options.half_resolution = method.ends_with(half_resolution);
     const std::string of = method.substr(0, method.size() - (options.half_resolution ? half_resolution.size() : 0));
     const auto quality =
         named<Quality>(of, {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}});
     options.quality = quality.value_or(Quality::balanced);
-    return quality || set_slices(of, options);
+    if (quality)
+        return;
+    std::istringstream words(of);
+    int slices = 0, samples = 0;
+    std::string by;
+    words >> slices >> by >> samples;
+    options.slices = slices;
+    options.samples = samples;
 }
 
-bool set(const std::string& method, DofOptions& options) {
-    const auto quality = named<BlurQuality>(
-        method,
-        {{"fast", BlurQuality::fast}, {"standard", BlurQuality::standard}, {"accurate", BlurQuality::accurate}});
-    options.quality = quality.value_or(BlurQuality::standard);
-    return quality.has_value();
+void set(const std::string& method, DofOptions& options) {
+    options.quality = named<BlurQuality>(method, {{"fast", BlurQuality::fast},
+                                                  {"standard", BlurQuality::standard},
+                                                  {"accurate", BlurQuality::accurate}})
+                          .value();
 }
 
-bool set(const std::string& method, NormalsOptions& options) {
-    const auto way = named<NormalMethod>(
-        method, {{"neighbours", NormalMethod::neighbours}, {"least squares", NormalMethod::least_squares}});
-    options.method = way.value_or(NormalMethod::automatic);
-    return way.has_value();
+void set(const std::string& method, NormalsOptions& options) {
+    options.method = named<NormalMethod>(method, {{"neighbours", NormalMethod::neighbours},
+                                                  {"least squares", NormalMethod::least_squares}})
+                         .value();
 }
 
-template <typename Options>
-bool stands_for(const std::string& method) {
-    Options options;
-    return set(method, options);
-}
-
-bool is_a_choice(const Row& row) {
-    const std::string &operation = cell(row, "operation"), &method = cell(row, "method");
-    return cell(row, "kind") == "library" && ((operation == "ssao" && stands_for<SsaoOptions>(method)) ||
-                                              (operation == "dof" && stands_for<DofOptions>(method)) ||
-                                              (operation == "normals" && stands_for<NormalsOptions>(method)));
-}
-
-bool same_method(const Row& one, const Row& other) {
-    return std::ranges::all_of(std::initializer_list<const char*>{"operation", "method", "storage"},
-                               [&](const char* column) { return cell(one, column) == cell(other, column); });
-}
-
-void take_worse(MeasuredMethod& known, const MeasuredMethod& other) {
+void take_worse(MeasuredMethod& known, const Measured& other) {
     if (other.error > known.error) {
         known.error = other.error;
         known.scene = other.scene;
@@ -153,33 +75,6 @@ Options with_choice(const char* operation, const StoredDepth& stored, Options op
 
 } // namespace
 
-std::vector<Measured> measured_methods(std::string_view errors_csv, std::string_view times_csv) {
-    const std::vector<Row> times = rows_of(times_csv);
-    std::vector<Measured> measured;
-    for (const Row& row : rows_of(errors_csv)) {
-        if (!is_a_choice(row))
-            continue;
-        const auto time = std::ranges::find_if(times, [&](const Row& other) { return same_method(row, other); });
-        const std::optional<double> error = number(row, cell(row, "operation") == "normals" ? "mean" : "rms");
-        if (time == times.end() || !error || !number(*time, "ms"))
-            continue;
-        const double pixels = number(*time, "width").value_or(0) * number(*time, "height").value_or(0);
-        const Measured found{cell(row, "operation"),
-                             cell(row, "storage"),
-                             {cell(row, "method"), *error, cell(row, "scene"), *number(*time, "ms") * 1e6 / pixels,
-                              cell(*time, "device")}};
-        const auto known = std::ranges::find_if(measured, [&](const Measured& m) {
-            return m.operation == found.operation && m.storage == found.storage &&
-                   m.choice.method == found.choice.method;
-        });
-        if (known == measured.end())
-            measured.push_back(found);
-        else
-            take_worse(known->choice, found.choice);
-    }
-    return measured;
-}
-
 std::vector<MeasuredMethod> choices(std::span<const Measured> measured, std::string_view operation,
                                     std::string_view storage) {
     const bool has_storage = std::ranges::any_of(
@@ -188,11 +83,12 @@ std::vector<MeasuredMethod> choices(std::span<const Measured> measured, std::str
     for (const Measured& m : measured) {
         if (m.operation != operation || (has_storage && m.storage != storage))
             continue;
-        const auto known = std::ranges::find(list, m.choice.method, &MeasuredMethod::method);
+        const auto known = std::ranges::find(list, m.method, &MeasuredMethod::method);
         if (known == list.end())
-            list.push_back(m.choice);
+            list.push_back(
+                {std::string(m.method), m.error, std::string(m.scene), m.ns_per_pixel, std::string(m.device)});
         else
-            take_worse(*known, m.choice);
+            take_worse(*known, m);
     }
     return list;
 }
@@ -209,10 +105,8 @@ std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> ch
 }
 
 MeasuredMethod cheapest_method(const std::string& operation, const StoredDepth& stored, double max_error) {
-    static const std::vector<Measured> measured =
-        measured_methods(fathom_performance_tables().at("errors.csv"), fathom_performance_tables().at("presets.csv"));
     require(max_error > 0, text("max_error = ", max_error, " must be greater than 0"));
-    std::vector<MeasuredMethod> list = choices(measured, operation, storage_of(stored));
+    std::vector<MeasuredMethod> list = choices(measured_methods(), operation, storage_of(stored));
     const PixelLattice half = pixel_lattice(stored, 2);
     if (half.width == 0 || half.height == 0) // a tile of an odd row or column alone
         std::erase_if(list, [](const MeasuredMethod& choice) { return choice.method.ends_with(half_resolution); });

@@ -13,16 +13,17 @@
 
 namespace fathom {
 
-/// What was measured of a method on depth of one storage.
+/// What was measured of a method on depth of one storage, in the scene where its error is greatest.
 struct Measured {
-    std::string operation, storage;
-    MeasuredMethod choice;
+    std::string_view operation, storage, method;
+    double error;
+    std::string_view scene;
+    double ns_per_pixel;
+    std::string_view device;
 };
 
-/// The library's methods of ssao, dof and normals in tables of fathom_bench (columns: bench/figures.hpp): the errors of one
-/// and the times of the other, the first of each method. What has no time, and what no option stands for, is left out. Pure.
-/// Throws: std::invalid_argument for tables without such columns.
-std::vector<Measured> measured_methods(std::string_view errors_csv, std::string_view times_csv);
+/// The library's methods of ssao, dof and normals.
+std::span<const Measured> measured_methods();
 
 /// Of one operation, what is known of each method on depth of this storage; if there is nothing, the worst of any. Pure.
 std::vector<MeasuredMethod> choices(std::span<const Measured> measured, std::string_view operation,
