@@ -2,6 +2,7 @@
 //   z = -(m3.q) / (m4.q),  q = (x, y, d, 1),  M = (viewport projection)^-1
 // Popov 2016, eq. 1, 3 and 5-9. The host finds the simplest form that is exact (src/camera/form.cpp); the kernel is built
 // for that form and for the way the value lies in memory.
+// Built for: FORM = 0 1 2 3 4 5; STORAGE = 0 1 2 3 4; PIXEL_TERMS = 0 1; W_IS_DEPTH = 0 1
 
 #ifndef FATHOM_CAMERA_H
 #define FATHOM_CAMERA_H
@@ -33,7 +34,7 @@
 #error "PIXEL_TERMS is not defined: 1 where depth depends on the pixel as well as on the stored value, 0 otherwise"
 #endif
 #ifndef W_IS_DEPTH
-#error "PARALLEL_DEPTH is not defined: 1 where one step of every ray covers the same view depth, 0 otherwise"
+#error "W_IS_DEPTH is not defined: 1 where one step of every ray covers the same view depth, 0 otherwise"
 #endif
 
 #if STORAGE == STORAGE_FLOAT32

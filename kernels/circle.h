@@ -2,6 +2,7 @@
 //   c = k - g/(z - lens)        under a perspective, where 1/(z - lens) of window depth is affine in (v, x, y)
 //   c = g z - k                 under an orthographic projection
 // Potmesil and Chakravarty 1981; that 1/z is affine is Popov 2016, eq. 5 and 6. Host side: src/operations/circle.cpp.
+// Built for: CIRCLE = 0 1 2 3; TELECENTRIC = 0 1
 
 #ifndef FATHOM_CIRCLE_H
 #define FATHOM_CIRCLE_H

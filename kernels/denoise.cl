@@ -5,6 +5,7 @@
 // A neighbour counts by how
 // far it lies from the pixel's tangent plane, and the pixel from its, in inverse depth, so that nothing is mixed across an
 // edge.
+// Built for: PERSPECTIVE = 0 1; REACH = 0 1 2; OUTPUT = 0 1 2; CLAMP = 0 1
 
 #include "ray.h"
 #include "split.h"

@@ -2,11 +2,12 @@
 // colour. Only what a ray can reach: from beside a surface of circle c to behind it, at circle d, a ray of the lens moves by
 // (d - c)/2 pixels at most. What slopes away slower than that hides nothing.
 // Exact, block by block, so that a region agrees with the whole.
+// Built for: CLEAN_PLATE = 0 1
 
 #include "tiles.h"
 
 #ifndef CLEAN_PLATE
-#error "PLATE is not defined: 1 where some pixels have what lies behind them already, 0 otherwise"
+#error "CLEAN_PLATE is not defined: 1 where some pixels have what lies behind them already, 0 otherwise"
 #endif
 
 INLINE float circle_of(float layer, const blur_params* p) {

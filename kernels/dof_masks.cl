@@ -1,6 +1,7 @@
 // Circle of confusion and what is near, in focus and far, from stored depth in one pass.
 //   a = clamp((|c| - sharp) / transition, 0, 1),  near = a where c < 0,  far = a where c > 0,  focus = 1 - a
 // a is rounded to a multiple of 2^-23, so that the three sum to exactly 1 in any order. See circle.h for c.
+// Built for: WEIGHTS = 0 1
 
 #include "circle.h"
 #include "near_field.h"

@@ -6,6 +6,7 @@
 // A straight edge before another is exact, whatever their circles. What is left in between, as before a pole, is between the
 // half-plane and the even share.
 // Pixels have a second surface (dof_behind.cl), so that rays which pass an edge find what lies behind.
+// Built for: BRIGHT = 0 1; DIRECT = 0 1
 
 #include "tiles.h"
 

@@ -2,14 +2,15 @@
 //   s = middle + sign(c) n (log2-like of |c|): per octave of |c| beyond one pixel n layers, evenly spaced within the octave
 // A pixel lies in the two layers around s, the nearer one the more; s is a multiple of 1/128, so that the two shares, and
 // any sum of them, are exact. What has no circle, or a colour that is no number, takes part in nothing.
-// Under PLATE the circles and colours are those of a clean plate: where it lies behind the picture it is the pixel's second surface.
+// Under CLEAN_PLATE the circles and colours are those of a clean plate: where it lies behind the picture it is the pixel's second surface.
+// Built for: CLEAN_PLATE = 0 1
 
 #include "vector.h"
 #include "pixels.h"
 #include "tiles.h"
 
 #ifndef CLEAN_PLATE
-#error "PLATE is not defined: 1 for what lies behind the picture, 0 for the picture"
+#error "CLEAN_PLATE is not defined: 1 for what lies behind the picture, 0 for the picture"
 #endif
 #define LARGEST_COLOR 1e30f // running sums of it stay finite
 

@@ -6,6 +6,7 @@
 // Under BEHIND a pixel has a second surface, which counts like the first. Under MOMENT there is a last sum: of the columns of
 // the own.
 // Restarted, and with highlights summed apart, since what a running sum has met stays in its rounding.
+// Built for: FILL = 0 1; BRIGHT = 0 1; BEHIND = 0 1; MOMENT = 0 1
 
 #include "tiles.h"
 

@@ -1,4 +1,5 @@
 // Which layers a tile's pixels lie in, a bit each, under BEHIND also what lies behind them, and in the last bit whether some colour lies beyond the knee.
+// Built for: BEHIND = 0 1
 
 #include "tiles.h"
 

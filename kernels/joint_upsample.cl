@@ -3,6 +3,7 @@
 // Pixels without a result of their own take those on either side, two or four of them, as inverse depth says that they are of
 // the same surface; where none is, the nearest counts. So nothing is mixed across an edge, and nothing invented.
 // Kopf et al. 2007, "Joint Bilateral Upsampling"; the plane, and what may lie off it, are those of denoise.cl.
+// Built for: OUTPUT = 0 1 2
 
 #include "ray.h"
 #include "slope.h"

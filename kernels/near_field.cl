@@ -4,6 +4,7 @@
 //   OUTPUT 2   hidden    (`share` being the coverage) x is near and covered less than wholly, or it is not and p is near for a p with |p - x| <= |c_x|/2
 // A work-item looks into the blocks and tiles whose least circle says that something in them may reach it, and at each
 // pixel in there for all its vector width at once. Tiles and their pixels are summed in a fixed order: the same bits for every V.
+// Built for: OUTPUT = 0 1 2
 
 #include "near_field.h"
 

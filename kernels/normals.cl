@@ -6,6 +6,7 @@
 // difference of numbers that share their leading digits; here only q is subtracted, and the plane is met exactly.
 // RADIUS 0: slopes as slope.h chooses them. Otherwise a plane is fitted to those pixels of the window that lie within the
 // stored values' rounding of it.
+// Built for: RADIUS = 0 3
 
 #include "params.h"
 #include "slope.h"

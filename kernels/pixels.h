@@ -1,4 +1,5 @@
 // Colours as they lie in memory: floats, halves, or integers that count from 0 to 1.
+// Built for: ELEMENT = 0 1 2 3
 
 #ifndef FATHOM_PIXELS_H
 #define FATHOM_PIXELS_H

@@ -4,6 +4,7 @@
 // (atyuwen 2020, "Accurate Normal Reconstruction from Depth Buffer"), which holds at edges, creases and borders alike.
 // Where both predict about as well, as on a curved surface, their mean is exact to the second order; where both are within
 // the stored values' rounding, the least-squares slope of all five has the least noise.
+// Built for: PERSPECTIVE = 0 1
 
 #ifndef FATHOM_SLOPE_H
 #define FATHOM_SLOPE_H

@@ -8,6 +8,7 @@
 // measure, one bit each: one maximum a side, the horizon, would block what lies below a far column's chord of the sphere.
 // Jimenez et al. 2016 (slices, the measure); Therrien et al. 2023 (bits); Mara et al. 2013 (split planes). Slices are
 // weighted to be uniform around the view ray, not on the screen.
+// Built for: PERSPECTIVE = 0 1; CONFIDENCE = 0 1; BENT = 0 1
 
 #include "ray.h"
 #include "split.h"

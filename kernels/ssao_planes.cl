@@ -3,6 +3,7 @@
 //   back    inverse depth of the end of what is assumed solid behind it
 //   slopes  of the tangent plane on the screen, right and down, from neighbouring depths or from given normals
 // Outside the image there is nothing, or the border's pixels again.
+// Built for: THICKNESS = 0 1 2; GIVEN_NORMALS = 0 1 2; CLAMP = 0 1; EVERY = 1 2
 
 #include "ray.h"
 #include "slope.h"

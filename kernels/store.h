@@ -1,4 +1,5 @@
 // Vectors of three or four components, interleaved in memory: x0 y0 z0 x1 y1 z1 ...
+// Built for: CHANNELS = 3 4
 
 #ifndef FATHOM_STORE_H
 #define FATHOM_STORE_H

@@ -1,4 +1,5 @@
 // Tiles of the depth of field: their size, and how a pixel takes part in a layer.
+// Built for: CHANNELS = 3 4
 
 #ifndef FATHOM_TILES_H
 #define FATHOM_TILES_H
