@@ -1,5 +1,4 @@
 # Read by scripts/demo and scripts/test: installs what is missing, builds, and reports in one line a step.
-# A script names packages that it alone needs in more_packages.
 
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -13,7 +12,7 @@ mkdir -p "$POCL_CACHE_DIR"
 
 packages=(g++ cmake ninja-build clang clang-format pocl-opencl-icd ocl-icd-opencl-dev opencl-clhpp-headers
     opencl-c-headers libopencv-core-dev libopencv-imgcodecs-dev libopenexr-dev libeigen3-dev libcli11-dev
-    nlohmann-json3-dev libfmt-dev catch2 oclgrind "${more_packages[@]}")
+    nlohmann-json3-dev libfmt-dev catch2 oclgrind)
 
 fail() {
     echo "${0##*/}: $*" >&2

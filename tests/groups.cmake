@@ -1,13 +1,24 @@
 # Writes CTest's list of groups: all test cases of one file and one tier are one CTest test, which is one process.
 #   cmake -DPROGRAM=fathom_tests -DOUTPUT=tests.cmake -P groups.cmake
-# A tag says which tier a case belongs to: [exhaustive] runs in scripts/test --all only, [slow] is left out of
-# scripts/test --quick. With -DCHECK=ON and -DCATCH_VERSION=... it fails unless each case of the program is in one group.
+# A tag says which tier a case belongs to: [exhaustive] runs in scripts/test --all only, and scripts/test --quick leaves
+# out [slow] and four subjects that take long. With -DCHECK=ON and -DCATCH_VERSION=... it fails unless each case of the program is in one group.
 cmake_minimum_required(VERSION 3.25)
 
-# Three specifications which together hold every case once.
-set(spec_quick "~[slow]~[exhaustive]")
-set(spec_slow "[slow]~[exhaustive]")
-set(spec_exhaustive "[exhaustive]")
+set(slow_tags [slow] [stability] [same-bits] [real] [rivals])
+
+# Sets a variable to the specification of a tier, narrowed to a file by its tag. The three hold every case once.
+function(spec_of variable tier file)
+  if(tier STREQUAL exhaustive)
+    set(spec "${file}[exhaustive]")
+  elseif(tier STREQUAL slow)
+    list(TRANSFORM slow_tags REPLACE "(.+)" "${file}\\1~[exhaustive]" OUTPUT_VARIABLE spec)
+    list(JOIN spec "," spec)
+  else()
+    list(JOIN slow_tags "~" spec)
+    set(spec "${file}~${spec}~[exhaustive]")
+  endif()
+  set(${variable} "${spec}" PARENT_SCOPE)
+endfunction()
 
 # Sets a variable to the lines that the program prints. Catch2 2 exits with the number of lines.
 function(lines_of variable)
@@ -26,24 +37,23 @@ set(text)
 set(specs)
 set(grouped 0)
 foreach(tier quick slow exhaustive)
-  lines_of(tags --list-tags "${spec_${tier}}")
+  spec_of(spec ${tier} "")
+  lines_of(tags --list-tags "${spec}")
   foreach(line IN LISTS tags)
     if(NOT line MATCHES "^ *([0-9]+) +\\|#(test_([^|]+))\\|")
       continue()
     endif()
     math(EXPR grouped "${grouped} + ${CMAKE_MATCH_1}")
-    set(spec "[#${CMAKE_MATCH_2}]${spec_${tier}}")
-    string(APPEND specs ",${spec}")
     set(name ${CMAKE_MATCH_3})
-    set(timeout 300)
+    spec_of(spec ${tier} "[#${CMAKE_MATCH_2}]")
+    string(APPEND specs ",${spec}")
     set(cost)
     if(NOT tier STREQUAL quick)
       string(APPEND name "_${tier}")
-      set(timeout 1800)
       set(cost "COST 100") # long ones first, so that no core waits for the last of them
     endif()
     string(APPEND text "add_test([[${name}]] [[${PROGRAM}]] --filenames-as-tags --durations yes [=[${spec}]=])\n"
-      "set_tests_properties([[${name}]] PROPERTIES LABELS ${tier} TIMEOUT ${timeout} ${cost})\n")
+      "set_tests_properties([[${name}]] PROPERTIES LABELS ${tier} TIMEOUT 1800 ${cost})\n")
   endforeach()
 endforeach()
 

@@ -162,7 +162,7 @@ TEST_CASE("choice: depth of 16 bits is judged as such in floats too") {
     CHECK(cheapest_method("normals", stored, 90).error > of_floats);
 }
 
-TEST_CASE("choice: an operation with max_error has the bits of what is chosen") {
+TEST_CASE("choice: an operation with max_error has the bits of what is chosen", "[slow]") {
     const StoredDepth stored = ramp();
     const SsaoOptions options{.radius = 0.5};
     const std::vector<MeasuredMethod> list = choices(measured_methods(), "ssao", "float32");

@@ -266,7 +266,7 @@ TEST_CASE("program: --help has an example and the exit codes for every command")
     CHECK(run({"--version"}).out.starts_with("fathom "));
 }
 
-TEST_CASE("program: real inputs of every kind") {
+TEST_CASE("program: real inputs of every kind", "[slow]") {
     if (!has_shared_data())
         return;
     const Folder folder;
@@ -451,7 +451,7 @@ TEST_CASE("program: no such device") {
     CHECK(folder.results().empty());
 }
 
-TEST_CASE("program: wrong usage is told before anything is done") {
+TEST_CASE("program: wrong usage is told before anything is done", "[slow]") {
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png"), out = folder / "out/z.exr";
     const Arguments good{"linearize", input, "--camera", camera, "-o", out};

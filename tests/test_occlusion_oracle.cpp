@@ -225,7 +225,7 @@ TEST_CASE("occlusion oracle: a plane is open at every tilt, for slices of a scen
     CHECK(of_image.error() < no_occluder);
 }
 
-TEST_CASE("occlusion oracle: slices of a height field agree with rays under five cameras", "[ssao][oracle]") {
+TEST_CASE("occlusion oracle: slices of a height field agree with rays under five cameras", "[ssao][oracle][slow]") {
     Worst of_scene, of_image;
     for (const auto& [name, known] : height_fields()) {
         for (const auto& [camera_name, camera] : views({.target = known.position, .from = known.from})) {
@@ -306,7 +306,7 @@ TEST_CASE("occlusion oracle: a column that is as thick as the thing it stands fo
     CHECK(of_image.error() < image_error);
 }
 
-TEST_CASE("occlusion oracle: columns block what their definition in space says", "[ssao][oracle]") {
+TEST_CASE("occlusion oracle: columns block what their definition in space says", "[ssao][oracle][slow]") {
     struct Place {
         scene::Scene scene;
         int x, y;
@@ -342,7 +342,7 @@ TEST_CASE("occlusion oracle: columns block what their definition in space says",
     CHECK(std::abs(mean / count) < 0.2 * sampling_error);
 }
 
-TEST_CASE("occlusion oracle: an image says what its scene says, but for edges", "[ssao][oracle]") {
+TEST_CASE("occlusion oracle: an image says what its scene says, but for edges", "[ssao][oracle][slow]") {
     for (const auto& [camera_name, camera] : views({.target = {0, 0, -6}, .extent = 5})) {
         const scene::Caster caster(scene::room(), camera);
         const auto image = scene::render(scene::room(), camera);

@@ -123,7 +123,7 @@ TEST_CASE("precision: spacing is the distance between the two neighbouring codes
               << spacing_tolerance << ")\n";
 }
 
-TEST_CASE("precision: the bound holds for every depth that is stored, and is not loose", "[precision]") {
+TEST_CASE("precision: the bound holds for every depth that is stored, and is not loose", "[precision][slow]") {
     std::mt19937 random(7);
     double tightest = 0, loosest = 1; // share of the bound that the worst error of a camera reached
     for (const Named& each : cameras()) {
