@@ -173,6 +173,54 @@ TEST_CASE("Popov: what is not depth may be computed at the corners and interpola
     }
 }
 
+TEST_CASE("Popov: the programs of listing 1 give the depth behind a fragment, with the sign of eq. 9 turned",
+          "[articles]") {
+    // He draws a triangle and asks for the depth of what the buffer holds behind it, at the same pixel. The vertex
+    // program hands on b = (clip · U_v, w); the fragment program says z = 1/(z_w U_f + b.x/b.y). U_v is eq. 8, which is
+    // negated so that z is positive. U_f of eq. 9 is −scale/P₃₄; with a negated U_v it has to be +scale/P₃₄.
+    const Convention zero_to_one{ClipZ::zero_to_one, ClipY::up, ViewAxes::opengl};
+    const std::array<Point, 3> triangle{Point(-1, -1, -4), Point(2, -0.5L, -7), Point(0, 1, -5)};
+    Real worst = 0;
+    for (const Convention& convention : {Convention::opengl(), zero_to_one}) {
+        for (const FrustumEdges& edges : {centred, off_centre}) {
+            for (const bool oblique : {false, true}) {
+                const Projection plain = perspective(edges, {0.5, 100}, convention);
+                const Projection p = oblique ? with_oblique_near_plane(plain, {0.3, 0.2, -0.9, -2}) : plain;
+                const Camera camera = camera_of(p);
+                const bool gl = convention.clip_z == ClipZ::negative_one_to_one;
+                const Real scale = gl ? 2 : 1;
+                const auto& m = p.matrix;
+                // Off-centre, "the bias should also contain additional constant components from Equation (6)".
+                const Real bias = (gl ? -1 : 0) - m(2, 0) * m(0, 2) / m(0, 0) - m(2, 1) * m(1, 2) / m(1, 1);
+                const Eigen::Matrix<Real, 1, 4> u_v(-m(2, 0) / (m(0, 0) * m(2, 3)), -m(2, 1) / (m(1, 1) * m(2, 3)), 0,
+                                                    (m(2, 2) + bias) / m(2, 3));
+                const Real u_f = scale / m(2, 3);
+                for (const Point& share : {Point(0.2L, 0.3L, 0.5L), Point(0.7L, 0.1L, 0.2L), Point(0, 0.5L, 0.5L)}) {
+                    // Interpolated with perspective correction: affine in space is what that amounts to.
+                    Point fragment = Point::Zero();
+                    Eigen::Matrix<Real, 2, 1> b(0, 0);
+                    for (std::size_t i = 0; i < 3; ++i) {
+                        const Real weight = share[static_cast<Eigen::Index>(i)];
+                        const Eigen::Matrix<Real, 4, 1> clip = m * triangle[i].homogeneous();
+                        fragment += weight * triangle[i];
+                        b += weight * Eigen::Matrix<Real, 2, 1>(u_v * clip, clip.w());
+                    }
+                    const Point behind = 3 * fragment; // the same pixel, three times as far away
+                    const Real z_w = place_of(camera, behind).stored;
+                    const Real z = 1 / (z_w * u_f + b.x() / b.y()), as_printed = 1 / (-z_w * u_f + b.x() / b.y());
+                    const Real truth = -behind.z();
+                    INFO("clip from " << (gl ? -1 : 0) << (oblique ? ", oblique" : "") << ": " << z << " for "
+                                      << truth);
+                    worst = std::max(worst, std::abs(z / truth - 1));
+                    REQUIRE(std::abs(z / truth - 1) <= constants_tolerance * 256); // κ of these points is below 256
+                    REQUIRE(std::abs(as_printed / truth - 1) > 0.5L);
+                }
+            }
+        }
+    }
+    std::cout << "Popov: listing 1 with eq. 8 and the turned eq. 9, worst relative error " << worst << "\n";
+}
+
 TEST_CASE("Lengyel: a near plane parallel to the old one gives the ordinary matrix back", "[articles]") {
     Real worst = 0;
     for (const Kind& kind : kinds()) {
@@ -193,6 +241,36 @@ TEST_CASE("Lengyel: a near plane parallel to the old one gives the ordinary matr
         }
     }
     std::cout << "Lengyel: plane parallel to the near plane, worst relative difference of an element " << worst << "\n";
+}
+
+TEST_CASE("Lengyel: the new row is eq. 14 with the corner of eq. 15", "[articles]") {
+    // For n = 0.5, f = 100 and the edges l, r, b, t; M₄ is 0 0 −1 0.
+    const double n = 0.5, f = 100;
+    Real worst = 0;
+    for (const FrustumEdges& edges : {centred, off_centre}) {
+        for (const double far : {f, infinity}) {
+            for (const Eigen::Vector4d& plane :
+                 {Eigen::Vector4d(0.3, 0.2, -0.9, -2), Eigen::Vector4d(-0.6, 0.1, -0.4, -3),
+                  Eigen::Vector4d(0.2, -0.7, -0.7, -1), Eigen::Vector4d(0, 0, -1, -4)}) {
+                const Eigen::Matrix<Real, 4, 1> c = plane.cast<Real>();
+                const auto sgn = [](Real value) { return static_cast<Real>((value > 0) - (value < 0)); };
+                const Real l = edges.left, r = edges.right, b = edges.bottom, t = edges.top, two_n = 2 * Real{n};
+                const Eigen::Matrix<Real, 4, 1> q(sgn(c.x()) * (r - l) / two_n + (r + l) / two_n,
+                                                  sgn(c.y()) * (t - b) / two_n + (t + b) / two_n, -1, 1 / Real{far});
+                const Eigen::Matrix<Real, 1, 4> row =
+                    -2 * q.z() / c.dot(q) * c.transpose() + Eigen::Matrix<Real, 1, 4>(0, 0, 1, 0);
+                const auto ours = with_oblique_near_plane(perspective(edges, {n, far}), plane).matrix.row(2).eval();
+                worst = std::max(worst, (ours - row).norm() / row.norm());
+                REQUIRE((ours - row).norm() <= constants_tolerance * row.norm());
+                if (c.x() == 0 && c.y() == 0 && far == f) { // eq. 16, with d = 4
+                    const Real d = 4;
+                    REQUIRE(std::abs(ours(2) + (f + d) / (f - d)) <= constants_tolerance * 4);
+                    REQUIRE(std::abs(ours(3) + 2 * f * d / (f - d)) <= constants_tolerance * 16);
+                }
+            }
+        }
+    }
+    std::cout << "Lengyel: eq. 14 and 15, worst relative difference of the row " << worst << "\n";
 }
 
 TEST_CASE("Lengyel: the plane becomes the near value, the far plane touches the opposite corner", "[articles]") {
@@ -353,6 +431,41 @@ TEST_CASE("Kooima: median depth is -1 at the eye, 0 at the median and goes to 1"
             constants_tolerance);
 }
 
+TEST_CASE("Kooima: his first matrix is an infinite projection, the vertex program's is the median's", "[articles]") {
+    // Of eq10 the last two rows are (0 0 −1 −1) and (0 0 −1 0), as the page has them: z_d = 1 − 1/z, an infinite far plane
+    // with the near plane at 1/2. The vertex program writes z = −z_e − m and w = −z_e + m, as his eq9 asks.
+    const auto& half = perspective(FrustumEdges{-1, 1, -1, 1}, {0.5, infinity}).matrix;
+    REQUIRE(half.row(2) == Eigen::Matrix<Real, 1, 4>(0, 0, -1, -1));
+    REQUIRE(half.row(3) == Eigen::Matrix<Real, 1, 4>(0, 0, -1, 0));
+
+    // An edge from z = 1 to z = 10, drawn by that vertex program: x_c = x (z + m)/z, w_c = z + m.
+    Camera camera = camera_of(perspective(FrustumEdges{-0.5, 0.5, -0.5, 0.5}, {0.5, infinity}));
+    camera.encoding = Encoding::median;
+    const Point near(0.5L, 0, -1), far(-5, 0, -10);
+    for (const double median : {0.5, 5.0, 50.0}) {
+        camera.median = median;
+        Real worst = 0;
+        for (const Real t : {0.0L, 0.25L, 0.5L, 0.75L, 1.0L}) { // along the edge in space
+            const auto clip = [&](const Point& p) {             // x, z, w
+                const Real z = -p.z(), m = median;
+                return Point(p.x() * (z + m) / z, z - m, z + m);
+            };
+            const Point drawn = (1 - t) * clip(near) + t * clip(far);
+            const Point point = (1 - t) * near + t * far;
+            // Its depth is that of the point: z − m and z + m are linear in space.
+            const double stored = static_cast<double>((drawn.y() / drawn.z() + 1) / 2);
+            REQUIRE(std::abs(view_depth(camera, Storage::float32, 3, 4, stored) / -point.z() - 1) <= 0x1p-44L);
+            // Its place on the screen is not, but for the vertices.
+            const Real off = std::abs(drawn.x() / drawn.z() - point.x() / -point.z());
+            worst = std::max(worst, off);
+            REQUIRE((off <= 0x1p-50L) == (t == 0 || t == 1));
+        }
+        std::cout << "Kooima: median " << median << ", an edge from 1 to 10 across the screen: x off by up to "
+                  << worst / 2 << " of the width\n";
+        REQUIRE(worst > 0.01L);
+    }
+}
+
 TEST_CASE("Goldberg: z times w is linear at vertices only, and the bound holds inside", "[articles]") {
     Camera camera = camera_of(perspective(centred, {0.5, 100}));
     camera.encoding = Encoding::pseudo_linear;
@@ -472,6 +585,53 @@ TEST_CASE("Lenaerts: a position lies on the pixel's ray, perspective or parallel
     }
     std::cout << "Lenaerts: worst relative difference of a position, view " << worst_view << ", world " << worst_world
               << "\n";
+}
+
+TEST_CASE("Lenaerts: his depth and his corner rays are ours", "[articles]") {
+    // z = −(z_ndc M44 − M43)/(z_ndc M34 − M33), M for row vectors. Rays: far − near of a corner, divided by its z; origins:
+    // near − ray · near.z; both interpolated across the screen; position = origin + z ray, z negative ahead.
+    Real worst = 0;
+    for (const Kind& kind : kinds()) {
+        if (!contains(kind.name, "OpenGL") || contains(kind.name, "infinite"))
+            continue;
+        for (const Real shift : {0.0L, 0.25L}) { // of the camera centre, along the view axis and aside
+            Projection p = kind.projection;
+            p.matrix.col(3) += p.matrix.leftCols<3>() * Point(-shift, shift, 2 * shift);
+            const Camera camera = camera_of(p);
+            const Rays ray = camera_rays(camera);
+            const auto m = p.matrix.transpose().eval();
+            const auto inverse = p.matrix.inverse().eval();
+            std::array<Point, 4> origins, directions; // top left, top right, bottom left, bottom right
+            for (std::size_t i = 0; i < 4; ++i) {
+                const auto corner = [&](Real z) -> Point {
+                    return (inverse * Eigen::Matrix<Real, 4, 1>(i % 2 ? 1 : -1, i / 2 ? -1 : 1, z, 1))
+                        .eval()
+                        .hnormalized();
+                };
+                const Point near = corner(p.clip_near()), far = corner(p.clip_far());
+                directions[i] = (far - near) / (far - near).z();
+                origins[i] = near - directions[i] * near.z();
+                REQUIRE(std::abs(origins[i].z()) <= position_tolerance);
+            }
+            const auto across = [](const std::array<Point, 4>& at, Real s, Real t) -> Point {
+                return (1 - t) * ((1 - s) * at[0] + s * at[1]) + t * ((1 - s) * at[2] + s * at[3]);
+            };
+            INFO(kind.name << ", shift " << shift);
+            for (const double x : {0.5, 20.0, 63.5}) {
+                for (const double stored : {0.125, 0.5, 0.75}) {
+                    const Real z_ndc = 2 * Real{stored} - 1, s = x / Real{64}, t = 0.25L;
+                    const Real z = -(z_ndc * m(3, 3) - m(3, 2)) / (z_ndc * m(2, 3) - m(2, 2));
+                    const Real ours = view_depth(camera, Storage::float32, x, 8, stored);
+                    REQUIRE(std::abs(ours + z) <= position_tolerance * 1024 * std::abs(z)); // κ up to 2 · far/near
+                    const Point his = across(origins, s, t) + z * across(directions, s, t);
+                    const Point pixel(x, 8, 1), position = ray.origin * pixel - z * (ray.direction * pixel);
+                    worst = std::max(worst, (position - his).norm() / his.norm());
+                    REQUIRE((position - his).norm() <= position_tolerance * 16 * his.norm());
+                }
+            }
+        }
+    }
+    std::cout << "Lenaerts: corner origins and rays, worst relative difference of a position " << worst << "\n";
 }
 
 TEST_CASE("Cancellation: what engines lose at far/near = 1e6", "[articles]") {

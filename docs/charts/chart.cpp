@@ -15,12 +15,6 @@ namespace {
 constexpr const char* colors[] = {"#8a8f98", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#56b4e9"};
 constexpr double top = 44, bottom = 52, left = 62; // margins of a chart
 
-std::string number(double value) {
-    char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.1f", value + 0.0);
-    return buffer;
-}
-
 // 1e-06 as 10⁻⁶, everything else as it is.
 std::string tick_text(const Axis& axis, double value) {
     char buffer[32];
@@ -42,21 +36,25 @@ double share(const Axis& axis, double value) {
 
 class Drawing {
 public:
-    Drawing(std::ostream& out, const Chart& chart, double x, double width, double height)
-        : out_(out), chart_(chart), x_(x + left), y_(top), width_(width - left - chart.label_room),
+    Drawing(std::ostream& out, const Chart& chart, double x, double y, double width, double height)
+        : out_(out), chart_(chart), x_(x + left), y_(y + top), width_(width - left - chart.label_room),
           height_(height - top - bottom) {}
 
     void draw() {
-        text(x_, 24, chart_.title, "start", "font-weight='600' font-size='14' fill='#1f2328'");
+        text(x_, y_ - top + 24, chart_.title, "start", "font-weight='600' font-size='14' fill='#1f2328'");
         axes();
-        const std::string clip = "c" + std::to_string(std::lround(x_));
+        const std::string clip =
+            "c" + std::to_string(std::lround(x_)) + (y_ > top ? "-" + std::to_string(std::lround(y_)) : "");
         out_ << "<clipPath id='" << clip << "'><rect x='" << number(x_) << "' y='" << number(y_ - 1) << "' width='"
              << number(width_ + 1) << "' height='" << number(height_ + 2) << "'/></clipPath>\n<g clip-path='url(#"
              << clip << ")'>\n";
         for (const Series& series : chart_.series)
             line(series);
         out_ << "</g>\n";
-        labels();
+        if (chart_.legend)
+            legend();
+        else
+            labels();
     }
 
 private:
@@ -64,8 +62,7 @@ private:
     double at_y(double value) const { return y_ + height_ * (1 - share(chart_.y, value)); }
 
     void text(double x, double y, const std::string& what, const char* anchor, const std::string& style) {
-        out_ << "<text x='" << number(x) << "' y='" << number(y) << "' text-anchor='" << anchor << "' " << style << ">"
-             << what << "</text>\n";
+        draw_text(out_, x, y, what, anchor, style);
     }
 
     void axes() {
@@ -109,6 +106,22 @@ private:
         out_ << "'/>\n";
     }
 
+    // A list of all labels, each beside a piece of its line.
+    void legend() {
+        double y = at_y(chart_.legend->second);
+        const double x = at_x(chart_.legend->first);
+        for (const Series& series : chart_.series) {
+            if (series.label.empty())
+                continue;
+            const std::string color = colors[series.color];
+            out_ << "<path stroke='" << color << "' stroke-width='2'"
+                 << (series.look == Series::Look::dashed ? " stroke-dasharray='5 4'" : "") << " d='M" << number(x)
+                 << " " << number(y) << "h22'/>";
+            text(x + 29, y + 4, series.label, "start", "font-size='12' fill='" + color + "'");
+            y += 17;
+        }
+    }
+
     // Beside the last point that is inside, moved apart where they would cover each other.
     void labels() {
         struct Label {
@@ -150,19 +163,45 @@ private:
 
 } // namespace
 
-void write(const std::filesystem::path& file, const std::vector<Chart>& charts, double width, double height) {
-    std::ostringstream out;
+std::string number(double value) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%.1f", value + 0.0);
+    return buffer;
+}
+
+void draw_text(std::ostream& out, double x, double y, const std::string& what, const std::string& anchor,
+               const std::string& style) {
+    out << "<text x='" << number(x) << "' y='" << number(y) << "' text-anchor='" << anchor << "' " << style << ">"
+        << what << "</text>\n";
+}
+
+void begin_card(std::ostream& out, const std::string& title, double width, double height) {
     out << "<svg xmlns='http://www.w3.org/2000/svg' width='" << width << "' height='" << height << "' viewBox='0 0 "
-        << width << " " << height << "' font-family='-apple-system,Segoe UI,Helvetica,Arial,sans-serif'>\n"
-        << "<rect width='" << width << "' height='" << height << "' rx='8' fill='#ffffff'/>\n";
-    const double each = width / static_cast<double>(charts.size());
-    for (std::size_t i = 0; i < charts.size(); ++i)
-        Drawing(out, charts[i], each * static_cast<double>(i), each, height).draw();
+        << width << " " << height << "' font-family='-apple-system,Segoe UI,Helvetica,Arial,sans-serif'>\n";
+    if (!title.empty())
+        out << "<title>" << title << "</title>\n";
+    out << "<rect width='" << width << "' height='" << height << "' rx='8' fill='#ffffff'/>\n";
+}
+
+void draw(std::ostream& out, const Chart& chart, double x, double y, double width, double height) {
+    Drawing(out, chart, x, y, width, height).draw();
+}
+
+void end_card(const std::filesystem::path& file, std::ostringstream& out) {
     out << "</svg>\n";
     std::ofstream target(file, std::ios::binary);
     target << out.str();
     if (!target.flush())
         throw std::runtime_error("cannot write " + file.string());
+}
+
+void write(const std::filesystem::path& file, const std::vector<Chart>& charts, double width, double height) {
+    std::ostringstream out;
+    begin_card(out, "", width, height);
+    const double each = width / static_cast<double>(charts.size());
+    for (std::size_t i = 0; i < charts.size(); ++i)
+        draw(out, charts[i], each * static_cast<double>(i), 0, each, height);
+    end_card(file, out);
 }
 
 } // namespace fathom::charts

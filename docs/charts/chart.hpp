@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,10 +29,24 @@ struct Chart {
     Axis x, y;
     std::vector<Series> series;
     double label_room = 150; ///< pixels on the right for the labels of the series
+    std::optional<std::pair<double, double>>
+        legend{}; ///< x and y of a list of the labels, instead of labels at the ends
 };
 
 /// Writes charts side by side into one picture.
 void write(const std::filesystem::path& file, const std::vector<Chart>& charts, double width = 860,
            double height = 360);
+
+/// The parts of `write`, for a picture that holds more than charts: a white card, and a chart on it.
+void begin_card(std::ostream& out, const std::string& title, double width, double height);
+void draw(std::ostream& out, const Chart& chart, double x, double y, double width, double height);
+void end_card(const std::filesystem::path& file, std::ostringstream& out);
+
+/// Text on a card. `style`: further attributes.
+void draw_text(std::ostream& out, double x, double y, const std::string& what, const std::string& anchor,
+               const std::string& style);
+
+/// A coordinate with one decimal.
+std::string number(double value);
 
 } // namespace fathom::charts

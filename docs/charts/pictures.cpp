@@ -1,6 +1,7 @@
-// The charts of docs/camera.md and docs/ambient-occlusion.md: fathom_charts FOLDER. Every curve is what the library
+// The charts of docs/camera.md, docs/ambient-occlusion.md and docs/articles.md: fathom_charts FOLDER. Every curve is what the library
 // answers.
 
+#include "article_pictures.hpp"
 #include "chart.hpp"
 
 #include <fathom/fathom.hpp>
@@ -334,8 +335,8 @@ int main(int argc, char* argv[]) {
     try {
         const std::filesystem::path folder = argv[1];
         std::filesystem::create_directories(folder);
-        for (const auto draw :
-             {draw_rays, draw_oblique, draw_median, draw_pseudo_linear, draw_precision, draw_cancellation, draw_wall})
+        for (const auto draw : {draw_rays, draw_oblique, draw_median, draw_pseudo_linear, draw_precision,
+                                draw_cancellation, draw_wall, draw_lengyel, draw_kooima, draw_goldberg})
             draw(folder);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "fathom_charts: %s\n", error.what());

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <filesystem>
+
+/// The pictures of docs/articles.md.
+namespace fathom::charts {
+
+void draw_lengyel(const std::filesystem::path& folder);
+void draw_kooima(const std::filesystem::path& folder);
+void draw_goldberg(const std::filesystem::path& folder);
+
+} // namespace fathom::charts
