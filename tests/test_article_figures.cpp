@@ -87,6 +87,8 @@ TEST_CASE("Lengyel: Figure 5 is eq. 19, clamped where a C_z <= -2", "[articles]"
             }
         }
     }
+    REQUIRE(depth_at_infinity(30, 0.1) == Approx(0.705).margin(1e-3)); // the example of docs/articles.md
+    REQUIRE(depth_at_infinity(60, 0.1) == Approx(0.200).margin(1e-3));
     REQUIRE(clamped > 50);
     REQUIRE(below > 300);
     std::cout << "Figure 5: " << below << " places below 1, " << clamped << " clamped, worst difference " << worst
@@ -144,7 +146,7 @@ TEST_CASE("Goldberg: derivatives are constant for z/w, smooth for linear depth, 
     const Screen screen = slanted_screen(96, 72);
     const auto triangles = slanted_plane(screen);
     const double a = slanted_inverse_depth[0], b = slanted_inverse_depth[1], c = slanted_inverse_depth[2];
-    const double width = screen.width, height = screen.height, n = screen.near, f = screen.far;
+    const double width = screen.width, height = screen.height, n = screen.near_plane, f = screen.far_plane;
     const auto inverse = [&](double x, double y) { return a * x / width + b * y / height + c; };
 
     // z/w: A/z + B with A = −f n/(f − n), and 1/z is affine on the whole plane.
@@ -211,7 +213,7 @@ TEST_CASE("Goldberg: his fraction is what the rasteriser makes of z w", "[articl
     const Triangle triangle{Eigen::Vector3d(-0.8, 0.3, -2), {3, 1, -9}, {0, -2, -5}};
     const ScreenTriangle drawn(triangle, screen, DepthWriter::z_times_w);
     const ScreenTriangle truth(triangle, screen, DepthWriter::linear);
-    const double z1 = 2, z2 = 9, n = screen.near, f = screen.far;
+    const double z1 = 2, z2 = 9, n = screen.near_plane, f = screen.far_plane;
     const auto stored = [&](double z) { return (z - n) / (f - n); };
     for (const double t : {0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0}) {
         const Eigen::Vector3d point = t * triangle[0] + (1 - t) * triangle[1];

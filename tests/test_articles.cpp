@@ -460,7 +460,7 @@ TEST_CASE("Kooima: his first matrix is an infinite projection, the vertex progra
             worst = std::max(worst, off);
             REQUIRE((off <= 0x1p-50L) == (t == 0 || t == 1));
         }
-        std::cout << "Kooima: median " << median << ", an edge from 1 to 10 across the screen: x off by up to "
+        std::cout << "Kooima: median " << median << ", an edge from 1 to 10 over half the screen: x off by up to "
                   << worst / 2 << " of the width\n";
         REQUIRE(worst > 0.01L);
     }

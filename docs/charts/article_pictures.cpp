@@ -45,7 +45,7 @@ std::string color(double share) {
     return text;
 }
 
-// The scale of `colour`, upright, with ticks at shares of its height.
+// The scale of `color`, upright, with ticks at shares of its height.
 void color_bar(std::ostream& out, double x, double y, double height,
                const std::vector<std::pair<double, const char*>>& ticks) {
     constexpr int parts = 64;

@@ -10,7 +10,7 @@ ScreenCorner corner_of(const Eigen::Vector3d& point, const Screen& screen, Depth
     const Eigen::Vector4d homogeneous(point.x(), point.y(), point.z(), 1);
     const Eigen::Vector4d clip = screen.projection.matrix.cast<double>() * homogeneous;
     const double w = clip.w(), z = -point.z();
-    const double linear = (z - screen.near) / (screen.far - screen.near);
+    const double linear = (z - screen.near_plane) / (screen.far_plane - screen.near_plane);
     const double written = writer == DepthWriter::z_times_w ? (2 * linear - 1) * w : clip.z();
     return {(clip.x() / w + 1) / 2 * screen.width, (1 - clip.y() / w) / 2 * screen.height, 1 / w, (written / w + 1) / 2,
             z};
@@ -19,7 +19,7 @@ ScreenCorner corner_of(const Eigen::Vector3d& point, const Screen& screen, Depth
 } // namespace
 
 ScreenTriangle::ScreenTriangle(const Triangle& triangle, const Screen& screen, DepthWriter writer)
-    : near_(screen.near), far_(screen.far), per_fragment_(writer == DepthWriter::linear) {
+    : near_(screen.near_plane), far_(screen.far_plane), per_fragment_(writer == DepthWriter::linear) {
     for (std::size_t i = 0; i < 3; ++i)
         corners_[i] = corner_of(triangle[i], screen, writer);
 }
@@ -105,7 +105,7 @@ std::vector<Triangle> slanted_plane(const Screen& screen) {
         const double y = static_cast<double>(row) / rows + moved[row][column][1];
         const auto [a, b, c] = slanted_inverse_depth;
         const double z = 1 / (a * x + b * y + c);
-        return Eigen::Vector3d((x - 0.5) * z / screen.near, (0.5 - y) * aspect * z / screen.near, -z);
+        return Eigen::Vector3d((x - 0.5) * z / screen.near_plane, (0.5 - y) * aspect * z / screen.near_plane, -z);
     };
     std::vector<Triangle> triangles;
     for (std::size_t row = 0; row < rows; ++row) {

@@ -24,7 +24,7 @@ enum class DepthWriter {
 struct Screen {
     Projection projection; ///< a perspective in the OpenGL axes, clip depth −1 to 1
     int width, height;
-    double near, far;
+    double near_plane, far_plane;
 };
 
 /// A corner of a triangle as the rasteriser gets it.
