@@ -93,9 +93,14 @@ TEST_CASE("pages: every test that docs/articles.md names exists, and it names ev
     for (const Case& each : cases)
         names.insert(each.name);
 
-    const std::regex code("`([A-Za-z ]+: [^`]+)`"); // a name of a test is the only code with a colon and a space
-    for (std::sregex_iterator found(page.begin(), page.end(), code), end; found != end; ++found)
-        named.insert((*found)[1]);
+    // Of what stands between backticks, only names of tests are words, a colon and a space.
+    const std::regex name_of_test("[A-Za-z]+: .+");
+    std::istringstream parts(page);
+    std::string part;
+    for (bool code = false; std::getline(parts, part, '`'); code = !code) {
+        if (code && std::regex_match(part, name_of_test))
+            named.insert(part);
+    }
     REQUIRE(named.size() >= 20);
     for (const std::string& name : named) {
         INFO("docs/articles.md names a test that does not exist: " << name);
@@ -106,13 +111,6 @@ TEST_CASE("pages: every test that docs/articles.md names exists, and it names ev
             continue;
         INFO("docs/articles.md does not name the test " << each.name);
         REQUIRE(named.count(each.name) == 1);
-    }
-
-    // And every picture and page that it links.
-    const std::regex link("\\]\\(([^):#]+)[)#]");
-    for (std::sregex_iterator found(page.begin(), page.end(), link), end; found != end; ++found) {
-        INFO("docs/articles.md links " << (*found)[1]);
-        REQUIRE(std::filesystem::exists(root / "docs" / (*found)[1].str()));
     }
 }
 

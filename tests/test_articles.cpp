@@ -525,8 +525,8 @@ TEST_CASE("Ulrich: logarithmic depth keeps a relative step, window depth does no
 }
 
 TEST_CASE("Lenaerts: a position lies on the pixel's ray, perspective or parallel, in view and world", "[articles]") {
-    // His corners: the near and far plane's corner positions, interpolated across the screen. P = near + t (far − near)
-    // with t = (z − n)/(f − n) is a position for either kind; origin + z direction must be the same point.
+    // The near and far plane's corners, interpolated across the screen: P = near + t (far − near) is his formula of the
+    // orthographic case. With t = (z − n)/(f − n) it holds for a perspective too. origin + z direction is the same point.
     Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
     view.topLeftCorner<3, 3>() << 0.36, 0.48, -0.8, -0.8, 0.6, 0, 0.48, 0.64, 0.6;
     view.topRightCorner<3, 1>() << 3, -4, 12;
