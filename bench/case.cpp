@@ -1,6 +1,6 @@
 #include "case.hpp"
 
-#include "room_depth.hpp"
+#include "parallel.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,9 +10,12 @@
 namespace fathom::bench {
 namespace {
 
+std::size_t size_of(const Camera& camera) {
+    return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+}
+
 std::vector<float> patches(int width, int height) {
     std::vector<float> color;
-    color.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
             const auto patch = static_cast<unsigned>((y / 12) * 7919 + (x / 16) * 104729);
@@ -23,30 +26,54 @@ std::vector<float> patches(int width, int height) {
     return color;
 }
 
-Image codes(const Device& device, Layout layout, const std::vector<double>& stored) {
-    std::vector<std::uint16_t> values;
-    for (const double value : stored)
-        values.push_back(static_cast<std::uint16_t>(std::lround(65535 * value)));
-    const Image image(device, Element::u16, layout);
-    const std::size_t row = static_cast<std::size_t>(layout.width) * sizeof(std::uint16_t);
+template <typename Value>
+Image uploaded(const Device& device, Element element, const Layout& layout, const std::vector<Value>& values) {
+    const Image image(device, element, layout);
+    const std::size_t row =
+        static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels) * sizeof(Value);
     device.queue().enqueueWriteBufferRect(image.buffer(), CL_TRUE, {0, 0, 0}, {0, 0, 0},
                                           {row, static_cast<std::size_t>(layout.height), 1},
-                                          image.row_stride() * sizeof(std::uint16_t), 0, row, 0, values.data());
+                                          image.row_stride() * sizeof(Value), 0, row, 0, values.data());
     return image;
 }
 
+std::vector<double> stored_depth_of(const View& view) {
+    const Camera& camera = view.camera();
+    const scene::Caster caster(view.scene, camera);
+    const auto columns = static_cast<std::size_t>(camera.width);
+    const double clear = scene::clear_value(camera);
+    std::vector<double> stored(size_of(camera));
+    oracle::in_parallel(static_cast<std::size_t>(camera.height), [&](std::size_t y) {
+        for (std::size_t x = 0; x < columns; ++x) {
+            const auto surface = caster.at(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
+            stored[y * columns + x] = surface ? surface->stored : clear;
+        }
+    });
+    return stored;
+}
+
+int frames_for(const Camera& camera) {
+    const double bytes = 8.0 * static_cast<double>(size_of(camera));
+    return bytes > 0.3e9 ? 1 : std::clamp(static_cast<int>(0.5e9 / bytes) + 1, 2, 16);
+}
+
 } // namespace
+
+Case::Case(const Device& device, const View& view, int frames)
+    : Case(device, view, stored_depth_of(view), frames > 0 ? frames : frames_for(view.camera())) {}
 
 Case::Case(const Device& device, View view, const std::vector<double>& stored, int frames)
     : device_(device), view_(std::move(view)), frames_(static_cast<std::size_t>(frames)) {
     const Layout layout{width(), height()};
     const std::vector<float> values(stored.begin(), stored.end());
+    std::vector<std::uint16_t> codes;
+    for (const double value : stored)
+        codes.push_back(static_cast<std::uint16_t>(std::lround(65535 * value)));
     for (Frame& frame : frames_) {
-        frame.stored = uploaded(device, layout, values);
-        frame.stored16 = codes(device, layout, stored);
+        frame.stored = uploaded(device, Element::f32, layout, values);
+        frame.stored16 = uploaded(device, Element::u16, layout, codes);
     }
-    std::vector<float> z(values.size());
-    linearize({frames_[0].stored, camera()}).image.download(z.data());
+    const std::vector<float> z = floats_of(linearize({frames_[0].stored, camera()}).image);
     for (std::size_t i = 0; i < z.size(); i += 17)
         if (std::isfinite(z[i]))
             sorted_depth_.push_back(z[i]);
@@ -58,27 +85,42 @@ StoredDepth Case::stored(Storage storage) const {
     return {storage == Storage::uint16 ? frame.stored16 : frame.stored, camera(), storage};
 }
 
-// Its pages touched before anything is timed.
-Image Case::filled(int channels) const {
-    const Layout layout{width(), height(), channels};
-    const Image image(device_, Element::f32, layout);
-    device_.queue().enqueueFillBuffer(image.buffer(), 0.0f, 0, Image::allocation(Element::f32, layout));
+const Image& Case::in_place() {
+    if (!frames_[current_].in_place)
+        restore();
+    return frames_[current_].in_place;
+}
+
+void Case::restore() {
+    Frame& frame = frames_[current_];
+    if (!frame.in_place)
+        frame.in_place = Image(device_, Element::f32, {width(), height()});
+    device_.queue().enqueueCopyBuffer(frame.stored.buffer(), frame.in_place.buffer(), 0, 0,
+                                      Image::allocation(Element::f32, {width(), height()}));
+    device_.finish();
+}
+
+// Its pages are touched before anything is timed.
+const Image& Case::result(std::size_t place, int channels) {
+    Image& image = frames_[current_].results[place];
+    if (!image) {
+        const Layout layout{width(), height(), channels};
+        image = Image(device_, Element::f32, layout);
+        device_.queue().enqueueFillBuffer(image.buffer(), 0.0f, 0, Image::allocation(Element::f32, layout));
+    }
     return image;
 }
 
 const Image& Case::floats(int channels) {
-    Image& image = frames_[current_].floats[channels == 1 ? 0 : channels == 3 ? 1 : 2];
-    if (!image)
-        image = filled(channels);
-    return image;
+    return result(channels == 1 ? 0 : channels == 3 ? 1 : 2, channels);
 }
 
-const std::array<Image, 4>& Case::masks() {
-    auto& images = frames_[current_].masks;
-    for (Image& image : images)
-        if (!image)
-            image = filled(1);
-    return images;
+DofMasks Case::masks(bool mixed) {
+    DofMasks masks;
+    masks.circle = result(3, 1), masks.near = result(4, 1), masks.focus = result(5, 1), masks.far = result(6, 1);
+    if (mixed)
+        masks.mixed_pixels = result(7, 1);
+    return masks;
 }
 
 const Image& Case::color() {
@@ -86,7 +128,7 @@ const Image& Case::color() {
     if (picture_.empty())
         picture_ = patches(width(), height());
     if (!image)
-        image = uploaded(device_, {width(), height(), 3}, picture_);
+        image = uploaded(device_, Element::f32, {width(), height(), 3}, picture_);
     return image;
 }
 
@@ -97,16 +139,15 @@ void Case::set_color(const std::vector<float>& picture) {
 }
 
 void Case::complete() {
-    const Frame& made = frames_[current_];
-    for (Frame& frame : frames_) {
-        for (std::size_t i = 0; i < made.floats.size(); ++i)
-            if (made.floats[i] && !frame.floats[i])
-                frame.floats[i] = filled(made.floats[i].channels());
-        for (std::size_t i = 0; i < made.masks.size(); ++i)
-            if (made.masks[i] && !frame.masks[i])
-                frame.masks[i] = filled(1);
-        if (made.color && !frame.color)
-            frame.color = uploaded(device_, {width(), height(), 3}, picture_);
+    const Frame made = frames_[current_];
+    for (std::size_t i = 0; i < frames_.size(); ++i, next()) {
+        for (std::size_t place = 0; place < made.results.size(); ++place)
+            if (made.results[place])
+                result(place, made.results[place].channels());
+        if (made.color)
+            color();
+        if (made.in_place)
+            in_place();
     }
     device_.finish();
 }
@@ -122,13 +163,21 @@ double Case::median_width() const {
 }
 
 CircleOfConfusion Case::lens() const {
-    const double focus = depth_quantile(1.0 / 3), near = depth_quantile(0), far = depth_quantile(1);
+    const double nearest = depth_quantile(0), farthest = depth_quantile(1);
+    const double sharp = focus > 0 ? focus : depth_quantile(1.0 / 3);
     if (!camera().projection.is_perspective()) {
-        const double g = max_coc_px / std::max(far - focus, focus - near);
-        return {g * focus, g, 0, true};
+        const double g = max_coc_px / std::max(farthest - sharp, sharp - nearest);
+        return {g * sharp, g, 0, true};
     }
-    const double k = max_coc_px / std::max(focus / near - 1, 1 - focus / far);
-    return {k, k * focus};
+    const double k = max_coc_px / std::max(sharp / nearest - 1, 1 - sharp / farthest);
+    return {k, k * sharp};
+}
+
+std::vector<float> floats_of(const Image& image) {
+    std::vector<float> values(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
+                              static_cast<std::size_t>(image.channels()));
+    image.download(values.data());
+    return values;
 }
 
 } // namespace fathom::bench

@@ -10,11 +10,13 @@
 namespace fathom::bench {
 
 /// One view at one size on a device: depth as stored, a picture, and images for what is computed from them. Several frames
-/// of the same pixels in turn, so that a run does not find the last one's in the cache.
+/// of the same pixels in turn, so that a run finds its pixels in memory, as frames that come from elsewhere do.
 class Case {
 public:
-    /// `stored`: values from 0 to 1, not rounded.
+    /// `stored`: values from 0 to 1, not rounded; without them the view's own. 0 frames: as many as outgrow a cache of half a
+    /// gigabyte, from 2 to 16.
     Case(const Device& device, View view, const std::vector<double>& stored, int frames);
+    explicit Case(const Device& device, const View& view, int frames = 0);
 
     const Device& device() const { return device_; }
     const View& view() const { return view_; }
@@ -28,10 +30,12 @@ public:
     /// Gives all frames the images that this one has been asked for, so that none is made while time is taken.
     void complete();
 
-    StoredDepth stored(Storage storage) const; ///< float32 or uint16
-    const Image& floats(int channels);         ///< for a result of one, three or four floats a pixel
-    const std::array<Image, 4>& masks();       ///< for four results of one float
-    const Image& color();                      ///< patches of colour unless a picture was set
+    StoredDepth stored(Storage storage = Storage::float32) const; ///< float32 or uint16
+    const Image& in_place();                                      ///< float32 depth, to be overwritten
+    void restore();                                               ///< makes it what it was
+    const Image& floats(int channels);                            ///< for a result of one, three or four floats a pixel
+    DofMasks masks(bool mixed = false);                           ///< for four or five results of one float
+    const Image& color();                                         ///< patches of colour unless a picture was set
     void set_color(const std::vector<float>& picture);
 
     /// z where this share of the surfaces is nearer.
@@ -40,17 +44,17 @@ public:
 
     double radius_px = 0;  ///< of ssao: pixels at the median depth
     double max_coc_px = 0; ///< of dof and dof_masks: diameter of the image's max CoC
+    double focus = 0;      ///< of them: depth; 0: the first third of the surfaces is nearer
 
     double radius() const { return radius_px * median_width() / width(); }
-    CircleOfConfusion lens() const; ///< in focus at the first third of the surfaces
+    CircleOfConfusion lens() const;
 
 private:
     struct Frame {
-        Image stored, stored16, color;
-        std::array<Image, 3> floats; // of one, three and four channels
-        std::array<Image, 4> masks;
+        Image stored, stored16, in_place, color;
+        std::array<Image, 8> results; // of one, three and four channels, and five of one
     };
-    Image filled(int channels) const;
+    const Image& result(std::size_t place, int channels);
 
     Device device_;
     View view_;
@@ -59,5 +63,8 @@ private:
     std::vector<Frame> frames_;
     std::size_t current_ = 0;
 };
+
+/// All channels of all pixels.
+std::vector<float> floats_of(const Image& image);
 
 } // namespace fathom::bench

@@ -2,15 +2,12 @@
 
 #include "brute_force.hpp"
 #include "lens_truth.hpp"
-#include "text.hpp"
+#include "parallel.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <optional>
-#include <thread>
 
 namespace fathom::bench {
 namespace {
@@ -22,13 +19,6 @@ constexpr double radii[] = {1.0 / 20, 2.0 / 5}; // of ssao, in widths of the ima
 constexpr double max_coc = 1.0 / 30;            // of dof, in widths
 constexpr int occlusion_stride = 23;            // between the pixels of brute force: every phase of 4 x 4 alike
 constexpr int blur_stride = 23;                 // between the pixels whose lens is sampled
-
-std::vector<float> pixels(const Image& image) {
-    std::vector<float> values(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
-                              static_cast<std::size_t>(image.channels()));
-    image.download(values.data());
-    return values;
-}
 
 struct BlurSample {
     int x, y;
@@ -46,7 +36,7 @@ public:
     Case& on() { return on_; }
 
     Deviation error(const Method& method) {
-        const std::vector<float> got = pixels(method.run(on_));
+        const std::vector<float> got = floats_of(method.run(on_));
         if (method.operation == "linearize")
             return depth_error(method, got);
         if (method.operation == "unproject")
@@ -162,14 +152,7 @@ private:
             for (int x = margin; x < on_.width() - margin; x += blur_stride)
                 blur_.push_back({x, y, {}});
         const LensTruth truth(view_, on_.lens());
-        std::atomic<std::size_t> next = 0;
-        const auto work = [&] {
-            for (std::size_t i = next++; i < blur_.size(); i = next++)
-                blur_[i].color = truth.at(blur_[i].x, blur_[i].y);
-        };
-        std::vector<std::jthread> workers;
-        for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
-            workers.emplace_back(work);
+        oracle::in_parallel(blur_.size(), [&](std::size_t i) { blur_[i].color = truth.at(blur_[i].x, blur_[i].y); });
     }
 
     Deviation blur_error(std::vector<float> got) {

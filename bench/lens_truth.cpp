@@ -3,15 +3,15 @@
 
 #include "lens_truth.hpp"
 
+#include "parallel.hpp"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <thread>
 #include <utility>
 
 namespace fathom::bench {
@@ -41,28 +41,20 @@ std::vector<float> picture_of(const View& view) {
     const Eigen::Matrix4d world = scene::to_world(camera);
     std::vector<float> picture(3 * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
     constexpr double places[][2] = {{0.125, 0.625}, {0.375, 0.125}, {0.625, 0.875}, {0.875, 0.375}};
-    std::atomic<int> next = 0;
-    const auto rows = [&] {
-        for (int y = next++; y < camera.height; y = next++) {
-            for (int x = 0; x < camera.width; ++x) {
-                Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-                for (const auto& [right, down] : places) {
-                    const auto surface = caster.at(x + right, y + down);
-                    sum += surface ? color_of(view, (world * surface->position.homogeneous()).head<3>(),
-                                              world.topLeftCorner<3, 3>() * surface->normal)
-                                   : sky_color();
-                }
-                for (int i = 0; i < 3; ++i)
-                    picture[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
-                                 static_cast<std::size_t>(x)) +
-                            static_cast<std::size_t>(i)] = static_cast<float>(sum[i] / 4);
+    const auto width = static_cast<std::size_t>(camera.width);
+    oracle::in_parallel(static_cast<std::size_t>(camera.height), [&](std::size_t y) {
+        for (std::size_t x = 0; x < width; ++x) {
+            Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+            for (const auto& [right, down] : places) {
+                const auto surface = caster.at(static_cast<double>(x) + right, static_cast<double>(y) + down);
+                sum += surface ? color_of(view, (world * surface->position.homogeneous()).head<3>(),
+                                          world.topLeftCorner<3, 3>() * surface->normal)
+                               : sky_color();
             }
+            for (std::size_t i = 0; i < 3; ++i)
+                picture[3 * (y * width + x) + i] = static_cast<float>(sum[static_cast<Eigen::Index>(i)] / 4);
         }
-    };
-    std::vector<std::jthread> workers;
-    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
-        workers.emplace_back(rows);
-    workers.clear();
+    });
     return picture;
 }
 

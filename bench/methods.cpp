@@ -1,29 +1,16 @@
 #include "methods.hpp"
 
-#include "scalar_ssao.hpp"
-#include "ssao_rivals.hpp"
-
-#include "operations/circle.hpp"
-#include "operations/parameters.hpp"
-#include "runtime/launch.hpp"
 #include "runtime/state.hpp"
 #include "text.hpp"
 
 #include <Eigen/LU>
 
-#include <functional>
-#include <memory>
-#include <tuple>
 #include <utility>
 
 namespace fathom::bench {
 namespace {
 
 using Kind = Method::Kind;
-
-// Obscurance has no truth: its constant is the best for the room with rays of a twentieth of the width (`compare_ssao`), and
-// is kept for all else.
-constexpr double hbao_plus_strength = 6.87, scalable_strength = 2.91;
 
 void add_floors(std::vector<Method>& list, Baselines& kernels) {
     const auto add = [&](const std::string& name, std::function<Image(Case&)> run) {
@@ -32,7 +19,7 @@ void add_floors(std::vector<Method>& list, Baselines& kernels) {
     };
     const auto spread = [&](const char* kernel, int channels) {
         return [&kernels, kernel, channels](Case& on) {
-            kernels.launch(kernel, on.stored(Storage::float32).image, on.floats(channels));
+            kernels.launch(kernel, on.stored().image, on.floats(channels));
             return on.floats(channels);
         };
     };
@@ -42,7 +29,7 @@ void add_floors(std::vector<Method>& list, Baselines& kernels) {
     // Seven floats a pixel: depth and colour in, colour out, as a copy of 3 and a half.
     add("copy depth and RGB", [&kernels](Case& on) {
         const Layout flat{3 * on.width(), on.height()};
-        const Image& from = on.stored(Storage::float32).image;
+        const Image& from = on.stored().image;
         kernels.launch("copy", Image(on.device(), on.color().buffer(), Element::f32, flat),
                        Image(on.device(), on.floats(3).buffer(), Element::f32, flat));
         const int half = (on.height() + 1) / 2;
@@ -68,7 +55,7 @@ void add_formulas(std::vector<Method>& list, Baselines& kernels) {
                             const auto& frustum = *on.view().subject.frustum;
                             const auto near = static_cast<float>(frustum.near), far = static_cast<float>(frustum.far);
                             const float first = engine ? 1 / far - 1 / near : near, second = engine ? 1 / near : far;
-                            kernels.launch(kernel, on.stored(Storage::float32).image, on.floats(1), {first, second});
+                            kernels.launch(kernel, on.stored().image, on.floats(1), {first, second});
                             return on.floats(1);
                         },
                         {},
@@ -83,7 +70,7 @@ void add_formulas(std::vector<Method>& list, Baselines& kernels) {
 void add_matrix(std::vector<Method>& list, Baselines& kernels) {
     const auto add = [&](const char* operation, std::string name, const char* kernel, Storage storage) {
         list.push_back({operation, std::move(name), Kind::baseline, storage, "spread", [&kernels, kernel](Case& on) {
-                            const Image& from = on.stored(Storage::float32).image;
+                            const Image& from = on.stored().image;
                             const Eigen::Matrix4f inverse = unprojection(on.camera()).transpose().cast<float>();
                             cl_float16 rows;
                             std::copy_n(inverse.data(), 16, rows.s);
@@ -113,15 +100,13 @@ void add_streams(std::vector<Method>& list) {
         }
     }
     list.push_back({"unproject", "fathom", Kind::library, Storage::float32, "spread", [](Case& on) {
-                        unproject(on.stored(Storage::float32), on.floats(3), {.background = Background::decode});
+                        unproject(on.stored(), on.floats(3), {.background = Background::decode});
                         return on.floats(3);
                     }});
     list.push_back({"dof_masks", "fathom", Kind::library, Storage::float32, "fan out", [](Case& on) {
-                        const auto& [circle, near, focus, far] = on.masks();
-                        DofMasks results;
-                        results.circle = circle, results.near = near, results.focus = focus, results.far = far;
-                        run_masks(on.stored(Storage::float32), {.circle = on.lens()}, results);
-                        return circle;
+                        const DofMasks results = on.masks();
+                        dof_masks(on.stored(), results, {.circle = on.lens()});
+                        return results.circle;
                     }});
 }
 
@@ -129,36 +114,8 @@ Method occlusion(std::string name, const SsaoOptions& options) {
     return {"ssao", std::move(name), Kind::library, Storage::float32, "copy", [options](Case& on) {
                 SsaoOptions all = options;
                 all.radius = on.radius();
-                return ssao(on.stored(Storage::float32), all).visibility;
+                return ssao(on.stored(), all).visibility;
             }};
-}
-
-// `make` makes kernels and images for a frame and a radius. The last ones are kept, and made before time is taken.
-template <typename Make>
-Method rival(std::string name, Make make, std::function<bool(const View&)> fits = {}) {
-    struct Made {
-        cl_mem stored = nullptr;
-        double radius = 0;
-        decltype(make(std::declval<Case&>())) rival;
-    };
-    const auto made = std::make_shared<Made>();
-    const auto prepare = [made, make](Case& on) {
-        const cl_mem stored = on.stored(Storage::float32).image.buffer()();
-        if (made->stored != stored || made->radius != on.radius())
-            *made = {stored, on.radius(), make(on)};
-    };
-    return {"ssao",
-            std::move(name),
-            Kind::baseline,
-            Storage::float32,
-            "copy",
-            [=](Case& on) {
-                prepare(on);
-                made->rival->run(on.floats(1));
-                return on.floats(1);
-            },
-            prepare,
-            std::move(fits)};
 }
 
 void add_ssao(std::vector<Method>& list) {
@@ -174,32 +131,13 @@ void add_ssao(std::vector<Method>& list) {
             list.push_back(occlusion(text(slices, " x ", steps, suffix),
                                      {.slices = slices, .samples = steps, .half_resolution = half}));
     }
-    list.push_back(rival(
-        "loop per pixel, not filtered",
-        [](Case& on) {
-            const auto& f = *on.view().subject.frustum;
-            const DepthSpan span{static_cast<double>(f.near), static_cast<double>(f.far)};
-            return std::make_shared<ScalarSsao>(on.stored(Storage::float32).image, view_fov_y, span, on.radius(),
-                                                on.radius() / 4, ScalarSsao::Patterns::sixteen);
-        },
-        [](const View& view) { return plain_perspective(view) && view.closed; }));
-    for (const int slices : {4, 16})
-        list.push_back(rival(text("line sweep, ", slices, " slices"), [slices](Case& on) {
-            return std::make_shared<LineSweep>(on.stored(Storage::float32), on.radius(), slices);
-        }));
-    for (const auto& [name, falloff, strength] :
-         {std::tuple{"obscurance, HBAO+", Falloff::hbao_plus, hbao_plus_strength},
-          {"obscurance, scalable", Falloff::scalable, scalable_strength}})
-        list.push_back(rival(name, [falloff = falloff, strength = strength](Case& on) {
-            return std::make_shared<Obscurance>(on.stored(Storage::float32), on.radius(), 1, 6, falloff, strength);
-        }));
 }
 
 void add_dof(std::vector<Method>& list, Baselines& kernels) {
     const auto add = [&](std::string name, BlurQuality quality) {
         list.push_back(
             {"dof", std::move(name), Kind::library, Storage::float32, "copy depth and RGB", [quality](Case& on) {
-                 dof(on.stored(Storage::float32), on.color(), on.floats(3), {.circle = on.lens(), .quality = quality});
+                 dof(on.stored(), on.color(), on.floats(3), {.circle = on.lens(), .quality = quality});
                  return on.floats(3);
              }});
     };
@@ -214,8 +152,7 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
                         Storage::float32,
                         "copy depth and RGB",
                         [=](Case& on) {
-                            start(on, dof_masks(on.stored(Storage::float32),
-                                                {.circle = on.lens(), .weights = false, .tile_px = tile}));
+                            start(on, dof_masks(on.stored(), {.circle = on.lens(), .weights = false, .tile_px = tile}));
                             return on.floats(3);
                         },
                         {},
@@ -283,25 +220,6 @@ double bytes_of(const Method& method, Case& on) {
     for (const cl::Buffer& buffer : scratch)
         sum += static_cast<double>(buffer.getInfo<CL_MEM_SIZE>());
     return sum;
-}
-
-void run_masks(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& results) {
-    const Device& device = stored.image.device();
-    DepthForm form = depth_form(stored.camera, stored.storage);
-    Rays view = form.form == Form::ray_distance ? camera_rays(stored.camera) : Rays{};
-    count_from_lens(form, view, options.circle);
-    const Arithmetic arithmetic = device.options().arithmetic;
-    const int width = stored.image.width(), vector_width = vector_width_for(device, width);
-    runtime::Defines choices = circle_defines(form, options.circle, view, stored.storage, vector_width,
-                                              worth_streaming(results.circle, vector_width));
-    choices.emplace_back("WEIGHTS", 1);
-    runtime::launch(device, runtime::kernel(device, "dof_masks", choices),
-                    {static_cast<std::size_t>((width + vector_width - 1) / vector_width),
-                     static_cast<std::size_t>(stored.image.height())},
-                    stored.image, results.circle, results.near, results.focus, results.far,
-                    grid_parameters(stored, results.circle, 0, width),
-                    depth_parameters(form, stored.storage, Background::inf, arithmetic),
-                    ray_parameters(view, form.scale, arithmetic), circle_parameters(form, options, arithmetic));
 }
 
 } // namespace fathom::bench

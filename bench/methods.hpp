@@ -34,7 +34,4 @@ std::vector<Method> methods(Baselines& kernels);
 /// Bytes of a device's memory that a run takes: the images it reads and writes, and the scratch between its passes.
 double bytes_of(const Method& method, Case& on);
 
-/// The pass of dof_masks alone: the public function makes its results anew, and new memory costs as much as the pass.
-void run_masks(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& results);
-
 } // namespace fathom::bench

@@ -1,7 +1,5 @@
 #include "sweeps.hpp"
 
-#include "room_depth.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -10,13 +8,6 @@
 
 namespace fathom::bench {
 namespace {
-
-// Enough frames to go through half a gigabyte, sixteen at most.
-Case case_of(const Device& device, const View& view) {
-    const double bytes = 8.0 * view.camera().width * view.camera().height;
-    const int frames = bytes > 0.3e9 ? 1 : std::clamp(static_cast<int>(0.5e9 / bytes) + 1, 2, 16);
-    return {device, view, stored_depth_of(view.scene, view.camera()), frames};
-}
 
 double radius_of(const Method& method, const Case& on) {
     return method.operation == "ssao" ? on.radius_px : method.operation.starts_with("dof") ? on.max_coc_px : 0;
@@ -111,7 +102,7 @@ std::vector<Figures> presets(const Device& device, const std::vector<Method>& me
     std::vector<Figures> rows;
     Slow slow;
     for (const View& view : views) {
-        Case on = case_of(device, view);
+        Case on(device, view);
         const auto wanted = [&](const Method& m) { return m.matches(effort.only) && !slow.contain(m); };
         const auto occlusion = [&](const Method& m) { return m.operation == "ssao" && wanted(m); };
         on.radius_px = on.width() / 20.0;
@@ -133,7 +124,7 @@ std::vector<Figures> pixel_sweep(const Device& device, const std::vector<Method>
         if (size > megapixels)
             break;
         const int width = static_cast<int>(std::sqrt(size * 1e6 * 16 / 9) / 16 + 0.5) * 16;
-        Case on = case_of(device, room_view(width, static_cast<int>(size * 1e6 / width + 0.5)));
+        Case on(device, room_view(width, static_cast<int>(size * 1e6 / width + 0.5)));
         on.radius_px = 96;
         on.max_coc_px = 64;
         append(rows, timed(
@@ -150,7 +141,7 @@ std::vector<Figures> radius_sweep(const Device& device, const std::vector<Method
         {"dof fast", 512},  {"dof standard", 512},  {"dof accurate", largest_accurate_px},
     };
     std::vector<Figures> rows;
-    Case on = case_of(device, room_view(size.first, size.second));
+    Case on(device, room_view(size.first, size.second));
     for (const double radius : {4, 8, 16, 32, 64, 128, 256, 512}) {
         on.radius_px = on.max_coc_px = radius;
         const auto chosen = [&](const Method& m) {

@@ -27,12 +27,8 @@ public:
     /// Text in quotes where it needs them, numbers to six digits, nothing as an empty field.
     std::string csv() const;
 
-    /// An array of objects, nothing as null.
-    std::string json() const;
-
     /// Throws: Error when the file cannot be written.
     void write_csv(const std::filesystem::path& file) const;
-    void write_json(const std::filesystem::path& file) const;
 
 private:
     std::vector<std::string> columns_;

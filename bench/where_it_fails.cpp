@@ -1,5 +1,5 @@
 // where_it_fails FOLDER [REGIME...]: sweeps every regime, or those named, until methods break, and writes what was found:
-// errors.csv, with the bounds, and boundaries.csv. bench/plot_regimes draws them, docs/make-where-it-fails does it all.
+// errors.csv, with the bounds, and boundaries.csv. bench/plot draws them, docs/make-where-it-fails does it all.
 
 #include "regimes/regime.hpp"
 #include "table.hpp"

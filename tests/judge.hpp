@@ -39,6 +39,23 @@ struct Promise {
 /// What linearize promises for a form.
 Promise promise(fathom::Form form, fathom::Arithmetic arithmetic);
 
+/// The worst error of a table's row and where it is.
+struct Worst {
+    double ulps = 0;  ///< error in ulp, where the sum is well conditioned (κ·ε below 1/64 ulp)
+    double share = 0; ///< error over its bound, everywhere
+    double condition = 1;
+    long checked = 0;
+    std::string where = {}, share_where = {};
+
+    /// κ·ε in ulp.
+    void add(double error, double bound, double condition_ulp, double condition, const std::string& name, double v,
+             double x, double y);
+    void add(const Worst& other);
+    void print(const std::string& label) const;
+};
+
+std::string text_of(Quad value);
+
 /// One result against the truth. Empty, or what is wrong with it.
 std::string judge(const Subject& subject, const Truth& truth, fathom::Form form, const Promise& promise, double v,
                   double x, double y, float got, Worst& worst);

@@ -1,4 +1,4 @@
-// What the bench hands on to programs: CSV and JSON as their definitions have it, and files that are whole or not there.
+// What the bench hands on to programs: CSV as its definition has it, and files that are whole or not there.
 
 #include "catch.hpp"
 #include "judge.hpp"
@@ -42,11 +42,6 @@ Table table() {
 
 TEST_CASE("bench: a table is CSV with quotes where they are needed and nothing for what is no number", "[bench]") {
     CHECK(without_origin(table().csv()) == "method,says,ms,error\n\"a, b\",\"\"\"yes\"\"\",1234.57,\n");
-}
-
-TEST_CASE("bench: a table is JSON", "[bench]") {
-    const std::string json = table().json();
-    CHECK(json.ends_with("\"method\": \"a, b\", \"says\": \"\\\"yes\\\"\", \"ms\": 1234.57, \"error\": null}\n]\n"));
 }
 
 TEST_CASE("bench: rows of another length are refused, and files that cannot be written leave nothing", "[bench]") {

@@ -1,11 +1,10 @@
-// The bench's own truths and tables: a lens in a scene whose blur is known, depth that is filled in between rays, summaries.
+// The bench's own truths and tables: a lens in a scene whose blur is known, summaries.
 
 #include "catch.hpp"
 #include "figures.hpp"
 #include "judge.hpp"
 #include "lens_blur.hpp"
 #include "lens_truth.hpp"
-#include "room_depth.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -81,20 +80,6 @@ TEST_CASE("bench: the lens sees what the picture does, and nothing beyond the ne
             CHECK((bench::picture_of(view)[3 * (30 * 160 + 120) + 2] != static_cast<float>(bench::sky_color()[2])) ==
                   is_there);
         }
-    }
-}
-
-TEST_CASE("bench: depth filled in between rays is that of the rays", "[bench]") {
-    for (const bench::View& view : bench::views(320, 180)) {
-        const auto filled = bench::stored_depth_of(view.scene, view.camera());
-        const scene::Rendered cast = scene::render(view.scene, view.camera());
-        REQUIRE(filled.size() == cast.exact.size());
-        std::size_t missed = 0;
-        for (std::size_t i = 0; i < filled.size(); ++i)
-            missed += std::abs(filled[i] - cast.exact[i]) > 1e-9;
-        std::printf("%s: %zu of %zu pixels missed\n", view.name.c_str(), missed, filled.size());
-        // Things narrower than a cell that no corner sees; the room's depth is what times are measured on.
-        CHECK(missed <= filled.size() / (view.name == "railings" ? 10 : 100));
     }
 }
 

@@ -2,7 +2,7 @@
 // with a thickness against their definition in space.
 
 #include "catch.hpp"
-#include "occlusion.hpp"
+#include "known_occlusion.hpp"
 #include "scene/scene.hpp"
 
 #include <Eigen/Dense>

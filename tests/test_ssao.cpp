@@ -4,7 +4,7 @@
 #include "catch.hpp"
 #include "images.hpp"
 #include "judge.hpp"
-#include "occlusion.hpp"
+#include "known_occlusion.hpp"
 #include "scene/scene.hpp"
 
 #include <fathom/fathom.hpp>

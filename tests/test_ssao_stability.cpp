@@ -3,7 +3,7 @@
 
 #include "catch.hpp"
 #include "images.hpp"
-#include "occlusion.hpp"
+#include "known_occlusion.hpp"
 #include "scene/scene.hpp"
 #include "stability.hpp"
 

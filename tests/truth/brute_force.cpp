@@ -1,9 +1,9 @@
 #include "brute_force.hpp"
 
+#include "parallel.hpp"
+
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <thread>
 
 namespace oracle {
 
@@ -14,21 +14,12 @@ std::vector<Sample> brute_force(const DepthLayer& layer, const std::vector<Eigen
         for (int x = stride / 2; x < layer.width(); x += stride)
             if (std::isfinite(layer.inverse_depth(x, y)))
                 points.push_back({x, y, 0});
-    std::atomic<std::size_t> next = 0;
-    const auto work = [&] {
-        for (std::size_t i = next++; i < points.size(); i = next++) {
-            Sample& p = points[i];
-            const auto at =
-                static_cast<std::size_t>(p.y) * static_cast<std::size_t>(layer.width()) + static_cast<std::size_t>(p.x);
-            p.visibility = screen_visibility(layer, p.x, p.y, normals[at], {radius, thickness, slices});
-        }
-    };
-    {
-        std::vector<std::jthread> others;
-        for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i)
-            others.emplace_back(work);
-        work();
-    }
+    in_parallel(points.size(), [&](std::size_t i) {
+        Sample& p = points[i];
+        const auto at =
+            static_cast<std::size_t>(p.y) * static_cast<std::size_t>(layer.width()) + static_cast<std::size_t>(p.x);
+        p.visibility = screen_visibility(layer, p.x, p.y, normals[at], {radius, thickness, slices});
+    });
     return points;
 }
 

@@ -3,7 +3,6 @@
 #include "quad.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 
@@ -399,49 +398,6 @@ double error_in_ulp(float got, Quad exact) {
     if (std::isinf(got) != (isinfq(exact) != 0))
         return std::numeric_limits<double>::infinity();
     return static_cast<double>(fabsq(got - exact) / ulp(exact));
-}
-
-void Worst::add(double error, double bound, double condition_ulp, double condition_now, const std::string& name,
-                double v, double x, double y) {
-    ++checked;
-    const auto place = [&] {
-        std::array<char, 200> buffer{};
-        std::snprintf(buffer.data(), buffer.size(), "%s, v = %a (%.9g) at (%.1f, %.1f)", name.c_str(), v, v, x, y);
-        return std::string(buffer.data());
-    };
-    if (condition_ulp < 1.0 / 64 && error > ulps) {
-        ulps = error;
-        where = place();
-    }
-    if (!(error / bound <= share)) {
-        share = error / bound;
-        condition = condition_now;
-        share_where = place();
-    }
-}
-
-void Worst::add(const Worst& other) {
-    if (other.ulps > ulps) {
-        ulps = other.ulps;
-        where = other.where;
-    }
-    if (!(other.share <= share)) {
-        share = other.share;
-        condition = other.condition;
-        share_where = other.share_where;
-    }
-    checked += other.checked;
-}
-
-void Worst::print(const std::string& label) const {
-    std::printf("%-44s %9ld values  worst %.4f ulp  %s\n", label.c_str(), checked, ulps, where.c_str());
-    std::printf("%-44s %26.3f of the bound  %s, condition %.2g\n", "", share, share_where.c_str(), condition);
-}
-
-std::string text_of(Quad value) {
-    std::array<char, 64> buffer{};
-    quadmath_snprintf(buffer.data(), buffer.size(), "%.20Qg", value);
-    return buffer.data();
 }
 
 } // namespace oracle

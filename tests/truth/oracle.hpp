@@ -150,21 +150,4 @@ inline double quick_ulp(double value) {
 /// |got − exact| in units of ulp(exact). Beyond the largest float, infinity is exact.
 double error_in_ulp(float got, Quad exact);
 
-/// The worst error of a table's row and where it is.
-struct Worst {
-    double ulps = 0;  ///< error in ulp, where the sum is well conditioned (κ·ε below 1/64 ulp)
-    double share = 0; ///< error over its bound, everywhere
-    double condition = 1;
-    long checked = 0;
-    std::string where = {}, share_where = {};
-
-    /// κ·ε in ulp.
-    void add(double error, double bound, double condition_ulp, double condition, const std::string& name, double v,
-             double x, double y);
-    void add(const Worst& other);
-    void print(const std::string& label) const;
-};
-
-std::string text_of(Quad value);
-
 } // namespace oracle

@@ -1,0 +1,405 @@
+#include "operations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <memory>
+#include <random>
+#include <set>
+#include <thread>
+
+namespace fathom::bench {
+namespace {
+
+constexpr double near = 0.1, far = 1e5;    // where engines' formulas start to fail
+constexpr CircleOfConfusion lens{20, 140}; // focused at 7: circles to 20 pixels behind, to ever more before
+const char* const rgb = "copy, 1080p depth and RGB";
+
+/// Made when it is first asked for: a room takes seconds.
+using Place = std::function<Case&()>;
+
+struct Row {
+    std::string name, floor;
+    Place place;
+    std::function<void(Case&)> run;
+    int every = 1;                               ///< rounds from one run to the next: more for what takes long
+    bool baseline = false;                       ///< does what the library does in another way
+    std::optional<oracle::Subject> decoded = {}; ///< the camera that the truth of a decoded depth is that of
+    bool in_place = false;                       ///< overwrites what it reads
+};
+
+template <typename Make>
+Place later(Make make) {
+    return [make, made = std::make_shared<std::unique_ptr<Case>>()]() -> Case& {
+        if (!*made)
+            *made = std::make_unique<Case>(make());
+        return **made;
+    };
+}
+
+// Uniform stored depth, with a share close to 1 where distant surfaces lie.
+Case random_frames(const Device& device, const oracle::Subject& subject, int count) {
+    std::mt19937 random(20161);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    std::vector<double> stored;
+    for (long i = 0; i < static_cast<long>(subject.camera.width) * subject.camera.height; ++i) {
+        const float d = uniform(random);
+        stored.push_back(static_cast<double>(uniform(random) < 0.25f ? 1 - d * 1e-4f : d));
+    }
+    return {device, {"frames", {}, subject, 1, true}, stored, count};
+}
+
+Place room(const Device& device, Size size, bool is_orthographic = false) {
+    const double aspect = 1.0 * size.first / size.second, half = std::min(3.9, 1.45 * aspect);
+    const oracle::Subject camera =
+        is_orthographic ? oracle::from_orthographic({-half, half, -half / aspect, half / aspect}, {0.1, 100})
+                        : oracle::from_field_of_view(1.0, aspect, {0.1, 100});
+    const View view{"room", scene::room(), oracle::named(camera, "room", size.first, size.second), 0.5, true};
+    return later([=] { return Case(device, view, 1); });
+}
+
+// The rows, and what they run on.
+struct Rows {
+    const Device& device;
+    Size size;
+    Baselines &plain, &streaming;
+    Place frames;
+    std::vector<Method> methods;
+    std::vector<Row> list = {};
+
+    Row& add(std::string name, const char* floor, const Place& place, std::function<void(Case&)> run, int every = 1) {
+        return list.emplace_back(Row{std::move(name), floor, place, std::move(run), every});
+    }
+
+    /// A method of the charts.
+    Row& charted(std::string name, const char* method, const char* floor, const Place& place, int every = 1) {
+        const auto run = std::ranges::find(methods, method, &Method::name)->run;
+        return add(
+            std::move(name), floor, place, [run](Case& on) { run(on); }, every);
+    }
+    Row& charted(const char* name, const char* floor) { return charted(name, name, floor, frames); }
+
+    /// The camera for the frames.
+    oracle::Subject sized(oracle::Subject subject, Encoding encoding = Encoding::window) const {
+        Camera& camera = subject.camera;
+        camera.encoding = encoding;
+        camera.median = 5;
+        if (encoding == Encoding::exponential || encoding == Encoding::logarithmic)
+            camera.near = near, camera.far = far;
+        return oracle::named(std::move(subject), to_string(encoding), size.first, size.second);
+    }
+    oracle::Subject perspective(Encoding encoding = Encoding::window) const {
+        return sized(oracle::from_field_of_view(1.0, 16.0 / 9, {near, far}), encoding);
+    }
+    oracle::Subject is_orthographic() const {
+        return sized(oracle::from_orthographic({-8, 8, -4.5, 4.5}, {near, far}));
+    }
+    oracle::Subject oblique() const { return oracle::with_oblique_near_plane(perspective(), {0.1, 0.2, -1, -2}); }
+};
+
+// All threads at once, in plain memory: what the memory can do. What the device's images lie in is the driver's business.
+void add_memcpy(Rows& rows) {
+    using Floats = std::vector<float>;
+    const auto memory = std::make_shared<std::vector<std::pair<Floats, Floats>>>();
+    rows.add("memcpy, all threads", "copy", rows.frames, [memory, at = std::size_t{0}](Case& on) mutable {
+        const auto size = static_cast<std::size_t>(on.width()) * static_cast<std::size_t>(on.height());
+        while (memory->size() < 8)
+            memory->emplace_back(Floats(size, 1), Floats(size));
+        auto& [from, to] = (*memory)[++at % memory->size()];
+        const std::size_t threads = std::max(1u, std::thread::hardware_concurrency());
+        std::vector<std::jthread> workers;
+        for (std::size_t i = 0; i < threads; ++i) {
+            const std::size_t begin = size * i / threads, end = size * (i + 1) / threads;
+            workers.emplace_back([&, begin, end] { std::memcpy(&to[begin], &from[begin], (end - begin) * 4); });
+        }
+    });
+}
+
+void add_linearize(Rows& rows) {
+    const LinearizeOptions decode{Background::decode};
+    const auto add = [&](std::string name, const oracle::Subject& subject) {
+        rows.add(std::move(name), "copy", rows.frames,
+                 [decode, c = subject.camera](Case& on) {
+                     linearize({on.stored().image, c}, on.floats(1), decode);
+                 })
+            .decoded = subject;
+    };
+    add("linearize reciprocal", rows.perspective());
+    add("linearize affine", rows.is_orthographic());
+    add("linearize oblique", rows.oblique());
+    add("linearize exponential", rows.perspective(Encoding::exponential));
+    add("linearize logarithmic", rows.perspective(Encoding::logarithmic));
+    add("linearize ray distance", rows.perspective(Encoding::ray_distance));
+    add("linearize rational (median)", rows.perspective(Encoding::median));
+    rows.add("linearize reciprocal, uint16", "copy", rows.frames,
+             [decode](Case& on) { linearize(on.stored(Storage::uint16), on.floats(1), decode); });
+    const auto add_in_place = [&](std::string name, const oracle::Subject& subject) {
+        rows.add(std::move(name), "copy", rows.frames,
+                 [decode, c = subject.camera](Case& on) {
+                     linearize_in_place({on.in_place(), c}, decode);
+                 })
+            .in_place = true;
+    };
+    add_in_place("linearize reciprocal, in place", rows.perspective());
+    add_in_place("linearize affine, in place", rows.is_orthographic());
+    add_in_place("linearize oblique, in place", rows.oblique());
+    rows.add("halve, in place (ceiling)", "copy", rows.frames,
+             [&plain = rows.plain](Case& on) { plain.launch("rewrite", on.in_place(), on.in_place()); })
+        .in_place = true;
+    for (const char* formula : {"engine 1/(Zd+W)", "tutorial 2nf/(f+n-z(f-n))", "simulator nf/(f-(f-n)d)"})
+        rows.charted(formula, "copy").decoded = rows.perspective();
+    rows.add("exponential, exp2 builtin", "copy", rows.frames,
+             [&plain = rows.plain](Case& on) {
+                 plain.launch("builtin_exponential", on.stored().image, on.floats(1),
+                              {static_cast<float>(near), static_cast<float>(std::log2(far / near))});
+             })
+        .decoded = rows.perspective(Encoding::exponential);
+}
+
+void add_points(Rows& rows) {
+    const auto add = [&](std::string name, const Camera& camera, Space space = Space::view) {
+        rows.add(std::move(name), "spread", rows.frames, [=](Case& on) {
+            UnprojectOptions options;
+            options.space = space;
+            options.background = Background::decode;
+            unproject({on.stored().image, camera}, on.floats(3), options);
+        });
+    };
+    Camera moved = rows.perspective().camera;
+    moved.view = Eigen::Matrix4d::Identity();
+    moved.view->topRightCorner<3, 1>() = Eigen::Vector3d(1, 2, 3);
+    add("unproject perspective", rows.perspective().camera);
+    add("unproject perspective, world", moved, Space::world);
+    add("unproject orthographic", rows.is_orthographic().camera);
+    add("unproject oblique", rows.oblique().camera);
+    const auto add_normals = [&](std::string name, const Camera& camera, NormalMethod method) {
+        rows.add(std::move(name), "spread", rows.frames, [=](Case& on) {
+            normals({on.stored().image, camera}, on.floats(3), {.method = method});
+        });
+    };
+    add_normals("normals neighbours", rows.perspective().camera, NormalMethod::neighbours);
+    add_normals("normals neighbours, ortho.", rows.is_orthographic().camera, NormalMethod::neighbours);
+    add_normals("normals least squares", rows.perspective().camera, NormalMethod::least_squares);
+}
+
+// In a room of the frames' size, radii in its widths at the median depth.
+void add_ssao(Rows& rows) {
+    constexpr int seldom = 16; // seconds each
+    const auto add = [&](std::string name, const Place& place, Quality quality, double share, int every = 4) -> Row& {
+        return rows.add(
+            std::move(name), "copy", place,
+            [=](Case& on) { ssao(on.stored(), {.radius = share * on.median_width(), .quality = quality}); }, every);
+    };
+    const Place usual = room(rows.device, rows.size);
+    add("ssao fast, 5 %", usual, Quality::fast, 0.05);
+    add("ssao balanced, 5 %", usual, Quality::balanced, 0.05);
+    add("ssao accurate, 5 %", usual, Quality::accurate, 0.05);
+    add("ssao fast, 40 %", usual, Quality::fast, 0.4);
+    add("ssao balanced, 40 %", usual, Quality::balanced, 0.4);
+    add("ssao accurate, 40 %", usual, Quality::accurate, 0.4, seldom);
+    add("ssao balanced, 5 %, ortho.", room(rows.device, rows.size, true), Quality::balanced, 0.05);
+    if (rows.device.options().vector_width > 1) { // the same queue and kernels, a pixel at a time
+        DeviceOptions one = rows.device.options();
+        one.vector_width = 1;
+        const cl::CommandQueue& queue = rows.device.queue();
+        const Device device(rows.device.context(), queue.getInfo<CL_QUEUE_DEVICE>(), queue, one);
+        add("ssao balanced, 5 %, one lane", room(device, rows.size), Quality::balanced, 0.05, seldom).baseline = true;
+    }
+}
+
+void add_masks(Rows& rows) {
+    rows.charted("fan out", "fan out");
+    rows.charted("fan out (control)", "fan out");
+    rows.add("fan out, streaming stores", "fan out", rows.frames,
+             [&kernels = rows.streaming](Case& on) { kernels.launch("fan_out", on.stored().image, on.floats(4)); });
+    rows.add("fan out, four images", "fan out", rows.frames, [&plain = rows.plain](Case& on) {
+        const Image from = on.stored().image;
+        const DofMasks to = on.masks();
+        plain.start("fan_out_apart", plain.vectors(on.width()), on.height(), from.buffer(), to.circle.buffer(),
+                    to.near.buffer(), to.focus.buffer(), to.far.buffer(), Baselines::grid(from, to.circle));
+    });
+    const auto add = [&](std::string name, const Camera& camera, bool mixed = false) {
+        rows.add(std::move(name), "fan out", rows.frames, [=](Case& on) {
+            dof_masks({on.stored().image, camera}, on.masks(mixed), {.circle = lens, .mixed_pixels = mixed});
+        });
+    };
+    const Camera standard = rows.perspective().camera;
+    const DepthSpan infinite{near, std::numeric_limits<double>::infinity(), DepthOrder::reversed};
+    add("dof_masks standard", standard);
+    add("dof_masks reversed infinite",
+        rows.sized(oracle::from_field_of_view(1.0, 16.0 / 9, infinite, Convention::direct3d())).camera);
+    add("dof_masks oblique", rows.oblique().camera);
+    add("dof_masks view-z", rows.perspective(Encoding::view_z).camera);
+    add("dof_masks and mixed pixels", standard, true);
+    rows.add("dof_masks standard, new images", "fan out", rows.frames, [=](Case& on) {
+        dof_masks({on.stored().image, standard}, {.circle = lens});
+    });
+    rows.add("linearize, then dof_masks", "fan out", rows.frames,
+             [=](Case& on) {
+                 linearize({on.stored().image, standard}, on.floats(1), {Background::decode});
+                 dof_masks(ViewDepth{on.floats(1), standard}.stored(), on.masks(), {.circle = lens});
+             })
+        .baseline = true;
+}
+
+// In a room of 1920 × 1080, in focus at the table.
+void add_dof(Rows& rows) {
+    const Place place = room(rows.device, {1920, 1080});
+    rows.charted(rgb, "copy depth and RGB", rgb, place);
+    rows.charted(rgb + std::string(" (control)"), "copy depth and RGB (control)", rgb, place);
+    const auto circles_to = [](Case& on, double largest) {
+        on.focus = 4.5;
+        on.max_coc_px = largest;
+        return on.lens();
+    };
+    const auto add = [&](std::string name, double largest, DofOptions options = {}, int every = 4) {
+        rows.add(
+            std::move(name), rgb, place,
+            [=](Case& on) mutable {
+                options.circle = circles_to(on, largest);
+                dof(on.stored(), on.color(), on.floats(3), options);
+            },
+            every);
+    };
+    add("dof default, 64 px", 64);
+    add("dof fast, 64 px", 64, {.quality = BlurQuality::fast});
+    add("dof accurate, 64 px", 64, {.quality = BlurQuality::accurate}, 16);
+    add("dof default, 64 px, six blades", 64, {.aperture = {.blades = 6}});
+    add("dof default, 64 px, 2 : 1", 64, {.aperture = {.ratio = 2}});
+    rows.add(
+        "dof default, 64 px, with a clean plate", rgb, place,
+        [=, wall = Image()](Case& on) mutable { // all over, in the picture's colours
+            if (!wall) {
+                wall = Image(on.device(), Element::f32, {on.width(), on.height()});
+                on.device().queue().enqueueFillBuffer(wall.buffer(), std::ranges::max(floats_of(on.stored().image)), 0,
+                                                      Image::allocation(Element::f32, {on.width(), on.height()}));
+            }
+            DofOptions options{.circle = circles_to(on, 64)};
+            options.clean_plate = CleanPlate{on.color(), {wall, on.camera()}};
+            dof(on.stored(), on.color(), on.floats(3), options);
+        },
+        4);
+    add("dof default, 16 px", 16);
+    add("dof default, 256 px", 256);
+    add("dof default, all in focus", 1);
+    const auto gather = std::ranges::find(rows.methods, "gather by the centre's circle", &Method::name)->run;
+    rows.add(
+            "dof, gather by the centre's", rgb, place,
+            [=](Case& on) {
+                circles_to(on, 64);
+                gather(on);
+            },
+            16)
+        .baseline = true;
+}
+
+std::vector<Row> all_rows(Rows rows) {
+    rows.charted("copy", "copy");
+    rows.charted("copy (control)", "copy");
+    rows.add("copy, streaming stores", "copy", rows.frames,
+             [&kernels = rows.streaming](Case& on) { kernels.launch("copy", on.stored().image, on.floats(1)); });
+    if (rows.device.info().cpu)
+        add_memcpy(rows);
+    add_linearize(rows);
+    rows.charted("spread", "spread");
+    rows.charted("spread (control)", "spread");
+    add_points(rows);
+    add_ssao(rows);
+    add_masks(rows);
+    add_dof(rows);
+    return std::move(rows.list);
+}
+
+// Rows with `text` in their names and the floors that they need.
+std::vector<Row> chosen(std::vector<Row> list, const std::string& text) {
+    if (text.empty())
+        return list;
+    std::set<std::string> names;
+    for (const Row& row : list)
+        if (row.name.find(text) != std::string::npos)
+            names.insert({row.name, row.floor, row.floor + " (control)"});
+    std::erase_if(list, [&](const Row& row) { return !names.contains(row.name); });
+    for (Row& row : list)
+        row.every = 1;
+    return list;
+}
+
+// Over a sample of pixels, in units in the last place of the exact value.
+Deviation error_of(const Row& row, Case& on) {
+    row.run(on);
+    const std::vector<float> stored = floats_of(on.stored().image), result = floats_of(on.floats(1));
+    const oracle::Truth truth(*row.decoded, Storage::float32);
+    const auto width = static_cast<std::size_t>(on.width());
+    constexpr std::size_t stride = 37;
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < stored.size(); i += stride) {
+        const auto x = static_cast<double>(i % width) + 0.5, y = static_cast<double>(i / width) + 0.5;
+        const oracle::Quad exact = truth.depth(static_cast<double>(stored[i]), x, y);
+        if (exact > 0 && exact < 1e38)
+            errors.push_back(oracle::error_in_ulp(result[i], exact));
+    }
+    return summary("ulp", errors);
+}
+
+// What a row's name says of it.
+Figures described(const Row& row, const Case& on) {
+    const std::string& name = row.name;
+    const std::string word = name.substr(0, name.find_first_of(" ,"));
+    const bool formula = row.decoded && word != "linearize";
+    const bool own =
+        word == "linearize" || word == "unproject" || word == "normals" || word.starts_with("dof") || word == "ssao";
+    return {.operation = formula ? "linearize"
+                         : own   ? word
+                                 : "copy",
+            .method = own && name.size() > word.size() ? name.substr(word.size() + 1) : name,
+            .kind = formula || row.baseline ? "baseline"
+                    : own                   ? "library"
+                                            : "floor",
+            .storage = name.find("uint16") != std::string::npos ? "uint16" : "float32",
+            .scene = on.view().name,
+            .width = on.width(),
+            .height = on.height(),
+            .floor = row.floor};
+}
+
+} // namespace
+
+std::vector<Figures> operations(const Device& device, Size size, int frames, const Effort& effort) {
+    Baselines plain(device, false), streaming(device, true);
+    const oracle::Subject camera =
+        oracle::named(oracle::from_field_of_view(1.0, 16.0 / 9, {near, far}), "frames", size.first, size.second);
+    const int count = frames > 0 ? frames : std::max(2, static_cast<int>(0.5e9 / (8.0 * size.first * size.second)) + 1);
+    const std::vector<Row> rows =
+        chosen(all_rows({device, size, plain, streaming, later([=] { return random_frames(device, camera, count); }),
+                         methods(plain)}),
+               effort.only);
+    std::vector<Work> work;
+    for (const Row& row : rows) {
+        Case& on = row.place();
+        row.run(on);
+        on.complete();
+        work.push_back({.before = [&on] { on.next(); },
+                        .run = [&] { row.run(row.place()); },
+                        .after = [&] { row.in_place ? row.place().restore() : void(); },
+                        .every = row.every});
+    }
+    const auto samples = measured(device, work, effort.rounds, effort.clock);
+    std::map<std::string, double> floors;
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        floors[rows[i].name] = median(samples[i]);
+    std::vector<Figures> figures;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        Case& on = rows[i].place();
+        Figures& row = figures.emplace_back(described(rows[i], on));
+        row.seconds = samples[i];
+        row.floor_seconds = floors.at(row.floor);
+        if (rows[i].decoded)
+            row.error = error_of(rows[i], on);
+        effort.report(row);
+    }
+    return figures;
+}
+
+} // namespace fathom::bench
