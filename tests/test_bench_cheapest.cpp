@@ -117,7 +117,7 @@ void check_kept(const std::vector<bench::Method>& asked, const std::vector<bench
 
 } // namespace
 
-TEST_CASE("choice: the max_error of ssao and normals is kept twice over where it was not measured", "[bench]") {
+TEST_CASE("choice: the max_error of ssao and normals is kept twice over where it was not measured", "[bench][slow]") {
     std::vector<bench::Method> asked;
     add_asked(asked, "ssao", Storage::float32);
     add_asked(asked, "normals", Storage::float32);
@@ -125,7 +125,7 @@ TEST_CASE("choice: the max_error of ssao and normals is kept twice over where it
     check_kept(asked, other_views());
 }
 
-TEST_CASE("choice: the max_error of dof is kept twice over where it was not measured", "[bench]") {
+TEST_CASE("choice: the max_error of dof is kept twice over where it was not measured", "[bench][slow]") {
     std::vector<bench::Method> asked;
     add_asked(asked, "dof", Storage::float32);
     std::vector<bench::View> others = other_views();
