@@ -1,6 +1,7 @@
 #include "baselines.hpp"
 
 #include "operations/parameters.hpp"
+#include "runtime/state.hpp"
 
 const std::map<std::string, std::string>& fathom_baseline_files(); // generated from baselines.cl
 
@@ -10,7 +11,7 @@ Baselines::Baselines(const Device& device, bool stream) : device_(device) {
     std::string source = fathom_baseline_files().at("baselines.cl");
     const std::string include = "#include \"vector.h\"\n";
     source.replace(source.find(include), include.size(), runtime::assembled_source("vector.h"));
-    program_ = cl::Program(device.context(), source);
+    program_ = cl::Program(runtime::context_of(device), source);
     const int vector_width = device.options().vector_width;
     program_.build(text("-cl-std=CL1.2 -DFP64=0 -DV=", vector_width, " -DSTREAM=", stream && vector_width > 1).c_str());
 }
@@ -26,8 +27,8 @@ params::grid_params Baselines::grid(const Image& source, const Image& target) {
 void Baselines::launch(const std::string& name, const Image& source, const Image& target,
                        std::initializer_list<float> extra) {
     cl::Kernel kernel(program_, name.c_str());
-    kernel.setArg(0, source.buffer());
-    kernel.setArg(1, target.buffer());
+    kernel.setArg(0, runtime::buffer_of(source));
+    kernel.setArg(1, runtime::buffer_of(target));
     kernel.setArg(2, grid(source, target));
     cl_uint index = 3;
     for (const float value : extra)
@@ -37,7 +38,7 @@ void Baselines::launch(const std::string& name, const Image& source, const Image
 
 void Baselines::start(const cl::Kernel& kernel, int columns, int rows) {
     const auto group = static_cast<std::size_t>(device_.options().group_size);
-    device_.queue().enqueueNDRangeKernel(
+    runtime::queue_of(device_).enqueueNDRangeKernel(
         kernel, cl::NullRange,
         cl::NDRange((static_cast<std::size_t>(columns) + group - 1) / group * group, static_cast<std::size_t>(rows)),
         cl::NDRange(group, 1));

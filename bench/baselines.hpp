@@ -1,6 +1,7 @@
 #pragma once
 
 #include "params.h"
+#include "runtime/opencl.hpp"
 
 #include <fathom/fathom.hpp>
 

@@ -1,5 +1,7 @@
 #include "case.hpp"
 
+#include "runtime/state.hpp"
+
 #include "parallel.hpp"
 
 #include <algorithm>
@@ -31,7 +33,7 @@ Image uploaded(const Device& device, Element element, const Layout& layout, cons
     const Image image(device, element, layout);
     const std::size_t row =
         static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels) * sizeof(Value);
-    device.queue().enqueueWriteBufferRect(image.buffer(), CL_TRUE, {0, 0, 0}, {0, 0, 0},
+    runtime::queue_of(device).enqueueWriteBufferRect(runtime::buffer_of(image), CL_TRUE, {0, 0, 0}, {0, 0, 0},
                                           {row, static_cast<std::size_t>(layout.height), 1},
                                           image.row_stride() * sizeof(Value), 0, row, 0, values.data());
     return image;
@@ -95,7 +97,7 @@ void Case::restore() {
     Frame& frame = frames_[current_];
     if (!frame.in_place)
         frame.in_place = Image(device_, Element::f32, {width(), height()});
-    device_.queue().enqueueCopyBuffer(frame.stored.buffer(), frame.in_place.buffer(), 0, 0,
+    runtime::queue_of(device_).enqueueCopyBuffer(runtime::buffer_of(frame.stored), runtime::buffer_of(frame.in_place), 0, 0,
                                       Image::allocation(Element::f32, {width(), height()}));
     device_.finish();
 }
@@ -106,7 +108,7 @@ const Image& Case::result(std::size_t place, int channels) {
     if (!image) {
         const Layout layout{width(), height(), channels};
         image = Image(device_, Element::f32, layout);
-        device_.queue().enqueueFillBuffer(image.buffer(), 0.0f, 0, Image::allocation(Element::f32, layout));
+        runtime::queue_of(device_).enqueueFillBuffer(runtime::buffer_of(image), 0.0f, 0, Image::allocation(Element::f32, layout));
     }
     return image;
 }
@@ -117,7 +119,8 @@ const Image& Case::floats(int channels) {
 
 DofMasks Case::masks(bool mixed) {
     DofMasks masks;
-    masks.circle = result(3, 1), masks.near = result(4, 1), masks.focus = result(5, 1), masks.far = result(6, 1);
+    masks.coc = result(3, 1), masks.near_weight = result(4, 1), masks.focus_weight = result(5, 1),
+    masks.far_weight = result(6, 1);
     if (mixed)
         masks.mixed_pixels = result(7, 1);
     return masks;

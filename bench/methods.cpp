@@ -74,7 +74,7 @@ void add_matrix(std::vector<Method>& list, Baselines& kernels) {
                             const Eigen::Matrix4f inverse = unprojection(on.camera()).transpose().cast<float>();
                             cl_float16 rows;
                             std::copy_n(inverse.data(), 16, rows.s);
-                            kernels.start(kernel, on.width(), on.height(), from.buffer(), on.floats(3).buffer(), rows,
+                            kernels.start(kernel, on.width(), on.height(), runtime::buffer_of(from), runtime::buffer_of(on.floats(3)), rows,
                                           cl_int{on.width()}, cl_int{on.height()},
                                           static_cast<cl_int>(from.row_stride()),
                                           static_cast<cl_int>(on.floats(3).row_stride()));
@@ -105,16 +105,14 @@ void add_streams(std::vector<Method>& list) {
                     }});
     list.push_back({"dof_masks", "fathom", Kind::library, Storage::float32, "fan out", [](Case& on) {
                         const DofMasks results = on.masks();
-                        dof_masks(on.stored(), results, {.circle = on.lens()});
-                        return results.circle;
+                        dof_masks(on.stored(), results, on.lens());
+                        return results.coc;
                     }});
 }
 
 Method occlusion(std::string name, const SsaoOptions& options) {
     return {"ssao", std::move(name), Kind::library, Storage::float32, "copy", [options](Case& on) {
-                SsaoOptions all = options;
-                all.radius = on.radius();
-                return ssao(on.stored(), all).visibility;
+                return ssao(on.stored(), on.radius(), options).visibility;
             }};
 }
 
@@ -134,16 +132,16 @@ void add_ssao(std::vector<Method>& list) {
 }
 
 void add_dof(std::vector<Method>& list, Baselines& kernels) {
-    const auto add = [&](std::string name, BlurQuality quality) {
+    const auto add = [&](std::string name, Quality quality) {
         list.push_back(
             {"dof", std::move(name), Kind::library, Storage::float32, "copy depth and RGB", [quality](Case& on) {
-                 dof(on.stored(), on.color(), on.floats(3), {.circle = on.lens(), .quality = quality});
+                 dof(on.stored(), on.color(), on.floats(3), on.lens(), {.quality = quality});
                  return on.floats(3);
              }});
     };
-    add("fast", BlurQuality::fast);
-    add("standard", BlurQuality::standard);
-    add("accurate", BlurQuality::accurate);
+    add("fast", Quality::fast);
+    add("balanced", Quality::balanced);
+    add("accurate", Quality::accurate);
     // Their kernels know only rows without a gap between them.
     const auto gather = [&](const char* name, std::function<void(Case&, const DofMasks&)> start, int tile) {
         list.push_back({"dof",
@@ -152,7 +150,7 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
                         Storage::float32,
                         "copy depth and RGB",
                         [=](Case& on) {
-                            start(on, dof_masks(on.stored(), {.circle = on.lens(), .weights = false, .tile_px = tile}));
+                            start(on, dof_masks(on.stored(), on.lens(), {.weights = false, .tile_px = tile}));
                             return on.floats(3);
                         },
                         {},
@@ -161,23 +159,23 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
     gather(
         "gather by the centre's circle",
         [&kernels](Case& on, const DofMasks& masks) {
-            kernels.start("centre_gather", on.width(), on.height(), masks.circle.buffer(), on.color().buffer(),
-                          on.floats(3).buffer(), cl_int{on.width()}, cl_int{on.height()});
+            kernels.start("centre_gather", on.width(), on.height(), runtime::buffer_of(masks.coc), runtime::buffer_of(on.color()),
+                          runtime::buffer_of(on.floats(3)), cl_int{on.width()}, cl_int{on.height()});
         },
         0);
     constexpr int tile = 32;
     gather(
         "gather of 49 in rings",
         [&kernels](Case& on, const DofMasks& masks) {
-            kernels.start("ring_gather", on.width(), on.height(), masks.circle.buffer(), masks.tile_min_coc.buffer(),
-                          masks.tile_max_coc.buffer(), on.color().buffer(), on.floats(3).buffer(), cl_int{on.width()},
+            kernels.start("ring_gather", on.width(), on.height(), runtime::buffer_of(masks.coc), runtime::buffer_of(masks.tile_min_coc),
+                          runtime::buffer_of(masks.tile_max_coc), runtime::buffer_of(on.color()), runtime::buffer_of(on.floats(3)), cl_int{on.width()},
                           cl_int{on.height()}, cl_int{tile}, static_cast<cl_int>(masks.tile_min_coc.row_stride()));
         },
         tile);
 }
 
 double bytes(const Image& image) {
-    return image ? static_cast<double>(image.buffer().getInfo<CL_MEM_SIZE>()) : 0;
+    return image ? static_cast<double>(runtime::buffer_of(image).getInfo<CL_MEM_SIZE>()) : 0;
 }
 
 } // namespace

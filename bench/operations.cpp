@@ -87,7 +87,7 @@ struct Rows {
         camera.encoding = encoding;
         camera.median = 5;
         if (encoding == Encoding::exponential || encoding == Encoding::logarithmic)
-            camera.near = near, camera.far = far;
+            camera.near_plane = near, camera.far_plane = far;
         return oracle::named(std::move(subject), to_string(encoding), size.first, size.second);
     }
     oracle::Subject perspective(Encoding encoding = Encoding::window) const {
@@ -138,7 +138,7 @@ void add_linearize(Rows& rows) {
     const auto add_in_place = [&](std::string name, const oracle::Subject& subject) {
         rows.add(std::move(name), "copy", rows.frames,
                  [decode, c = subject.camera](Case& on) {
-                     linearize_in_place({on.in_place(), c}, decode);
+                     linearize({on.in_place(), c}, on.in_place(), decode);
                  })
             .in_place = true;
     };
@@ -190,7 +190,7 @@ void add_ssao(Rows& rows) {
     const auto add = [&](std::string name, const Place& place, Quality quality, double share, int every = 4) -> Row& {
         return rows.add(
             std::move(name), "copy", place,
-            [=](Case& on) { ssao(on.stored(), {.radius = share * on.median_width(), .quality = quality}); }, every);
+            [=](Case& on) { ssao(on.stored(), share * on.median_width(), {.quality = quality}); }, every);
     };
     const Place usual = room(rows.device, rows.size);
     add("ssao fast, 5 %", usual, Quality::fast, 0.05);
@@ -203,8 +203,7 @@ void add_ssao(Rows& rows) {
     if (rows.device.options().vector_width > 1) { // the same queue and kernels, a pixel at a time
         DeviceOptions one = rows.device.options();
         one.vector_width = 1;
-        const cl::CommandQueue& queue = rows.device.queue();
-        const Device device(rows.device.context(), queue.getInfo<CL_QUEUE_DEVICE>(), queue, one);
+        const Device device(rows.device.context(), rows.device.id(), rows.device.queue(), one);
         add("ssao balanced, 5 %, one lane", room(device, rows.size), Quality::balanced, 0.05, seldom).baseline = true;
     }
 }
@@ -217,12 +216,13 @@ void add_masks(Rows& rows) {
     rows.add("fan out, four images", "fan out", rows.frames, [&plain = rows.plain](Case& on) {
         const Image from = on.stored().image;
         const DofMasks to = on.masks();
-        plain.start("fan_out_apart", plain.vectors(on.width()), on.height(), from.buffer(), to.circle.buffer(),
-                    to.near.buffer(), to.focus.buffer(), to.far.buffer(), Baselines::grid(from, to.circle));
+        plain.start("fan_out_apart", plain.vectors(on.width()), on.height(), runtime::buffer_of(from), runtime::buffer_of(to.coc),
+                    runtime::buffer_of(to.near_weight), runtime::buffer_of(to.focus_weight), runtime::buffer_of(to.far_weight),
+                    Baselines::grid(from, to.coc));
     });
     const auto add = [&](std::string name, const Camera& camera, bool mixed = false) {
         rows.add(std::move(name), "fan out", rows.frames, [=](Case& on) {
-            dof_masks({on.stored().image, camera}, on.masks(mixed), {.circle = lens, .mixed_pixels = mixed});
+            dof_masks({on.stored().image, camera}, on.masks(mixed), lens, {.mixed_pixels = mixed});
         });
     };
     const Camera standard = rows.perspective().camera;
@@ -234,12 +234,12 @@ void add_masks(Rows& rows) {
     add("dof_masks view-z", rows.perspective(Encoding::view_z).camera);
     add("dof_masks and mixed pixels", standard, true);
     rows.add("dof_masks standard, new images", "fan out", rows.frames, [=](Case& on) {
-        dof_masks({on.stored().image, standard}, {.circle = lens});
+        dof_masks({on.stored().image, standard}, lens);
     });
     rows.add("linearize, then dof_masks", "fan out", rows.frames,
              [=](Case& on) {
                  linearize({on.stored().image, standard}, on.floats(1), {Background::decode});
-                 dof_masks(ViewDepth{on.floats(1), standard}.stored(), on.masks(), {.circle = lens});
+                 dof_masks(ViewDepth{on.floats(1), standard}.stored(), on.masks(), lens);
              })
         .baseline = true;
 }
@@ -258,32 +258,31 @@ void add_dof(Rows& rows) {
         rows.add(
             std::move(name), rgb, place,
             [=](Case& on) mutable {
-                options.circle = circles_to(on, largest);
-                dof(on.stored(), on.color(), on.floats(3), options);
+                dof(on.stored(), on.color(), on.floats(3), circles_to(on, largest), options);
             },
             every);
     };
-    add("dof default, 64 px", 64);
-    add("dof fast, 64 px", 64, {.quality = BlurQuality::fast});
-    add("dof accurate, 64 px", 64, {.quality = BlurQuality::accurate}, 16);
-    add("dof default, 64 px, six blades", 64, {.aperture = {.blades = 6}});
-    add("dof default, 64 px, 2 : 1", 64, {.aperture = {.ratio = 2}});
+    add("dof balanced, 64 px", 64);
+    add("dof fast, 64 px", 64, {.quality = Quality::fast});
+    add("dof accurate, 64 px", 64, {.quality = Quality::accurate}, 16);
+    add("dof balanced, 64 px, six blades", 64, {.aperture = {.blades = 6}});
+    add("dof balanced, 64 px, 2 : 1", 64, {.aperture = {.ratio = 2}});
     rows.add(
-        "dof default, 64 px, with a clean plate", rgb, place,
+        "dof balanced, 64 px, with a clean plate", rgb, place,
         [=, wall = Image()](Case& on) mutable { // all over, in the picture's colours
             if (!wall) {
                 wall = Image(on.device(), Element::f32, {on.width(), on.height()});
-                on.device().queue().enqueueFillBuffer(wall.buffer(), std::ranges::max(floats_of(on.stored().image)), 0,
+                runtime::queue_of(on.device()).enqueueFillBuffer(runtime::buffer_of(wall), std::ranges::max(floats_of(on.stored().image)), 0,
                                                       Image::allocation(Element::f32, {on.width(), on.height()}));
             }
-            DofOptions options{.circle = circles_to(on, 64)};
+            DofOptions options;
             options.clean_plate = CleanPlate{on.color(), {wall, on.camera()}};
-            dof(on.stored(), on.color(), on.floats(3), options);
+            dof(on.stored(), on.color(), on.floats(3), circles_to(on, 64), options);
         },
         4);
-    add("dof default, 16 px", 16);
-    add("dof default, 256 px", 256);
-    add("dof default, all in focus", 1);
+    add("dof balanced, 16 px", 16);
+    add("dof balanced, 256 px", 256);
+    add("dof balanced, all in focus", 1);
     const auto gather = std::ranges::find(rows.methods, "gather by the centre's circle", &Method::name)->run;
     rows.add(
             "dof, gather by the centre's", rgb, place,

@@ -88,7 +88,7 @@ private:
 bool swept(const Method& method) {
     static const std::pair<const char*, const char*> names[] = {
         {"linearize", "fathom"}, {"unproject", "fathom"}, {"normals", "neighbours"},
-        {"dof_masks", "fathom"}, {"ssao", "balanced"},    {"dof", "standard"},
+        {"dof_masks", "fathom"}, {"ssao", "balanced"},    {"dof", "balanced"},
     };
     return method.storage == Storage::float32 && std::ranges::any_of(names, [&](const auto& each) {
                return method.operation == each.first && method.name == each.second;
@@ -138,7 +138,7 @@ std::vector<Figures> radius_sweep(const Device& device, const std::vector<Method
     static const std::pair<const char*, double> presets[] = {
         // and the last radius for them
         {"ssao fast", 512}, {"ssao balanced", 512}, {"ssao accurate", 512},
-        {"dof fast", 512},  {"dof standard", 512},  {"dof accurate", largest_accurate_px},
+        {"dof fast", 512},  {"dof balanced", 512},  {"dof accurate", largest_accurate_px},
     };
     std::vector<Figures> rows;
     Case on(device, room_view(size.first, size.second));

@@ -1,5 +1,6 @@
 #include "table.hpp"
 
+#include "runtime/opencl.hpp"
 #include "text.hpp"
 
 #include <fathom/error.hpp>
@@ -37,7 +38,7 @@ std::string csv_field(const Cell& cell) {
 } // namespace
 
 Table::Table(const Device& device, std::vector<std::string> columns) : columns_{"device", "driver", "commit"} {
-    const auto handle = device.queue().getInfo<CL_QUEUE_DEVICE>();
+    const cl::Device handle(device.id(), true);
     origin_ = {device.info().name, text(device.info().platform, ' ', handle.getInfo<CL_DRIVER_VERSION>()), commit()};
     columns_.insert(columns_.end(), std::make_move_iterator(columns.begin()), std::make_move_iterator(columns.end()));
 }

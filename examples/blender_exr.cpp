@@ -55,7 +55,8 @@ void run(const std::string& exr, const std::string& camera_file, const std::stri
 
     fathom::UnprojectOptions options;
     options.space = space;
-    const cv::Mat positions = fathom::unproject(fathom::Device::open(), depth.values, camera, options);
+    cv::Mat positions;
+    fathom::unproject(fathom::Device::open(), depth.values, camera, positions, options);
     std::cout << exr << ": " << positions.cols << " x " << positions.rows << " positions from " << depth.channel
               << '\n';
 

@@ -12,6 +12,7 @@ int main() {
     camera.width = stored.cols;
     camera.height = stored.rows;
 
-    const cv::Mat depth = fathom::linearize(fathom::Device::open(), stored, camera);
+    cv::Mat depth;
+    fathom::linearize(fathom::Device::open(), stored, camera, depth);
     std::cout << "stored 0.99 is " << depth.at<float>(360, 480) << " in front of the eye\n";
 }

@@ -11,7 +11,8 @@ int main() {
     const std::vector<float> stored(width * height, 0.99f);
 
     fathom::Camera camera;
-    camera.projection = fathom::perspective(std::numbers::pi / 3, double{width} / height, {.near = 0.1, .far = 100});
+    camera.projection =
+        fathom::perspective(std::numbers::pi / 3, double{width} / height, {.near_plane = 0.1, .far_plane = 100});
     camera.width = width;
     camera.height = height;
 

@@ -11,14 +11,14 @@ using namespace fathom;
 std::string text_of(const char* what, const char* convention, DepthSpan span) {
     std::ostringstream text;
     text << what << ' ' << convention << (span.order == DepthOrder::reversed ? " reversed" : "") << " near "
-         << span.near << " far " << span.far;
+         << span.near_plane << " far " << span.far_plane;
     return text.str();
 }
 
 Subject encoded(Subject subject, Encoding encoding, double scale) {
     subject.camera.encoding = encoding;
-    subject.camera.near = 0.1;
-    subject.camera.far = 1e4;
+    subject.camera.near_plane = 0.1;
+    subject.camera.far_plane = 1e4;
     subject.camera.median = 4;
     subject.camera.scale = scale;
     return subject;
@@ -35,9 +35,10 @@ Eigen::Vector4d in_axes(Eigen::Vector4d plane, const Convention& convention) {
 }
 
 Subject oblique_perspective(Eigen::Vector4d plane, DepthSpan span, const Convention& convention) {
-    plane[3] *= span.near;
+    plane[3] *= span.near_plane;
     return with_oblique_near_plane(
-        from_edges({-0.7 * span.near, 0.9 * span.near, -0.4 * span.near, 0.5 * span.near}, span, convention),
+        from_edges({-0.7 * span.near_plane, 0.9 * span.near_plane, -0.4 * span.near_plane, 0.5 * span.near_plane}, span,
+                   convention),
         in_axes(plane, convention));
 }
 

@@ -469,8 +469,8 @@ TEST_CASE("Kooima: his first matrix is an infinite projection, the vertex progra
 TEST_CASE("Goldberg: z times w is linear at vertices only, and the bound holds inside", "[articles]") {
     Camera camera = camera_of(perspective(centred, {0.5, 100}));
     camera.encoding = Encoding::pseudo_linear;
-    camera.near = 0.5;
-    camera.far = 100;
+    camera.near_plane = 0.5;
+    camera.far_plane = 100;
     // The vertex program's z·w divided by w is (z − n)/(f − n) at a vertex, and window-linear between vertices, while
     // 1/z is window-linear in truth. Barycentric coordinates of the window stand for the pixels.
     const auto error_at = [&](const Point& depths, const Point& weights) {
@@ -511,7 +511,7 @@ TEST_CASE("Goldberg: z times w is linear at vertices only, and the bound holds i
 TEST_CASE("Ulrich: logarithmic depth keeps a relative step, window depth does not", "[articles]") {
     Camera window = camera_of(perspective(centred, {0.1, 1e4})), logarithmic = window;
     logarithmic.encoding = Encoding::logarithmic;
-    logarithmic.far = 1e4;
+    logarithmic.far_plane = 1e4;
     logarithmic.log_c = 10;
     const auto relative = [](const Camera& camera, double z) {
         return depth_spacing(camera, DepthBits::d24, 3, 4, z) / z;

@@ -6,9 +6,9 @@
 #include "seen.hpp"
 
 #include "operations/cheapest.hpp"
+#include "runtime/state.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/opencl.hpp>
 
 #include <cmath>
 #include <limits>
@@ -48,7 +48,8 @@ const Device& device() {
 template <typename Value>
 Image uploaded(Element element, const Layout& layout, const std::vector<Value>& values) {
     const Image image(device(), element, layout);
-    device().queue().enqueueWriteBuffer(image.buffer(), CL_TRUE, 0, values.size() * sizeof(Value), values.data());
+    runtime::queue_of(device()).enqueueWriteBuffer(runtime::buffer_of(image), CL_TRUE, 0, values.size() * sizeof(Value),
+                                                   values.data());
     return image;
 }
 
@@ -104,11 +105,11 @@ TEST_CASE("choice: half resolution is a way of its own") {
 TEST_CASE("choice: not half resolution for a row that it does not look from") {
     const StoredDepth stored = ramp(), row = stored.region(0, 5, 64, 1), two = stored.region(0, 5, 64, 2);
     for (const double max_error : {0.06, 0.08, 0.1, 0.15, 0.2, 0.25, 0.3, 0.5, 1.0}) {
-        CHECK(chosen(two, {.radius = 0.5, .max_error = max_error}).half_resolution ==
-              chosen(stored, {.radius = 0.5, .max_error = max_error}).half_resolution);
-        CHECK(!chosen(row, {.radius = 0.5, .max_error = max_error}).half_resolution);
+        CHECK(chosen(two, SsaoOptions{.max_error = max_error}).half_resolution ==
+              chosen(stored, SsaoOptions{.max_error = max_error}).half_resolution);
+        CHECK(!chosen(row, SsaoOptions{.max_error = max_error}).half_resolution);
     }
-    CHECK(chosen(stored, {.radius = 0.5, .max_error = 1}).half_resolution); // the cheapest of all
+    CHECK(chosen(stored, SsaoOptions{.max_error = 1}).half_resolution); // the cheapest of all
 }
 
 TEST_CASE("choice: among equally cheap ones the more exact") {
@@ -137,14 +138,15 @@ TEST_CASE("choice: errors are those of the storage, or the worst of any") {
 }
 
 TEST_CASE("choice: the library chooses by its table") {
-    for (const char* operation : {"ssao", "dof", "normals"}) {
+    for (const Operation operation : {Operation::ssao, Operation::dof, Operation::normals}) {
         for (const Storage storage : {Storage::float32, Storage::uint16}) {
-            const std::vector<MeasuredMethod> list = choices(measured_methods(), operation, to_string(storage));
+            const std::vector<MeasuredMethod> list =
+                choices(measured_methods(), to_string(operation), to_string(storage));
             REQUIRE(list.size() >= 2);
             for (const MeasuredMethod& each : list) {
                 const MeasuredMethod expected = *cheapest_method(list, each.error),
                                      found = cheapest_method(operation, ramp(storage), each.error);
-                INFO(operation << ' ' << to_string(storage) << ' ' << each.method);
+                INFO(to_string(operation) << ' ' << to_string(storage) << ' ' << each.method);
                 CHECK(found.method == expected.method);
                 CHECK(found.error == expected.error);
                 CHECK(found.error <= each.error);
@@ -156,36 +158,36 @@ TEST_CASE("choice: the library chooses by its table") {
 
 TEST_CASE("choice: depth of 16 bits is judged as such in floats too") {
     StoredDepth stored = ramp();
-    const double of_floats = cheapest_method("normals", stored, 90).error;
+    const double of_floats = cheapest_method(Operation::normals, stored, 90).error;
     stored.camera.depth_bits = 16;
-    CHECK(cheapest_method("normals", stored, 90).error == cheapest_method("normals", ramp(Storage::uint16), 90).error);
-    CHECK(cheapest_method("normals", stored, 90).error > of_floats);
+    CHECK(cheapest_method(Operation::normals, stored, 90).error ==
+          cheapest_method(Operation::normals, ramp(Storage::uint16), 90).error);
+    CHECK(cheapest_method(Operation::normals, stored, 90).error > of_floats);
 }
 
 TEST_CASE("choice: an operation with max_error has the bits of what is chosen", "[slow]") {
     const StoredDepth stored = ramp();
-    const SsaoOptions options{.radius = 0.5};
     const std::vector<MeasuredMethod> list = choices(measured_methods(), "ssao", "float32");
     for (const MeasuredMethod& each : list) {
-        SsaoOptions asked = options;
+        SsaoOptions asked;
         asked.max_error = each.error;
         const SsaoOptions settled = chosen(stored, asked);
         CHECK(!settled.max_error);
-        const std::string method = cheapest_method("ssao", stored, each.error).method;
+        const std::string method = cheapest_method(Operation::ssao, stored, each.error).method;
         INFO(method);
         CHECK(name_of(settled) == method);
-        CHECK(same_bits(floats(ssao(stored, asked).visibility), floats(ssao(stored, settled).visibility)));
+        CHECK(same_bits(floats(ssao(stored, 0.5, asked).visibility), floats(ssao(stored, 0.5, settled).visibility)));
     }
 
     std::vector<float> colors(64 * 32 * 3, 0.5f);
     for (std::size_t i = 0; i < colors.size(); i += 7)
         colors[i] = 0;
     const Image color = uploaded(Element::f32, {64, 32, 3}, colors);
-    DofOptions blur{.circle = {8, 40}};
-    blur.max_error = 1;
-    const std::vector<float> found = floats(dof(stored, color, blur));
-    CHECK(same_bits(found, floats(dof(stored, color, chosen(stored, blur)))));
-    CHECK(!same_bits(found, floats(dof(stored, color, {.circle = {8, 40}})))); // the cheapest of all is not the default
+    const CircleOfConfusion coc{8, 40};
+    const DofOptions blur{.max_error = 1};
+    const std::vector<float> found = floats(dof(stored, color, coc, blur));
+    CHECK(same_bits(found, floats(dof(stored, color, coc, chosen(stored, blur)))));
+    CHECK(!same_bits(found, floats(dof(stored, color, coc)))); // the cheapest of all is not the default
 
     const NormalsOptions any{.max_error = 90};
     CHECK(chosen(stored, any).method != NormalMethod::automatic);
@@ -200,21 +202,18 @@ TEST_CASE("choice: max_error is refused where nothing meets it, where it is no e
     };
     const std::vector<MeasuredMethod> list = choices(measured_methods(), "ssao", "float32");
     const MeasuredMethod& best = *std::ranges::min_element(list, {}, &MeasuredMethod::error);
-    const std::string none = refusal([&] { ssao(stored, {.radius = 1, .max_error = 1e-6}); });
+    const std::string none = refusal([&] { ssao(stored, 1, {.max_error = 1e-6}); });
     said(none, "max_error = 1e-06");
     said(none, best.method.c_str());
     said(none, best.scene.c_str());
     for (const double wrong : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
-        said(refusal([&] { ssao(stored, {.radius = 1, .max_error = wrong}); }), "max_error = ");
-    said(refusal([&] { ssao(stored, {.radius = 1, .quality = Quality::fast, .max_error = 1}); }), "quality");
-    said(refusal([&] { ssao(stored, {.radius = 1, .slices = 2, .max_error = 1}); }), "slices");
-    said(refusal([&] { ssao(stored, {.radius = 1, .samples = 2, .max_error = 1}); }), "samples");
-    said(refusal([&] { ssao(stored, {.radius = 1, .jitter = 4, .max_error = 1}); }), "jitter");
-    said(refusal([&] { ssao(stored, {.radius = 1, .max_error = 1, .half_resolution = true}); }), "half_resolution");
+        said(refusal([&] { ssao(stored, 1, {.max_error = wrong}); }), "max_error = ");
+    said(refusal([&] { ssao(stored, 1, {.quality = Quality::fast, .max_error = 1}); }), "quality");
+    said(refusal([&] { ssao(stored, 1, {.slices = 2, .max_error = 1}); }), "slices");
+    said(refusal([&] { ssao(stored, 1, {.samples = 2, .max_error = 1}); }), "samples");
+    said(refusal([&] { ssao(stored, 1, {.jitter = 4, .max_error = 1}); }), "jitter");
+    said(refusal([&] { ssao(stored, 1, {.max_error = 1, .half_resolution = true}); }), "half_resolution");
     said(refusal([&] { normals(stored, {.method = NormalMethod::neighbours, .max_error = 90}); }), "method");
-    said(refusal([&] {
-             chosen(stored, DofOptions{.circle = {8, 40}, .quality = BlurQuality::fast, .max_error = 1});
-         }),
-         "quality");
-    said(refusal([&] { cheapest_method("linearize", stored, 1); }), "linearize");
+    said(refusal([&] { chosen(stored, DofOptions{.quality = Quality::fast, .max_error = 1}); }), "quality");
+    said(refusal([&] { cheapest_method(static_cast<Operation>(3), stored, 1); }), "operation = 3");
 }

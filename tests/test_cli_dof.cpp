@@ -44,10 +44,12 @@ struct Scene {
     }
 
     cv::Mat expected(const std::function<void(DofOptions&)>& change = {}) const {
-        DofOptions options{.circle = circle_of_confusion(lens, stored.camera)};
+        DofOptions options;
         if (change)
             change(options);
-        return to_mat(dof(stored, to_device(stored.image.device(), color), options)).clone();
+        return to_mat(dof(stored, to_device(stored.image.device(), color), circle_of_confusion(lens, stored.camera),
+                          options))
+            .clone();
     }
 };
 
@@ -71,8 +73,8 @@ TEST_CASE("dof program: every option reaches the library") {
         Arguments arguments;
         std::function<void(DofOptions&)> change;
     } const cases[] = {
-        {{"--quality", "fast"}, [](DofOptions& o) { o.quality = BlurQuality::fast; }},
-        {{"--quality", "accurate"}, [](DofOptions& o) { o.quality = BlurQuality::accurate; }},
+        {{"--quality", "fast"}, [](DofOptions& o) { o.quality = Quality::fast; }},
+        {{"--quality", "accurate"}, [](DofOptions& o) { o.quality = Quality::accurate; }},
         {{"--aperture", "5"}, [](DofOptions& o) { o.aperture.blades = 5; }},
         {{"--aperture", "5", "--rotate", "30", "--sky", "exclude"},
          [](DofOptions& o) {
@@ -95,7 +97,7 @@ TEST_CASE("dof program: every option reaches the library") {
         CHECK(!same(truth, plain));
     }
     const std::string out = scene.folder / "out/circle.exr";
-    check_done(run(scene.arguments(out, {"--aperture", "circle", "--quality", "default", "--sky", "blur"})));
+    check_done(run(scene.arguments(out, {"--aperture", "circle", "--quality", "balanced", "--sky", "blur"})));
     CHECK(same(read_color(out), plain));
 }
 

@@ -43,12 +43,17 @@ struct Scene {
     }
 
     std::vector<cv::Mat> expected(const Lens& of, const std::function<void(DofMasksOptions&)>& change = {}) const {
-        DofMasksOptions options{.circle = circle_of_confusion(of, stored.camera)};
+        return expected(circle_of_confusion(of, stored.camera), change);
+    }
+
+    std::vector<cv::Mat> expected(const CircleOfConfusion& coc,
+                                  const std::function<void(DofMasksOptions&)>& change = {}) const {
+        DofMasksOptions options;
         if (change)
             change(options);
-        const DofMasks masks = dof_masks(stored, options);
-        return {to_mat(masks.circle).clone(), to_mat(masks.near).clone(), to_mat(masks.focus).clone(),
-                to_mat(masks.far).clone()};
+        const DofMasks masks = dof_masks(stored, coc, options);
+        return {to_mat(masks.coc).clone(), to_mat(masks.near_weight).clone(), to_mat(masks.focus_weight).clone(),
+                to_mat(masks.far_weight).clone()};
     }
 };
 
@@ -139,7 +144,7 @@ TEST_CASE("dof-masks program: every option reaches the library") {
     lens({"--focus-along", "3,4,5.5", "--f-stop", "2", "--focal-length-mm", "24"},
          {.f_number = 2, .focus = depth_along_ray(scene.stored.camera, 3.5, 4.5, 5.5), .focal_length_mm = 24});
     check_done(run(scene.arguments(output, {"--circle", "20,60"})));
-    CHECK(holds(output, scene.expected(scene.lens, [](DofMasksOptions& o) { o.circle = {20, 60, 0, false}; })));
+    CHECK(holds(output, scene.expected(CircleOfConfusion{20, 60, 0, false})));
 }
 
 TEST_CASE("dof-masks program: the lens is the camera file's unless it is given") {
@@ -173,9 +178,7 @@ TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
     check_done(run(is_orthographic.with_lens(output, {"--max-coc-px", "30"})));
     CHECK(holds(output, is_orthographic.expected(is_orthographic.lens, [](DofMasksOptions& o) { o.max_coc_px = 30; })));
     check_done(run(is_orthographic.arguments(output, {"--circle", "20,4"})));
-    CHECK(holds(output, is_orthographic.expected(is_orthographic.lens, [](DofMasksOptions& o) {
-        o.circle = {.k = 20, .g = 4, .telecentric = true};
-    })));
+    CHECK(holds(output, is_orthographic.expected(CircleOfConfusion{.k = 20, .g = 4, .telecentric = true})));
     for (const Arguments& lens : {Arguments{"--sensor-mm", "36"}, Arguments{}}) {
         Arguments all = is_orthographic.arguments(output, {"--focus", "3", "--f-stop", "2"});
         all.insert(all.end(), lens.begin(), lens.end());
@@ -264,10 +267,10 @@ TEST_CASE("dof-masks program: a focus that the image has not is refused") {
 
 TEST_CASE("dof-masks program: the near layer and tiles go into files of their own") {
     const Scene scene;
-    DofMasksOptions options{.circle = circle_of_confusion(scene.lens, scene.stored.camera)};
+    DofMasksOptions options;
     options.max_near_coc = options.near_alpha = options.disocclusion = options.mixed_pixels = true;
     options.tile_px = 5;
-    const DofMasks truth = dof_masks(scene.stored, options);
+    const DofMasks truth = dof_masks(scene.stored, circle_of_confusion(scene.lens, scene.stored.camera), options);
     const auto file = [&](const std::string& name) { return scene.folder / ("out/" + name); };
     check_done(run(
         scene.with_lens(file("masks.exr"), {"--disocclusion", file("hidden.exr"), "--near-alpha", file("coverage.tif"),

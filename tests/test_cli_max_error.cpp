@@ -42,9 +42,10 @@ struct Room : RenderedInput {
 
 TEST_CASE("max-error program: what is chosen is what the library takes, and --explain tells it") {
     const Room room;
-    for (const std::string operation : {"ssao", "dof", "normals"}) {
+    for (const Operation each : {Operation::ssao, Operation::dof, Operation::normals}) {
+        const std::string operation = to_string(each);
         INFO(operation);
-        const MeasuredMethod expected = cheapest_method(operation, room.stored, anything);
+        const MeasuredMethod expected = cheapest_method(each, room.stored, anything);
         check_done(run(asked(room, operation, {"--max-error", "180"})));
         const Outcome told = run(asked(room, operation, {"--max-error", "180", "--explain", "--quiet"}));
         INFO(told.err);
@@ -57,9 +58,9 @@ TEST_CASE("max-error program: what is chosen is what the library takes, and --ex
             CHECK(told.err.find(part) != std::string::npos);
     }
     check_done(run(asked(room, "ssao", {"--max-error", "180"})));
-    SsaoOptions options{.radius = 0.8};
+    SsaoOptions options;
     options.max_error = anything;
-    CHECK(same(channel(room.folder / "out/result.exr", "AO"), to_mat(ssao(room.stored, options).visibility)));
+    CHECK(same(channel(room.folder / "out/result.exr", "AO"), to_mat(ssao(room.stored, 0.8, options).visibility)));
 }
 
 TEST_CASE("max-error program: refused in one line, with the best, where nothing meets it") {
@@ -81,7 +82,7 @@ TEST_CASE("max-error program: refused beside what it chooses itself") {
     refused("ssao", "--slices", "2");
     refused("ssao", "--samples", "8");
     refused("ssao", "--jitter", "4");
-    refused("dof", "--quality", "default");
+    refused("dof", "--quality", "balanced");
     refused("normals", "--method", "automatic");
     check_refused(run(asked(room, "ssao", {"--explain"})), 2, "--max-error");
     check_refused(run(asked(room, "ssao", {"--max-error", "0"})), 2, "--max-error");

@@ -1,5 +1,6 @@
 // fathom ssao: the options reach the library, the files hold what it gives, and what is wrong is told in one line.
 #include "rendered_input.hpp"
+#include "ssao_call.hpp"
 
 #include <fathom/ssao.hpp>
 
@@ -23,8 +24,8 @@ struct Room : RenderedInput {
         return joined({"ssao", input, "--camera", camera, "-o", output, "--radius", "0.8"}, more);
     }
 
-    cv::Mat expected(const std::function<void(SsaoOptions&)>& change = {}) const {
-        SsaoOptions options;
+    cv::Mat expected(const std::function<void(SsaoCall&)>& change = {}) const {
+        SsaoCall options;
         options.radius = 0.8;
         if (change)
             change(options);
@@ -76,36 +77,36 @@ TEST_CASE("ssao program: every option reaches the library") {
     const Device& device = room.stored.image.device();
     struct Case {
         Arguments arguments;
-        std::function<void(SsaoOptions&)> change;
+        std::function<void(SsaoCall&)> change;
     };
     const std::vector<Case> cases{
-        {{"--quality", "fast"}, [](SsaoOptions& o) { o.quality = Quality::fast; }},
-        {{"--quality", "accurate"}, [](SsaoOptions& o) { o.quality = Quality::accurate; }},
+        {{"--quality", "fast"}, [](SsaoCall& o) { o.quality = Quality::fast; }},
+        {{"--quality", "accurate"}, [](SsaoCall& o) { o.quality = Quality::accurate; }},
         {{"--half-resolution", "--quality", "fast"},
-         [](SsaoOptions& o) {
+         [](SsaoCall& o) {
              o.half_resolution = true;
              o.quality = Quality::fast;
          }},
-        {{"--slices", "5"}, [](SsaoOptions& o) { o.slices = 5; }},
-        {{"--samples", "3"}, [](SsaoOptions& o) { o.samples = 3; }},
-        {{"--jitter", "1"}, [](SsaoOptions& o) { o.jitter = 1; }},
-        {{"--thickness", "0.05"}, [](SsaoOptions& o) { o.thickness = 0.05; }},
-        {{"--thickness", "inf"}, [](SsaoOptions& o) { o.thickness = infinity; }},
-        {{"--thickness-map", map}, [&](SsaoOptions& o) { o.thickness_map = to_device(device, thickness); }},
-        {{"--normals", view_file}, [&](SsaoOptions& o) { o.normals = to_device(device, view_normals); }},
+        {{"--slices", "5"}, [](SsaoCall& o) { o.slices = 5; }},
+        {{"--samples", "3"}, [](SsaoCall& o) { o.samples = 3; }},
+        {{"--jitter", "1"}, [](SsaoCall& o) { o.jitter = 1; }},
+        {{"--thickness", "0.05"}, [](SsaoCall& o) { o.thickness = 0.05; }},
+        {{"--thickness", "inf"}, [](SsaoCall& o) { o.thickness = infinity; }},
+        {{"--thickness-map", map}, [&](SsaoCall& o) { o.thickness_map = to_device(device, thickness); }},
+        {{"--normals", view_file}, [&](SsaoCall& o) { o.normals = to_device(device, view_normals); }},
         {{"--normals", world_file, "--normals-space", "world"},
-         [&](SsaoOptions& o) {
+         [&](SsaoCall& o) {
              o.normals = to_device(device, world_normals);
              o.normals_space = Space::world;
          }},
-        {{"--falloff", "0.5"}, [](SsaoOptions& o) { o.falloff = 0.5; }},
-        {{"--tolerance", "5000"}, [](SsaoOptions& o) { o.tolerance = 5000; }},
-        {{"--border", "clamp"}, [](SsaoOptions& o) { o.border = Border::clamp; }},
+        {{"--falloff", "0.5"}, [](SsaoCall& o) { o.falloff = 0.5; }},
+        {{"--tolerance", "5000"}, [](SsaoCall& o) { o.tolerance = 5000; }},
+        {{"--border", "clamp"}, [](SsaoCall& o) { o.border = Border::clamp; }},
         {{"--region", "5,3,20,10"},
-         [](SsaoOptions& o) {
+         [](SsaoCall& o) {
              o.region = {5, 3, 20, 10};
          }},
-        {{"--seed", "7"}, [](SsaoOptions& o) { o.seed = 7; }},
+        {{"--seed", "7"}, [](SsaoCall& o) { o.seed = 7; }},
     };
     const cv::Mat plain = room.expected();
     for (const Case& c : cases) {
@@ -119,7 +120,7 @@ TEST_CASE("ssao program: every option reaches the library") {
 
 TEST_CASE("ssao program: bent normals and confidence go into files of their own") {
     const Room room;
-    SsaoOptions options;
+    SsaoCall options;
     options.radius = 0.8;
     options.bent_normal = options.confidence = true;
     const Occlusion truth = ssao(room.stored, options);
@@ -167,7 +168,7 @@ TEST_CASE("ssao program: the radius is the camera file's unless it is given") {
     check_done(run({"ssao", room.input, "--camera", room.camera, "-o", output}));
     CHECK(same(channel(output, "AO"), room.expected()));
     check_done(run({"ssao", room.input, "--camera", room.camera, "-o", output, "--radius", "0.3"}));
-    CHECK(same(channel(output, "AO"), room.expected([](SsaoOptions& o) { o.radius = 0.3; })));
+    CHECK(same(channel(output, "AO"), room.expected([](SsaoCall& o) { o.radius = 0.3; })));
 
     const Arguments without{"ssao", room.input, "--camera", camera_file(room.folder), "-o", output};
     check_refused(run(without), 2, "--radius");

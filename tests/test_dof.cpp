@@ -69,14 +69,18 @@ const Device& default_device() {
 }
 
 /// All channels of the blurred picture.
-std::vector<float> blurred(const Picture& picture, DofOptions options = {}, const Device& device = default_device()) {
-    if (options.circle.k == 0)
-        options.circle = lens;
+std::vector<float> blurred(const Picture& picture, const CircleOfConfusion& coc, const DofOptions& options = {},
+                           const Device& device = default_device()) {
     const Image depth = Image::from_host(device, Element::f32, picture.depth.data(), {picture.width, picture.height});
     const int channels = static_cast<int>(picture.color.size() / picture.depth.size());
     const Image color =
         Image::from_host(device, Element::f32, picture.color.data(), {picture.width, picture.height, channels});
-    return floats(dof({depth, camera_of(picture.width, picture.height)}, color, options));
+    return floats(dof({depth, camera_of(picture.width, picture.height)}, color, coc, options));
+}
+
+std::vector<float> blurred(const Picture& picture, const DofOptions& options = {},
+                           const Device& device = default_device()) {
+    return blurred(picture, lens, options, device);
 }
 
 double first_channel(const std::vector<float>& image, int width, int x, int y) {
@@ -118,8 +122,8 @@ const Shape shapes[] = {{"circle", {}, {}},
 // What fast may differ by along a straight edge of a round aperture: three layers an octave, rows summed by two and more.
 constexpr double fast_rms_error = 0.01;
 
-const std::pair<const char*, BlurQuality> qualities[] = {
-    {"standard", BlurQuality::standard}, {"fast", BlurQuality::fast}, {"accurate", BlurQuality::accurate}};
+const std::pair<const char*, Quality> qualities[] = {
+    {"balanced", Quality::balanced}, {"fast", Quality::fast}, {"accurate", Quality::accurate}};
 
 /// Layers whose edges run down or across the image, `at` the pixel border, and what the truth makes of them: the value of the
 /// layer nearest to the lens is the picture's.
@@ -172,7 +176,7 @@ std::function<double(double)> truth_of(const Stack& stack, bool across,
 }
 
 /// The same with edges that run down and edges that run across.
-Off judge(const Stack& stack, BlurQuality quality, int reach, const Shape& shape = shapes[0]) {
+Off judge(const Stack& stack, Quality quality, int reach, const Shape& shape = shapes[0]) {
     Off off;
     for (const bool across : {false, true})
         off.add(judge(stack, across, {.aperture = shape.aperture, .quality = quality},
@@ -207,7 +211,7 @@ TEST_CASE("dof: the truth by quadrature is the formula's", "[dof]") {
 TEST_CASE("dof: a straight edge is spread as the aperture says", "[dof]") {
     for (const auto& [quality_name, quality] : qualities) {
         std::printf("dof, %s, edge: radius: largest error, root mean square\n", quality_name);
-        const bool promised = quality != BlurQuality::fast;
+        const bool promised = quality != Quality::fast;
         for (const Shape& shape : shapes) {
             std::printf("  %-9s", shape.name);
             for (const double radius :
@@ -246,7 +250,7 @@ TEST_CASE("dof: one layer before another bleeds nowhere", "[dof]") {
             "dof, %s, radius: sharp before blurred, blurred before sharp, both before the focus, both behind it, "
             "across it: largest error, root mean square\n",
             quality_name);
-        const bool promised = quality != BlurQuality::fast;
+        const bool promised = quality != Quality::fast;
         for (const double radius : {1.0, 2.0, 3.3, 8.0, 16.0, 27.0, 64.0}) {
             const int reach = 2 * static_cast<int>(radius) + 2, half = 2 * reach + 8;
             const std::pair<double, double> circles[] = {
@@ -273,7 +277,7 @@ TEST_CASE("dof: two edges before one another are known to be off, unless accurat
             "dof, %s, two edges: sharp behind, across the focus, both before it, both behind it: largest error, "
             "root mean square\n",
             quality_name);
-        const bool accurate = quality == BlurQuality::accurate;
+        const bool accurate = quality == Quality::accurate;
         for (const double radius : {2.0, 4.5, 8.0, 13.0, 20.0, 32.0}) {
             if (!accurate && radius != 2 && radius != 8 && radius != 32)
                 continue;
@@ -306,7 +310,7 @@ TEST_CASE("dof: two edges before one another are known to be off, unless accurat
             const Stack stack{{left_of(0, front, 1), everywhere(back, [](double x) { return x > 6 ? 1.0 : 0.0; })},
                               half};
             INFO(shape.name << ", circles " << front << " and " << back);
-            check(judge(stack, BlurQuality::accurate, reach, shape), true, 0, 0);
+            check(judge(stack, Quality::accurate, reach, shape), true, 0, 0);
         }
         std::printf("\n");
     }
@@ -318,7 +322,7 @@ TEST_CASE("dof: a pole before an edge is known to be off, less so if accurate", 
     constexpr int reach = 26, half = 64;
     std::printf("dof, a pole before a step, radius 12: sharp behind, across the focus, both before it, both behind it: "
                 "largest error, root mean square\n");
-    std::map<std::pair<BlurQuality, double>, double> rms;
+    std::map<std::pair<Quality, double>, double> rms;
     for (const auto& [quality_name, quality] : qualities) {
         for (const double width : {3.0, 8.0, 16.0}) {
             std::printf("  %-8s %2g wide:", quality_name, width);
@@ -333,11 +337,11 @@ TEST_CASE("dof: a pole before an edge is known to be off, less so if accurate", 
             }
             std::printf("\n");
             rms[{quality, width}] = all.rms();
-            CHECK(all.largest <= (quality == BlurQuality::accurate ? 0.15 : 0.35));
+            CHECK(all.largest <= (quality == Quality::accurate ? 0.15 : 0.35));
         }
     }
     for (const double width : {3.0, 8.0, 16.0})
-        CHECK(rms.at({BlurQuality::accurate, width}) < rms.at({BlurQuality::standard, width}));
+        CHECK(rms.at({Quality::accurate, width}) < rms.at({Quality::balanced, width}));
 }
 
 namespace {
@@ -407,11 +411,9 @@ TEST_CASE("dof: no far sky shows where a near object hides the floor before it",
                 std::printf("  %.4f %.4f", off.largest, off.rms());
                 INFO(name << ", " << quality_name << ", rows from " << rim.top);
                 // Over the horizon two edges meet; accurate continues the floor with the circle it has beside the rim.
-                const bool horizon = rim.top < 0 && rim.bottom > 0, accurate = quality == BlurQuality::accurate;
+                const bool horizon = rim.top < 0 && rim.bottom > 0, accurate = quality == Quality::accurate;
                 CHECK(off.largest <= (horizon ? 0.25 : accurate ? 0.02 : dof_edge_error));
-                CHECK(off.rms() <= (horizon                        ? 0.06
-                                    : quality == BlurQuality::fast ? fast_rms_error
-                                                                   : dof_edge_rms_error));
+                CHECK(off.rms() <= (horizon ? 0.06 : quality == Quality::fast ? fast_rms_error : dof_edge_rms_error));
             }
             std::printf("\n");
         }
@@ -475,7 +477,7 @@ TEST_CASE("dof: what a blurred foreground hides is the clean plate's, where ther
                     }
                     std::printf("  %.4f %.4f", known.largest, unknown.largest);
                     INFO(quality_name << ", radius " << radius << ", behind with a circle of " << circle);
-                    if (quality != BlurQuality::fast && (circle == 0 || (edge && quality == BlurQuality::accurate)))
+                    if (quality != Quality::fast && (circle == 0 || (edge && quality == Quality::accurate)))
                         CHECK(known.largest <= dof_edge_error);
                     CHECK(known.largest <= 0.7 * unknown.largest);
                     CHECK(unknown.largest >= 0.02); // there is something to guess
@@ -500,8 +502,7 @@ TEST_CASE("dof: a clean plate that hides nothing changes no bit, and one that do
               blurred(picture, {.quality = quality}));
     }
     const auto refused = [&](const Image& clean_plate, const StoredDepth& its_depth, const std::string& message) {
-        CHECK_THROWS_WITH(dof(depth, color, {.circle = lens, .clean_plate = CleanPlate{clean_plate, its_depth}}),
-                          message);
+        CHECK_THROWS_WITH(dof(depth, color, lens, {.clean_plate = CleanPlate{clean_plate, its_depth}}), message);
     };
     const auto image = [](int across, int down, int channels) {
         return Image(default_device(), Element::f32, {across, down, channels});
@@ -510,9 +511,8 @@ TEST_CASE("dof: a clean plate that hides nothing changes no bit, and one that do
     refused(image(side, side, 4), depth, "the clean plate has 4 channels, the colour 3");
     refused(color, {image(80, side, 1), camera_of(80, side)},
             "the clean plate's depth is 80 x 90 pixels, the clean plate 90 x 90");
-    CHECK_THROWS_WITH(
-        dof(depth, image(side, side, 3), color, {.circle = lens, .clean_plate = CleanPlate{color, depth}}),
-        "the result shares memory with the clean plate");
+    CHECK_THROWS_WITH(dof(depth, image(side, side, 3), color, lens, {.clean_plate = CleanPlate{color, depth}}),
+                      "the result shares memory with the clean plate");
 }
 
 TEST_CASE("dof: a point's light becomes the aperture, all of it", "[dof]") {
@@ -538,7 +538,7 @@ TEST_CASE("dof: a point's light becomes the aperture, all of it", "[dof]") {
                 const double expected = variance_of_disc(radius);
                 if (sign > 0)
                     std::printf("  %g: %+.1e %.4f %.4f", radius, energy - 1, across / expected, down / expected);
-                const double variance_error = quality != BlurQuality::fast ? 0.02 : 0.08;
+                const double variance_error = quality != Quality::fast ? 0.02 : 0.08;
                 INFO(quality_name << ", radius " << radius);
                 CHECK(std::abs(energy - 1) <= 1e-5);
                 CHECK(std::abs(across / expected - 1) <= variance_error);
@@ -581,7 +581,7 @@ TEST_CASE("dof: an ellipse's light has the ellipse's variance along both its axe
                 const double expected_b = variance(radius * std::min(1.0, aperture.ratio));
                 std::printf("  %g: %+.1e %.4f %.4f %+.4f", radius, energy - 1, width / expected_a, height / expected_b,
                             both / std::sqrt(expected_a * expected_b));
-                const double error = quality != BlurQuality::fast ? 0.02 : 0.08;
+                const double error = quality != Quality::fast ? 0.02 : 0.08;
                 INFO(quality_name << ", ratio " << aperture.ratio << ", radius " << radius);
                 CHECK(std::abs(energy - 1) <= 1e-5);
                 CHECK(std::abs(width / expected_a - 1) <= error);
@@ -622,8 +622,8 @@ TEST_CASE("dof: plain, sloping and bent images", "[dof]") {
         }
         std::printf("dof, %s: ramp off by %.1e of its height, parabola by %.1e of that at the radius\n", quality_name,
                     slope.largest, bend.largest);
-        CHECK(slope.largest <= (quality != BlurQuality::fast ? 1e-3 : 5e-3));
-        CHECK(bend.largest <= (quality != BlurQuality::fast ? 5e-3 : 2e-2));
+        CHECK(slope.largest <= (quality != Quality::fast ? 1e-3 : 5e-3));
+        CHECK(bend.largest <= (quality != Quality::fast ? 5e-3 : 2e-2));
     }
 }
 
@@ -692,12 +692,12 @@ TEST_CASE("dof: a tile with a halo equals the whole in its middle", "[dof]") {
     const CleanPlate whole_picture = clean_plate_of(picture), whole_clean_plate = clean_plate_of(clean_plate);
     for (const auto& [name, quality] : qualities) {
         for (const bool plated : {false, true}) {
-            const bool accurate = quality == BlurQuality::accurate;
+            const bool accurate = quality == Quality::accurate;
             const int radius = accurate ? 8 : 15;
-            DofOptions options{.circle = lens, .quality = quality, .max_coc_px = 2.0 * radius};
+            DofOptions options{.quality = quality, .max_coc_px = 2.0 * radius};
             if (plated)
                 options.clean_plate = whole_clean_plate;
-            const auto whole = floats(dof(whole_picture.depth, whole_picture.color, options));
+            const auto whole = floats(dof(whole_picture.depth, whole_picture.color, lens, options));
             // A circle's radius, and to where running sums start before it; accurate: what lies behind, a circle farther on.
             const int reach = accurate ? 3 * radius + 1 : radius;
             const int aside = reach + dof_halo_columns, above = reach + dof_halo_rows;
@@ -709,7 +709,7 @@ TEST_CASE("dof: a tile with a halo equals the whole in its middle", "[dof]") {
                 if (plated)
                     options.clean_plate = part(whole_clean_plate);
                 const CleanPlate cut = part(whole_picture);
-                const auto tile = floats(dof(cut.depth, cut.color, options));
+                const auto tile = floats(dof(cut.depth, cut.color, lens, options));
                 long differ = 0;
                 for (int y = above; y < down - above; ++y)
                     for (int x = 3 * aside; x < 3 * (across - aside); ++x)
@@ -733,7 +733,7 @@ TEST_CASE("dof: a pinhole changes no bit, and neither do circles up to a pixel",
     const CircleOfConfusion pinhole = circle_of_confusion(
         {.f_number = std::numeric_limits<double>::infinity(), .focus = 2, .focal_length_mm = 50, .sensor_width_mm = 36},
         camera);
-    CHECK(same_bits(floats(dof({depth, camera}, color, {.circle = pinhole})), picture.color));
+    CHECK(same_bits(floats(dof({depth, camera}, color, pinhole)), picture.color));
 
     const Picture sharp(
         150, 70, [](int x, int y) { return ((x + y) % 21 - 10) / 10.0; },
@@ -780,7 +780,7 @@ TEST_CASE("dof: what is no number in colour or depth goes nowhere", "[dof]") {
             const std::size_t at = 45 * side + 45;
             damaged.color[3 * at] = not_a_number;
             damaged.color[3 * (at + 1) + 1] = inf;
-            damaged.color[3 * (at + 2) + 2] = quality == BlurQuality::fast ? -inf : 2e38f;
+            damaged.color[3 * (at + 2) + 2] = quality == Quality::fast ? -inf : 2e38f;
             damaged.depth[at + 3] = not_a_number;
             damaged.depth[at + 4] = -1;
             const auto before = blurred(clean, {.quality = quality}), after = blurred(damaged, {.quality = quality});
@@ -872,11 +872,9 @@ TEST_CASE("dof: halves and integers are what their floats would be", "[dof]") {
     }
     const Layout layout{picture.width, picture.height, 3};
     std::vector<std::uint8_t> got_bytes(bytes.size());
-    dof(depth, Image::from_host(device, Element::u8, bytes.data(), layout), {.circle = lens})
-        .download(got_bytes.data());
+    dof(depth, Image::from_host(device, Element::u8, bytes.data(), layout), lens).download(got_bytes.data());
     std::vector<std::uint16_t> got_shorts(shorts.size());
-    dof(depth, Image::from_host(device, Element::u16, shorts.data(), layout), {.circle = lens})
-        .download(got_shorts.data());
+    dof(depth, Image::from_host(device, Element::u16, shorts.data(), layout), lens).download(got_shorts.data());
     const auto from_bytes = blurred(of_bytes), from_shorts = blurred(of_shorts);
     for (std::size_t i = 0; i < bytes.size(); ++i) {
         REQUIRE(std::abs(from_bytes[i] * 255 - static_cast<float>(got_bytes[i])) <= 0.501f);
@@ -890,8 +888,7 @@ TEST_CASE("dof: halves and integers are what their floats would be", "[dof]") {
     for (std::size_t i = 0; i < halves.size(); ++i)
         of_halves.color[i] = halves[i] == 0x3c00 ? 1.0f : 0.25f;
     std::vector<std::uint16_t> got_halves(halves.size());
-    dof(depth, Image::from_host(device, Element::f16, halves.data(), layout), {.circle = lens})
-        .download(got_halves.data());
+    dof(depth, Image::from_host(device, Element::f16, halves.data(), layout), lens).download(got_halves.data());
     const auto from_halves = blurred(of_halves);
     for (std::size_t i = 0; i < halves.size(); ++i) {
         const int exponent = (got_halves[i] >> 10 & 31) - 25;
@@ -909,7 +906,7 @@ TEST_CASE("dof: focus near, at infinity and behind everything", "[dof]") {
     for (const double focus : {0.2, 0.5, 2.0, 30.0, std::numeric_limits<double>::infinity()}) {
         const CircleOfConfusion circle =
             circle_of_confusion({.f_number = 2, .focus = focus, .focal_length_mm = 50, .sensor_width_mm = 36}, camera);
-        const auto got = blurred(picture, {.circle = circle});
+        const auto got = blurred(picture, circle);
         INFO("focus " << focus);
         for (std::size_t i = 0; i < got.size(); ++i)
             REQUIRE(std::abs(got[i] - picture.color[i]) <= 1e-5f);
@@ -919,29 +916,28 @@ TEST_CASE("dof: focus near, at infinity and behind everything", "[dof]") {
 TEST_CASE("dof: options out of range and images that do not fit are refused", "[dof]") {
     const Device& device = default_device();
     const StoredDepth depth{Image(device, Element::f32, {20, 10}), camera_of(20, 10)};
-    const auto refused = [&](const Image& color, const DofOptions& options) {
-        CHECK_THROWS_AS(dof(depth, color, options), std::invalid_argument);
+    const auto refused = [&](const Image& color, const CircleOfConfusion& coc, const DofOptions& options = {}) {
+        CHECK_THROWS_AS(dof(depth, color, coc, options), std::invalid_argument);
     };
     const Image color(device, Element::f32, {20, 10, 3});
-    refused(Image(device, Element::f32, {20, 11, 3}), {.circle = lens});
-    refused(Image(device, Element::f32, {20, 10, 1}), {.circle = lens});
-    refused(Image(device, Element::u32, {20, 10, 3}), {.circle = lens});
-    refused(color, {.circle = lens, .aperture = {2, 0}});
-    refused(color, {.circle = lens, .aperture = {65, 0}});
-    refused(color, {.circle = lens, .aperture = {5, std::nan("")}});
-    refused(color, {.circle = lens, .aperture = {0, 0, 0.05}});
-    refused(color, {.circle = lens, .aperture = {0, 0, std::nan("")}});
-    refused(color, {.circle = lens, .aperture = {5, 0, 2}});
-    refused(color, {.circle = lens, .max_coc_px = 0.5});
-    refused(color, {.circle = lens, .max_coc_px = 513});
-    refused(color, {.circle = {.k = std::nan(""), .g = 1}});
-    CHECK_THROWS_WITH(dof(depth, color, {.circle = lens, .quality = static_cast<BlurQuality>(7)}),
-                      "quality = 7 is none of its type's values: fast, standard or accurate");
-    CHECK_THROWS_WITH(dof(depth, color, {.circle = lens, .sky = static_cast<Sky>(-1)}),
+    refused(Image(device, Element::f32, {20, 11, 3}), lens);
+    refused(Image(device, Element::f32, {20, 10, 1}), lens);
+    refused(Image(device, Element::u32, {20, 10, 3}), lens);
+    refused(color, lens, {.aperture = {2, 0}});
+    refused(color, lens, {.aperture = {65, 0}});
+    refused(color, lens, {.aperture = {5, std::nan("")}});
+    refused(color, lens, {.aperture = {0, 0, 0.05}});
+    refused(color, lens, {.aperture = {0, 0, std::nan("")}});
+    refused(color, lens, {.aperture = {5, 0, 2}});
+    refused(color, lens, {.max_coc_px = 0.5});
+    refused(color, lens, {.max_coc_px = 513});
+    refused(color, {.k = std::nan(""), .g = 1});
+    CHECK_THROWS_WITH(dof(depth, color, lens, {.quality = static_cast<Quality>(7)}),
+                      "quality = 7 is none of its type's values: fast, balanced or accurate");
+    CHECK_THROWS_WITH(dof(depth, color, lens, {.sky = static_cast<Sky>(-1)}),
                       "sky = -1 is none of its type's values: blur, sharp or exclude");
-    CHECK_THROWS_AS(dof(depth, color, color, {.circle = lens}), std::invalid_argument);
-    CHECK_THROWS_AS(dof(depth, color, Image(device, Element::u8, {20, 10, 3}), {.circle = lens}),
-                    std::invalid_argument);
+    CHECK_THROWS_AS(dof(depth, color, color, lens), std::invalid_argument);
+    CHECK_THROWS_AS(dof(depth, color, Image(device, Element::u8, {20, 10, 3}), lens), std::invalid_argument);
 }
 
 TEST_CASE("dof: rows from the bottom up turn nothing", "[dof]") {
@@ -949,7 +945,7 @@ TEST_CASE("dof: rows from the bottom up turn nothing", "[dof]") {
     const Stack edges{{left_of(-4, -20, 1), everywhere(12, [](double y) { return y > 3 ? 1.0 : 0.2; })}, 45};
     const Picture two_edges = edges.picture(true);
     for (const auto& [quality, picture] :
-         {std::pair{BlurQuality::standard, mixed(90, 61)}, {BlurQuality::accurate, two_edges}}) {
+         {std::pair{Quality::balanced, mixed(90, 61)}, {Quality::accurate, two_edges}}) {
         const auto rows = static_cast<std::size_t>(picture.height);
         Picture upside_down = picture;
         for (std::size_t y = 0; y < rows; ++y) {
@@ -962,8 +958,7 @@ TEST_CASE("dof: rows from the bottom up turn nothing", "[dof]") {
         const Image depth = Image::from_host(device, Element::f32, upside_down.depth.data(), {90, picture.height});
         const Image color = Image::from_host(device, Element::f32, upside_down.color.data(), {90, picture.height, 3});
         const Aperture triangle{3, 20};
-        const auto got =
-            floats(dof({depth, camera}, color, {.circle = lens, .aperture = triangle, .quality = quality}));
+        const auto got = floats(dof({depth, camera}, color, lens, {.aperture = triangle, .quality = quality}));
         const auto expected = blurred(picture, {.aperture = triangle, .quality = quality});
         double worst = 0;
         for (std::size_t y = 0; y < rows; ++y) {
@@ -989,7 +984,7 @@ TEST_CASE("dof: pixels that are not square have circles that are not round", "[d
     camera.projection = perspective(1.0, stretch, {0.01, 100});
     const Image depth = Image::from_host(device, Element::f32, point.depth.data(), {side, side});
     const Image color = Image::from_host(device, Element::f32, point.color.data(), {side, side, 3});
-    const auto got = floats(dof({depth, camera}, color, {.circle = lens}));
+    const auto got = floats(dof({depth, camera}, color, lens));
     double across = 0, down = 0;
     for (int y = 0; y < side; ++y) {
         for (int x = 0; x < side; ++x) {
@@ -1014,7 +1009,7 @@ TEST_CASE("dof: the sky is blurred, kept sharp or left out", "[dof]") {
         if (i % width >= width / 2)
             picture.depth[i] = inf;
     const CircleOfConfusion circle{.k = 20, .g = 20 * static_cast<double>(depth_of(0))};
-    const auto of = [&](Sky sky) { return blurred(picture, {.circle = circle, .sky = sky}); };
+    const auto of = [&](Sky sky) { return blurred(picture, circle, {.sky = sky}); };
     const auto blurry = of(Sky::blur), sharp = of(Sky::sharp), without = of(Sky::exclude);
     CHECK(same_bits(sharp, picture.color));
     for (int x = 0; x < width; ++x) {

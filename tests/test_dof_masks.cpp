@@ -144,9 +144,9 @@ std::string judge(const Subject& subject, const oracle::Truth& truth, const Dept
     return fault(message.str());
 }
 
-std::vector<float> circles(const StoredDepth& stored, DofMasksOptions options) {
+std::vector<float> circles(const StoredDepth& stored, const CircleOfConfusion& coc, DofMasksOptions options = {}) {
     options.weights = false;
-    return images::floats(dof_masks(stored, options).circle);
+    return images::floats(dof_masks(stored, coc, options).coc);
 }
 
 void check(const std::string& label, const std::vector<Subject>& subjects) {
@@ -169,7 +169,7 @@ void check(const std::string& label, const std::vector<Subject>& subjects) {
                 const Image image = Image::from_host(oracle::device(arithmetic), Element::f32, values.data(),
                                                      {patch.width, patch.height});
                 const std::vector<float> got =
-                    circles({image, subject.camera, Storage::float32, patch.x, patch.y}, {.circle = circle});
+                    circles({image, subject.camera, Storage::float32, patch.x, patch.y}, circle);
                 for (std::size_t i = 0; i < values.size(); ++i) {
                     const auto column = static_cast<double>(i % static_cast<std::size_t>(patch.width)),
                                row = static_cast<double>(i / static_cast<std::size_t>(patch.width));
@@ -305,7 +305,7 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
                 const CircleOfConfusion circle = lens_of(subject.camera, form, all[turn++ % all.size()]);
                 const Image image = Image::from_host(oracle::device(arithmetic), element_of(storage), bytes.data(),
                                                      {side, side, channels_of(storage)});
-                const std::vector<float> got = circles({image, subject.camera, storage, 77, 99}, {.circle = circle});
+                const std::vector<float> got = circles({image, subject.camera, storage, 77, 99}, circle);
                 for (std::size_t i = 0; i < got.size(); ++i)
                     if (!(form.background && !is_half && codes[i] == *form.background) && values[i] != -2)
                         faults.add(judge(subject, truth, form, circle, arithmetic, values[i],
@@ -340,18 +340,19 @@ struct Planes {
 
 Planes download(const DofMasks& masks) {
     using images::floats;
-    return {floats(masks.circle), floats(masks.near), floats(masks.focus), floats(masks.far)};
+    return {floats(masks.coc), floats(masks.near_weight), floats(masks.focus_weight), floats(masks.far_weight)};
 }
 
-Planes masks_of(std::vector<float>& values, const Camera& camera, const DofMasksOptions& options) {
+Planes masks_of(std::vector<float>& values, const Camera& camera, const CircleOfConfusion& coc,
+                const DofMasksOptions& options = {}) {
     const Layout layout{camera.width, camera.height};
-    return download(dof_masks({Image::from_host(cpu(), Element::f32, values.data(), layout), camera}, options));
+    return download(dof_masks({Image::from_host(cpu(), Element::f32, values.data(), layout), camera}, coc, options));
 }
 
-std::string message_of(const DofMasksOptions& options, const Camera& camera) {
+std::string message_of(const CircleOfConfusion& coc, const DofMasksOptions& options, const Camera& camera) {
     std::vector<float> values(static_cast<std::size_t>(camera.width * camera.height), 0.5f);
     try {
-        masks_of(values, camera, options);
+        masks_of(values, camera, coc, options);
     } catch (const std::invalid_argument& error) {
         return error.what();
     }
@@ -374,10 +375,10 @@ TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[do
             std::vector<float> values(35, std::bit_cast<float>(*form.background));
             const StoredDepth stored{Image::from_host(oracle::device(arithmetic), Element::f32, values.data(), {35, 1}),
                                      subject.camera};
-            const Planes blur = download(dof_masks(stored, {.circle = circle}));
-            const Planes sharp = download(dof_masks(stored, {.circle = circle, .sky = Sky::sharp}));
-            const Planes none = download(dof_masks(stored, {.circle = circle, .sky = Sky::exclude}));
-            const Planes clamped = download(dof_masks(stored, {.circle = circle, .max_coc_px = 8}));
+            const Planes blur = download(dof_masks(stored, circle));
+            const Planes sharp = download(dof_masks(stored, circle, {.sky = Sky::sharp}));
+            const Planes none = download(dof_masks(stored, circle, {.sky = Sky::exclude}));
+            const Planes clamped = download(dof_masks(stored, circle, {.max_coc_px = 8}));
             for (std::size_t i = 0; i < values.size(); ++i) {
                 REQUIRE(blur.circle[i] == 20.3f);
                 REQUIRE((blur.near[i] == 0 && blur.focus[i] == 0 && blur.far[i] == 1));
@@ -393,21 +394,20 @@ TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[do
     is_orthographic.height = 1;
     std::vector<float> values{1, 0.5f, 0};
     const CircleOfConfusion telecentric{.k = 20, .g = 10, .telecentric = true};
-    const Planes infinite = masks_of(values, is_orthographic, {.circle = telecentric});
+    const Planes infinite = masks_of(values, is_orthographic, telecentric);
     CHECK(infinite.circle == std::vector<float>{HUGE_VALF, 30, -20});
     CHECK(infinite.far == std::vector<float>{1, 1, 0});
-    CHECK(masks_of(values, is_orthographic, {.circle = telecentric, .max_coc_px = 25}).circle ==
-          std::vector<float>{25, 25, -20});
+    CHECK(masks_of(values, is_orthographic, telecentric, {.max_coc_px = 25}).circle == std::vector<float>{25, 25, -20});
 }
 
 TEST_CASE("dof_masks: what is no surface has no circle and no weight, and nothing spreads from it", "[dof_masks]") {
     Camera camera = window_camera(7, 1);
     const CircleOfConfusion circle{20, 100, 0, false};
     std::vector<float> values{0.5f, nan_f, 1.5f, 0.5f, -0.1f, HUGE_VALF, 0.5f};
-    const Planes window = masks_of(values, camera, {.circle = circle});
+    const Planes window = masks_of(values, camera, circle);
     camera.encoding = Encoding::view_z;
     std::vector<float> depths{5, nan_f, 0, -1, -HUGE_VALF, 1e-44f, HUGE_VALF};
-    const Planes metric = masks_of(depths, camera, {.circle = circle});
+    const Planes metric = masks_of(depths, camera, circle);
     for (const std::size_t i : {1u, 2u, 4u, 5u})
         CHECK((std::isnan(window.circle[i]) && window.near[i] == 0 && window.focus[i] == 0 && window.far[i] == 0));
     for (const std::size_t i : {0u, 3u, 6u})
@@ -417,12 +417,12 @@ TEST_CASE("dof_masks: what is no surface has no circle and no weight, and nothin
     CHECK(metric.circle[0] == 0);
     CHECK(metric.circle[5] == -HUGE_VALF);
     CHECK(metric.circle[6] == 20);
-    CHECK(masks_of(depths, camera, {.circle = circle, .max_coc_px = 64}).circle[5] == -64);
+    CHECK(masks_of(depths, camera, circle, {.max_coc_px = 64}).circle[5] == -64);
     for (const Encoding encoding :
          {Encoding::view_z, Encoding::ray_distance}) { // infinitely far without being the background
         camera.encoding = encoding;
         camera.background = -1;
-        const Planes far = masks_of(depths, camera, {.circle = circle, .sky = Sky::exclude});
+        const Planes far = masks_of(depths, camera, circle, {.sky = Sky::exclude});
         CHECK((far.circle[6] == 20 && far.far[6] == 1));
         CHECK((std::isnan(far.circle[3]) && std::isnan(far.circle[4])));
     }
@@ -440,8 +440,7 @@ TEST_CASE("dof_masks: weights are the ramp of the circle and sum to exactly one"
     double worst = 0;
     for (const double sharp : {0.0, 0.5, 1.0, 3.0})
         for (const double transition : {0.0, 0.25, 1.0, 7.0}) {
-            const Planes got =
-                masks_of(depths, camera, {.circle = circle, .sharp_px = sharp, .transition_px = transition});
+            const Planes got = masks_of(depths, camera, circle, {.sharp_px = sharp, .transition_px = transition});
             const double allowed = 0x1p-22 + (transition > 0 ? 0x1p-24 * sharp / transition : 0);
             std::array<long, 3> kinds{};
             for (std::size_t i = 0; i < depths.size(); ++i) {
@@ -515,7 +514,7 @@ TEST_CASE("dof_masks: one scene through other cameras has one map", "[dof_masks]
                 values.push_back(
                     static_cast<float>(stored_depth(camera, Storage::float32, x + 0.5, y + 0.5, depths.back())));
             }
-        const std::vector<float> got = masks_of(values, camera, {.circle = circle}).circle;
+        const std::vector<float> got = masks_of(values, camera, circle).circle;
         double worst = 0, worst_px = 0;
         for (std::size_t i = 0; i < got.size(); ++i) {
             const double x = static_cast<double>(i % static_cast<std::size_t>(other.width)) + 0.5,
@@ -555,7 +554,7 @@ TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thous
             for (int x = 0; x < width; ++x)
                 values.push_back(static_cast<float>(stored_depth(camera, Storage::float32, x + 0.5, y + 0.5,
                                                                  1 / (a * (x + 0.5) + b * (y + 0.5) + one))));
-        const std::vector<float> got = masks_of(values, camera, {.circle = circle}).circle;
+        const std::vector<float> got = masks_of(values, camera, circle).circle;
         double worst = 0;
         int rows = 0;
         for (int y = 0; y < height; ++y) {
@@ -594,13 +593,14 @@ TEST_CASE("dof_masks: same bits for every lane count, group size and region, of 
                 value = static_cast<float>(random() >> 8) * 0x1p-24f * (random() % 20 == 0 ? 3.0f : 1.0f);
             values[values.size() / 2] = nan_f;
             const DepthForm form = depth_form(subject.camera);
-            const DofMasksOptions options{.circle = lens_of(subject.camera, form, 3), .transition_px = 4};
+            const CircleOfConfusion coc = lens_of(subject.camera, form, 3);
+            const DofMasksOptions options{.transition_px = 4};
             for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
-                if (arithmetic == Arithmetic::two_float && circle_form(form, options.circle) == CircleForm::recentred)
+                if (arithmetic == Arithmetic::two_float && circle_form(form, coc) == CircleForm::recentred)
                     continue; // in floats either way
                 Planes first;
                 for (const auto& [vector_width, group] : {std::pair{16, 64}, {8, 7}, {4, 64}, {1, 64}, {1, 1}}) {
-                    const bool every_choice = width == 67 && circle_form(form, options.circle) <= CircleForm::sum;
+                    const bool every_choice = width == 67 && circle_form(form, coc) <= CircleForm::sum;
                     if (!every_choice && (group != 64 || vector_width == 8 || vector_width == 4))
                         continue; // each is another build of the kernel
                     static std::map<std::tuple<Arithmetic, int, int>, Device> devices;
@@ -610,7 +610,7 @@ TEST_CASE("dof_masks: same bits for every lane count, group size and region, of 
                     const Device& device = place->second;
                     const StoredDepth stored{Image::from_host(device, Element::f32, values.data(), {width, height}),
                                              subject.camera};
-                    const Planes got = download(dof_masks(stored, options));
+                    const Planes got = download(dof_masks(stored, coc, options));
                     if (first.circle.empty())
                         first = got;
                     INFO(subject.name << ", " << width << " x " << height << ", vector width " << vector_width);
@@ -622,7 +622,7 @@ TEST_CASE("dof_masks: same bits for every lane count, group size and region, of 
                     if (width < 3 || height < 3)
                         continue;
                     const int left = 1, top = 2, w = width - 2, h = height - 2;
-                    const std::vector<float> part = circles(stored.region(left, top, w, h), options);
+                    const std::vector<float> part = circles(stored.region(left, top, w, h), coc, options);
                     for (int y = 0; y < h; ++y)
                         REQUIRE(std::memcmp(&part[static_cast<std::size_t>(y * w)],
                                             &first.circle[static_cast<std::size_t>((top + y) * width + left)],
@@ -640,11 +640,11 @@ TEST_CASE("dof_masks: large results, which are written past the cache, have the 
     std::mt19937 random(20);
     for (float& value : values)
         value = static_cast<float>(random() >> 8) * 0x1p-24f;
-    const DofMasksOptions options{.circle = {20, 140, 0, false}};
-    const Planes all = masks_of(values, camera, options);
+    const CircleOfConfusion coc{20, 140, 0, false};
+    const Planes all = masks_of(values, camera, coc);
     const StoredDepth stored{Image::from_host(cpu(), Element::f32, values.data(), {width, height}), camera};
     for (const int x : {0, 1021}) {
-        const Planes part = download(dof_masks(stored.region(x, 100, 1003, 57), options));
+        const Planes part = download(dof_masks(stored.region(x, 100, 1003, 57), coc));
         for (int y = 0; y < 57; ++y) {
             const auto here = static_cast<std::size_t>(y) * 1003,
                        there = static_cast<std::size_t>(100 + y) * width + static_cast<std::size_t>(x);
@@ -659,28 +659,25 @@ TEST_CASE("dof_masks: large results, which are written past the cache, have the 
 TEST_CASE("dof_masks: bad options are refused in one line", "[dof_masks]") {
     const Camera camera = window_camera(4, 3);
     const CircleOfConfusion circle{20, 140, 0, false};
-    CHECK(message_of({.circle = circle}, camera) == "accepted");
-    CHECK(message_of({.circle = circle, .sharp_px = -1}, camera) == "sharp_px = -1 must be 0 or greater");
-    CHECK(message_of({.circle = circle, .sharp_px = infinity}, camera) == "sharp_px = inf must be 0 or greater");
-    CHECK(message_of({.circle = circle, .transition_px = NAN}, camera) == "transition_px = nan must be 0 or greater");
-    CHECK(message_of({.circle = circle, .max_coc_px = 0}, camera) == "max_coc_px = 0 must be greater than 0");
-    CHECK(message_of({.circle = circle, .max_coc_px = NAN}, camera) == "max_coc_px = nan must be greater than 0");
-    CHECK(message_of({.circle = {-1, 1, 0, false}}, camera) == "the circle's k = -1 must be 0 or greater");
-    CHECK(message_of({.circle = {1, infinity, 0, false}}, camera) == "the circle's g = inf must be 0 or greater");
-    CHECK(message_of({.circle = {1, 1, NAN, false}}, camera) == "the circle's lens_depth = nan must be finite");
-    CHECK(message_of({.circle = {1, 1, 0, true}}, camera) ==
-          "a telecentric circle does not belong to a perspective camera");
+    CHECK(message_of(circle, {}, camera) == "accepted");
+    CHECK(message_of(circle, {.sharp_px = -1}, camera) == "sharp_px = -1 must be 0 or greater");
+    CHECK(message_of(circle, {.sharp_px = infinity}, camera) == "sharp_px = inf must be 0 or greater");
+    CHECK(message_of(circle, {.transition_px = NAN}, camera) == "transition_px = nan must be 0 or greater");
+    CHECK(message_of(circle, {.max_coc_px = 0}, camera) == "max_coc_px = 0 must be greater than 0");
+    CHECK(message_of(circle, {.max_coc_px = NAN}, camera) == "max_coc_px = nan must be greater than 0");
+    CHECK(message_of({-1, 1, 0, false}, {}, camera) == "the circle's k = -1 must be 0 or greater");
+    CHECK(message_of({1, infinity, 0, false}, {}, camera) == "the circle's g = inf must be 0 or greater");
+    CHECK(message_of({1, 1, NAN, false}, {}, camera) == "the circle's lens_depth = nan must be finite");
+    CHECK(message_of({1, 1, 0, true}, {}, camera) == "a telecentric circle does not belong to a perspective camera");
     Camera is_orthographic = camera;
     is_orthographic.projection = orthographic({-1, 1, -1, 1}, {0, 10});
-    CHECK(message_of({.circle = circle}, is_orthographic) ==
-          "a camera of an orthographic camera needs a telecentric circle");
+    CHECK(message_of(circle, {}, is_orthographic) == "a camera of an orthographic camera needs a telecentric circle");
     Camera larger = camera;
     larger.width = 3; // than the image says
     std::vector<float> values(12, 0.5f);
-    CHECK_THROWS_AS(
-        dof_masks({Image::from_host(cpu(), Element::f32, values.data(), {4, 3}), larger}, {.circle = circle}),
-        std::invalid_argument);
-    CHECK_THROWS_AS(dof_masks({Image(), camera}, {.circle = circle}), std::invalid_argument);
+    CHECK_THROWS_AS(dof_masks({Image::from_host(cpu(), Element::f32, values.data(), {4, 3}), larger}, circle),
+                    std::invalid_argument);
+    CHECK_THROWS_AS(dof_masks({Image(), camera}, circle), std::invalid_argument);
 }
 
 TEST_CASE("dof_masks: the depth under a pixel is what to focus on", "[dof_masks]") {

@@ -170,7 +170,7 @@ TEST_CASE("dof plan: a layer knows where the one just before it was") {
 TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is the pixel where it is in focus") {
     const std::vector<TileBits> none(9 * 9);
     for (const auto& [name, quality, per_octave] :
-         {std::tuple{"standard", BlurQuality::standard, 8}, {"fast", BlurQuality::fast, 3}}) {
+         {std::tuple{"balanced", Quality::balanced, 8}, {"fast", Quality::fast, 3}}) {
         const LayerScale scale = layer_scale(per_octave, 512);
         // Spans of a pixel, and columns summed for each of a tile's.
         const auto cost = [&, quality = quality](int layer) {

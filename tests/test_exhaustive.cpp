@@ -24,7 +24,7 @@ std::vector<Subject> cameras() {
     const DepthSpan far_away{0.1, 1e8}, reversed{0.1, infinity, DepthOrder::reversed};
     Subject logarithmic = oracle::from_field_of_view(1.1, 1.5, {0.1, 1e4});
     logarithmic.camera.encoding = Encoding::logarithmic;
-    logarithmic.camera.far = 1e4;
+    logarithmic.camera.far_plane = 1e4;
     Subject median = logarithmic;
     median.camera.encoding = Encoding::median;
     median.camera.median = 4;

@@ -28,8 +28,8 @@ const Eigen::Vector4d slanted{0.3, 0.2, -0.9, -2};
 Camera encoded(Encoding encoding, Projection projection = perspective(edges, {0.5, 100})) {
     Camera camera = camera_of(projection, 161, 121);
     camera.encoding = encoding;
-    camera.near = 0.5;
-    camera.far = 100;
+    camera.near_plane = 0.5;
+    camera.far_plane = 100;
     camera.median = 5;
     return camera;
 }
@@ -329,15 +329,15 @@ TEST_CASE("form: a camera that cannot be decoded says why", "[form]") {
     says([&](Camera& c) { c.depth_range = {nan, 1}; }, "depth_range = [nan, 1]");
     says([](Camera& c) { c.scale = 0; }, "scale = 0 must be greater than 0");
     says([&](Camera& c) { c.background = nan; }, "background must be a number");
-    says([](Camera& c) { c.encoding = Encoding::linear, c.near.reset(); }, "the linear encoding needs near");
-    says([](Camera& c) { c.encoding = Encoding::linear, c.far = infinity; }, "far = inf must be finite");
-    says([](Camera& c) { c.encoding = Encoding::linear, c.far = c.near; }, "must differ");
-    says([](Camera& c) { c.encoding = Encoding::pseudo_linear, c.far.reset(); },
+    says([](Camera& c) { c.encoding = Encoding::linear, c.near_plane.reset(); }, "the linear encoding needs near");
+    says([](Camera& c) { c.encoding = Encoding::linear, c.far_plane = infinity; }, "far = inf must be finite");
+    says([](Camera& c) { c.encoding = Encoding::linear, c.far_plane = c.near_plane; }, "must differ");
+    says([](Camera& c) { c.encoding = Encoding::pseudo_linear, c.far_plane.reset(); },
          "the pseudo-linear encoding needs far");
     says([](Camera& c) { c.encoding = Encoding::median, c.median.reset(); }, "the median encoding needs median");
     says([](Camera& c) { c.encoding = Encoding::median, c.median = -1; }, "median = -1 must be greater than 0");
     says([](Camera& c) { c.encoding = Encoding::logarithmic, c.log_c = 0; }, "log_c = 0 must be greater than 0");
-    says([](Camera& c) { c.encoding = Encoding::logarithmic, c.far = 0; }, "far = 0 must be greater than 0");
-    says([](Camera& c) { c.encoding = Encoding::exponential, c.near = 0; }, "must satisfy 0 < near < far");
+    says([](Camera& c) { c.encoding = Encoding::logarithmic, c.far_plane = 0; }, "far = 0 must be greater than 0");
+    says([](Camera& c) { c.encoding = Encoding::exponential, c.near_plane = 0; }, "must satisfy 0 < near < far");
     says([](Camera& c) { c.projection.matrix.row(2) = c.projection.matrix.row(3); }, "the projection is singular");
 }

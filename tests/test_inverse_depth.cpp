@@ -36,8 +36,8 @@ Camera with(Camera camera, Encoding encoding, double scale = 1) {
     camera.encoding = encoding;
     camera.scale = scale;
     if (encoding != Encoding::window) {
-        camera.near = 0.5;
-        camera.far = 500;
+        camera.near_plane = 0.5;
+        camera.far_plane = 500;
         camera.median = 6;
     }
     return camera;

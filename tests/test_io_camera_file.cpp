@@ -66,7 +66,7 @@ TEST_CASE("camera file: every key arrives", "[io]") {
     CHECK(c.projection.convention == Convention{ClipZ::zero_to_one, ClipY::down, ViewAxes::opengl});
     CHECK(c.depth_range == std::array{1.0, 0.0});
     CHECK(c.encoding == Encoding::logarithmic);
-    CHECK((c.near == 0.25 && c.far == 50 && c.median == 3 && c.log_c == 2 && c.scale == 0.001));
+    CHECK((c.near_plane == 0.25 && c.far_plane == 50 && c.median == 3 && c.log_c == 2 && c.scale == 0.001));
     CHECK(file.packing == Storage::rgb8_red_high);
     CHECK(c.depth_bits == 24);
     CHECK(c.background == 7);
@@ -143,7 +143,7 @@ TEST_CASE("camera file: an encoding has what it needs", "[io]") {
     check_says(refused(opengl_matrix + R"(, "encoding": "linear", "near": 1, "far": "infinity")"), {"finite"});
     check_says(refused(opengl_matrix + R"(, "encoding": "logarithmic", "far": 1, "log_c": 0)"), {"\"log_c\": 0"});
     const auto taken = camera(lens + R"(, "encoding": "linear")").camera; // from the projection
-    CHECK((taken.near == 0.5 && taken.far == 100));
+    CHECK((taken.near_plane == 0.5 && taken.far_plane == 100));
 }
 
 TEST_CASE("camera file: an unknown key names the nearest known one", "[io]") {
@@ -257,5 +257,5 @@ TEST_CASE("camera file: those of the real inputs", "[io]") {
         }
     CHECK(files == 22);
     const auto room = read_camera(data / "habitat/room.camera.json").camera;
-    CHECK((room.near == 0.1 && room.far == 100));
+    CHECK((room.near_plane == 0.1 && room.far_plane == 100));
 }

@@ -142,7 +142,7 @@ TEST_CASE("lens: a pinhole has no circles", "[lens]") {
         for (const double z : {0.1, 7.0, 1e6})
             CHECK(at(circle, z) == 0);
         CHECK(!depth_with_coc(circle, 0).has_value());
-        CHECK(sharp_range(circle, 1).far == infinity);
+        CHECK(sharp_range(circle, 1).farthest == infinity);
     }
 }
 
@@ -200,16 +200,16 @@ TEST_CASE("lens: the sharp range and the hyperfocal distance are those of the te
     CHECK(same(hyperfocal, focal * focal / (f_number * c) + focal));
     const SharpRange range = sharp_range(circle_of_confusion(lens, camera), acceptable);
     const double square = focal * focal, rest = f_number * c * (lens.focus - focal);
-    CHECK(same(range.near, lens.focus * square / (square + rest), 1e-13));
-    CHECK(same(range.far, lens.focus * square / (square - rest), 1e-13));
+    CHECK(same(range.nearest, lens.focus * square / (square + rest), 1e-13));
+    CHECK(same(range.farthest, lens.focus * square / (square - rest), 1e-13));
     // Focused at the hyperfocal distance, infinity is just acceptable, and so is half of it, to the focal length.
     lens.focus = hyperfocal;
     const CircleOfConfusion circle = circle_of_confusion(lens, camera);
     CHECK(same(static_cast<double>(circle.k), acceptable, 1e-13));
-    CHECK(same(sharp_range(circle, acceptable).near, hyperfocal / 2, 1e-12));
-    CHECK(sharp_range(circle, acceptable * (1 + 1e-12)).far == infinity);
+    CHECK(same(sharp_range(circle, acceptable).nearest, hyperfocal / 2, 1e-12));
+    CHECK(sharp_range(circle, acceptable * (1 + 1e-12)).farthest == infinity);
     lens.focus = 2 * hyperfocal;
-    CHECK(sharp_range(circle_of_confusion(lens, camera), acceptable).far == infinity);
+    CHECK(sharp_range(circle_of_confusion(lens, camera), acceptable).farthest == infinity);
     // The projection's own lens.
     const Lens derived{.f_number = f_number, .focus = 5, .sensor_width_mm = 36};
     const double h = hyperfocal_distance(derived, camera, acceptable);
@@ -217,10 +217,10 @@ TEST_CASE("lens: the sharp range and the hyperfocal distance are those of the te
         static_cast<double>(circle_of_confusion({.f_number = f_number, .focus = h, .sensor_width_mm = 36}, camera).k),
         acceptable, 1e-13));
     const SharpRange is_orthographic = sharp_range({.k = 20, .g = 4, .telecentric = true}, 2);
-    CHECK(is_orthographic.near == 4.5);
-    CHECK(is_orthographic.far == 5.5);
-    CHECK(std::isnan(sharp_range({.k = 20, .g = 0, .telecentric = true}, 2).near));
-    CHECK(sharp_range({.k = 1, .g = 0, .telecentric = true}, 2).near == -infinity);
+    CHECK(is_orthographic.nearest == 4.5);
+    CHECK(is_orthographic.farthest == 5.5);
+    CHECK(std::isnan(sharp_range({.k = 20, .g = 0, .telecentric = true}, 2).nearest));
+    CHECK(sharp_range({.k = 1, .g = 0, .telecentric = true}, 2).nearest == -infinity);
 }
 
 TEST_CASE("lens: a distance along a ray becomes one depth", "[lens]") {

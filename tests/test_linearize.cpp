@@ -237,8 +237,8 @@ TEST_CASE("linearize: linear, metric and inverse depth are within their bounds",
         Subject subject = oracle::named(oracle::from_field_of_view(1, 1.5, {0.1, 100}), to_string(encoding));
         subject.camera.encoding = encoding;
         subject.camera.scale = scale;
-        subject.camera.near = near;
-        subject.camera.far = far;
+        subject.camera.near_plane = near;
+        subject.camera.far_plane = far;
         subjects.push_back(subject);
     };
     for (const Encoding encoding : {Encoding::linear, Encoding::pseudo_linear}) {
@@ -262,14 +262,14 @@ TEST_CASE("linearize: logarithmic and exponential depth are within their bound",
                                                 text_of("logarithmic", "", {c, ratio}));
                 subject.camera.depth_range = range;
                 subject.camera.encoding = Encoding::logarithmic;
-                subject.camera.far = ratio;
+                subject.camera.far_plane = ratio;
                 subject.camera.log_c = c;
                 subjects.push_back(subject);
 
                 subject.name = text_of("exponential", "", {c, c * ratio});
                 subject.camera.encoding = Encoding::exponential;
-                subject.camera.near = c;
-                subject.camera.far = c * ratio;
+                subject.camera.near_plane = c;
+                subject.camera.far_plane = c * ratio;
                 subjects.push_back(subject);
             }
         }
@@ -341,7 +341,7 @@ TEST_CASE("linearize: background is compared bit for bit, before anything else",
     const auto decode = [](const Camera& camera, std::vector<float> values, Background background) {
         const Image image = Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, values.data(),
                                              {static_cast<int>(values.size()), 1});
-        linearize_in_place({image, camera}, {background}).image.download(values.data());
+        linearize({image, camera}, image, {background}), image.download(values.data());
         return values;
     };
     Camera camera = with(perspective(1.0, 1.0, {1, 4}), 64);
@@ -385,7 +385,7 @@ TEST_CASE("linearize: an infinite metric depth stays infinite, by either arithme
             for (const Background background : {Background::inf, Background::decode}) {
                 std::vector<float> values{INFINITY, 2.0f, -INFINITY};
                 const Image image = Image::from_host(oracle::device(arithmetic), Element::f32, values.data(), {3, 1});
-                linearize_in_place({image, camera}, {background}).image.download(values.data());
+                linearize({image, camera}, image, {background}), image.download(values.data());
                 CHECK(values[0] == INFINITY);
                 CHECK(values[1] < 0.7f);
                 CHECK(std::isnan(values[2]));
@@ -410,7 +410,7 @@ TEST_CASE("linearize: a metric depth of 0 is no surface of a perspective, whatev
     Camera camera = with(perspective(1.0, 1.5, {0.5, 8}), 3);
     camera.encoding = Encoding::view_z;
     const Image image = Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, values.data(), {3, 1});
-    linearize_in_place({image, camera}).image.download(values.data());
+    linearize({image, camera}, image), image.download(values.data());
     CHECK(std::isnan(values[0]));
     CHECK(values[1] == 1);
     CHECK(std::isnan(values[2]));

@@ -3,6 +3,8 @@
 #include "catch.hpp"
 #include "images.hpp"
 
+#include "runtime/state.hpp"
+
 #include <fathom/fathom.hpp>
 
 #include <algorithm>
@@ -66,8 +68,7 @@ Picture blobs(int width, int height, double widest, unsigned seed, double aspect
 }
 
 DofMasksOptions everything(double sharp = 1, double transition = 1) {
-    return {.circle = circle,
-            .sharp_px = sharp,
+    return {.sharp_px = sharp,
             .transition_px = transition,
             .max_near_coc = true,
             .near_alpha = true,
@@ -86,8 +87,8 @@ Masks masks_of(Picture& picture, const DofMasksOptions& options, const DeviceOpt
         place->second = Device::open("cpu", on);
     const Image depth =
         Image::from_host(place->second, Element::f32, picture.depth.data(), {picture.width, picture.height});
-    const DofMasks got = dof_masks({depth, camera_of(picture.width, picture.height, picture.aspect)}, options);
-    return {floats(got.circle),       floats(got.near),         floats(got.max_near_coc), floats(got.near_alpha),
+    const DofMasks got = dof_masks({depth, camera_of(picture.width, picture.height, picture.aspect)}, circle, options);
+    return {floats(got.coc),          floats(got.near_weight),  floats(got.max_near_coc), floats(got.near_alpha),
             floats(got.disocclusion), floats(got.tile_min_coc), floats(got.tile_max_coc)};
 }
 
@@ -259,18 +260,17 @@ TEST_CASE("near layer: only what is asked for is there, and bad tiles are refuse
     Picture picture = blobs(9, 5, 10, 3);
     const Device device = Device::open("cpu");
     const StoredDepth stored{Image::from_host(device, Element::f32, picture.depth.data(), {9, 5}), camera_of(9, 5)};
-    const DofMasks plain = dof_masks(stored, {.circle = circle});
+    const DofMasks plain = dof_masks(stored, circle);
     CHECK(!plain.max_near_coc);
     CHECK(!plain.near_alpha);
     CHECK(!plain.disocclusion);
     CHECK(!plain.tile_min_coc);
-    const DofMasks hidden = dof_masks(stored, {.circle = circle, .weights = false, .disocclusion = true});
+    const DofMasks hidden = dof_masks(stored, circle, {.weights = false, .disocclusion = true});
     CHECK(!hidden.near_alpha);
-    CHECK(!hidden.near);
+    CHECK(!hidden.near_weight);
     CHECK(floats(hidden.disocclusion) == masks_of(picture, everything()).hidden);
-    CHECK_THROWS_WITH(dof_masks(stored, {.circle = circle, .tile_px = -1}),
-                      "tile_px = -1 must be 1 to 65536, or 0 for no tiles");
-    CHECK_THROWS_AS(dof_masks(stored, {.circle = circle, .tile_px = 65537}), std::invalid_argument);
+    CHECK_THROWS_WITH(dof_masks(stored, circle, {.tile_px = -1}), "tile_px = -1 must be 1 to 65536, or 0 for no tiles");
+    CHECK_THROWS_AS(dof_masks(stored, circle, {.tile_px = 65537}), std::invalid_argument);
 }
 
 TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their memory", "[dof_masks][near_field]") {
@@ -282,23 +282,24 @@ TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their me
     DofMasksOptions options = everything();
     options.mixed_pixels = true;
     const auto images = [](const DofMasks& m) {
-        return std::vector<Image>{m.circle,     m.near,         m.focus,        m.far,          m.max_near_coc,
+        return std::vector<Image>{m.coc,        m.near_weight,  m.focus_weight, m.far_weight,   m.max_near_coc,
                                   m.near_alpha, m.mixed_pixels, m.tile_min_coc, m.tile_max_coc, m.disocclusion};
     };
-    const DofMasks truth = dof_masks(stored, options);
+    const DofMasks truth = dof_masks(stored, circle, options);
     constexpr float untouched = 77;
     for (const int margin : {0, 1, 16}) {
         std::vector<Image> whole, parts;
         for (const Image& image : images(truth)) {
             const Layout layout{image.width() + 2 * margin, image.height() + 2 * margin};
             const Image& around = whole.emplace_back(device, Element::f32, layout);
-            device.queue().enqueueFillBuffer(around.buffer(), untouched, 0, Image::allocation(Element::f32, layout));
+            runtime::queue_of(device).enqueueFillBuffer(runtime::buffer_of(around), untouched, 0,
+                                                        Image::allocation(Element::f32, layout));
             parts.push_back(around.region(margin, margin, image.width(), image.height()));
         }
-        const DofMasks given{.circle = parts[0],
-                             .near = parts[1],
-                             .focus = parts[2],
-                             .far = parts[3],
+        const DofMasks given{.coc = parts[0],
+                             .near_weight = parts[1],
+                             .focus_weight = parts[2],
+                             .far_weight = parts[3],
                              .max_near_coc = parts[4],
                              .near_alpha = parts[5],
                              .disocclusion = parts[9],
@@ -308,7 +309,7 @@ TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their me
         for (const bool around : {true, false}) { // the second time what looks around has to be left alone
             DofMasksOptions asked = options;
             asked.max_near_coc = asked.near_alpha = asked.disocclusion = asked.mixed_pixels = around;
-            dof_masks(stored, given, asked);
+            dof_masks(stored, given, circle, asked);
         }
         const std::vector<Image> expected = images(truth);
         for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -322,17 +323,18 @@ TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their me
         }
     }
     const auto refused = [&](const DofMasks& given, const std::string& message) {
-        CHECK_THROWS_WITH(dof_masks(stored, given, {.circle = circle}), message);
+        CHECK_THROWS_WITH(dof_masks(stored, given, circle), message);
     };
     const auto image = [&](int columns, int rows) { return Image(device, Element::f32, {columns, rows}); };
-    DofMasks given{.circle = image(width, height), .near = image(width, height), .focus = image(width, height)};
-    refused(given, "far is asked for, and there is no image for it");
-    given.far = image(width, height + 1);
-    refused(given, "the image for far is 53 x 38 pixels; it must be 53 x 37");
-    given.far = Image(device, Element::f16, {width, height});
-    refused(given, "the image for far must be of one float a pixel");
-    given.far = given.near;
-    refused(given, "the images for near and far share memory");
-    given.far = stored.image;
-    refused(given, "the image for far shares memory with the depth");
+    DofMasks given{
+        .coc = image(width, height), .near_weight = image(width, height), .focus_weight = image(width, height)};
+    refused(given, "far_weight has no image to be written into");
+    given.far_weight = image(width, height + 1);
+    refused(given, "far_weight is 53 x 38 pixels; it must be 53 x 37");
+    given.far_weight = Image(device, Element::f16, {width, height});
+    refused(given, "far_weight holds 1 half a pixel; it must hold 1 float");
+    given.far_weight = given.near_weight;
+    refused(given, "far_weight shares memory with near_weight");
+    given.far_weight = stored.image;
+    refused(given, "far_weight shares memory with the stored depth");
 }

@@ -88,8 +88,8 @@ struct Subject {
 Camera with(Camera camera, Encoding encoding) {
     camera.encoding = encoding;
     if (encoding != Encoding::window) {
-        camera.near = 0.5;
-        camera.far = 500;
+        camera.near_plane = 0.5;
+        camera.far_plane = 500;
         camera.median = 6;
     }
     return camera;
@@ -260,8 +260,8 @@ TEST_CASE("normals: spheres, boxes and whole scenes, by method and storage", "[n
     std::printf("normals, mean error in degrees and share within 1 degree: neighbours | least squares\n");
     Camera window = camera_of(perspective(1.0, 4.0 / 3, {0.1, 1000}), 640, 480);
     Camera linear = with(window, Encoding::linear);
-    linear.near = 0.1;
-    linear.far = 100;
+    linear.near_plane = 0.1;
+    linear.far_plane = 100;
     for (const Comparison& comparison : comparisons) {
         const scene::Rendered truth = scene::render(comparison.content, window),
                               linear_truth = scene::render(comparison.content, linear);
@@ -343,7 +343,7 @@ TEST_CASE("normals: options out of range are refused", "[normals]") {
     CHECK_THROWS_WITH(normals(stored, {.tolerance = 0}), "tolerance = 0 must be a number above 0");
     CHECK_THROWS_WITH(normals(stored, {.tolerance = std::nan("")}), "tolerance = nan must be a number above 0");
     CHECK_THROWS_WITH(normals(stored, Image(oracle::device(Arithmetic::fp64), Element::f32, {8, 8, 4})),
-                      "the result must be an image of 3 floats a pixel");
+                      "the result holds 4 floats a pixel; it must hold 3 floats");
     CHECK(chosen_method(NormalMethod::automatic, stored) == NormalMethod::neighbours);
     Camera read_back = camera;
     read_back.depth_bits = 16;

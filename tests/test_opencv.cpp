@@ -6,6 +6,9 @@
 #include <opencv2/core.hpp>
 
 #include <cstring>
+#include <functional>
+#include <utility>
+#include <vector>
 
 using namespace fathom;
 
@@ -45,8 +48,9 @@ TEST_CASE("opencv: a matrix goes to the device and comes back, whatever its type
         CHECK(same(to_mat(to_device(device, mat)), mat));
         CHECK(same(to_mat(to_device(device, part)), part.clone()));
     }
-    CHECK_THROWS_AS(to_device(device, cv::Mat()), std::invalid_argument);
-    CHECK_THROWS_AS(to_device(device, cv::Mat(2, 2, CV_64FC1)), std::invalid_argument);
+    const cv::Mat empty, doubles(2, 2, CV_64FC1);
+    CHECK_THROWS_AS(to_device(device, empty), std::invalid_argument);
+    CHECK_THROWS_AS(to_device(device, doubles), std::invalid_argument);
 }
 
 TEST_CASE("opencv: on a CPU the device sees the matrix itself", "[opencv]") {
@@ -57,20 +61,198 @@ TEST_CASE("opencv: on a CPU the device sees the matrix itself", "[opencv]") {
     CHECK(to_mat(image).at<float>(3, 4) == 5);
 }
 
-TEST_CASE("opencv: linearize and unproject give what the images of the library give", "[opencv]") {
-    const auto device = Device::open("cpu");
+// Only a matrix that lives on can be handed to the device.
+template <typename Mat>
+concept goes_to_device = requires(const Device& device, Mat&& mat) {
+    to_device(device, std::forward<Mat>(mat));
+};
+static_assert(goes_to_device<cv::Mat&> && goes_to_device<const cv::Mat&> && goes_to_device<cv::Mat1f&>);
+static_assert(!goes_to_device<cv::Mat> && !goes_to_device<const cv::Mat> && !goes_to_device<cv::Mat1f>);
+
+namespace {
+
+constexpr CircleOfConfusion lens{6, 12};
+
+cv::Mat depths() {
     cv::Mat stored(20, 30, CV_32FC1);
-    cv::randu(stored, 0.1f, 1.0f);
-    const StoredDepth depth{to_device(device, stored), camera()};
-    CHECK(same(linearize(device, stored, camera()), to_mat(linearize(depth).image)));
-    for (const int channels : {3, 4}) {
-        const UnprojectOptions options{.channels = channels};
-        CHECK(unproject(device, stored, camera(), options).type() == CV_32FC(channels));
-        CHECK(same(unproject(device, stored, camera(), options), to_mat(unproject(depth, options))));
+    cv::randu(stored, 0.5f, 0.95f);
+    return stored;
+}
+
+cv::Mat picture() {
+    cv::Mat color(20, 30, CV_8UC3);
+    cv::randu(color, 0, 256);
+    return color;
+}
+
+/// A part of a larger matrix: rows that do not follow each other.
+struct Part {
+    cv::Mat around, within;
+
+    explicit Part(const cv::Mat& content) : around(content.rows + 9, content.cols + 13, content.type()) {
+        cv::randu(around.reshape(1), 1, 2);
+        within = around(cv::Rect(5, 3, content.cols, content.rows));
+        content.copyTo(within);
     }
-    CHECK_THROWS_AS(unproject(device, stored, camera(), {.channels = 2}), std::invalid_argument);
+    /// Is all but the part as it was?
+    bool same_around(const cv::Mat& before) const {
+        cv::Mat now = around.clone(), then = before.clone();
+        for (cv::Mat* each : {&now, &then})
+            (*each)(cv::Rect(5, 3, within.cols, within.rows)).setTo(0);
+        return same(now, then);
+    }
+};
+
+/// An operation on matrices and what it has to give.
+struct Given {
+    const char* name;
+    cv::Mat expected;
+    std::function<void(const cv::Mat& stored, const cv::Mat& color, cv::OutputArray result)> run;
+};
+
+std::vector<Given> forms(const Device& device, const cv::Mat& stored, const cv::Mat& color) {
+    const StoredDepth depth{to_device(device, stored), camera()};
+    const Camera seen = camera();
+    const DofMasks masks = dof_masks(depth, lens, {.mixed_pixels = true, .tile_px = 7});
+    const Occlusion occlusion = ssao(depth, 0.5, {.bent_normal = true, .confidence = true});
+    return {
+        {"linearize", to_mat(linearize(depth).image),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { linearize(device, s, seen, r); }},
+        {"unproject", to_mat(unproject(depth)),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { unproject(device, s, seen, r); }},
+        {"unproject, 4 channels", to_mat(unproject(depth, {.channels = 4})),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { unproject(device, s, seen, r, {.channels = 4}); }},
+        {"normals", to_mat(normals(depth)),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { normals(device, s, seen, r); }},
+        {"ssao", to_mat(occlusion.visibility),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { ssao(device, s, seen, 0.5, r); }},
+        {"bent normals", to_mat(occlusion.bent_normal),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) {
+             ssao(device, s, seen, 0.5, cv::noArray(), r, cv::noArray());
+         }},
+        {"confidence", to_mat(occlusion.confidence),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) {
+             ssao(device, s, seen, 0.5, cv::noArray(), cv::noArray(), r);
+         }},
+        {"coc", to_mat(masks.coc),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { dof_masks(device, s, seen, lens, {.coc = r}); }},
+        {"focus weight", to_mat(masks.focus_weight),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) {
+             dof_masks(device, s, seen, lens, {.focus_weight = r});
+         }},
+        {"mixed pixels", to_mat(masks.mixed_pixels),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) {
+             dof_masks(device, s, seen, lens, {.mixed_pixels = r});
+         }},
+        {"tiles", to_mat(masks.tile_max_coc),
+         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) {
+             dof_masks(device, s, seen, lens, {.tile_max_coc = r}, {.tile_px = 7});
+         }},
+        {"dof", to_mat(dof(depth, to_device(device, color), lens)),
+         [=](const cv::Mat& s, const cv::Mat& c, cv::OutputArray r) { dof(device, s, seen, c, lens, r); }},
+    };
+}
+
+} // namespace
+
+TEST_CASE("opencv: every operation gives what it gives on images, and reuses a result that fits", "[opencv]") {
+    const auto device = Device::open("cpu");
+    const cv::Mat stored = depths(), color = picture();
+    const Part stored_part(stored), color_part(color);
+    for (const Given& form : forms(device, stored, color)) {
+        INFO(form.name);
+        cv::Mat fresh;
+        form.run(stored, color, fresh);
+        CHECK(same(fresh, form.expected));
+
+        cv::Mat reused(form.expected.size(), form.expected.type(), cv::Scalar::all(7));
+        const void* const data = reused.data;
+        form.run(stored, color, reused);
+        CHECK(reused.data == data);
+        CHECK(same(reused, form.expected));
+
+        cv::Mat other(3, 3, CV_8UC1);
+        form.run(stored, color, other);
+        CHECK(same(other, form.expected));
+
+        Part onto(cv::Mat::zeros(form.expected.size(), form.expected.type()));
+        const cv::Mat before = onto.around.clone();
+        const void* const within = onto.within.data;
+        form.run(stored_part.within, color_part.within, onto.within);
+        CHECK(onto.within.data == within);
+        CHECK(same(onto.within.clone(), form.expected));
+        CHECK(onto.same_around(before));
+    }
+}
+
+TEST_CASE("opencv: all results of an operation come in one call", "[opencv]") {
+    const auto device = Device::open("cpu");
+    const cv::Mat stored = depths();
+    const StoredDepth depth{to_device(device, stored), camera()};
+    const Occlusion occlusion = ssao(depth, 0.5, {.bent_normal = true, .confidence = true});
+    cv::Mat visibility, bent_normal, confidence;
+    ssao(device, stored, camera(), 0.5, visibility, bent_normal, confidence);
+    CHECK(same(visibility, to_mat(occlusion.visibility)));
+    CHECK(same(bent_normal, to_mat(occlusion.bent_normal)));
+    CHECK(same(confidence, to_mat(occlusion.confidence)));
+    const DofMasks masks = dof_masks(depth, lens);
+    cv::Mat coc, near_weight, focus_weight, far_weight;
+    dof_masks(device, stored, camera(), lens,
+              {.coc = coc, .near_weight = near_weight, .focus_weight = focus_weight, .far_weight = far_weight});
+    CHECK(same(coc, to_mat(masks.coc)));
+    CHECK(same(near_weight, to_mat(masks.near_weight)));
+    CHECK(same(focus_weight, to_mat(masks.focus_weight)));
+    CHECK(same(far_weight, to_mat(masks.far_weight)));
+    CHECK_THROWS_AS(dof_masks(device, stored, camera(), lens, {.tile_min_coc = coc}), std::invalid_argument);
+    ssao(device, stored, camera(), 0.5, visibility, {.region = Region{3, 4, 11, 7}});
+    CHECK(same(visibility, to_mat(occlusion.visibility)(cv::Rect(3, 4, 11, 7)).clone()));
+}
+
+TEST_CASE("opencv: a float matrix may be its own result", "[opencv]") {
+    const auto device = Device::open("cpu");
+    const cv::Mat stored = depths();
+    cv::Mat expected;
+    linearize(device, stored, camera(), expected);
+    cv::Mat both = stored.clone();
+    const void* const data = both.data;
+    linearize(device, both, camera(), both);
+    CHECK(both.data == data);
+    CHECK(same(both, expected));
+    cv::Mat codes(20, 30, CV_16UC1, cv::Scalar(40000)), kept = codes;
+    linearize(device, codes, camera(), codes); // another type: a new matrix
+    CHECK(codes.type() == CV_32FC1);
+    CHECK(kept.at<ushort>(3, 4) == 40000);
+}
+
+TEST_CASE("opencv: three and four bytes are read alike, and another storage can be asked for", "[opencv]") {
+    const auto device = Device::open("cpu");
+    cv::Mat three(20, 30, CV_8UC3), four(20, 30, CV_8UC4), plain, dropped;
+    cv::randu(three, 0, 256);
+    cv::randu(four, 0, 256);
+    constexpr int from_to[] = {0, 0, 1, 1, 2, 2};
+    cv::mixChannels(&three, 1, &four, 1, from_to, 3);
+    linearize(device, three, camera(), plain);
+    linearize(device, four, camera(), dropped);
+    CHECK(same(plain, dropped));
+    cv::Mat turned;
+    linearize(device, three, camera(), turned, {}, Storage::rgb8_red_high);
+    CHECK(same(turned, to_mat(linearize({to_device(device, three), camera(), Storage::rgb8_red_high}).image)));
+    CHECK(!same(turned, plain));
+    cv::Mat result;
+    CHECK_THROWS_AS(linearize(device, three, camera(), result, {}, Storage::uint16), std::invalid_argument);
+}
+
+TEST_CASE("opencv: matrices that do not fit are refused", "[opencv]") {
+    const auto device = Device::open("cpu");
+    const cv::Mat stored = depths();
+    cv::Mat result;
+    CHECK_THROWS_AS(unproject(device, stored, camera(), result, {.channels = 2}), std::invalid_argument);
     auto unsized = camera();
     unsized.width = unsized.height = 0; // taken from the matrix
-    CHECK(same(linearize(device, stored, unsized), to_mat(linearize(depth).image)));
-    CHECK_THROWS_AS(linearize(device, stored(cv::Rect(0, 0, 7, 7)), camera()), std::invalid_argument);
+    linearize(device, stored, unsized, result);
+    CHECK(same(result, to_mat(linearize({to_device(device, stored), camera()}).image)));
+    CHECK_THROWS_AS(linearize(device, stored(cv::Rect(0, 0, 7, 7)), camera(), result), std::invalid_argument);
+    CHECK_THROWS_AS(linearize(device, cv::Mat(), camera(), result), std::invalid_argument);
+    const cv::Mat color = picture();
+    CHECK_THROWS_AS(dof(device, stored, camera(), color(cv::Rect(0, 0, 7, 7)), lens, result), std::invalid_argument);
 }

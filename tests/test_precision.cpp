@@ -41,8 +41,8 @@ struct Named {
 Camera encoded(Encoding encoding) {
     Camera camera = camera_of(perspective(edges, {0.5, 100}));
     camera.encoding = encoding;
-    camera.near = 0.5;
-    camera.far = 100;
+    camera.near_plane = 0.5;
+    camera.far_plane = 100;
     camera.median = 5;
     return camera;
 }

@@ -16,7 +16,7 @@ using namespace fathom::real;
 
 namespace {
 
-constexpr double least_standard = 39.0, least_standard_near_edges = 34.5;
+constexpr double least_balanced = 39.0, least_balanced_near_edges = 34.5;
 constexpr double least_accurate = 40.3, least_accurate_near_edges = 35.9;
 
 struct Frame {
@@ -112,17 +112,17 @@ TEST_CASE("real: the blur of Blender's frame against the path tracer's", "[dof][
               << untouched_near;
     CHECK(std::abs(untouched - 25.9) < 0.05); // the same pixels as in the figures above
     CHECK(std::abs(untouched_near - 21.6) < 0.05);
-    for (const BlurQuality quality : {BlurQuality::standard, BlurQuality::fast, BlurQuality::accurate}) {
+    for (const Quality quality : {Quality::balanced, Quality::fast, Quality::accurate}) {
         std::vector<float> got(sharp.values.size());
-        dof({stored, camera}, color, {.circle = circle, .quality = quality}).download(got.data());
+        dof({stored, camera}, color, circle, {.quality = quality}).download(got.data());
         const double whole = psnr(got, truth.values, nullptr), at_edges = psnr(got, truth.values, &near);
-        std::cout << (quality == BlurQuality::fast       ? "; fast "
-                      : quality == BlurQuality::standard ? "; standard "
-                                                         : "; accurate ")
+        std::cout << (quality == Quality::fast       ? "; fast "
+                      : quality == Quality::balanced ? "; balanced "
+                                                     : "; accurate ")
                   << whole << " and " << at_edges;
-        const bool accurate = quality == BlurQuality::accurate;
-        CHECK(whole >= (accurate ? least_accurate : least_standard));
-        CHECK(at_edges >= (accurate ? least_accurate_near_edges : least_standard_near_edges));
+        const bool accurate = quality == Quality::accurate;
+        CHECK(whole >= (accurate ? least_accurate : least_balanced));
+        CHECK(at_edges >= (accurate ? least_accurate_near_edges : least_balanced_near_edges));
     }
     std::cout << '\n';
 }

@@ -46,7 +46,7 @@ TEST_CASE("real inputs: circles from an OpenGL depth buffer are those of the dep
         const bool perspective = depth_form(camera, depth.storage).perspective;
         const CircleOfConfusion circle{20, perspective ? 100.0 : 4.0, perspective ? camera_rays(camera).eye_depth : 0,
                                        !perspective};
-        const cv::Mat found = to_mat(dof_masks(stored, {.circle = circle, .weights = false}).circle);
+        const cv::Mat found = to_mat(dof_masks(stored, circle, {.weights = false}).coc);
         double worst = 0, worst_px = 0;
         long surfaces = 0, sky = 0;
         INFO(name);
@@ -89,7 +89,7 @@ TEST_CASE("real inputs: the lens of Blender's camera files", "[dof_masks][real]"
         const Lens lens{
             .f_number = *file.lens.f_stop, .focus = focus, .focal_length_mm = focal, .sensor_width_mm = width};
         const CircleOfConfusion circle = circle_of_confusion(lens, camera);
-        const cv::Mat found = to_mat(dof_masks(stored, {.circle = circle, .weights = false}).circle);
+        const cv::Mat found = to_mat(dof_masks(stored, circle, {.weights = false}).coc);
         // Written from the lens equation, in millimetres; the orthographic view's pixels per unit are its projection's.
         const double aperture = focal / *file.lens.f_stop, pixels_per_mm = 480 / width;
         double worst = 0, least = 0, greatest = 0;

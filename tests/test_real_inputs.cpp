@@ -154,8 +154,10 @@ struct Errors {
 };
 
 Errors judge(const Device& device, const Buffer& buffer) {
-    const cv::Mat z = linearize(device, buffer.depth.values, buffer.camera);
-    const cv::Mat positions = unproject(device, buffer.depth.values, buffer.camera);
+    cv::Mat z;
+    linearize(device, buffer.depth.values, buffer.camera, z);
+    cv::Mat positions;
+    unproject(device, buffer.depth.values, buffer.camera, positions);
     const cv::Mat stored = stored_of_truth(buffer);
     Errors errors;
     for (int y = 0; y < z.rows; ++y) {
@@ -221,7 +223,8 @@ TEST_CASE("real: pseudo-linear depth is off by what its bound says, and always t
     if (!there("opengl"))
         return;
     const Buffer buffer = read_buffer("pseudolinear32f");
-    const cv::Mat z = linearize(cpu(), buffer.depth.values, buffer.camera);
+    cv::Mat z;
+    linearize(cpu(), buffer.depth.values, buffer.camera, z);
     double largest = 0, smallest = 0;
     for (int y = 0; y < z.rows; ++y) {
         for (int x = 0; x < z.cols; ++x) {
@@ -246,7 +249,8 @@ TEST_CASE("real: a buffer read with the wrong convention does not pass", "[real]
     const Device device = cpu();
     const auto share = [&](Buffer buffer, auto change) {
         change(buffer.camera);
-        const cv::Mat z = linearize(device, buffer.depth.values, buffer.camera);
+        cv::Mat z;
+        linearize(device, buffer.depth.values, buffer.camera, z);
         Spread error;
         for (int y = 0; y < z.rows; ++y)
             for (int x = 0; x < z.cols; ++x)
@@ -272,7 +276,8 @@ std::vector<Hit> compare_blender(const fs::path& folder) {
     const fs::path file = folder / "sharp.exr";
     const cv::Mat depth = read_depth(file).values;
     const Camera camera = camera_for(read_camera(folder / "camera.json"), depth.cols, depth.rows);
-    const cv::Mat positions = unproject(cpu(), depth, camera, {.space = Space::world});
+    cv::Mat positions;
+    unproject(cpu(), depth, camera, positions, {.space = Space::world});
     cv::Mat truth[3];
     for (int i = 0; i < 3; ++i)
         truth[i] = read_depth(file, {.channel = std::string("ViewLayer.Position.") + "XYZ"[i]}).values;
@@ -325,7 +330,8 @@ TEST_CASE("real: the scanned room decodes from 3.77 to 8.07 with its five empty 
     const DepthFile file = read_depth(data / "habitat" / "room.depth.exr");
     const Camera camera =
         camera_for(read_camera(data / "habitat" / "room.camera.json"), file.values.cols, file.values.rows);
-    const cv::Mat z = linearize(cpu(), file.values, camera);
+    cv::Mat z;
+    linearize(cpu(), file.values, camera, z);
     const double near = 0.1, far = 100; // as its camera file says, in engines' own words: z = n f/(f − d (f − n))
     std::vector<cv::Point> empty;
     Spread error;

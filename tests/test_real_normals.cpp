@@ -45,7 +45,7 @@ Frame read_frame(const fs::path& folder) {
     Frame frame{{}, read_depth(folder / "sharp.exr"), {}, {}};
     const cv::Mat& values = frame.depth.values;
     frame.camera = camera_for(read_camera(folder / "camera.json"), values.cols, values.rows);
-    frame.z = linearize(Device::open("cpu"), values, frame.camera);
+    linearize(Device::open("cpu"), values, frame.camera, frame.z);
     for (int i = 0; i < 3; ++i)
         frame.truth[i] =
             read_depth(folder / "sharp.exr", {.channel = std::string("ViewLayer.Normal.") + "XYZ"[i]}).values;
@@ -129,7 +129,8 @@ TEST_CASE("real: Blender's depth gives the path tracer's normals", "[real][norma
         const Means neighbours = of_method("neighbours", NormalMethod::neighbours);
         const Means fitted = of_method("least squares", NormalMethod::least_squares);
 
-        const cv::Mat positions = unproject(device, frame.depth.values, frame.camera, {.space = Space::world});
+        cv::Mat positions;
+        unproject(device, frame.depth.values, frame.camera, positions, {.space = Space::world});
         const Vector3d eye = frame.camera.view->inverse().topRightCorner<3, 1>();
         const Vector3d ahead = -frame.camera.view->row(2).head<3>().transpose();
         const auto position = [&](int x, int y) {

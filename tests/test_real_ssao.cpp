@@ -33,12 +33,11 @@ double rms_error(const fs::path& folder, Quality quality) {
     const Camera camera = camera_for(read_camera(folder / "camera.json"), width, height);
     const Device device = Device::open("cpu");
     SsaoOptions options;
-    options.radius = ray_length;
     options.thickness = thickness;
     options.quality = quality;
     const Image stored = Image::from_host(device, Element::f32, depth.values.data, {width, height});
     std::vector<float> visibility(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-    ssao({stored, camera}, options).visibility.download(visibility.data());
+    ssao({stored, camera}, ray_length, options).visibility.download(visibility.data());
     double sum = 0;
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {

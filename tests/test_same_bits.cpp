@@ -75,7 +75,7 @@ std::vector<Subject> subjects() {
     const auto plain = oracle::from_field_of_view(1.1, 1.5, {0.1, 1e6});
     Subject logarithmic = oracle::named(plain, "exponential");
     logarithmic.camera.encoding = Encoding::logarithmic;
-    logarithmic.camera.far = 1e4;
+    logarithmic.camera.far_plane = 1e4;
     Subject ray_distance = oracle::named(plain, "ray distance");
     ray_distance.camera.encoding = Encoding::ray_distance;
     return {
@@ -145,8 +145,8 @@ TEST_CASE("same bits: linearize, whatever the vector width, the groups, the stri
                         REQUIRE(out.guards_hold());
                         REQUIRE(same(before, in.memory));
 
-                        const ViewDepth in_place = linearize_in_place(stored);
-                        in_place.image.download(in.row(0), in.stride);
+                        linearize(stored, stored.image);
+                        stored.image.download(in.row(0), in.stride);
                         REQUIRE(same(in.packed(), first));
                         REQUIRE(in.guards_hold());
                     }

@@ -178,8 +178,8 @@ TEST_CASE("scene: a caster's rays lead to what it sees", "[scene]") {
 
 TEST_CASE("scene: encodings hold their definitions", "[scene]") {
     Camera camera = with(perspective(std::numbers::pi / 3, 1.3, {1, 100}));
-    camera.near = 1;
-    camera.far = 100;
+    camera.near_plane = 1;
+    camera.far_plane = 100;
     camera.median = 10;
     camera.log_c = 0.5;
     const auto stored = [&](Encoding encoding) {

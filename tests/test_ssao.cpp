@@ -6,6 +6,7 @@
 #include "judge.hpp"
 #include "known_occlusion.hpp"
 #include "scene/scene.hpp"
+#include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
@@ -41,11 +42,15 @@ const Device& default_device() {
     return oracle::device(Arithmetic::fp64);
 }
 
-SsaoOptions options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
-    return {.radius = radius, .quality = quality, .thickness = thickness};
+SsaoCall options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
+    SsaoCall call;
+    call.radius = radius;
+    call.quality = quality;
+    call.thickness = thickness;
+    return call;
 }
 
-std::vector<float> visibility_of(const StoredDepth& stored, const SsaoOptions& options) {
+std::vector<float> visibility_of(const StoredDepth& stored, const SsaoCall& options) {
     return floats(ssao(stored, options).visibility);
 }
 
@@ -81,7 +86,7 @@ bool all_have_slopes(const scene::Rendered& image, int x, int y) {
 } // namespace
 
 TEST_CASE("ssao: a plane is open at every tilt under five cameras", "[ssao]") {
-    std::vector<std::pair<std::string, SsaoOptions>> ways;
+    std::vector<std::pair<std::string, SsaoCall>> ways;
     for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate})
         ways.push_back({quality_names[static_cast<int>(quality)], options_of(1, quality)});
     for (const int slices : {1, 2, 3}) {
@@ -276,7 +281,7 @@ const std::pair<const char*, Projection> projections[] = {
     {"orthographic", orthographic({-2.6, 2.6, -1.95, 1.95}, {0.5, 500})},
 };
 
-const std::pair<const char*, SsaoOptions> ways[] = {
+const std::pair<const char*, SsaoCall> ways[] = {
     {"fast", options_of(0.5, Quality::fast)},
     {"balanced", options_of(0.5, Quality::balanced)},
     {"accurate", options_of(0.5, Quality::accurate)},
@@ -320,7 +325,7 @@ TEST_CASE("ssao: the same bits whatever the vector width on a terrain, where tap
     const auto stored = scene::render(scene::named("terrain"), camera).stored;
     for (const int slices : {1, 4, 16}) {
         for (const int patterns : {1, 16}) {
-            SsaoOptions options = options_of(5, Quality::balanced);
+            SsaoCall options = options_of(5, Quality::balanced);
             options.slices = slices;
             options.jitter = patterns;
             std::vector<float> first;
@@ -343,7 +348,7 @@ TEST_CASE("ssao: a tile with a halo equals the whole in its middle", "[ssao]") {
     for (const auto& [projection_name, projection] : projections) {
         const Room room = ::room(projection);
         for (const auto& [way, given] : ways) {
-            SsaoOptions options = given;
+            SsaoCall options = given;
             options.radius = 0.25; // 28 pixels where the room begins
             const StoredDepth stored = stored_of(room.stored, room.camera);
             const auto whole = visibility_of(stored, options);
@@ -399,7 +404,7 @@ TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
         for (const int slices : {2, 4}) {
             for (const auto& [steps, thickness] :
                  {std::pair{8, 0.125}, {8, oracle::infinite}, {256, 0.125}, {256, oracle::infinite}}) {
-                SsaoOptions options = options_of(0.5, Quality::balanced, thickness);
+                SsaoCall options = options_of(0.5, Quality::balanced, thickness);
                 options.slices = slices;
                 options.samples = steps;
                 options.jitter = 1;
@@ -433,7 +438,7 @@ TEST_CASE("ssao: lengths times a power of two change nothing", "[ssao]") {
             Camera camera = room.camera;
             camera.projection = other;
             for (const auto& [way, options] : ways) {
-                SsaoOptions scaled = options;
+                SsaoCall scaled = options;
                 scaled.radius *= scale;
                 if (scaled.thickness)
                     *scaled.thickness *= scale;

@@ -6,6 +6,7 @@
 #include "judge.hpp"
 #include "occlusion.hpp"
 #include "scene/scene.hpp"
+#include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
@@ -68,7 +69,7 @@ std::vector<Point> brute_force(const Seen& seen, double radius, double thickness
     return oracle::brute_force(seen.layer, seen.image.normal, radius, thickness, slices, stride);
 }
 
-Off error_of(const Seen& seen, const std::vector<Point>& points, SsaoOptions options) {
+Off error_of(const Seen& seen, const std::vector<Point>& points, SsaoCall options) {
     options.normals = seen.normals;
     std::vector<float> got(seen.image.z.size());
     ssao(seen.stored, options).visibility.download(got.data());
@@ -165,7 +166,7 @@ TEST_CASE("ssao: brute force over all slices and pixels, two radii", "[ssao]") {
                 std::printf("  %-8s %-12s %2.0f%% of the width", name, camera_name, 100 * share);
                 std::vector<Off> off;
                 for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
-                    SsaoOptions options;
+                    SsaoCall options;
                     options.radius = radius;
                     options.thickness = radius / 4;
                     options.quality = quality;
@@ -229,7 +230,7 @@ TEST_CASE("ssao: brute force at every thickness, balanced and with many slices a
             for (const double thickness : {0.05, 0.25, 1.0, oracle::infinite}) {
                 const double radius = 0.05 * seen.median_width;
                 const auto points = brute_force(seen, radius, thickness * radius, default_slices, 19);
-                SsaoOptions options;
+                SsaoCall options;
                 options.radius = radius;
                 options.thickness = thickness * radius;
                 const Off balanced = error_of(seen, points, options);

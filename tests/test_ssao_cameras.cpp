@@ -4,6 +4,7 @@
 #include "judge.hpp"
 #include "known_occlusion.hpp"
 #include "scene/scene.hpp"
+#include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
@@ -76,7 +77,7 @@ struct Seen {
         return true;
     }
 
-    std::vector<float> visibility(const SsaoOptions& options) const {
+    std::vector<float> visibility(const SsaoCall& options) const {
         std::vector<float> values(image.z.size());
         ssao(stored, options).visibility.download(values.data());
         return values;
@@ -154,12 +155,12 @@ bool seen_edge_on(const std::string& scene) {
 
 struct Way {
     const char* name;
-    SsaoOptions options;
+    SsaoCall options;
     double bar;         ///< root of the mean square difference
     double largest_bar; ///< of 99%
 
-    SsaoOptions at(double thickness) const {
-        SsaoOptions result = options;
+    SsaoCall at(double thickness) const {
+        SsaoCall result = options;
         result.radius = reach;
         result.thickness = thickness;
         return result;
@@ -171,7 +172,7 @@ constexpr double camera_bar = 0.005, camera_largest = 0.02;
 constexpr double same_eye_bar = 0.001, same_eye_largest = 0.01;
 
 std::vector<Way> ways() {
-    SsaoOptions fast, balanced, accurate, plain;
+    SsaoCall fast, balanced, accurate, plain;
     fast.quality = Quality::fast;
     accurate.quality = Quality::accurate;
     plain.slices = 4;

@@ -7,6 +7,7 @@
 #include "judge.hpp"
 #include "known_occlusion.hpp"
 #include "scene/scene.hpp"
+#include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
@@ -39,8 +40,8 @@ std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
 }
 
-SsaoOptions half(double radius, Quality quality = Quality::balanced) {
-    SsaoOptions options;
+SsaoCall half(double radius, Quality quality = Quality::balanced) {
+    SsaoCall options;
     options.radius = radius;
     options.quality = quality;
     options.half_resolution = true;
@@ -52,7 +53,7 @@ StoredDepth stored_of(const std::vector<float>& values, const Camera& camera,
     return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
 }
 
-std::vector<float> visibility_of(const StoredDepth& stored, const SsaoOptions& options) {
+std::vector<float> visibility_of(const StoredDepth& stored, const SsaoCall& options) {
     return floats(ssao(stored, options).visibility);
 }
 
@@ -137,7 +138,7 @@ TEST_CASE("ssao at half resolution: nothing leaks over an edge", "[ssao][half]")
           {"a corner before an open plane", corner_before_plane, std::function<bool(double)>(far)}}) {
         const Camera camera = cameras()[0];
         const auto image = scene::render(scene, camera);
-        SsaoOptions options = half(1.5);
+        SsaoCall options = half(1.5);
         options.thickness = 1;
         const auto got = visibility_of(stored_of(image.stored, camera), options);
         double least = 1, darkest = 1;
@@ -167,7 +168,7 @@ TEST_CASE("ssao at half resolution: the same bits whatever the vector width and 
         for (const auto& [vector_width, group] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}}) {
             if (!devices.contains({vector_width, group}))
                 devices[{vector_width, group}] = Device::open("cpu", {Arithmetic::fp64, vector_width, group});
-            SsaoOptions options = half(0.5);
+            SsaoCall options = half(0.5);
             // All outputs for the ends of the vector width only: these kernels are long to build.
             options.confidence = options.bent_normal =
                 depth_form(camera).perspective && vector_width % 15 == 1 && group == 64;
@@ -191,7 +192,7 @@ TEST_CASE("ssao at half resolution: the same bits whatever the vector width and 
 TEST_CASE("ssao at half resolution: a region is the crop of the whole, bit for bit", "[ssao][half]") {
     for (const Camera& camera : cameras()) {
         const std::vector<float> values = pierced_room(camera);
-        SsaoOptions options = half(0.5);
+        SsaoCall options = half(0.5);
         options.confidence = options.bent_normal = true;
         const Occlusion whole = ssao(stored_of(values, camera), options);
         for (const Region& r : {Region{0, 0, 1, 1}, {width - 1, height - 1, 1, 1}, {37, 25, 17, 19}, {3, 1, 64, 5}}) {
@@ -229,7 +230,7 @@ TEST_CASE("ssao at half resolution: a tile with a halo equals the whole in its m
 TEST_CASE("ssao at half resolution: every output says what is no surface", "[ssao][half]") {
     for (const Camera& camera : cameras()) {
         const std::vector<float> values = pierced_room(camera);
-        SsaoOptions options = half(0.5);
+        SsaoCall options = half(0.5);
         options.confidence = options.bent_normal = true;
         const Occlusion all = ssao(stored_of(values, camera), options);
         const auto visibility = floats(all.visibility), bent = floats(all.bent_normal), sure = floats(all.confidence);
@@ -260,7 +261,7 @@ TEST_CASE("ssao at half resolution: what no pixel beside it tells about is open,
     const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera).stored;
     for (int y = 1; y < height; y += 2) // no even row is left
         std::copy_n(plane.begin() + y * width, width, values.begin() + y * width);
-    SsaoOptions options = half(0.5);
+    SsaoCall options = half(0.5);
     options.confidence = options.bent_normal = true;
     const Occlusion all = ssao(stored_of(values, camera), options);
     const auto visibility = floats(all.visibility), sure = floats(all.confidence), bent = floats(all.bent_normal);
@@ -374,7 +375,7 @@ struct Inputs {
     }
 };
 
-using Change = std::function<void(SsaoOptions&, const Inputs&)>;
+using Change = std::function<void(SsaoCall&, const Inputs&)>;
 const std::pair<const char*, Change> changes[] = {
     {"fast", [](auto& o, const auto&) { o.quality = Quality::fast; }},
     {"accurate", [](auto& o, const auto&) { o.quality = Quality::accurate; }},
@@ -395,7 +396,7 @@ TEST_CASE("ssao at half resolution: every second pixel has what its image alone 
     for (const Camera& camera : cameras()) {
         const Inputs all(camera), few(all, half_camera(camera));
         for (const auto& [what, change] : changes) {
-            SsaoOptions options = half(0.8);
+            SsaoCall options = half(0.8);
             options.confidence = options.bent_normal = true;
             change(options, all);
             const Occlusion got = ssao(all.stored, options);
@@ -425,7 +426,7 @@ TEST_CASE("ssao at half resolution: a noisy plane within its tolerance is open",
         values[i] += static_cast<float>(half_steps * half_step * turn);
     }
     const auto mean_and_least = [&](bool half_resolution, double tolerance) {
-        SsaoOptions options = half(0.8);
+        SsaoCall options = half(0.8);
         options.half_resolution = half_resolution;
         options.tolerance = tolerance;
         const auto got = visibility_of(stored_of(values, camera), options);
@@ -485,7 +486,7 @@ TEST_CASE("ssao at half resolution: brute force for a radius of 40 % of the widt
         const auto points = oracle::brute_force(layer, image.normal, radius, radius / 4);
         CHECK(points.size() > 100);
         for (std::size_t i = 0; i < std::size(ways); ++i) {
-            SsaoOptions options = half(radius, ways[i].quality);
+            SsaoCall options = half(radius, ways[i].quality);
             options.samples = ways[i].steps;
             oracle::Off off[2];
             for (const bool whole : {false, true}) {

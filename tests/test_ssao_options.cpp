@@ -7,6 +7,9 @@
 #include "judge.hpp"
 #include "known_occlusion.hpp"
 #include "scene/scene.hpp"
+#include "ssao_call.hpp"
+
+#include "runtime/state.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
@@ -46,8 +49,11 @@ std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
 }
 
-SsaoOptions options_of(double radius, Quality quality = Quality::balanced) {
-    return {.radius = radius, .quality = quality};
+SsaoCall options_of(double radius, Quality quality = Quality::balanced) {
+    SsaoCall call;
+    call.radius = radius;
+    call.quality = quality;
+    return call;
 }
 
 /// A scene as a camera stores it. Holds what the images share.
@@ -67,7 +73,7 @@ struct Seen {
                                    {camera.width, camera.height}),
                   camera};
     }
-    std::vector<float> visibility(const SsaoOptions& options) const { return floats(ssao(stored, options).visibility); }
+    std::vector<float> visibility(const SsaoCall& options) const { return floats(ssao(stored, options).visibility); }
 };
 
 Camera camera_of(const Projection& projection, int across = width, int down = height) {
@@ -142,7 +148,7 @@ TEST_CASE("ssao: a region is the crop of the whole, bit for bit", "[ssao]") {
         pierce(room);
         for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
             for (const Border border : {Border::open, Border::clamp}) {
-                SsaoOptions options = options_of(0.5, quality);
+                SsaoCall options = options_of(0.5, quality);
                 options.border = border;
                 options.bent_normal = options.confidence = true;
                 const Occlusion whole = ssao(room.stored, options);
@@ -175,7 +181,7 @@ TEST_CASE("ssao: every output says what is no surface", "[ssao]") {
     for (const auto& [name, camera] : cameras()) {
         Seen room(scene::room(), camera);
         pierce(room);
-        SsaoOptions options = options_of(0.5);
+        SsaoCall options = options_of(0.5);
         options.bent_normal = options.confidence = true;
         const Occlusion all = ssao(room.stored, options);
         const auto visibility = floats(all.visibility), bent = floats(all.bent_normal),
@@ -243,7 +249,7 @@ TEST_CASE("ssao: the bent normal of an open plane is its normal", "[ssao]") {
         for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
             const Seen seen(plane.scene, camera);
             for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
-                SsaoOptions options = options_of(1, quality);
+                SsaoCall options = options_of(1, quality);
                 options.bent_normal = true;
                 const auto bent = floats(ssao(seen.stored, options).bent_normal);
                 double worst = 0;
@@ -279,7 +285,7 @@ TEST_CASE("ssao: the bent normal is the cosine-weighted mean of the open directi
             const Eigen::Matrix3d turn = scene::to_world(camera).topLeftCorner<3, 3>();
             std::printf("  %-10s %-18s", scene_name, name.c_str());
             for (const Quality quality : {Quality::balanced, Quality::accurate}) {
-                SsaoOptions options = options_of(1, quality);
+                SsaoCall options = options_of(1, quality);
                 options.thickness = infinity;
                 options.bent_normal = true;
                 const auto bent = floats(ssao(seen.stored, options).bent_normal);
@@ -338,7 +344,7 @@ TEST_CASE("ssao: falloff is the mean over radii", "[ssao]") {
                 double rmse[3] = {}, bias[3] = {}, hard = 0;
                 std::vector<std::vector<float>> got;
                 for (const FalloffWay& way : falloff_ways) {
-                    SsaoOptions options = options_of(1, way.quality);
+                    SsaoCall options = options_of(1, way.quality);
                     options.thickness = infinity;
                     options.falloff = falloff;
                     if (way.slices > 0) {
@@ -385,7 +391,7 @@ TEST_CASE("ssao: a second layer where the thickness would end is the thickness",
         Seen room(scene::room(), camera);
         pierce(room);
         const bool is_orthographic = camera.projection.matrix(3, 3) != 0;
-        SsaoOptions options = options_of(0.5);
+        SsaoCall options = options_of(0.5);
         options.thickness = 0.125;
         const auto expected = room.visibility(options);
         // In its own encoding: metres along the view axis.
@@ -403,7 +409,7 @@ TEST_CASE("ssao: a second layer where the thickness would end is the thickness",
             StoredDepth{Image::from_host(device(), Element::f32, behind.data(), {camera.width, camera.height}), metric};
         check_rounding(difference(room.visibility(options), expected), std::string("back and thickness, ") + name);
         // In front of the first layer there is no end: nothing is solid.
-        SsaoOptions thin = options_of(0.5);
+        SsaoCall thin = options_of(0.5);
         thin.thickness = 0;
         const std::vector<float> nearer(behind.size(), 0.01f);
         options.back_depth =
@@ -424,7 +430,7 @@ TEST_CASE("ssao: a second layer may have a clip range of its own", "[ssao]") {
         camera.width = width, camera.height = height;
         camera.encoding = Encoding::view_z;
         Seen room(scene::room(), camera);
-        SsaoOptions options = options_of(0.5);
+        SsaoCall options = options_of(0.5);
         options.back_depth = room.stored;
         const std::vector<float> expected = room.visibility(options);
         options.back_depth->camera.projection = other;
@@ -437,7 +443,7 @@ TEST_CASE("ssao: a constant map of thicknesses is the thickness", "[ssao]") {
         Seen room(scene::room(), camera);
         pierce(room);
         for (const double thickness : {0.0, 0.125, 3.0, infinity}) {
-            SsaoOptions options = options_of(0.5);
+            SsaoCall options = options_of(0.5);
             options.thickness = thickness;
             const auto expected = room.visibility(options);
             const std::vector<float> map(expected.size(), static_cast<float>(thickness));
@@ -454,14 +460,14 @@ TEST_CASE("ssao: a constant map of thicknesses is the thickness", "[ssao]") {
         std::vector<float> map(room.image.z.size(), std::nanf(""));
         for (int y = 0; y < height; ++y)
             std::fill_n(map.begin() + static_cast<std::ptrdiff_t>(index(0, y)), width / 2, 0.125f);
-        SsaoOptions options = options_of(0.1); // a dozen pixels or fewer
+        SsaoCall options = options_of(0.1); // a dozen pixels or fewer
         const auto thick = [&] {
-            SsaoOptions o = options;
+            SsaoCall o = options;
             o.thickness = 0.125;
             return room.visibility(o);
         }();
         const auto thin = [&] {
-            SsaoOptions o = options;
+            SsaoCall o = options;
             o.thickness = 0;
             return room.visibility(o);
         }();
@@ -509,7 +515,7 @@ TEST_CASE("ssao: a clamped border is the image with its border repeated", "[ssao
         const Normals normals(room.image.normal, room.camera), all_normals(padded_normals, wide);
         const StoredDepth all{Image::from_host(device(), Element::f32, padded.data(), {all_across, all_down}), wide};
         for (const double radius : {0.3, 0.8}) {
-            SsaoOptions options = options_of(radius);
+            SsaoCall options = options_of(radius);
             options.normals = normals.image;
             const auto open = room.visibility(options);
             options.border = Border::clamp;
@@ -541,7 +547,7 @@ TEST_CASE("ssao: given normals are taken", "[ssao]") {
         for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
             const Seen seen(oracle::open_plane(tilt * degree, 0.4).scene, camera);
             const Normals normals(seen.image.normal, camera);
-            SsaoOptions options = options_of(1);
+            SsaoCall options = options_of(1);
             options.normals = normals.image;
             const auto got = seen.visibility(options);
             const float least = *std::min_element(got.begin(), got.end());
@@ -567,7 +573,7 @@ TEST_CASE("ssao: a lone sphere is open", "[ssao]") {
         const Normals normals(seen.image.normal, camera);
         std::printf("  %-18s", name.c_str());
         for (const bool given : {true, false}) {
-            SsaoOptions options = options_of(1);
+            SsaoCall options = options_of(1);
             if (given)
                 options.normals = normals.image;
             const Difference off = difference(seen.visibility(options), std::vector<float>(seen.image.z.size(), 1));
@@ -588,7 +594,7 @@ TEST_CASE("ssao: normals of the world are those of the view, turned", "[ssao]") 
         const Seen room(scene::room(), camera);
         const Normals of_view(room.image.normal, camera),
             of_world(room.image.normal, camera, 4, view.linear().transpose());
-        SsaoOptions options = options_of(0.5);
+        SsaoCall options = options_of(0.5);
         options.normals = of_view.image;
         const auto expected = room.visibility(options);
         options.normals_space = Space::view;
@@ -608,7 +614,7 @@ TEST_CASE("ssao: a device without double gives the same", "[ssao]") {
     for (const auto& [name, camera] : list) {
         Seen room(scene::room(), camera);
         for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
-            const SsaoOptions options = options_of(0.5, quality);
+            const SsaoCall options = options_of(0.5, quality);
             room.upload(Arithmetic::fp64);
             const auto expected = room.visibility(options);
             room.upload(Arithmetic::two_float);
@@ -632,7 +638,7 @@ TEST_CASE("ssao: a seed turns the noise and leaves the mean", "[ssao]") {
     for (const auto& [name, camera] : cameras()) {
         const Seen room(scene::room(), camera);
         for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
-            SsaoOptions options = options_of(0.5, quality);
+            SsaoCall options = options_of(0.5, quality);
             const auto first = room.visibility(options);
             for (const std::uint32_t seed : {1u, 2u, 12345u, 4294967295u}) {
                 options.seed = seed;
@@ -649,10 +655,48 @@ TEST_CASE("ssao: a seed turns the noise and leaves the mean", "[ssao]") {
     }
 }
 
+TEST_CASE("ssao: the caller's images hold what new ones do, and nothing beside them changes", "[ssao]") {
+    const Seen room(scene::room(), cameras().front().second);
+    const Device& on = room.stored.image.device();
+    constexpr float untouched = -5;
+    for (const bool half_resolution : {false, true}) {
+        SsaoCall options = options_of(0.5);
+        options.bent_normal = options.confidence = true;
+        options.half_resolution = half_resolution;
+        const Occlusion expected = ssao(room.stored, options);
+        Occlusion wholes, parts;
+        for (Image Occlusion::*each : {&Occlusion::visibility, &Occlusion::bent_normal, &Occlusion::confidence}) {
+            const int channels = (expected.*each).channels();
+            wholes.*each = Image(on, Element::f32, {width + 7, height + 4, channels});
+            runtime::queue_of(on).enqueueFillBuffer(runtime::buffer_of(wholes.*each), untouched, 0,
+                                                    Image::allocation(Element::f32, {width + 7, height + 4, channels}));
+            parts.*each = (wholes.*each).region(3, 2, width, height);
+        }
+        ssao(room.stored, parts, options.radius, options);
+        for (Image Occlusion::*each : {&Occlusion::visibility, &Occlusion::bent_normal, &Occlusion::confidence}) {
+            CHECK(same_bits(floats(parts.*each), floats(expected.*each)));
+            const std::vector<float> all = floats(wholes.*each);
+            const auto kept = static_cast<std::size_t>(std::ranges::count(all, untouched));
+            CHECK(kept == all.size() - floats(parts.*each).size());
+        }
+    }
+    const auto refused = [&](const Occlusion& results, const SsaoOptions& options, const char* message) {
+        CHECK_THROWS_WITH(ssao(room.stored, results, 0.5, options), message);
+    };
+    const Image visibility(on, Element::f32, {width, height});
+    refused({}, {}, "visibility has no image to be written into");
+    refused({.visibility = room.stored.image, .bent_normal = {}, .confidence = {}}, {},
+            "visibility shares memory with the stored depth");
+    refused({.visibility = visibility, .bent_normal = {}, .confidence = visibility}, {.confidence = true},
+            "confidence shares memory with visibility");
+    refused({.visibility = visibility, .bent_normal = visibility, .confidence = {}}, {.bent_normal = true},
+            "bent_normal holds 1 float a pixel; it must hold 3 floats");
+}
+
 namespace {
 
 /// What is said when options are refused; empty when they are not.
-std::string refusal(const StoredDepth& stored, const SsaoOptions& options) {
+std::string refusal(const StoredDepth& stored, const SsaoCall& options) {
     try {
         ssao(stored, options);
     } catch (const std::invalid_argument& error) {
@@ -671,7 +715,7 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
     };
     const double nan = std::numeric_limits<double>::quiet_NaN();
     struct Case {
-        std::function<void(SsaoOptions&)> change;
+        std::function<void(SsaoCall&)> change;
         std::vector<std::string> named;
     };
     const Case cases[] = {
@@ -745,7 +789,7 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
          {"region", "2147483647"}},
     };
     for (const auto& [change, named] : cases) {
-        SsaoOptions options = options_of(0.5);
+        SsaoCall options = options_of(0.5);
         change(options);
         const std::string said = refusal(seen.stored, options);
         for (const std::string& name : named) {
@@ -755,7 +799,7 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
         CHECK(said.find('\n') == std::string::npos);
     }
     CHECK(refusal(seen.stored, {}).find("radius") != std::string::npos);
-    SsaoOptions most = options_of(0.5);
+    SsaoCall most = options_of(0.5);
     most.thickness = infinity;
     most.falloff = 1;
     most.slices = 64;

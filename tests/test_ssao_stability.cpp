@@ -5,6 +5,7 @@
 #include "images.hpp"
 #include "known_occlusion.hpp"
 #include "scene/scene.hpp"
+#include "ssao_call.hpp"
 #include "stability.hpp"
 
 #include <fathom/fathom.hpp>
@@ -36,7 +37,7 @@ constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accu
 constexpr double thicknesses[] = {0.1, oracle::infinite};
 
 template <typename Value>
-std::vector<float> visibility_of(const std::vector<Value>& values, const Camera& camera, const SsaoOptions& options,
+std::vector<float> visibility_of(const std::vector<Value>& values, const Camera& camera, const SsaoCall& options,
                                  Storage storage = Storage::float32) {
     const Device& device = oracle::device(Arithmetic::fp64);
     const Image stored = Image::from_host(device, element_of(storage), values.data(),
@@ -44,8 +45,12 @@ std::vector<float> visibility_of(const std::vector<Value>& values, const Camera&
     return images::floats(ssao({stored, camera, storage}, options).visibility);
 }
 
-SsaoOptions options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
-    return {.radius = radius, .quality = quality, .thickness = thickness};
+SsaoCall options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
+    SsaoCall call;
+    call.radius = radius;
+    call.quality = quality;
+    call.thickness = thickness;
+    return call;
 }
 
 bool in_range(float v) {
@@ -60,7 +65,7 @@ std::vector<Camera> cameras(int width, int height) {
             camera_of(orthographic({-2 * x, 2 * x, -2 * y, 2 * y}, {0.5, 500}), width, height)};
 }
 
-std::string text(const Camera& camera, const SsaoOptions& options) {
+std::string text(const Camera& camera, const SsaoCall& options) {
     return std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", quality " +
            std::to_string(static_cast<int>(options.quality)) + ", radius " + std::to_string(options.radius) +
            ", thickness " + std::to_string(options.thickness.value_or(-1));
@@ -77,7 +82,7 @@ TEST_CASE("stability: ssao of images of every small size", "[ssao][stability]") 
             const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera);
             for (const Quality quality : qualities) {
                 for (const double thickness : thicknesses) {
-                    const SsaoOptions options = options_of(0.5, quality, thickness);
+                    const SsaoCall options = options_of(0.5, quality, thickness);
                     INFO(text(camera, options));
                     const auto got = visibility_of(image.stored, camera, options);
                     CHECK(std::all_of(got.begin(), got.end(), in_range));
@@ -93,7 +98,7 @@ TEST_CASE("stability: ssao of images of every small size", "[ssao][stability]") 
 TEST_CASE("stability: ssao of nothing but sky is 1, of nothing at all NaN", "[ssao][stability]") {
     for (const Camera& camera : cameras(61, 35)) {
         for (const Quality quality : qualities) {
-            const SsaoOptions options = options_of(0.5, quality);
+            const SsaoCall options = options_of(0.5, quality);
             INFO(text(camera, options));
             const auto sky = visibility_of(std::vector<float>(61 * 35, 1.0f), camera, options);
             CHECK(std::all_of(sky.begin(), sky.end(), [](float v) { return v == 1; }));
@@ -117,7 +122,7 @@ TEST_CASE("stability: ssao keeps NaN where the depth has none", "[ssao][stabilit
         }
         for (const Quality quality : qualities) {
             for (const double thickness : thicknesses) {
-                const SsaoOptions options = options_of(0.5, quality, thickness);
+                const SsaoCall options = options_of(0.5, quality, thickness);
                 const auto got = visibility_of(stored, camera, options);
                 long spread = 0, filled = 0, outside = 0;
                 for (std::size_t i = 0; i < got.size(); ++i) {
@@ -140,7 +145,7 @@ TEST_CASE("stability: ssao with a radius of less than a pixel is 1", "[ssao][sta
         for (const Quality quality : qualities) {
             for (const double thickness : thicknesses) {
                 for (const double radius : {0.005, 1e-5, 1e-12}) { // a pixel is 0.011 wide or more
-                    const SsaoOptions options = options_of(radius, quality, thickness);
+                    const SsaoCall options = options_of(radius, quality, thickness);
                     const auto got = visibility_of(stored, camera, options);
                     INFO(text(camera, options) << ", least " << *std::min_element(got.begin(), got.end()));
                     CHECK(std::all_of(got.begin(), got.end(), [](float v) { return v == 1; }));
@@ -157,7 +162,7 @@ TEST_CASE("stability: ssao with a radius of more than the image is finite", "[ss
         for (const Quality quality : qualities) {
             for (const double thickness : thicknesses) {
                 for (const double radius : {5.0, 30.0, 1e3, 1e6}) {
-                    const SsaoOptions options = options_of(radius, quality, thickness);
+                    const SsaoCall options = options_of(radius, quality, thickness);
                     INFO(text(camera, options));
                     const auto got = visibility_of(stored, camera, options);
                     CHECK(std::all_of(got.begin(), got.end(), in_range));
@@ -222,7 +227,7 @@ TEST_CASE("stability: ssao of a lone plane in D16 and D24 at far/near of 1e6", "
                     return worst;
                 };
                 for (const Quality quality : qualities) {
-                    const SsaoOptions options = options_of(radius, quality, oracle::infinite);
+                    const SsaoCall options = options_of(radius, quality, oracle::infinite);
                     const double d16 =
                         worst_of(visibility_of(scene::codes16(image, camera), camera, options, Storage::uint16));
                     const double d24 =
@@ -242,7 +247,7 @@ TEST_CASE("stability: ssao of a room in D16 and D24 keeps its occlusion", "[ssao
     const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 161, 121);
     const auto image = scene::render(scene::room(), camera);
     for (const Quality quality : qualities) {
-        const SsaoOptions options = options_of(1, quality, oracle::infinite);
+        const SsaoCall options = options_of(1, quality, oracle::infinite);
         const auto exact = visibility_of(image.stored, camera, options);
         const auto off = [&](const std::vector<float>& got) {
             double sum = 0;
@@ -264,7 +269,7 @@ TEST_CASE("stability: ssao of a plane at a grazing 85 degrees", "[ssao][stabilit
             const auto image = scene::render(plane.scene, camera);
             for (const Quality quality : qualities) {
                 for (const double thickness : thicknesses) {
-                    const SsaoOptions options = options_of(1, quality, thickness);
+                    const SsaoCall options = options_of(1, quality, thickness);
                     const auto got = visibility_of(image.stored, camera, options);
                     const float least = *std::min_element(got.begin(), got.end());
                     INFO(name << ", towards " << towards << ", " << text(camera, options) << ": least " << least);
@@ -359,7 +364,7 @@ TEST_CASE("stability: ssao of railings of one to three pixels against thickness"
         const double own = known.pixels * railing_pixel;
         for (const double thickness :
              {0.5 * own, own, 2 * own, railing_reach / 4, railing_reach / 2, railing_reach, oracle::infinite}) {
-            SsaoOptions options = options_of(railing_reach, Quality::balanced, thickness);
+            SsaoCall options = options_of(railing_reach, Quality::balanced, thickness);
             const auto got = visibility_of(image.stored, camera, options);
             options.normals =
                 Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, true_normals.data(), {320, 180, 3});
@@ -415,7 +420,7 @@ TEST_CASE("stability: ssao of things that leave the image loses no more than the
     std::printf("ssao of a part of an image against the whole: most that is brighter, beyond 1 - confidence\n");
     for (const Quality quality : qualities) {
         for (const double thickness : {0.25, oracle::infinite}) {
-            SsaoOptions options = options_of(0.8, quality, thickness);
+            SsaoCall options = options_of(0.8, quality, thickness);
             options.confidence = true;
             const Occlusion cut = ssao(part, options);
             options.region = Region{left, top, width, height};

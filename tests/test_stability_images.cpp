@@ -40,7 +40,7 @@ std::vector<Camera> of_every_form(int width, int height, double unit = 1) {
         camera_of(from_matrix(tilt), width, height)};
     Camera logarithmic = camera_of(wide, width, height), distance = logarithmic, median = logarithmic;
     logarithmic.encoding = Encoding::logarithmic;
-    logarithmic.far = 100 * unit;
+    logarithmic.far_plane = 100 * unit;
     logarithmic.log_c = 1 / unit;
     distance.encoding = Encoding::ray_distance;
     distance.scale = 10 * unit;
@@ -159,7 +159,8 @@ TEST_CASE("stability: decoding in place touches every pixel once and nothing bes
                 for (std::size_t row = 0, i = 0; row < 3; ++row)
                     for (std::size_t column = 0; column < static_cast<std::size_t>(width); ++column)
                         memory.data()[row * memory.layout().row_stride + column] = stored[i++];
-                linearize_in_place({Image::from_host(device, Element::f32, memory.data(), memory.layout()), camera});
+                const Image image = Image::from_host(device, Element::f32, memory.data(), memory.layout());
+                linearize({image, camera}, image);
                 device.finish();
                 INFO(to_string(depth_form(camera).form)
                      << ", width " << width << ", " << vector_width << " vector width");
@@ -513,8 +514,7 @@ TEST_CASE("stability: what cannot be decoded or placed is refused", "[stability]
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.depth_range = {0.5, 0.5}; }), "its ends must differ"));
     CHECK(contains(said([](Camera&, UnprojectOptions&) {}, Storage::uint16), "not those of uint16"));
     CHECK(contains(refusal([&] { linearize({codes, camera}); }), "not those of float32"));
-    CHECK(contains(refusal([&] { linearize_in_place({codes, camera, Storage::uint16}); }), "in place, not uint16"));
-    CHECK(contains(refusal([&] { linearize({image, camera}, image); }), "use linearize_in_place"));
+    CHECK(contains(refusal([&] { linearize({codes, camera, Storage::uint16}, codes); }), "it must hold 1 float"));
     CHECK(contains(refusal([&] { linearize({image, camera}, codes); }), "1 floats a pixel"));
     CHECK(contains(refusal([&] { unproject({image, camera}, image); }), "3 floats a pixel"));
     CHECK(contains(refusal([&] { image.region(1, 0, 8, 4); }), "does not lie in 8 x 4"));

@@ -67,7 +67,7 @@ private:
 class Frames {
 public:
     Frame& of(Case& on) {
-        std::unique_ptr<Frame>& frame = made_[on.stored(Storage::float32).image.buffer()()];
+        std::unique_ptr<Frame>& frame = made_[on.stored(Storage::float32).image.buffer()];
         if (!frame)
             frame = std::make_unique<Frame>(on);
         return *frame;

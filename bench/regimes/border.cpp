@@ -22,10 +22,10 @@ std::vector<float> visibility_of(const Device& device, int width, int height, in
     std::vector<float> depth(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     for (std::size_t i = 0; i < depth.size(); ++i)
         depth[i] = static_cast<int>(i % static_cast<std::size_t>(width)) < foot ? 1.0f : 1.0f + 2 * radius;
-    SsaoOptions options{.radius = radius};
+    SsaoOptions options;
     options.thickness = std::numeric_limits<double>::infinity();
     options.border = border;
-    return floats_of(ssao(stored_of(device, depth, camera), options).visibility);
+    return floats_of(ssao(stored_of(device, depth, camera), radius, options).visibility);
 }
 
 // The image begins at the wall's foot. Rows of the middle; `overscan` columns more are looked at on the wall's side.

@@ -111,7 +111,7 @@ void judge_depth(const Corner& corner, const Stored& stored, const CircleOfConfu
     const DepthForm form = depth_form(corner.camera());
     const bool reversed = corner.camera().projection.order == DepthOrder::reversed;
     const auto z = floats_of(linearize(stored.depth, {Background::decode}).image);
-    const auto circle = floats_of(dof_masks(stored.depth, {.circle = lens, .weights = false}).circle);
+    const auto circle = floats_of(dof_masks(stored.depth, lens, {.weights = false}).coc);
     for (int y = 0; y < truth.height; ++y) {
         for (int x = 0; x < truth.width; ++x) {
             const auto i = static_cast<std::size_t>(y * truth.width + x);
@@ -154,7 +154,6 @@ Corner::Corner(const Camera& camera, double edge, double from) : camera_(camera)
 
 SsaoOptions Corner::options() {
     SsaoOptions options;
-    options.radius = corner_radius;
     options.thickness = infinity;
     options.border = Border::clamp; // the corner goes on above and below
     return options;
@@ -201,7 +200,8 @@ CornerErrors corner_errors(const Device& device, const Corner& corner, Buffer bu
     CornerErrors errors;
     judge_depth(corner, stored, lens, errors);
     judge_normals(corner, stored, errors);
-    errors.visibility = corner.visibility_off(floats_of(ssao(stored.depth, Corner::options()).visibility));
+    errors.visibility =
+        corner.visibility_off(floats_of(ssao(stored.depth, corner_radius, Corner::options()).visibility));
     return errors;
 }
 
@@ -211,7 +211,7 @@ double plane_lost(const Device& device, const Camera& camera, Buffer buffer) {
     double sum = 0;
     SsaoOptions options = Corner::options();
     options.border = Border::open; // a plane does not go on as its border's pixels
-    const auto visibility = floats_of(ssao(stored.depth, options).visibility);
+    const auto visibility = floats_of(ssao(stored.depth, corner_radius, options).visibility);
     for (const float v : visibility)
         sum += std::pow(1 - static_cast<double>(v), 2);
     return std::sqrt(sum / static_cast<double>(visibility.size()));

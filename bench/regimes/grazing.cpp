@@ -36,7 +36,7 @@ void sweep_planes(const Device& device, Regime& regime, double grazing) {
         {scene::Plane{{0, 0, -2 - deep}, {std::cos(grazing * degree), 0, std::sin(grazing * degree)}}}, camera);
     const StoredDepth stored = stored_of(device, truth.stored, camera);
     const auto found = floats_of(normals(stored));
-    const auto visibility = floats_of(ssao(stored, {.radius = radius}).visibility);
+    const auto visibility = floats_of(ssao(stored, radius).visibility);
     const NormalBound bound(camera);
     Point angle{grazing, 0, 0}, open{grazing, 0};
     for (int y = margin; y < height - margin; ++y) {
@@ -61,10 +61,10 @@ void sweep_foot(const Device& device, Regime& regime, double grazing) {
         scene::render({scene::Plane{foot, {0, c, s}}, scene::Plane{foot, {0, -s, c}}}, camera);
     for (const auto& [name, thickness] : {std::pair{"infinite thickness", std::numeric_limits<double>::infinity()},
                                           {"a quarter of the radius thick", radius / 4}}) {
-        SsaoOptions options{.radius = radius};
+        SsaoOptions options;
         options.thickness = thickness;
         options.border = Border::clamp;
-        const auto visibility = floats_of(ssao(stored_of(device, truth.stored, camera), options).visibility);
+        const auto visibility = floats_of(ssao(stored_of(device, truth.stored, camera), radius, options).visibility);
         double sum = 0;
         long pixels = 0;
         for (int y = height / 2 - 16; y < height / 2 + 16; ++y) {

@@ -34,14 +34,12 @@ struct Picture {
     }
 
     /// The first channel of the blurred picture.
-    std::vector<double> blurred(const Device& device, BlurQuality quality) const {
+    std::vector<double> blurred(const Device& device, Quality quality) const {
         Camera camera = camera_over(perspective(1.0, static_cast<double>(width) / height, {0.01, 100}), width, height);
         camera.encoding = Encoding::view_z;
         const Image image = Image::from_host(device, Element::f32, color.data(), {width, height, 3});
-        DofOptions options;
-        options.circle = {.k = 1000, .g = 1000};
-        options.quality = quality;
-        const auto all = floats_of(dof(stored_of(device, depth, camera), image, options));
+        const CircleOfConfusion coc{.k = 1000, .g = 1000};
+        const auto all = floats_of(dof(stored_of(device, depth, camera), image, coc, {.quality = quality}));
         std::vector<double> first;
         for (std::size_t i = 0; i < all.size(); i += 3)
             first.push_back(static_cast<double>(all[i]));
@@ -57,13 +55,12 @@ double half_plane(double t) {
 
 struct Way {
     const char* name;
-    BlurQuality quality;
+    Quality quality;
 };
-constexpr Way ways[] = {
-    {"fast", BlurQuality::fast}, {"standard", BlurQuality::standard}, {"accurate", BlurQuality::accurate}};
+constexpr Way ways[] = {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}};
 
 // A step across the image, behind the focus.
-double edge_off(const Device& device, BlurQuality quality, double diameter) {
+double edge_off(const Device& device, Quality quality, double diameter) {
     const int reach = static_cast<int>(diameter / 2) + 2;
     const Picture step(
         4 * reach, 2 * reach + 1, [diameter](int, int) { return diameter; },
@@ -78,7 +75,7 @@ double edge_off(const Device& device, BlurQuality quality, double diameter) {
 
 // Before the focus a half-plane of 1, and behind the focus, half as blurred, a step from 0 to 1 half a radius beside its
 // edge: F Phi(a) + B1 (Phi(m) - Phi(a)) + B0 (1 - Phi(m)), a = -d/r1, b = (d - g)/r2, m = max(a, b).
-double two_edges_off(const Device& device, BlurQuality quality, double diameter) {
+double two_edges_off(const Device& device, Quality quality, double diameter) {
     const double near_radius = diameter / 2, far_radius = diameter / 4;
     const int reach = static_cast<int>(diameter) + 4, beside = std::max(1, static_cast<int>(near_radius / 2));
     const Picture picture(
@@ -99,23 +96,23 @@ double two_edges_off(const Device& device, BlurQuality quality, double diameter)
 Regime aperture(const Device& device) {
     Regime regime{"aperture", "diameter of the circle, pixels"};
     for (const Way& way : ways) {
-        const bool promised = way.quality != BlurQuality::fast;
+        const bool promised = way.quality != Quality::fast;
         for (const double diameter :
              {0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 100.0, 200.0, 400.0, 512.0, 720.0})
-            if (diameter <= 100 || way.quality != BlurQuality::accurate)
+            if (diameter <= 100 || way.quality != Quality::accurate)
                 regime.panel(edge).curve(way.name).points.push_back(
                     {diameter, edge_off(device, way.quality, diameter),
                      promised && diameter <= 256 ? dof_edge_error : none});
         for (const double diameter : {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 100.0})
-            if (way.quality != BlurQuality::fast)
+            if (way.quality != Quality::fast)
                 regime.panel(two_edges).curve(way.name).points.push_back(
                     {diameter, two_edges_off(device, way.quality, diameter)});
     }
     regime.boundaries = {
         {edge, "fast", 0.02, 512, 720, "measured"},
-        {edge, "standard", dof_edge_error, 512, 720, "promised: dof_edge_error"},
+        {edge, "balanced", dof_edge_error, 512, 720, "promised: dof_edge_error"},
         {edge, "accurate", dof_edge_error, 0, none, "promised: dof_edge_error"},
-        {two_edges, "standard", dof_edge_error, 2, 4, "promised for one edge: dof_edge_error"},
+        {two_edges, "balanced", dof_edge_error, 2, 4, "promised for one edge: dof_edge_error"},
         {two_edges, "accurate", dof_edge_error, 0, none, "promised: dof_edge_error"},
     };
     return regime;
@@ -168,9 +165,9 @@ Regime highlights(const Device& device) {
         }
     }
     regime.boundaries = {
-        {washed_out, "standard", 1e-3, 0, none, "derived: 2^-24 of a running sum of what is below four"},
+        {washed_out, "balanced", 1e-3, 0, none, "derived: 2^-24 of a running sum of what is below four"},
         {washed_out, one_sum, 1e-3, 10, 100, "derived: 2^-24 of a running sum"},
-        {energy, "standard", 1e-5, 1e30, 1e32, "stated: colours up to 1e30 are numbers"},
+        {energy, "balanced", 1e-5, 1e30, 1e32, "stated: colours up to 1e30 are numbers"},
     };
     return regime;
 }

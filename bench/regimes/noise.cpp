@@ -56,7 +56,8 @@ double lost_by(const Device& device, const scene::Rendered& plane, unsigned nois
     options.border = Border::open; // a plane does not go on as its border's pixels
     options.tolerance = tolerance;
     double sum = 0;
-    for (const float v : floats_of(ssao(stored_of(device, codes, sensor(), Storage::uint16), options).visibility))
+    for (const float v :
+         floats_of(ssao(stored_of(device, codes, sensor(), Storage::uint16), corner_radius, options).visibility))
         sum += std::pow(1 - static_cast<double>(v), 2);
     return std::sqrt(sum / static_cast<double>(codes.size()));
 }
@@ -85,9 +86,11 @@ Regime noise_on_depth(const Device& device) {
         put(quantity::normal, by_told_fit,
             normals_off({.method = NormalMethod::least_squares, .tolerance = tolerance}));
         SsaoOptions options = Corner::options();
-        put(quantity::visibility, plain, corner.visibility_off(floats_of(ssao(stored, options).visibility)));
+        put(quantity::visibility, plain,
+            corner.visibility_off(floats_of(ssao(stored, corner_radius, options).visibility)));
         options.tolerance = tolerance;
-        put(quantity::visibility, told, corner.visibility_off(floats_of(ssao(stored, options).visibility)));
+        put(quantity::visibility, told,
+            corner.visibility_off(floats_of(ssao(stored, corner_radius, options).visibility)));
         put(lost, plain, lost_by(device, plane, noise, 1));
         put(lost, told, lost_by(device, plane, noise, tolerance));
     }

@@ -18,8 +18,8 @@ constexpr const char* off = "largest error of z, relative to the nearest vertex"
 Point along_edge(const Device& device, double ratio, int parts) {
     Camera camera = camera_over(perspective(1.0, 16.0, {near, far}), width, height);
     camera.encoding = Encoding::pseudo_linear;
-    camera.near = near;
-    camera.far = far;
+    camera.near_plane = near;
+    camera.far_plane = far;
     const auto at = [ratio](double share) { return 1 / ((1 - share) / nearest + share / (nearest * ratio)); };
     std::vector<float> stored;
     std::vector<double> truth;

@@ -21,16 +21,16 @@ std::vector<float> view_depth_of(double radius) {
     return depth;
 }
 
-double off_by(const Device& device, const std::vector<float>& depth, const SsaoOptions& options) {
+double off_by(const Device& device, const std::vector<float>& depth, double radius, const SsaoOptions& options) {
     Camera camera =
         camera_over(orthographic({-width / 2.0, width / 2.0, -height / 2.0, height / 2.0}, {0.5, 1e4}), width, height);
     camera.encoding = Encoding::view_z;
-    const auto visibility = floats_of(ssao(stored_of(device, depth, camera), options).visibility);
+    const auto visibility = floats_of(ssao(stored_of(device, depth, camera), radius, options).visibility);
     double sum = 0;
     int columns = 0;
-    for (int x = foot; x < width && x + 0.5 - foot < std::max(options.radius, 1.0); ++x, ++columns)
+    for (int x = foot; x < width && x + 0.5 - foot < std::max(radius, 1.0); ++x, ++columns)
         sum += std::pow(static_cast<double>(visibility[static_cast<std::size_t>(height / 2 * width + x)]) -
-                            beside_wall((x + 0.5 - foot) / options.radius),
+                            beside_wall((x + 0.5 - foot) / radius),
                         2);
     return std::sqrt(sum / columns);
 }
@@ -49,11 +49,11 @@ Regime radius_of_occlusion(const Device& device) {
                            Way{"balanced, border open", Quality::balanced, Border::open}}) {
         for (const double radius : {0.5,  0.7,  1.0,  1.4,  2.0,  2.8,  4.0,   5.7,   8.0,   11.0,
                                     16.0, 23.0, 32.0, 45.0, 64.0, 91.0, 128.0, 181.0, 256.0, 320.0}) {
-            SsaoOptions options{.radius = radius, .quality = way.quality};
+            SsaoOptions options{.quality = way.quality};
             options.thickness = std::numeric_limits<double>::infinity();
             options.border = way.border;
             regime.panel(off).curve(way.name).points.push_back(
-                {radius, off_by(device, view_depth_of(radius), options)});
+                {radius, off_by(device, view_depth_of(radius), radius, options)});
         }
     }
     regime.boundaries = {

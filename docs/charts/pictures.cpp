@@ -152,7 +152,7 @@ void draw_median(const std::filesystem::path& folder) {
     median.encoding = Encoding::median;
     median.median = 10;
     logarithmic.encoding = Encoding::logarithmic;
-    logarithmic.far = 1e4;
+    logarithmic.far_plane = 1e4;
     const auto clip = [](const Camera& camera) {
         return [&camera](double z) { return 2 * stored(camera, 3, 4, z) - 1; };
     };
@@ -169,8 +169,8 @@ void draw_median(const std::filesystem::path& folder) {
 void draw_pseudo_linear(const std::filesystem::path& folder) {
     Camera camera = camera_of(perspective(centred, {0.5, 100}));
     camera.encoding = Encoding::pseudo_linear;
-    camera.near = 0.5;
-    camera.far = 100;
+    camera.near_plane = 0.5;
+    camera.far_plane = 100;
     // The window interpolates the stored value and 1/z linearly; corners a, b, c, weights in the window.
     const auto error = [&](const std::array<double, 3>& z, const std::array<double, 3>& weight) {
         double value = 0, inverse = 0;
@@ -220,7 +220,7 @@ void draw_precision(const std::filesystem::path& folder) {
         camera_of(perspective(centred, {near, infinity, DepthOrder::reversed}, Convention::direct3d()));
     Camera logarithmic = window;
     logarithmic.encoding = Encoding::logarithmic;
-    logarithmic.far = far;
+    logarithmic.far_plane = far;
     logarithmic.log_c = 1;
     const auto zs = spread(near * 1.01, far * 0.999, 500);
     const auto relative = [](const Camera& camera, DepthBits bits) {
@@ -283,7 +283,7 @@ Series along_floor(const std::string& label, int color, const SsaoOptions& optio
     camera.encoding = Encoding::view_z;
     const Device device = Device::open("cpu");
     const Image visibility =
-        ssao({Image::from_host(device, Element::f32, depths.data(), {width, height}), camera}, options).visibility;
+        ssao({Image::from_host(device, Element::f32, depths.data(), {width, height}), camera}, 1, options).visibility;
     visibility.download(depths.data(), width);
     Series series{label, {}, color, look};
     for (std::size_t x = foot - 1; x > 20; --x)
@@ -299,7 +299,6 @@ double beside_wall(double distance) {
 
 void draw_wall(const std::filesystem::path& folder) {
     SsaoOptions options;
-    options.radius = 1;
     Series thin = along_floor("a quarter thick", 3, options, Look::dashed);
     options.thickness = infinity;
     Chart chart{"Visibility of a floor beside a wall that is higher than the radius, from above",

@@ -298,11 +298,12 @@ private:
         }
         case Encoding::linear:
         case Encoding::pseudo_linear:
-            return (z - c.near.value()) / (c.far.value() - c.near.value());
+            return (z - c.near_plane.value()) / (c.far_plane.value() - c.near_plane.value());
         case Encoding::logarithmic:
-            return std::log1p(c.log_c * z) / std::log1p(c.log_c * static_cast<long double>(c.far.value()));
+            return std::log1p(c.log_c * z) / std::log1p(c.log_c * static_cast<long double>(c.far_plane.value()));
         case Encoding::exponential:
-            return std::log(z / c.near.value()) / std::log(c.far.value() / static_cast<long double>(c.near.value()));
+            return std::log(z / c.near_plane.value()) /
+                   std::log(c.far_plane.value() / static_cast<long double>(c.near_plane.value()));
         case Encoding::median:
             return in_range(((z - c.median.value()) / (z + c.median.value()) + 1) / 2);
         case Encoding::inverse:

@@ -19,9 +19,9 @@ enum class Encoding {
     window,        ///< what the depth test compares: (z/w) mapped to the depth range
     view_z,        ///< distance along the view axis
     ray_distance,  ///< distance from the eye along the pixel's ray
-    linear,        ///< 0 at `near`, 1 at `far`, linear in the distance along the view axis
-    logarithmic,   ///< log(C z + 1) / log(C far + 1)
-    exponential,   ///< log(z / near) / log(far / near)
+    linear,        ///< 0 at `near_plane`, 1 at `far_plane`, linear in the distance along the view axis
+    logarithmic,   ///< log(C z + 1) / log(C far_plane + 1)
+    exponential,   ///< log(z / near_plane) / log(far_plane / near_plane)
     median,        ///< (z − m)/(z + m) mapped to the depth range: −1 at the eye, 0 at the median m, 1 at infinity
     pseudo_linear, ///< z·w written by a vertex program: linear at vertices only (see `pseudo_linear_bound`)
     inverse,       ///< scale / z: disparity
@@ -55,8 +55,8 @@ struct Camera {
     Rows rows = Rows::top_down;
     Encoding encoding = Encoding::window;
     std::array<double, 2> depth_range{0.0, 1.0}; ///< stored values of clip_z's low and high end (glDepthRange)
-    std::optional<double> near;                  ///< for `linear`, `exponential`, `pseudo_linear`; scene units
-    std::optional<double> far;                   ///< for those and `logarithmic`; scene units
+    std::optional<double> near_plane;            ///< for `linear`, `exponential`, `pseudo_linear`; scene units
+    std::optional<double> far_plane;             ///< for those and `logarithmic`; scene units
     std::optional<double> median;                ///< for `median`; scene units
     double log_c = 1.0;                          ///< C of `logarithmic`; per scene unit
     double scale = 1.0;               ///< scene units per stored unit (metric encodings); z = scale/v for `inverse`

@@ -50,15 +50,18 @@ public:
     /// Throws: NoDevice, naming what is there; std::invalid_argument for vector width or a group size that do not exist.
     static Device open(const std::string& wanted = {}, const DeviceOptions& options = {});
 
-    /// Takes part in a program that already has a context and an in-order queue.
-    Device(const cl::Context& context, const cl::Device& device, const cl::CommandQueue& queue,
-           const DeviceOptions& options = {});
+    /// Takes part in a program that already has a context and an in-order queue. All three are retained.
+    /// Throws: std::invalid_argument for a null handle, an out-of-order queue, and a queue of another context or device; Error
+    /// from the driver.
+    Device(cl_context context, cl_device_id device, cl_command_queue queue, const DeviceOptions& options = {});
 
     const DeviceInfo& info() const;
     const DeviceOptions& options() const; ///< with the automatic choices made
 
-    const cl::Context& context() const;
-    const cl::CommandQueue& queue() const;
+    /// Handles, which live as long as the device: retain them to keep them longer.
+    cl_context context() const;
+    cl_device_id id() const;
+    cl_command_queue queue() const;
 
     /// Waits until everything that was started has ended.
     void finish() const;

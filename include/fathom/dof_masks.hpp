@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fathom/image.hpp>
+#include <fathom/launch.hpp>
 #include <fathom/lens.hpp>
 
 #include <limits>
@@ -15,7 +16,6 @@ enum class Sky {
 };
 
 struct DofMasksOptions {
-    CircleOfConfusion circle; ///< the lens: `circle_of_confusion` makes it. Must be given
     double sharp_px = 1;      ///< circles up to this are wholly in focus; from 0
     double transition_px = 1; ///< circles larger by this are not at all; from 0, a hard edge
     Sky sky = Sky::blur;
@@ -51,10 +51,10 @@ inline constexpr double near_alpha_error = 1e-5;
 /// All from `max_near_coc` on are passes of their own, on request. A pixel x lies within the disc of a pixel p where the distance of
 /// their centres, in horizontal pixels, is at most |c_p|/2; pixels outside the image and what is no surface have none.
 struct DofMasks {
-    Image circle = {}; ///< diameter in horizontal pixels, positive behind the focus; NaN for what is no surface
-    Image near = {};   ///< 1 before the focus, 0 in it and behind it
-    Image focus = {};  ///< 1 in focus
-    Image far = {};    ///< 1 behind the focus, 0 in it and before it
+    Image coc = {};          ///< diameter in horizontal pixels, positive behind the focus; NaN for what is no surface
+    Image near_weight = {};  ///< 1 before the focus, 0 in it and behind it
+    Image focus_weight = {}; ///< 1 in focus
+    Image far_weight = {};   ///< 1 behind the focus, 0 in it and before it
 
     Image max_near_coc =
         {};                ///< the largest |c_p| of all near discs (c_p < 0) that x lies within; 0 where there is none
@@ -76,7 +76,9 @@ struct DofMasks {
 
 /// Circle of confusion and the weights of what is near, in focus and far, from stored depth in one pass.
 ///
-/// In: one stored value a pixel. Out: see DofMasks. With a = clamp((|c| − sharp_px) / transition_px, 0, 1), rounded to a
+/// In: one stored value a pixel, and the lens as `circle_of_confusion` gives it. Out: see DofMasks.
+///
+/// With a = clamp((|c| − sharp_px) / transition_px, 0, 1), rounded to a
 /// multiple of 2⁻²³: near = a where c < 0, far = a where c > 0, focus = 1 − a. The three sum to exactly 1, in any order,
 /// and one of near and far is 0. What is no surface has a circle of NaN and no weight at all, so that the sum of the weights
 /// is also the validity. The background is `sky`. Same bits for any lane count and group size, and for any region but of
@@ -86,13 +88,16 @@ struct DofMasks {
 /// Throws: std::invalid_argument for options out of range and a circle that is not this camera's; Error from the device.
 /// Source: Potmesil and Chakravarty 1981; affine in the stored value because 1/z is, by Popov 2016, eq. 5, 6:
 /// docs/depth-of-field.md.
-DofMasks dof_masks(const StoredDepth& stored, const DofMasksOptions& options);
+DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options = {},
+                   const Launch& launch = {});
 
-/// The same into images of the caller's: those that `options` asks for, of one float a pixel, which share memory neither with
-/// the input nor with each other. The others are left alone. A second call allocates nothing; where an image is a region of
-/// another, or rows do not start at multiples of 64 bytes, what looks around a pixel is copied there at the end.
+/// The same into the caller's images: those that `options` asks for, of one float a pixel, with any row stride. They share
+/// memory neither with the input nor with each other. An image that is not asked for is left alone. A second call allocates
+/// nothing. If an image is a region of another, or its rows do not start at multiples of 64 bytes, the masks that look around
+/// a pixel are copied there at the end.
 /// Throws: as above, and std::invalid_argument for images that are missing or do not fit.
-void dof_masks(const StoredDepth& stored, const DofMasks& results, const DofMasksOptions& options);
+void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
+               const DofMasksOptions& options = {}, const Launch& launch = {});
 
 /// The depth of the surface at a pixel of the image, for `Lens::focus`; infinity for the background.
 /// Throws: std::invalid_argument for a pixel outside the image, or whose stored value is no surface.

@@ -8,10 +8,12 @@
 #include <fathom/dof_masks.hpp>
 #include <fathom/error.hpp>
 #include <fathom/image.hpp>
+#include <fathom/launch.hpp>
 #include <fathom/lens.hpp>
 #include <fathom/linearize.hpp>
 #include <fathom/normals.hpp>
 #include <fathom/precision.hpp>
 #include <fathom/projection.hpp>
+#include <fathom/quality.hpp>
 #include <fathom/ssao.hpp>
 #include <fathom/unproject.hpp>

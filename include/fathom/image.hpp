@@ -4,6 +4,7 @@
 #include <fathom/device.hpp>
 
 #include <cstddef>
+#include <memory>
 
 namespace fathom {
 
@@ -18,6 +19,14 @@ struct Layout {
     int height = 0;             ///< pixels
     int channels = 1;           ///< interleaved
     std::size_t row_stride = 0; ///< elements from one row to the next; 0: rows follow each other without a gap
+};
+
+/// A part of an image, in pixels.
+struct Region {
+    int x = 0;
+    int y = 0;
+    int width = 0;
+    int height = 0;
 };
 
 /// The element of an image that holds depth in this storage, and how many of them a pixel takes.
@@ -35,8 +44,10 @@ public:
     /// Allocates an image whose rows start at multiples of 64 bytes. Its content is undefined.
     Image(const Device& device, Element element, Layout layout);
 
-    /// An image in a buffer that is there already, laid out as the constructor above would.
-    Image(const Device& device, const cl::Buffer& buffer, Element element, Layout layout);
+    /// An image in a buffer that is there already, from its first byte on; without a row stride, laid out as the constructor
+    /// above would. The buffer is retained.
+    /// Throws: std::invalid_argument for a null handle and for a buffer that is too small.
+    Image(const Device& device, cl_mem buffer, Element element, Layout layout);
 
     /// Bytes that such an image takes.
     static std::size_t allocation(Element element, Layout layout);
@@ -54,24 +65,27 @@ public:
     void download(void* data, std::size_t row_stride = 0) const;
 
     const Device& device() const { return device_; }
-    const cl::Buffer& buffer() const { return buffer_; }
+    cl_mem buffer() const { return buffer_.get(); } ///< lives as long as the image: retain it to keep it longer
     Element element() const { return element_; }
     int width() const { return layout_.width; }
     int height() const { return layout_.height; }
     int channels() const { return layout_.channels; }
     std::size_t row_stride() const { return layout_.row_stride; } ///< elements
     std::size_t offset() const { return offset_; }                ///< elements from the buffer's start
-    explicit operator bool() const { return buffer_() != nullptr; }
+    explicit operator bool() const { return buffer_ != nullptr; }
 
     /// Do all rows start at multiples of `alignment` bytes?
     bool aligned_to(std::size_t alignment) const;
 
-    /// Do two images share memory?
+    /// Do two images share memory? Two regions of one image do where they have pixels in common.
     bool overlaps(const Image& other) const;
+
+    /// Are they the same pixels in the same memory, taken in the same way?
+    bool same_as(const Image& other) const;
 
 private:
     Device device_;
-    cl::Buffer buffer_;
+    std::shared_ptr<_cl_mem> buffer_; // released with the last copy
     Element element_ = Element::f32;
     Layout layout_;
     std::size_t offset_ = 0;

@@ -30,8 +30,8 @@ struct CircleOfConfusion {
 
 /// Depths between which no circle is larger than an acceptable one. Scene units along the view axis.
 struct SharpRange {
-    double near;
-    double far; ///< may be infinity
+    double nearest;
+    double farthest; ///< may be infinity
 };
 
 /// Pixels that a unit of slope (perspective) or of length (orthographic rays) takes, at the middle of the image. A circle of

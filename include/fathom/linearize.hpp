@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fathom/image.hpp>
+#include <fathom/launch.hpp>
 
 namespace fathom {
 
@@ -33,12 +34,11 @@ inline constexpr double exponential_least_two_float = 0x1p-100;
 /// and the condition terms above.
 /// Throws: std::invalid_argument for a camera that does not fit the image or cannot be decoded; Error from the device.
 /// Source: Popov 2016, eq. 1, 3 and 5–9, as derived in docs/camera.md.
-ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options = {});
+ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options = {}, const Launch& launch = {});
 
-/// The same into an image of the caller's: one float a pixel, same size, not sharing memory with the input.
-void linearize(const StoredDepth& stored, const Image& view_depth, const LinearizeOptions& options = {});
-
-/// The same on top of the input (float32 only), which halves the memory traffic.
-ViewDepth linearize_in_place(const StoredDepth& stored, const LinearizeOptions& options = {});
+/// The same into an image of the caller's: one float a pixel, the size of the depth, with any row stride. `stored.image`
+/// itself is written in place if it holds float32, which halves the memory traffic. No other image may share memory with it.
+void linearize(const StoredDepth& stored, const Image& result, const LinearizeOptions& options = {},
+               const Launch& launch = {});
 
 } // namespace fathom

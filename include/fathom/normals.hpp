@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fathom/image.hpp>
+#include <fathom/launch.hpp>
 
 #include <optional>
 
@@ -50,9 +51,11 @@ inline constexpr double normals_length_error = 4 * 0x1p-24;
 /// and for a tolerance that is not above 0.
 /// Source: two-tap extrapolation by atyuwen, "Accurate Normal Reconstruction from Depth Buffer", 2020; that 1/z is affine on
 /// the screen, Blinn 1992; both for every camera as derived in kernels/normals.cl and docs/camera.md.
-Image normals(const StoredDepth& stored, const NormalsOptions& options = {});
+Image normals(const StoredDepth& stored, const NormalsOptions& options = {}, const Launch& launch = {});
 
-/// The same into an image of the caller's: 3 or 4 float channels, same size, not sharing memory with the input.
-void normals(const StoredDepth& stored, const Image& result, const NormalsOptions& options = {});
+/// The same into an image of the caller's: `options.channels` floats a pixel, the size of the depth, with any row stride.
+/// It shares no memory with the depth.
+void normals(const StoredDepth& stored, const Image& result, const NormalsOptions& options = {},
+             const Launch& launch = {});
 
 } // namespace fathom

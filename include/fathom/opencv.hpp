@@ -1,29 +1,86 @@
 #pragma once
 
+#include <fathom/dof.hpp>
+#include <fathom/dof_masks.hpp>
 #include <fathom/image.hpp>
+#include <fathom/launch.hpp>
 #include <fathom/linearize.hpp>
+#include <fathom/normals.hpp>
+#include <fathom/ssao.hpp>
 #include <fathom/unproject.hpp>
 
 #include <opencv2/core/mat.hpp>
 
+#include <optional>
+
+/// Every operation on OpenCV's matrices, with the options of its form on images. Each returns when its results are there.
+///
+/// In: stored depth as `storage_of` reads it, or as `storage` says. A camera without a width and a height takes the matrix's.
+/// CV_8UC4 is read as B, G, R, and its fourth byte is dropped, which takes a copy.
+/// Out: a matrix whose size and type fit is written where it lies, continuous or not; any other is made anew. On a CPU device
+/// results are computed in the matrix's memory, and no matrix is copied.
+/// Positions and normals are x, y, z. Pictures are B, G, R, and A with alpha multiplied in.
+/// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size.
 namespace fathom {
 
-/// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24), CV_8UC3 (rgb8_red_low).
+/// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24), CV_8UC3 and CV_8UC4 (rgb8_red_low).
 /// Throws: std::invalid_argument for any other type.
 Storage storage_of(const cv::Mat& stored);
 
-/// The device's view of a matrix: shared memory on a CPU device, a copy on any other. The matrix must outlive it.
+/// The device's view of a matrix: shared memory on a CPU device, a copy on any other. The matrix must outlive it, so that a
+/// temporary one does not compile.
 Image to_device(const Device& device, const cv::Mat& mat);
+Image to_device(const Device& device, const cv::Mat&& mat) = delete;
 
-/// A device image as a matrix.
+/// A device image as a new matrix.
 cv::Mat to_mat(const Image& image);
 
-/// View-space depth (CV_32FC1) of a stored depth image; see linearize.hpp. On a CPU device nothing is copied.
-cv::Mat linearize(const Device& device, const cv::Mat& stored, const Camera& camera,
-                  const LinearizeOptions& options = {});
+/// View depth (CV_32FC1); see linearize.hpp. A float matrix may be its own result.
+void linearize(const Device& device, cv::InputArray stored, const Camera& camera, cv::OutputArray depth,
+               const LinearizeOptions& options = {}, std::optional<Storage> storage = {}, const Launch& launch = {});
 
-/// Positions (CV_32FC3 or CV_32FC4) of a stored depth image; see unproject.hpp. On a CPU device nothing is copied.
-cv::Mat unproject(const Device& device, const cv::Mat& stored, const Camera& camera,
-                  const UnprojectOptions& options = {});
+/// Positions (CV_32FC3 or CV_32FC4); see unproject.hpp.
+void unproject(const Device& device, cv::InputArray stored, const Camera& camera, cv::OutputArray positions,
+               const UnprojectOptions& options = {}, std::optional<Storage> storage = {}, const Launch& launch = {});
+
+/// Normals (CV_32FC3, or CV_32FC4 with the validity); see normals.hpp.
+void normals(const Device& device, cv::InputArray stored, const Camera& camera, cv::OutputArray result,
+             const NormalsOptions& options = {}, std::optional<Storage> storage = {}, const Launch& launch = {});
+
+/// Visibility (CV_32FC1); see ssao.hpp.
+void ssao(const Device& device, cv::InputArray stored, const Camera& camera, double radius, cv::OutputArray visibility,
+          const SsaoOptions& options = {}, std::optional<Storage> storage = {}, const Launch& launch = {});
+
+/// The same with bent normals (CV_32FC3) and confidence (CV_32FC1). Each is computed if its array is given, whatever
+/// `options` says; `cv::noArray()` leaves it out.
+void ssao(const Device& device, cv::InputArray stored, const Camera& camera, double radius, cv::OutputArray visibility,
+          cv::OutputArray bent_normal, cv::OutputArray confidence, const SsaoOptions& options = {},
+          std::optional<Storage> storage = {}, const Launch& launch = {});
+
+/// Where the masks of `dof_masks` go (CV_32FC1). A mask is computed if its array is given.
+struct DofMaskArrays {
+    cv::OutputArray coc = cv::noArray();
+    cv::OutputArray near_weight = cv::noArray();
+    cv::OutputArray focus_weight = cv::noArray();
+    cv::OutputArray far_weight = cv::noArray();
+    cv::OutputArray max_near_coc = cv::noArray();
+    cv::OutputArray near_alpha = cv::noArray();
+    cv::OutputArray disocclusion = cv::noArray();
+    cv::OutputArray mixed_pixels = cv::noArray();
+    cv::OutputArray tile_min_coc = cv::noArray(); ///< needs `DofMasksOptions::tile_px`
+    cv::OutputArray tile_max_coc = cv::noArray(); ///< likewise
+};
+
+/// The circle of confusion and the masks whose arrays are given; see dof_masks.hpp. The options that say which masks are
+/// wanted are not read.
+void dof_masks(const Device& device, cv::InputArray stored, const Camera& camera, const CircleOfConfusion& coc,
+               const DofMaskArrays& results, const DofMasksOptions& options = {}, std::optional<Storage> storage = {},
+               const Launch& launch = {});
+
+/// A blurred picture of the type of `color`: CV_32FC3, CV_16FC3, CV_16UC3, CV_8UC3, or four channels with an alpha; see
+/// dof.hpp.
+void dof(const Device& device, cv::InputArray stored, const Camera& camera, cv::InputArray color,
+         const CircleOfConfusion& coc, cv::OutputArray result, const DofOptions& options = {},
+         std::optional<Storage> storage = {}, const Launch& launch = {});
 
 } // namespace fathom

@@ -33,10 +33,10 @@ struct Convention {
     bool operator==(const Convention&) const = default;
 };
 
-/// Distances along the view axis, in scene units. `far` may be infinity for a perspective.
+/// Distances along the view axis, in scene units. `far_plane` may be infinity for a perspective.
 struct DepthSpan {
-    double near;
-    double far;
+    double near_plane;
+    double far_plane;
     DepthOrder order = DepthOrder::standard;
 };
 

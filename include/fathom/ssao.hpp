@@ -1,6 +1,8 @@
 #pragma once
 
 #include <fathom/image.hpp>
+#include <fathom/launch.hpp>
+#include <fathom/quality.hpp>
 #include <fathom/unproject.hpp>
 
 #include <cstdint>
@@ -8,27 +10,15 @@
 
 namespace fathom {
 
-/// How many directions and distances ambient occlusion looks into.
-enum class Quality { fast, balanced, accurate };
-
 /// What lies outside the image.
 enum class Border {
     open,  ///< nothing
     clamp, ///< the pixels of its border, again and again
 };
 
-/// A part of an image, in pixels.
-struct Region {
-    int x = 0;
-    int y = 0;
-    int width = 0;
-    int height = 0;
-};
-
 struct SsaoOptions {
-    double radius = 0; ///< length of the rays, scene units: what is farther away occludes nothing. Must be given
-    Quality quality = Quality::balanced;
-    std::optional<int> slices = {};  ///< instead of the quality's: planes through the view ray, 1 to 64
+    Quality quality = Quality::balanced; ///< how many directions and distances are looked into
+    std::optional<int> slices = {};      ///< instead of the quality's: planes through the view ray, 1 to 64
     std::optional<int> samples = {}; ///< instead of the quality's: places looked at on either side of a slice, 1 to 256
     std::optional<int> jitter =
         {}; ///< instead of the quality's: 1, 4 or 16 shifts of slices and steps among neighbouring
@@ -78,11 +68,18 @@ struct Occlusion {
 /// Ambient occlusion from depth alone: the share of the hemisphere above each pixel's surface, weighted by the cosine,
 /// in which a ray of length `radius` meets nothing that the image shows.
 ///
-/// In: one stored value a pixel. Out: visibility in 0..1; 1 for the background, NaN for what is no surface, as in every
+/// In: one stored value a pixel, and the length of the rays in scene units. Objects farther away than `radius` occlude
+/// nothing. Out: visibility in 0..1; 1 for the background, NaN for what is no surface, as in every
 /// other output, whose background is (0, 0, 0) and 1. A surface that nothing rises above has 1 to within
 /// `ssao_plane_error`, under every camera and at tilts to 80°. A radius of less than a pixel gives 1.
-/// Throws: std::invalid_argument for options out of range and for images whose size does not fit; Error from the device.
+/// Throws: std::invalid_argument for a radius that is not above 0 or not finite, for options out of range and for images
+/// whose size does not fit; Error from the device.
 /// Source: slices and their measure, Jimenez et al. 2016; sectors as bits, Therrien et al. 2023.
-Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options);
+Occlusion ssao(const StoredDepth& stored, double radius, const SsaoOptions& options = {}, const Launch& launch = {});
+
+/// The same into the caller's images: visibility, and the images that `options` asks for, with any row stride. They share
+/// memory neither with an input nor with each other. An image that is not asked for is left alone.
+void ssao(const StoredDepth& stored, const Occlusion& results, double radius, const SsaoOptions& options = {},
+          const Launch& launch = {});
 
 } // namespace fathom

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fathom/image.hpp>
+#include <fathom/launch.hpp>
 
 #include <Eigen/Core>
 
@@ -25,9 +26,11 @@ inline constexpr double unproject_relative_error = 4 * 0x1p-24;
 /// Accuracy: `unproject_relative_error`, plus the condition term of `linearize`.
 /// Throws: std::invalid_argument when the world is asked of a camera without a view matrix, or for channels other than 3, 4.
 /// Source: Lenaerts 2014, reconstructing positions from the depth buffer, part 2; rays as derived in docs/camera.md.
-Image unproject(const StoredDepth& stored, const UnprojectOptions& options = {});
+Image unproject(const StoredDepth& stored, const UnprojectOptions& options = {}, const Launch& launch = {});
 
-/// The same into an image of the caller's: 3 or 4 float channels, same size.
-void unproject(const StoredDepth& stored, const Image& positions, const UnprojectOptions& options = {});
+/// The same into an image of the caller's: `options.channels` floats a pixel, the size of the depth, with any row stride.
+/// It shares no memory with the depth.
+void unproject(const StoredDepth& stored, const Image& result, const UnprojectOptions& options = {},
+               const Launch& launch = {});
 
 } // namespace fathom

@@ -288,8 +288,8 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         break;
     case Encoding::linear:
     case Encoding::pseudo_linear: {
-        const Real near = needed(camera.near, "near", camera.encoding),
-                   far = needed(camera.far, "far", camera.encoding);
+        const Real near = needed(camera.near_plane, "near", camera.encoding),
+                   far = needed(camera.far_plane, "far", camera.encoding);
         require(near != far, text("near = ", near, " and far = ", far, " must differ"));
         set_rational(form, {(far - near) * u.slope, 0, 0, near + (far - near) * u.start}, {0, 0, 0, 1});
         if (camera.encoding == Encoding::pseudo_linear)
@@ -303,7 +303,7 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         break;
     }
     case Encoding::logarithmic: {
-        const Real far = needed(camera.far, "far", camera.encoding), c = camera.log_c;
+        const Real far = needed(camera.far_plane, "far", camera.encoding), c = camera.log_c;
         require(far > 0, text("far = ", far, " must be greater than 0 for the logarithmic encoding"));
         require(std::isfinite(c) && c > 0, text("log_c = ", c, " must be greater than 0"));
         set_exponential(form, u, std::log2(c * far + 1), 1 / c, 0);
@@ -311,8 +311,8 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         break;
     }
     case Encoding::exponential: {
-        const Real near = needed(camera.near, "near", camera.encoding),
-                   far = needed(camera.far, "far", camera.encoding);
+        const Real near = needed(camera.near_plane, "near", camera.encoding),
+                   far = needed(camera.far_plane, "far", camera.encoding);
         require(near > 0 && far > near, text("near = ", near, " and far = ", far, " must satisfy 0 < near < far"));
         set_exponential(form, u, std::log2(far / near), near, near);
         form.reason = "z grows exponentially with the stored value";

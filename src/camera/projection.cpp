@@ -49,9 +49,10 @@ void require_edges(const FrustumEdges& edges) {
 }
 
 void require_perspective_span(const DepthSpan& span) {
-    require(std::isfinite(span.near) && span.near > 0,
-            text("near = ", span.near, " must be greater than 0 for a perspective"));
-    require(span.far > span.near, text("far = ", span.far, " must be greater than near = ", span.near));
+    require(std::isfinite(span.near_plane) && span.near_plane > 0,
+            text("near = ", span.near_plane, " must be greater than 0 for a perspective"));
+    require(span.far_plane > span.near_plane,
+            text("far = ", span.far_plane, " must be greater than near = ", span.near_plane));
 }
 
 // Perspective from the slopes of its edges: x/Z = left..right, y/Z = bottom..top.
@@ -59,8 +60,8 @@ Projection perspective_from_slopes(Real left, Real right, Real bottom, Real top,
                                    Convention convention) {
     require_perspective_span(span);
     const Projection ends{{}, convention, span.order, {}};
-    const Real inverse_far = 1 / static_cast<Real>(span.far);
-    const Real q = (ends.clip_near() - ends.clip_far()) / (1 / static_cast<Real>(span.near) - inverse_far);
+    const Real inverse_far = 1 / static_cast<Real>(span.far_plane);
+    const Real q = (ends.clip_near() - ends.clip_far()) / (1 / static_cast<Real>(span.near_plane) - inverse_far);
 
     Projection::Matrix m = Projection::Matrix::Zero();
     m(0, 0) = 2 / (right - left);
@@ -117,7 +118,7 @@ Projection perspective(double fov_y, double aspect, DepthSpan span, Convention c
 Projection perspective(FrustumEdges edges, DepthSpan span, Convention convention) {
     require_edges(edges);
     require_perspective_span(span);
-    const Real near = span.near;
+    const Real near = span.near_plane;
     return perspective_from_slopes(edges.left / near, edges.right / near, edges.bottom / near, edges.top / near, span,
                                    convention);
 }
@@ -134,11 +135,11 @@ Projection perspective(Intrinsics intrinsics, DepthSpan span, Convention convent
 
 Projection orthographic(FrustumEdges edges, DepthSpan span, Convention convention) {
     require_edges(edges);
-    require(std::isfinite(span.near) && std::isfinite(span.far) && span.near != span.far,
-            text("near = ", span.near, " and far = ", span.far, " must be finite and differ"));
+    require(std::isfinite(span.near_plane) && std::isfinite(span.far_plane) && span.near_plane != span.far_plane,
+            text("near = ", span.near_plane, " and far = ", span.far_plane, " must be finite and differ"));
     const Projection ends{{}, convention, span.order, {}};
     const Real left = edges.left, right = edges.right, bottom = edges.bottom, top = edges.top;
-    const Real near = span.near, far = span.far;
+    const Real near = span.near_plane, far = span.far_plane;
     const Real slope = (ends.clip_far() - ends.clip_near()) / (far - near);
 
     Projection::Matrix m = Projection::Matrix::Zero();

@@ -76,8 +76,8 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
         "turns it counter-clockwise; at 0 a polygon has a corner on top\nof what is behind the focus (default: 0)");
     add_enum_option(
         app, "--quality", dof.quality,
-        {{"fast", BlurQuality::fast}, {"default", BlurQuality::standard}, {"accurate", BlurQuality::accurate}},
-        "how finely circles are told apart and drawn (default: default);\naccurate also keeps which part of the "
+        {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
+        "how finely circles are told apart and drawn (default: balanced);\naccurate also keeps which part of the "
         "lens edges leave open, in 10 times\nthe time and more where circles are large")
         ->group("Blur");
     add_enum_option(app, "--sky", dof.sky, {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
@@ -114,10 +114,9 @@ DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options&
 }
 
 cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) {
-    explain_method("dof", stored, job, options.dof.max_error, options.explain);
+    explain_method(fathom::Operation::dof, stored, job, options.dof.max_error, options.explain);
     const cv::Mat color = picture_of(job.companions.front(), options, stored, job);
     DofOptions asked = options.dof;
-    asked.circle = circle_for(options.lens, stored);
     cv::Mat clean_plate; // read by the device until the result is there
     DepthFile depth;
     if (options.clean_plate) {
@@ -132,7 +131,7 @@ cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) 
         asked.clean_plate = {to_device(device, clean_plate),
                              {to_device(device, depth.values), stored.camera, depth.storage}};
     }
-    return to_mat(dof(stored, to_device(stored.image.device(), color), asked));
+    return to_mat(dof(stored, to_device(stored.image.device(), color), circle_for(options.lens, stored), asked));
 }
 
 void add_clean_plate_options(CLI::App& app, Options& options) {

@@ -59,7 +59,6 @@ cv::Mat side_by_side(const std::vector<Image>& images) {
 // The masks, then what else was asked for, in the order of `more_of`.
 std::vector<cv::Mat> masks_of(const Options& options, const StoredDepth& stored) {
     DofMasksOptions asked = options.masks;
-    asked.circle = circle_for(options.lens, stored);
     asked.weights = options.mask != Mask::circle;
     asked.max_near_coc = options.max_near_coc.has_value();
     asked.near_alpha = options.near_alpha.has_value();
@@ -67,8 +66,8 @@ std::vector<cv::Mat> masks_of(const Options& options, const StoredDepth& stored)
     asked.mixed_pixels = options.mixed_pixels.has_value();
     if (!options.tiles)
         asked.tile_px = 0;
-    const DofMasks masks = dof_masks(stored, asked);
-    const std::vector<Image> all{masks.circle, masks.near, masks.focus, masks.far};
+    const DofMasks masks = dof_masks(stored, circle_for(options.lens, stored), asked);
+    const std::vector<Image> all{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
     std::vector<cv::Mat> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
                                               : side_by_side(all)};
     for (const Image& image : {masks.max_near_coc, masks.near_alpha, masks.disocclusion, masks.mixed_pixels})

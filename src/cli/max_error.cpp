@@ -3,7 +3,6 @@
 
 #include "messages.hpp"
 
-#include <fathom/cheapest.hpp>
 #include <fathom/error.hpp>
 
 #include <fmt/format.h>
@@ -29,7 +28,7 @@ void add_max_error(CLI::App& app, std::optional<double>& max_error, bool& explai
         ->group(group);
 }
 
-void explain_method(const std::string& operation, const StoredDepth& stored, const Job& job,
+void explain_method(fathom::Operation operation, const StoredDepth& stored, const Job& job,
                     std::optional<double> max_error, bool explain) {
     if (!max_error)
         return;
@@ -43,8 +42,8 @@ void explain_method(const std::string& operation, const StoredDepth& stored, con
     if (explain)
         complain(fmt::format("{}: {} {}: error up to {} (in the scene {}), {:.3g} ns per pixel at 1920 × 1080 (all "
                              "threads of {})",
-                             job.input.native(), operation, choice.method, number(choice.error), choice.scene,
-                             choice.ns_per_pixel, choice.device));
+                             job.input.native(), fathom::to_string(operation), choice.method, number(choice.error),
+                             choice.scene, choice.ns_per_pixel, choice.device));
 }
 
 } // namespace fathom::cli

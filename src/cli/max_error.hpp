@@ -2,6 +2,7 @@
 
 #include "outputs.hpp"
 
+#include <fathom/cheapest.hpp>
 #include <fathom/image.hpp>
 
 #include <optional>
@@ -17,7 +18,7 @@ void add_max_error(CLI::App& app, std::optional<double>& max_error, bool& explai
 /// Sees that there is something that meets an input's --max-error, and on request prints on one line of stderr what that is,
 /// its error and its cost. Without --max-error nothing.
 /// Throws: Error where nothing meets it.
-void explain_method(const std::string& operation, const StoredDepth& stored, const Job& job,
+void explain_method(fathom::Operation operation, const StoredDepth& stored, const Job& job,
                     std::optional<double> max_error, bool explain);
 
 } // namespace fathom::cli

@@ -18,6 +18,7 @@ namespace fathom::cli {
 namespace {
 
 struct Options : DepthOptions {
+    double radius = 0;
     SsaoOptions ssao;
     bool explain = false;
     std::optional<std::string> normals, thickness_map, bent_normal, confidence;
@@ -51,12 +52,13 @@ std::string parse_region(const std::string& text, Region& region) {
     return "";
 }
 
-void add_occlusion_options(CLI::App& app, SsaoOptions& ssao) {
+void add_occlusion_options(CLI::App& app, Options& options) {
+    SsaoOptions& ssao = options.ssao;
     const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
                          const char* description) {
         return app.add_option(name, target, description)->type_name(value)->check(check)->group("Occlusion");
     };
-    add("--radius", "R", is_a_number("number above 0", [](double r) { return r > 0; }), ssao.radius,
+    add("--radius", "R", is_a_number("number above 0", [](double r) { return r > 0; }), options.radius,
         "length of the rays, scene units: what is farther away occludes\n"
         "nothing (default: \"ao_distance\" of the camera file)");
     add_enum_option(app, "--quality", ssao.quality,
@@ -91,7 +93,7 @@ void add_occlusion_options(CLI::App& app, SsaoOptions& ssao) {
 }
 
 void use_default_radius(Options& options) {
-    if (options.ssao.radius > 0)
+    if (options.radius > 0)
         return;
     const std::optional<double> distance = read_camera(options.camera).lens.ao_distance;
     if (!distance)
@@ -100,7 +102,7 @@ void use_default_radius(Options& options) {
     if (!(*distance > 0 && std::isfinite(*distance)))
         throw UsageError(fmt::format("{}: \"ao_distance\" is {}, which is no length of a ray; give --radius",
                                      options.camera, number(*distance)));
-    options.ssao.radius = *distance;
+    options.radius = *distance;
 }
 
 void check_region(const std::optional<Region>& region, const StoredDepth& stored) {
@@ -128,7 +130,7 @@ cv::Mat read_thickness(const std::filesystem::path& file) {
 // Visibility, then what else was asked for, in the order of the options.
 std::vector<cv::Mat> occlude(const Options& options, const StoredDepth& stored, const Job& job) {
     check_region(options.ssao.region, stored);
-    explain_method("ssao", stored, job, options.ssao.max_error, options.explain);
+    explain_method(fathom::Operation::ssao, stored, job, options.ssao.max_error, options.explain);
     SsaoOptions asked = options.ssao;
     cv::Mat normals, thickness; // read by the device until the results are there
     if (options.normals) {
@@ -145,7 +147,7 @@ std::vector<cv::Mat> occlude(const Options& options, const StoredDepth& stored, 
     }
     asked.bent_normal = options.bent_normal.has_value();
     asked.confidence = options.confidence.has_value();
-    const Occlusion occlusion = ssao(stored, asked);
+    const Occlusion occlusion = ssao(stored, options.radius, asked);
     std::vector<cv::Mat> results{to_mat(occlusion.visibility)};
     if (asked.bent_normal)
         results.push_back(directions_for(job.outputs[1], to_mat(occlusion.bent_normal)));
@@ -163,7 +165,7 @@ std::function<int()> configure(CLI::App& app) {
 
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, visibility);
-    add_occlusion_options(app, options->ssao);
+    add_occlusion_options(app, *options);
     add_max_error(app, options->ssao.max_error, options->explain, "rms of visibility",
                   {"--quality", "--slices", "--samples", "--jitter", "--half-resolution"}, "Occlusion");
     CLI::Option* normals = app.add_option("--normals", options->normals,

@@ -52,13 +52,14 @@ Convention read_convention(const JsonObject& json) {
 /// Only window depth is made by them. Every other encoding needs no more than the rays, which are the same for any span,
 /// so that `otherwise` does no harm.
 DepthSpan read_span(const JsonObject& own, Camera& camera, DepthSpan otherwise) {
-    const auto near = own.has("near") ? own.number("near") : camera.near;
-    const auto far = own.has("far") ? own.number_or_infinity("far") : camera.far;
+    const auto near = own.has("near") ? own.number("near") : camera.near_plane;
+    const auto far = own.has("far") ? own.number_or_infinity("far") : camera.far_plane;
     const auto contradicts = [](auto here, auto above) { return here && above && *here != *above; };
-    if (camera.encoding == Encoding::window && (contradicts(near, camera.near) || contradicts(far, camera.far)))
+    if (camera.encoding == Encoding::window &&
+        (contradicts(near, camera.near_plane) || contradicts(far, camera.far_plane)))
         own.refuse_whole("has another \"near\" or \"far\" than the file's top level; give them once");
-    camera.near = camera.near ? camera.near : near;
-    camera.far = camera.far ? camera.far : far;
+    camera.near_plane = camera.near_plane ? camera.near_plane : near;
+    camera.far_plane = camera.far_plane ? camera.far_plane : far;
     if (near && far)
         return {*near, *far};
     if (camera.encoding == Encoding::window)
@@ -110,7 +111,7 @@ Projection read_orthographic(const JsonObject& json, Camera& camera, Convention 
     const auto own = json.object("orthographic", {"left", "right", "bottom", "top", "near", "far"});
     const FrustumEdges edges{own.needed("left"), own.needed("right"), own.needed("bottom"), own.needed("top")};
     const auto span = read_span(own, camera, {0, 1});
-    if (std::isinf(span.far))
+    if (std::isinf(span.far_plane))
         own.refuse_whole("\"far\" is infinity; an orthographic far plane must be at a finite distance");
     return orthographic(edges, span, convention);
 }
@@ -160,10 +161,10 @@ void check_parameters(const JsonObject& json, const Camera& camera) {
     };
     using enum Encoding;
     if (camera.encoding == linear || camera.encoding == exponential || camera.encoding == pseudo_linear)
-        need("near", camera.near);
+        need("near", camera.near_plane);
     if (camera.encoding == linear || camera.encoding == exponential || camera.encoding == pseudo_linear ||
         camera.encoding == logarithmic)
-        need("far", camera.far);
+        need("far", camera.far_plane);
     if (camera.encoding == median)
         need("median", camera.median);
     if (camera.encoding == logarithmic && !(camera.log_c > 0))
@@ -190,8 +191,8 @@ CameraFile read(const std::filesystem::path& path) {
     CameraFile file;
     auto& camera = file.camera;
     camera.encoding = read_encoding(json);
-    camera.near = json.number("near");
-    camera.far = json.number_or_infinity("far");
+    camera.near_plane = json.number("near");
+    camera.far_plane = json.number_or_infinity("far");
     camera.median = json.number("median");
     camera.log_c = json.number("log_c").value_or(camera.log_c);
     camera.scale = json.number("scale").value_or(camera.scale);

@@ -2,6 +2,7 @@
 
 #include "operations/cheapest.hpp"
 
+#include "operations/parameters.hpp"
 #include "operations/ssao.hpp"
 #include "require.hpp"
 
@@ -38,9 +39,9 @@ void set(const std::string& method, SsaoOptions& options) {
 }
 
 void set(const std::string& method, DofOptions& options) {
-    options.quality = named<BlurQuality>(method, {{"fast", BlurQuality::fast},
-                                                  {"standard", BlurQuality::standard},
-                                                  {"accurate", BlurQuality::accurate}})
+    options.quality = named<Quality>(method, {{"fast", Quality::fast},
+                                                  {"balanced", Quality::balanced},
+                                                  {"accurate", Quality::accurate}})
                           .value();
 }
 
@@ -49,6 +50,8 @@ void set(const std::string& method, NormalsOptions& options) {
                                                   {"least squares", NormalMethod::least_squares}})
                          .value();
 }
+
+constexpr const char* operations[] = {"ssao", "dof", "normals"};
 
 void take_worse(MeasuredMethod& known, const Measured& other) {
     if (other.error > known.error) {
@@ -67,7 +70,7 @@ std::string storage_of(const StoredDepth& stored) {
 }
 
 template <typename Options>
-Options with_choice(const char* operation, const StoredDepth& stored, Options options) {
+Options with_choice(Operation operation, const StoredDepth& stored, Options options) {
     set(cheapest_method(operation, stored, *options.max_error).method, options);
     options.max_error.reset();
     return options;
@@ -104,18 +107,22 @@ std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> ch
     return best;
 }
 
-MeasuredMethod cheapest_method(const std::string& operation, const StoredDepth& stored, double max_error) {
+const char* to_string(Operation operation) {
+    return operations[static_cast<int>(operation)];
+}
+
+MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, double max_error) {
+    check_enum("operation", operation, operations);
     require(max_error > 0, text("max_error = ", max_error, " must be greater than 0"));
-    std::vector<MeasuredMethod> list = choices(measured_methods(), operation, storage_of(stored));
+    std::vector<MeasuredMethod> list = choices(measured_methods(), to_string(operation), storage_of(stored));
     const PixelLattice half = pixel_lattice(stored, 2);
     if (half.width == 0 || half.height == 0) // a tile of an odd row or column alone
         std::erase_if(list, [](const MeasuredMethod& choice) { return choice.method.ends_with(half_resolution); });
-    require(!list.empty(), text("'", operation, "' has no methods to choose from; ssao, dof and normals have"));
     const std::optional<MeasuredMethod> found = cheapest_method(list, max_error);
     if (found)
         return *found;
     const MeasuredMethod& best = *std::ranges::min_element(list, {}, &MeasuredMethod::error);
-    throw std::invalid_argument(text("max_error = ", max_error, " is met by nothing that ", operation,
+    throw std::invalid_argument(text("max_error = ", max_error, " is met by nothing that ", to_string(operation),
                                      " has: the best, ", best.method, ", is off by ", best.error,
                                      " in the scene that it is worst in, ", best.scene));
 }
@@ -124,17 +131,17 @@ SsaoOptions chosen(const StoredDepth& stored, SsaoOptions options) {
     require(options.quality == Quality::balanced && !options.slices && !options.samples && !options.jitter,
             "max_error chooses the quality, slices, samples and jitter itself: give them or it");
     require(!options.half_resolution, "max_error chooses the resolution itself: give it or half_resolution");
-    return with_choice("ssao", stored, std::move(options));
+    return with_choice(Operation::ssao, stored, std::move(options));
 }
 
 DofOptions chosen(const StoredDepth& stored, DofOptions options) {
-    require(options.quality == BlurQuality::standard, "max_error chooses the quality itself: give one of the two");
-    return with_choice("dof", stored, std::move(options));
+    require(options.quality == Quality::balanced, "max_error chooses the quality itself: give one of the two");
+    return with_choice(Operation::dof, stored, std::move(options));
 }
 
 NormalsOptions chosen(const StoredDepth& stored, NormalsOptions options) {
     require(options.method == NormalMethod::automatic, "max_error chooses the method itself: give one of the two");
-    return with_choice("normals", stored, options);
+    return with_choice(Operation::normals, stored, options);
 }
 
 } // namespace fathom

@@ -126,9 +126,9 @@ CircleForm circle_form(const DepthForm& form, const CircleOfConfusion& circle) {
     return form.form == Form::reciprocal && !circle.telecentric ? CircleForm::recentred : CircleForm::sum;
 }
 
-params::circle_params circle_parameters(const DepthForm& form, const DofMasksOptions& options, Arithmetic arithmetic) {
+params::circle_params circle_parameters(const DepthForm& form, const CircleOfConfusion& circle,
+                                        const DofMasksOptions& options, Arithmetic arithmetic) {
     params::circle_params p{};
-    const CircleOfConfusion& circle = options.circle;
     switch (circle_form(form, circle)) {
     case CircleForm::recentred:
         set_recentred(p, form, circle);

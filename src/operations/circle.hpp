@@ -25,7 +25,8 @@ CircleForm circle_form(const DepthForm& form, const CircleOfConfusion& circle);
 void count_from_lens(DepthForm& form, Rays& rays, const CircleOfConfusion& circle);
 
 /// Constants of kernels/circle.h; of the weights those of dof_masks.cl. Pure: no device.
-params::circle_params circle_parameters(const DepthForm& form, const DofMasksOptions& options, Arithmetic arithmetic);
+params::circle_params circle_parameters(const DepthForm& form, const CircleOfConfusion& circle,
+                                        const DofMasksOptions& options, Arithmetic arithmetic);
 
 /// 1 / transition_px, the largest float for 0.
 float inverse_transition(const DofMasksOptions& options);

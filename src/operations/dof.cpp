@@ -6,6 +6,7 @@
 #include "operations/dof_layers.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
+#include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
 
@@ -22,10 +23,12 @@ constexpr int rows_at_once = 2; // ROWS of kernels/dof_gather.cl
 // Running sums of colours up to this are off by 2^-24 of it times some hundred pixels at most.
 constexpr float knee = 4;
 
-void check_color(const Image& color, const Image& depth, const char* what) {
+void check_color(const Image& color, const StoredDepth& stored, const char* what) {
+    const Image& depth = stored.image;
     require(color.width() == depth.width() && color.height() == depth.height(),
             text("the ", what, " is ", color.width(), " x ", color.height(), " pixels, the depth ", depth.width(),
                  " x ", depth.height()));
+    check_device(stored, {text("the ", what).c_str(), color});
     require(color.channels() == 3 || color.channels() == 4,
             text("the ", what, " has ", color.channels(), " channels; it must have 3, or 4 with an alpha"));
     require(color.element() != Element::u32, text("the ", what, " must be floats, halves, or of 8 or 16 bits"));
@@ -33,8 +36,9 @@ void check_color(const Image& color, const Image& depth, const char* what) {
 
 void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored, const Image& color) {
     check_stored(clean_plate.depth);
-    check_color(clean_plate.color, stored.image, "plate");
+    check_color(clean_plate.color, stored, "plate");
     const Image& depth = clean_plate.depth.image;
+    check_device(stored, {"the clean plate's depth", depth});
     require(depth.width() == stored.image.width() && depth.height() == stored.image.height(),
             text("the clean plate's depth is ", depth.width(), " x ", depth.height(), " pixels, the clean plate ",
                  stored.image.width(), " x ", stored.image.height()));
@@ -46,10 +50,10 @@ void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored,
 
 void check(const StoredDepth& stored, const Image& color, const DofOptions& options) {
     check_stored(stored);
-    check_color(color, stored.image, "colour");
+    check_color(color, stored, "colour");
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);
-    check_enum("quality", options.quality, {"fast", "standard", "accurate"});
+    check_enum("quality", options.quality, {"fast", "balanced", "accurate"});
     const int blades = options.aperture.blades;
     require(blades == 0 || (blades >= 3 && blades <= 64), text("blades = ", blades, " must be 0, or 3 to 64"));
     const double ratio = options.aperture.ratio;
@@ -114,8 +118,8 @@ params::grid_params grid(const Image& source, const Image& target) {
 
 // T, colour, what is hidden and its colour, T before; then what of T is left to wide circles, or the moments of T and of T
 // before.
-int state_planes(int channels, BlurQuality quality) {
-    return 2 * channels + 3 + (quality == BlurQuality::accurate ? 4 : 1);
+int state_planes(int channels, Quality quality) {
+    return 2 * channels + 3 + (quality == Quality::accurate ? 4 : 1);
 }
 
 // The device's images of one call, and what every kernel of it is built for.
@@ -123,7 +127,7 @@ struct Blur {
     Device device;
     params::blur_params p;
     int channels, element, vector_width;
-    BlurQuality quality;
+    Quality quality;
     bool clean_plate;
     Aperture aperture;
     float aspect; // of a circle: its height over its width
@@ -135,7 +139,7 @@ struct Blur {
         return runtime::kernel(device, name, choices);
     }
     bool behind() const { return clean_plate || accurate(); } // have pixels a second surface?
-    bool accurate() const { return quality == BlurQuality::accurate; }
+    bool accurate() const { return quality == Quality::accurate; }
     std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(vector_width); }
     int across() const { return static_cast<int>(p.columns) / tile_columns; }
     int down() const { return static_cast<int>(p.rows) / tile_rows; }
@@ -175,10 +179,10 @@ void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
 }
 
 // The circles of a picture's pixels, as the options have them.
-Image circles_of(const StoredDepth& stored, const DofOptions& options, runtime::Scratch& scratch) {
+Image circles_of(const StoredDepth& stored, const CircleOfConfusion& coc, const DofOptions& options,
+                 runtime::Scratch& scratch) {
     const Image circles = scratch.image(Element::f32, {stored.image.width(), stored.image.height()});
-    dof_masks(stored, {.circle = circles},
-              {.circle = options.circle, .sky = options.sky, .max_coc_px = options.max_coc_px, .weights = false});
+    dof_masks(stored, {.coc = circles}, coc, {.sky = options.sky, .max_coc_px = options.max_coc_px, .weights = false});
     return circles;
 }
 
@@ -189,10 +193,11 @@ void cut_into_planes(const Blur& blur, const Image& circles, const Image& color,
 }
 
 std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, const Image& color,
-                                     const DofOptions& options, runtime::Scratch& scratch) {
+                                     const CircleOfConfusion& coc, const DofOptions& options,
+                                     runtime::Scratch& scratch) {
     cut_into_planes(blur, circles, color, false);
     if (options.clean_plate)
-        cut_into_planes(blur, circles_of(options.clean_plate->depth, options, scratch), options.clean_plate->color,
+        cut_into_planes(blur, circles_of(options.clean_plate->depth, coc, options, scratch), options.clean_plate->color,
                         true);
     if (blur.accurate())
         look_behind(blur, farthest_layer(tile_bits(blur, false)), scratch);
@@ -215,6 +220,7 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
         blur.accurate() ? aperture_halves(blur.aperture, blur.upright) : std::vector<std::array<float, 4>>(1);
     const Image halves = runtime::table(blur.device, Element::f32, half_planes);
     const Image taps = plan.taps.empty() ? spans : runtime::table(blur.device, Element::f32, plan.taps);
+    const runtime::Launched launched(blur.device); // an exception leaves no kernel that reads these tables
     constexpr int row = 4096;
     const Image strips =
         scratch.image(Element::f32, {row, static_cast<int>((plan.strip_elements + row - 1) / row) + 1});
@@ -244,26 +250,11 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
     blur.device.finish(); // the tables are the host's
 }
 
-} // namespace
-
-void dof(const StoredDepth& stored, const Image& color, const Image& result, const DofOptions& options) {
-    check(stored, color, options);
-    if (options.max_error)
-        return dof(stored, color, result, chosen(stored, options));
-    check_color(result, stored.image, "result");
-    require(result.channels() == color.channels() && result.element() == color.element(),
-            "the result must be of the colour's type");
-    require(!result.overlaps(color) && !result.overlaps(stored.image), "the result shares memory with an input");
-    if (options.clean_plate)
-        require(!result.overlaps(options.clean_plate->color) && !result.overlaps(options.clean_plate->depth.image),
-                "the result shares memory with the clean plate");
+// Blurs what has a circle anywhere.
+void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+          const DofOptions& options, const Image& circles, runtime::Scratch& scratch) {
     const Device& device = stored.image.device();
-    runtime::Scratch scratch(device);
-    const Image circles = circles_of(stored, options, scratch);
-    if (options.circle.k == 0 && options.circle.g == 0)
-        return runtime::copy(color, result);
-
-    const bool fast = options.quality == BlurQuality::fast;
+    const bool fast = options.quality == Quality::fast;
     const LayerScale scale = layer_scale(fast ? 3 : 8, options.max_coc_px);
     const params::blur_params p = blur_parameters(stored, scale, options.max_coc_px);
     const auto planes = [&](int count) {
@@ -271,8 +262,8 @@ void dof(const StoredDepth& stored, const Image& color, const Image& result, con
     };
     const int channels = color.channels();
     const PixelScale pixels = pixel_scale(stored.camera);
-    const bool accurate = options.quality == BlurQuality::accurate;
-    Blur blur{device,
+    const bool accurate = options.quality == Quality::accurate;
+    Blur call{device,
               p,
               channels,
               element_define(color.element()),
@@ -285,26 +276,55 @@ void dof(const StoredDepth& stored, const Image& color, const Image& result, con
               planes((accurate || options.clean_plate ? 2 : 1) * (channels + 1)),
               planes(state_planes(channels, options.quality)),
               {}};
-    blur.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * blur.across() * blur.down(), 1});
-    const std::vector<TileBits> tiles = cut_into_tiles(blur, circles, color, options, scratch);
-    clear(blur);
-    run(blur,
-        layer_plan(tiles, blur.across(),
+    call.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * call.across() * call.down(), 1});
+    const std::vector<TileBits> tiles = cut_into_tiles(call, circles, color, coc, options, scratch);
+    clear(call);
+    run(call,
+        layer_plan(tiles, call.across(),
                    {.aperture = options.aperture,
                     .scale = scale,
                     .aspect = static_cast<double>(pixels.y / pixels.x),
-                    .upright = blur.upright,
+                    .upright = call.upright,
                     .quality = options.quality,
                     .channels = channels}),
         scratch);
-    runtime::launch(device, blur.kernel("dof", {{"ELEMENT", blur.element}}), {blur.vectors(p.columns), p.rows},
-                    blur.state, result, grid(color, result), p);
+    runtime::launch(device, call.kernel("dof", {{"ELEMENT", call.element}}), {call.vectors(p.columns), p.rows},
+                    call.state, result, grid(color, result), p);
 }
 
-Image dof(const StoredDepth& stored, const Image& color, const DofOptions& options) {
+void check_dof_result(const StoredDepth& stored, const Image& color, const Image& result, const DofOptions& options) {
+    const Image none;
+    check_result(stored, {"the result", result}, color.element(), {color.width(), color.height(), color.channels()},
+                 {{"the stored depth", stored.image},
+                  {"the colour", color},
+                  {"the clean plate", options.clean_plate ? options.clean_plate->color : none},
+                  {"the clean plate's depth", options.clean_plate ? options.clean_plate->depth.image : none}});
+}
+
+} // namespace
+
+void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+         const DofOptions& options, const Launch& launch) {
+    check(stored, color, options);
+    if (options.max_error)
+        return dof(stored, color, result, coc, chosen(stored, options), launch);
+    check_dof_result(stored, color, result, options);
+    const Device& device = stored.image.device();
+    const runtime::Launched launched(device, launch);
+    runtime::Scratch scratch(device);
+    const Image circles = circles_of(stored, coc, options, scratch);
+    if (coc.k == 0 && coc.g == 0)
+        runtime::copy(color, result);
+    else
+        blur(stored, color, result, coc, options, circles, scratch);
+    launched.done();
+}
+
+Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc, const DofOptions& options,
+          const Launch& launch) {
     check(stored, color, options);
     const Image result(stored.image.device(), color.element(), {color.width(), color.height(), color.channels()});
-    dof(stored, color, result, options);
+    dof(stored, color, result, coc, options, launch);
     return result;
 }
 

@@ -22,8 +22,8 @@ constexpr int bits_of_sum = 24 - 7;
 
 // From this area on spans are of whole pixels: that of a circle of radius 16, or 10.6 where fast; of polygons 16, since their
 // sides may lie along the rows.
-double least_whole(const Aperture& aperture, BlurQuality quality) {
-    return quality == BlurQuality::fast && aperture.blades == 0 ? 355 : 804;
+double least_whole(const Aperture& aperture, Quality quality) {
+    return quality == Quality::fast && aperture.blades == 0 ? 355 : 804;
 }
 
 struct Interval {
@@ -208,7 +208,7 @@ double thinnest(const Aperture& aperture) {
 }
 
 ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch,
-                             BlurQuality quality) {
+                             Quality quality) {
     const double radius = std::abs(circle) / 2, height = radius * aspect;
     if (radius <= 0.5) // nothing is seen but the pixel
         return {0, 0, {0, 1}, {{0, 1, 1}}};

@@ -31,7 +31,7 @@ double thinnest(const Aperture& aperture);
 /// `aspect`: a circle's height over its width. `upright`: is row 0 on top? `quality`: fast rounds spans of smaller circles to
 /// whole pixels. Pure: no device.
 ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch,
-                             BlurQuality quality = BlurQuality::standard);
+                             Quality quality = Quality::balanced);
 
 /// Parts across and down that a pixel is cut into, so that its own parts of a lens that it shows most of are told apart.
 int parts_of_pixel(const Aperture& aperture, double circle, double aspect);

@@ -73,8 +73,8 @@ struct Area {
 };
 
 // Rows of pixels that are summed into a row of a strip.
-int pitch_for(double radius, BlurQuality quality) {
-    if (quality == BlurQuality::fast)
+int pitch_for(double radius, Quality quality) {
+    if (quality == Quality::fast)
         return radius >= 24 ? 8 : radius >= 12 ? 4 : radius >= 5 ? 2 : 1;
     return radius >= 96 ? 4 : radius >= 48 ? 2 : 1;
 }
@@ -101,7 +101,7 @@ Layer layer_of(int number, const LayerPlanOptions& options) {
     layer.pitch = pitch_for(least * thinnest(options.aperture), options.quality);
     layer.spans =
         aperture_spans(options.aperture, layer.circle, options.aspect, options.upright, layer.pitch, options.quality);
-    const bool accurate = options.quality == BlurQuality::accurate;
+    const bool accurate = options.quality == Quality::accurate;
     const int direct_up_to = accurate ? most_taps : most_direct;
     layer.direct = layer.spans.columns <= direct_up_to && layer.spans.reach <= direct_up_to;
     layer.fill = !accurate && number < options.scale.middle;
@@ -119,7 +119,7 @@ public:
     void add(int number, const Grid& own) {
         const Layer layer = layer_of(number, options_);
         const Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
-        if (options_.quality != BlurQuality::accurate && layer.direct) {
+        if (options_.quality != Quality::accurate && layer.direct) {
             add_to_group(layer, reached);
         } else {
             end_group();
@@ -205,7 +205,7 @@ private:
         pass.fill = layer.fill;
         for (std::size_t i = 0; i < own.marked.size(); ++i)
             pass.bright = pass.bright || (!layer.direct && own.marked[i] && bright_.marked[i]);
-        const bool accurate = options_.quality == BlurQuality::accurate;
+        const bool accurate = options_.quality == Quality::accurate;
         if (accurate)
             pass.part = part(layer);
         const int channels = options_.channels;

@@ -54,7 +54,7 @@ struct LayerPlanOptions {
     LayerScale scale;
     double aspect = 1;
     bool upright = true;
-    BlurQuality quality = BlurQuality::standard;
+    Quality quality = Quality::balanced;
     int channels = 3;
 };
 

@@ -9,6 +9,7 @@
 #include "operations/mixed_pixels.hpp"
 #include "operations/near_field.hpp"
 #include "operations/parameters.hpp"
+#include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 
 #include "require.hpp"
@@ -21,8 +22,8 @@
 namespace fathom {
 namespace {
 
-void check(const DofMasksOptions& options, const DepthForm& form) {
-    check_circle(options.circle, form);
+void check(const CircleOfConfusion& coc, const DofMasksOptions& options, const DepthForm& form) {
+    check_circle(coc, form);
     check_enum("sky", options.sky, {"blur", "sharp", "exclude"});
     require(std::isfinite(options.sharp_px) && options.sharp_px >= 0,
             text("sharp_px = ", options.sharp_px, " must be 0 or greater"));
@@ -44,10 +45,10 @@ struct Result {
 std::vector<Result> results_of(const StoredDepth& stored, const DofMasksOptions& options) {
     const int width = stored.image.width(), height = stored.image.height(), tile = std::max(options.tile_px, 1);
     const Layout pixels{width, height}, tiles{(width - 1) / tile + 1, (height - 1) / tile + 1};
-    const std::vector<Result> all{{true, "circle", &DofMasks::circle, pixels},
-                                  {options.weights, "near", &DofMasks::near, pixels},
-                                  {options.weights, "focus", &DofMasks::focus, pixels},
-                                  {options.weights, "far", &DofMasks::far, pixels},
+    const std::vector<Result> all{{true, "coc", &DofMasks::coc, pixels},
+                                  {options.weights, "near_weight", &DofMasks::near_weight, pixels},
+                                  {options.weights, "focus_weight", &DofMasks::focus_weight, pixels},
+                                  {options.weights, "far_weight", &DofMasks::far_weight, pixels},
                                   {options.max_near_coc, "max_near_coc", &DofMasks::max_near_coc, pixels},
                                   {options.near_alpha, "near_alpha", &DofMasks::near_alpha, pixels},
                                   {options.disocclusion, "disocclusion", &DofMasks::disocclusion, pixels},
@@ -60,32 +61,23 @@ std::vector<Result> results_of(const StoredDepth& stored, const DofMasksOptions&
 }
 
 void check_results(const StoredDepth& stored, const DofMasks& given, const std::vector<Result>& asked) {
-    for (std::size_t i = 0; i < asked.size(); ++i) {
-        const Result& result = asked[i];
-        const Image& image = given.*result.image;
-        require(static_cast<bool>(image), text(result.name, " is asked for, and there is no image for it"));
-        require(image.width() == result.layout.width && image.height() == result.layout.height,
-                text("the image for ", result.name, " is ", image.width(), " x ", image.height(),
-                     " pixels; it must be ", result.layout.width, " x ", result.layout.height));
-        require(image.element() == Element::f32 && image.channels() == 1,
-                text("the image for ", result.name, " must be of one float a pixel"));
-        require(!image.overlaps(stored.image), text("the image for ", result.name, " shares memory with the depth"));
-        for (std::size_t j = 0; j < i; ++j)
-            require(!image.overlaps(given.*asked[j].image),
-                    text("the images for ", asked[j].name, " and ", result.name, " share memory"));
+    std::vector<NamedImage> others{{"the stored depth", stored.image}};
+    for (const Result& result : asked) {
+        const NamedImage named{result.name, given.*result.image};
+        check_result(stored, named, Element::f32, result.layout, others);
+        others.push_back(named);
     }
 }
 
 // Where the kernels write: into the images themselves, if they all lie in their memory as the kernels count.
 DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, runtime::Scratch& scratch) {
     const auto one_pass = [](const Result& result) {
-        return result.image == &DofMasks::circle || result.image == &DofMasks::near ||
-               result.image == &DofMasks::focus || result.image == &DofMasks::far;
+        return result.image == &DofMasks::coc || result.image == &DofMasks::near_weight ||
+               result.image == &DofMasks::focus_weight || result.image == &DofMasks::far_weight;
     };
     const bool alike = std::ranges::all_of(asked, [&](const Result& result) {
         const Image& image = given.*result.image;
-        return one_pass(result) && image.offset() == given.circle.offset() &&
-               image.row_stride() == given.circle.row_stride();
+        return one_pass(result) && image.offset() == given.coc.offset() && image.row_stride() == given.coc.row_stride();
     });
     DofMasks places;
     for (const Result& result : asked) {
@@ -97,65 +89,69 @@ DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, run
     return places;
 }
 
-void circles_and_weights(const StoredDepth& stored, const DofMasksOptions& options, DepthForm form,
-                         const DofMasks& masks) {
+void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
+                         DepthForm form, const DofMasks& masks) {
     const Device& device = stored.image.device();
     Rays view = form.form == Form::ray_distance ? camera_rays(stored.camera) : Rays{};
-    count_from_lens(form, view, options.circle);
+    count_from_lens(form, view, coc);
     const Arithmetic arithmetic = device.options().arithmetic;
     const int width = stored.image.width(), height = stored.image.height();
     const int vector_width = vector_width_for(device, width);
-    runtime::Defines choices = circle_defines(form, options.circle, view, stored.storage, vector_width,
-                                              worth_streaming(masks.circle, vector_width));
+    runtime::Defines choices =
+        circle_defines(form, coc, view, stored.storage, vector_width, worth_streaming(masks.coc, vector_width));
     choices.emplace_back("WEIGHTS", options.weights);
     runtime::Kernel& kernel = runtime::kernel(device, "dof_masks", choices);
     const runtime::Range range{static_cast<std::size_t>((width + vector_width - 1) / vector_width),
                                static_cast<std::size_t>(height)};
     const auto launch = [&](const auto&... results) { // which all have the same layout
-        runtime::launch(device, kernel, range, stored.image, results...,
-                        grid_parameters(stored, masks.circle, 0, width),
+        runtime::launch(device, kernel, range, stored.image, results..., grid_parameters(stored, masks.coc, 0, width),
                         depth_parameters(form, stored.storage, Background::inf, arithmetic),
-                        ray_parameters(view, form.scale, arithmetic), circle_parameters(form, options, arithmetic));
+                        ray_parameters(view, form.scale, arithmetic),
+                        circle_parameters(form, coc, options, arithmetic));
     };
     if (options.weights)
-        launch(masks.circle, masks.near, masks.focus, masks.far);
+        launch(masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight);
     else
-        launch(masks.circle);
+        launch(masks.coc);
 }
 
 // Checks everything but the results.
-DepthForm checked_form(const StoredDepth& stored, const DofMasksOptions& options) {
+DepthForm checked_form(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options) {
     check_stored(stored);
     DepthForm form = depth_form(stored.camera, stored.storage);
-    check(options, form);
+    check(coc, options, form);
     return form;
 }
 
 } // namespace
 
-void dof_masks(const StoredDepth& stored, const DofMasks& results, const DofMasksOptions& options) {
-    const DepthForm form = checked_form(stored, options);
+void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
+               const DofMasksOptions& options, const Launch& launch) {
+    const DepthForm form = checked_form(stored, coc, options);
     const std::vector<Result> asked = results_of(stored, options);
     check_results(stored, results, asked);
+    const runtime::Launched launched(stored.image.device(), launch);
     runtime::Scratch scratch(stored.image.device());
     const DofMasks masks = places_for(results, asked, scratch);
-    circles_and_weights(stored, options, form, masks);
+    circles_and_weights(stored, coc, options, form, masks);
     near_field(stored, options, masks);
     if (options.mixed_pixels)
         mixed_pixels(stored, masks.mixed_pixels);
     for (const Result& result : asked) {
         const Image &from = masks.*result.image, &to = results.*result.image;
-        if (from.buffer()() != to.buffer()())
+        if (from.buffer() != to.buffer())
             runtime::copy(from, to);
     }
+    launched.done();
 }
 
-DofMasks dof_masks(const StoredDepth& stored, const DofMasksOptions& options) {
-    checked_form(stored, options);
+DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
+                   const Launch& launch) {
+    checked_form(stored, coc, options);
     DofMasks masks;
     for (const Result& result : results_of(stored, options))
         masks.*result.image = Image(stored.image.device(), Element::f32, result.layout);
-    dof_masks(stored, masks, options);
+    dof_masks(stored, masks, coc, options, launch);
     return masks;
 }
 

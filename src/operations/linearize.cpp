@@ -3,8 +3,7 @@
 #include <fathom/linearize.hpp>
 
 #include "operations/parameters.hpp"
-
-#include <stdexcept>
+#include "runtime/launched.hpp"
 
 namespace fathom {
 namespace {
@@ -24,40 +23,40 @@ void run(const StoredDepth& stored, const Image& result, const LinearizeOptions&
                     ray_parameters(view, form.scale, arithmetic));
 }
 
-} // namespace
-
-void linearize(const StoredDepth& stored, const Image& view_depth, const LinearizeOptions& options) {
-    check_stored(stored);
-    check_result(stored, view_depth, 1);
-    if (stored.image.overlaps(view_depth)) {
-        throw std::invalid_argument("the result shares memory with the stored depth: use linearize_in_place");
-    }
-    const int width = view_depth.width();
-    const int vector_width = vector_width_for(stored.image.device(), width);
-    run(stored, view_depth, options, 0, width, vector_width, worth_streaming(view_depth, vector_width));
-}
-
-ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options) {
-    check_stored(stored);
-    const Image result(stored.image.device(), Element::f32, {stored.image.width(), stored.image.height()});
-    linearize(stored, result, options);
-    return {result, stored.camera, stored.x, stored.y};
-}
-
-ViewDepth linearize_in_place(const StoredDepth& stored, const LinearizeOptions& options) {
-    check_stored(stored);
-    if (stored.storage != Storage::float32) {
-        throw std::invalid_argument(std::string("only float32 depth can be linearized in place, not ") +
-                                    to_string(stored.storage));
-    }
-    // Groups that overlap would decode a pixel twice: what is left of whole groups is done lane by lane.
+// Groups that overlap would decode a pixel twice: what is left of whole groups is done pixel by pixel.
+void run_in_place(const StoredDepth& stored, const LinearizeOptions& options) {
     const int width = stored.image.width();
     const int vector_width = vector_width_for(stored.image.device(), width);
     const int whole = width / vector_width * vector_width;
     run(stored, stored.image, options, 0, whole, vector_width, false);
     if (whole < width)
         run(stored, stored.image, options, whole, width, 1, false);
-    return {stored.image, stored.camera, stored.x, stored.y};
+}
+
+} // namespace
+
+void linearize(const StoredDepth& stored, const Image& result, const LinearizeOptions& options, const Launch& launch) {
+    check_stored(stored);
+    check_enum("background", options.background, {"inf", "decode", "nan"});
+    const bool in_place = stored.storage == Storage::float32 && result.same_as(stored.image);
+    if (!in_place)
+        check_result(stored, result, 1);
+    const runtime::Launched launched(stored.image.device(), launch);
+    if (in_place) {
+        run_in_place(stored, options);
+    } else {
+        const int width = result.width();
+        const int vector_width = vector_width_for(stored.image.device(), width);
+        run(stored, result, options, 0, width, vector_width, worth_streaming(result, vector_width));
+    }
+    launched.done();
+}
+
+ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options, const Launch& launch) {
+    check_stored(stored);
+    const Image result(stored.image.device(), Element::f32, {stored.image.width(), stored.image.height()});
+    linearize(stored, result, options, launch);
+    return {result, stored.camera, stored.x, stored.y};
 }
 
 } // namespace fathom

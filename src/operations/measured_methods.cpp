@@ -13,7 +13,7 @@ std::span<const Measured> measured_methods() {
         {"normals", "uint16", "neighbours", 3.28087, "corridor", 1.4171730324074074, "pthread-skylake-avx512-Intel(R) Xeon(R) Processor"},
         {"normals", "uint16", "least squares", 3.35697, "corridor", 9.53930362654321, "pthread-skylake-avx512-Intel(R) Xeon(R) Processor"},
         {"dof", "float32", "fast", 0.00960765, "railings", 46.49686535493827, "pthread-skylake-avx512-Intel(R) Xeon(R) Processor"},
-        {"dof", "float32", "standard", 0.00959793, "railings", 187.5679976851852, "pthread-skylake-avx512-Intel(R) Xeon(R) Processor"},
+        {"dof", "float32", "balanced", 0.00959793, "railings", 187.5679976851852, "pthread-skylake-avx512-Intel(R) Xeon(R) Processor"},
         {"dof", "float32", "accurate", 0.00720253, "plan", 1386.1014660493827, "pthread-skylake-avx512-Intel(R) Xeon(R) Processor"},
         {"ssao", "float32", "fast", 0.183829, "railings", 19.06274112654321, "pthread-skylake-avx512-Intel(R) Xeon(R) Processor"},
         {"ssao", "float32", "balanced", 0.0447341, "terrain", 45.52035108024691, "pthread-skylake-avx512-Intel(R) Xeon(R) Processor"},

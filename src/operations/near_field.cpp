@@ -75,7 +75,7 @@ params::near_field_params near_field_parameters(const Extremes& tiles, const Ext
 } // namespace
 
 void near_field(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& masks) {
-    const Image& circle = masks.circle;
+    const Image& circle = masks.coc;
     const Device& device = circle.device();
     const int width = circle.width(), height = circle.height();
     if (options.tile_px > 0)

@@ -4,6 +4,7 @@
 
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
+#include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 
 #include <Eigen/Geometry>
@@ -84,14 +85,11 @@ NormalMethod chosen_method(NormalMethod wanted, const StoredDepth& stored) {
     return coarse ? NormalMethod::least_squares : NormalMethod::neighbours;
 }
 
-void normals(const StoredDepth& stored, const Image& result, const NormalsOptions& options) {
+void normals(const StoredDepth& stored, const Image& result, const NormalsOptions& options, const Launch& launch) {
     check(stored, options);
     if (options.max_error)
-        return normals(stored, result, chosen(stored, options));
+        return normals(stored, result, chosen(stored, options), launch);
     check_result(stored, result, options.channels);
-    if (stored.image.overlaps(result)) {
-        throw std::invalid_argument("the normals share memory with the stored depth");
-    }
     const Device& device = stored.image.device();
     const Rays view = camera_rays(stored.camera);
     const EyeRays eye = eye_rays(view);
@@ -99,6 +97,7 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
                                ? eye_rays(rays_in_world(view, *stored.camera.view, Eigen::Vector3d::Zero()))
                                : eye;
     const int width = result.width();
+    const runtime::Launched launched(device, launch);
     runtime::Scratch scratch(device);
     const Image depth = scratch.image(Element::f32, {width, result.height()});
     inverse_depth(stored, eye, depth, Background::nan);
@@ -114,13 +113,14 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
                     {columns, static_cast<std::size_t>(result.height())}, depth, result,
                     grid_parameters({depth, stored.camera, Storage::float32, stored.x, stored.y}, result, 0, width),
                     normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options.tolerance));
+    launched.done();
 }
 
-Image normals(const StoredDepth& stored, const NormalsOptions& options) {
+Image normals(const StoredDepth& stored, const NormalsOptions& options, const Launch& launch) {
     check(stored, options);
     const Image result(stored.image.device(), Element::f32,
                        {stored.image.width(), stored.image.height(), options.channels});
-    normals(stored, result, options);
+    normals(stored, result, options, launch);
     return result;
 }
 

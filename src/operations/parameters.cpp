@@ -3,6 +3,7 @@
 #include "operations/parameters.hpp"
 
 #include "camera/matrix.hpp"
+#include "require.hpp"
 #include "text.hpp"
 
 #include <Eigen/QR>
@@ -85,6 +86,22 @@ bool depends_on_pixel(const Affine& row) {
 
 std::string size_of(const Image& image) {
     return text(image.width(), " x ", image.height());
+}
+
+std::string elements_of(Element element, int count) {
+    switch (element) {
+    case Element::u8:
+        return text(count, count == 1 ? " byte" : " bytes");
+    case Element::u16:
+        return text(count, count == 1 ? " 16-bit integer" : " 16-bit integers");
+    case Element::u32:
+        return text(count, count == 1 ? " 32-bit integer" : " 32-bit integers");
+    case Element::f16:
+        return text(count, count == 1 ? " half" : " halves");
+    case Element::f32:
+        break;
+    }
+    return text(count, count == 1 ? " float" : " floats");
 }
 
 } // namespace
@@ -177,14 +194,28 @@ void check_stored(const StoredDepth& stored) {
     }
 }
 
+void check_device(const StoredDepth& stored, const NamedImage& other) {
+    require(other.image.device().context() == stored.image.device().context(),
+            text(other.name, " lies on another device than the stored depth"));
+}
+
+void check_result(const StoredDepth& stored, const NamedImage& result, Element element, const Layout& shape,
+                  const std::vector<NamedImage>& others) {
+    const auto& [name, image] = result;
+    require(static_cast<bool>(image), text(name, " has no image to be written into"));
+    require(image.width() == shape.width && image.height() == shape.height,
+            text(name, " is ", size_of(image), " pixels; it must be ", shape.width, " x ", shape.height));
+    require(image.element() == element && image.channels() == shape.channels,
+            text(name, " holds ", elements_of(image.element(), image.channels()), " a pixel; it must hold ",
+                 elements_of(element, shape.channels)));
+    check_device(stored, result);
+    for (const NamedImage& other : others)
+        require(!image.overlaps(other.image), text(name, " shares memory with ", other.name));
+}
+
 void check_result(const StoredDepth& stored, const Image& result, int channels) {
-    if (!result || result.element() != Element::f32 || result.channels() != channels) {
-        throw std::invalid_argument(text("the result must be an image of ", channels, " floats a pixel"));
-    }
-    if (result.width() != stored.image.width() || result.height() != stored.image.height()) {
-        throw std::invalid_argument(
-            text("the result is ", size_of(result), " pixels, the stored depth ", size_of(stored.image)));
-    }
+    check_result(stored, {"the result", result}, Element::f32, {stored.image.width(), stored.image.height(), channels},
+                 {{"the stored depth", stored.image}});
 }
 
 params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end) {

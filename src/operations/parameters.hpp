@@ -8,6 +8,7 @@
 #include <fathom/image.hpp>
 
 #include <span>
+#include <vector>
 
 namespace fathom {
 
@@ -25,10 +26,26 @@ params::ray_params ray_parameters(const Rays& rays, long double scale, Arithmeti
 /// Throws: std::invalid_argument when the view matrix is not an invertible affine map.
 Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::Vector3d& origin);
 
-/// Does the image fit the storage, the camera and, for a result, the other image?
+/// Does the image fit the storage and the camera?
 /// Throws: std::invalid_argument naming both.
 void check_stored(const StoredDepth& stored);
+
+/// An image of a call, as messages name it.
+struct NamedImage {
+    const char* name;
+    const Image& image;
+};
+
+/// Can an operation on the stored depth write such an image there, without touching `others`, its inputs and other results?
+/// Throws: std::invalid_argument naming the image, what it is and what it must be.
+void check_result(const StoredDepth& stored, const NamedImage& result, Element element, const Layout& shape,
+                  const std::vector<NamedImage>& others = {});
+
+/// The same of a result that has the size of the stored depth, a float in each channel, and may not share memory with it.
 void check_result(const StoredDepth& stored, const Image& result, int channels);
+
+/// Does another input lie on the device of the stored depth?
+void check_device(const StoredDepth& stored, const NamedImage& other);
 
 /// Is the value one of its type's, whose names are given from 0 on?
 /// Throws: std::invalid_argument naming the option, the value and the names.

@@ -9,6 +9,7 @@
 #include "operations/parameters.hpp"
 #include "operations/ssao.hpp"
 #include "require.hpp"
+#include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
 
@@ -39,6 +40,7 @@ std::string size_of(int width, int height) {
 }
 
 void check_size(const Image& image, const StoredDepth& stored, const char* what) {
+    check_device(stored, {what, image});
     const int width = stored.image.width(), height = stored.image.height();
     require(image.width() == width && image.height() == height,
             text("the ", what, " are ", size_of(image.width(), image.height()), " pixels, the depth ",
@@ -58,13 +60,12 @@ bool same_rays(const StoredDepth& a, const StoredDepth& b) {
            same(first.origin, second.origin) && a.x == b.x && a.y == b.y;
 }
 
-void check(const StoredDepth& stored, const SsaoOptions& options) {
+void check(const StoredDepth& stored, double radius, const SsaoOptions& options) {
     check_stored(stored);
     require(std::max(stored.image.width(), stored.image.height()) <= longest_side,
             text("an image of ", size_of(stored.image.width(), stored.image.height()), " pixels: at most ",
                  longest_side, " in a row or column"));
-    require(std::isfinite(options.radius) && options.radius > 0,
-            text("radius = ", options.radius, " must be finite and greater than 0"));
+    require(std::isfinite(radius) && radius > 0, text("radius = ", radius, " must be finite and greater than 0"));
     check_enum("quality", options.quality, {"fast", "balanced", "accurate"});
     check_enum("border", options.border, {"open", "clamp"});
     check_enum("normals_space", options.normals_space, {"view", "world"});
@@ -87,6 +88,7 @@ void check(const StoredDepth& stored, const SsaoOptions& options) {
     }
     if (options.back_depth) {
         check_stored(*options.back_depth);
+        check_device(stored, {"the second layer", options.back_depth->image});
         require(options.back_depth->image.width() == stored.image.width() &&
                     options.back_depth->image.height() == stored.image.height(),
                 text("the second layer is ",
@@ -177,7 +179,7 @@ params::split_params split_parameters(const PixelLattice& lattice) {
 }
 
 params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRays& eye, const InverseDepthError& error,
-                                              const SsaoOptions& options, const SliceTable& table) {
+                                              double radius, const SsaoOptions& options, const SliceTable& table) {
     params::occlusion_params p{};
     const Rays::Matrix& moving = eye.perspective ? eye.direction : eye.origin;
     for (int i = 0; i < 3; ++i) {
@@ -193,8 +195,8 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRay
         for (int j = 0; j < 3; ++j)
             p.normals[i][j] = static_cast<float>(turn(i, j));
     }
-    p.radius = static_cast<float>(std::min(options.radius, longest_length));
-    p.thickness = static_cast<float>(std::min(options.thickness.value_or(options.radius / 4), longest_length));
+    p.radius = static_cast<float>(std::min(radius, longest_length));
+    p.thickness = static_cast<float>(std::min(options.thickness.value_or(radius / 4), longest_length));
     const auto times = static_cast<float>(options.tolerance);
     p.error_constant = error.constant * times;
     p.error_linear = error.linear * times;
@@ -245,6 +247,7 @@ int thickness_kind(const SsaoOptions& options) {
 // One call's camera, pixels and constants, and where its images come from.
 struct Call {
     const StoredDepth& stored;
+    double radius;
     const SsaoOptions& options;
     const Device& device;
     EyeRays eye;
@@ -255,10 +258,10 @@ struct Call {
     params::occlusion_params occlusion;
     runtime::Scratch scratch;
 
-    Call(const StoredDepth& depth, const SsaoOptions& asked)
-        : stored(depth), options(asked), device(depth.image.device()), eye(eye_rays(camera_rays(depth.camera))),
-          lattice(pixel_lattice(depth, asked.half_resolution ? 2 : 1)), split(split_parameters(lattice)),
-          chosen(preset(asked)),
+    Call(const StoredDepth& depth, double length, const SsaoOptions& asked)
+        : stored(depth), radius(length), options(asked), device(depth.image.device()),
+          eye(eye_rays(camera_rays(depth.camera))), lattice(pixel_lattice(depth, asked.half_resolution ? 2 : 1)),
+          split(split_parameters(lattice)), chosen(preset(asked)),
           table(slice_table(chosen.slices, chosen.samples, std::max(lattice.width, lattice.height), chosen.jitter,
                             asked.falloff, asked.seed,
                             {static_cast<int>(split.stride), static_cast<int>(split.plane)})),
@@ -266,7 +269,7 @@ struct Call {
 
     params::occlusion_params parameters(const PixelLattice& pixels) const {
         return occlusion_parameters(stored.camera, rays_of(eye, pixels),
-                                    inverse_depth_error(stored.camera, stored.storage), options, table);
+                                    inverse_depth_error(stored.camera, stored.storage), radius, options, table);
     }
 
     runtime::Kernel& kernel(const char* name, runtime::Defines choices) const {
@@ -345,13 +348,51 @@ void upsample(const Call& call, const Image& depth, const Image& found, Output o
                     grid(result, region), call.parameters(all));
 }
 
+// What is asked for, where it goes, and how messages name it.
+struct Wanted {
+    Output output;
+    const char* name;
+    const Image& image;
+};
+
+std::vector<Wanted> wanted(const SsaoOptions& options, const Occlusion& results) {
+    std::vector<Wanted> all{{Output::visibility, "visibility", results.visibility}};
+    if (options.confidence)
+        all.push_back({Output::confidence, "confidence", results.confidence});
+    if (options.bent_normal)
+        all.push_back({Output::bent_normal, "bent_normal", results.bent_normal});
+    return all;
+}
+
+Region region_of(const StoredDepth& stored, const SsaoOptions& options) {
+    return options.region.value_or(Region{0, 0, stored.image.width(), stored.image.height()});
+}
+
+void check_results(const StoredDepth& stored, const SsaoOptions& options, const std::vector<Wanted>& results) {
+    const Image none;
+    const Image& back = options.back_depth ? options.back_depth->image : none;
+    std::vector<NamedImage> others{{"the stored depth", stored.image},
+                                   {"the second layer", back},
+                                   {"the thickness map", options.thickness_map},
+                                   {"the normals", options.normals}};
+    const Region region = region_of(stored, options);
+    for (const Wanted& result : results) {
+        check_result(stored, {result.name, result.image}, Element::f32,
+                     {region.width, region.height, channels_of(result.output)}, others);
+        others.push_back({result.name, result.image});
+    }
+}
+
 } // namespace
 
-Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options) {
-    check(stored, options);
+void ssao(const StoredDepth& stored, const Occlusion& results, double radius, const SsaoOptions& options,
+          const Launch& launch) {
+    check(stored, radius, options);
     if (options.max_error)
-        return ssao(stored, chosen(stored, options));
-    Call call(stored, options);
+        return ssao(stored, results, radius, chosen(stored, options), launch);
+    check_results(stored, options, wanted(options, results));
+    Call call(stored, radius, options);
+    const runtime::Launched launched(call.device, launch);
     const int width = stored.image.width(), height = stored.image.height();
     const Image depth = call.scratch.image(Element::f32, {width, height});
     inverse_depth(stored, call.eye, depth);
@@ -366,26 +407,33 @@ Occlusion ssao(const StoredDepth& stored, const SsaoOptions& options) {
                     {call.vectors((call.split.columns + 255) / 256 * 256) * 16 * call.split.rows, 1}, planes.fronts,
                     planes.backs, planes.slopes, taps, turns, counts, sums, call.split, call.occlusion);
 
-    const Region region = options.region.value_or(Region{0, 0, width, height});
-    const auto filtered = [&](Output output) {
-        const Image result(call.device, Element::f32, {region.width, region.height, channels_of(output)});
+    const Region region = region_of(stored, options);
+    for (const auto& [output, name, result] : wanted(options, results)) {
         if (!options.half_resolution) {
             filter(call, planes, sums, output, result, region);
-            return result;
+            continue;
         }
         const Region all{0, 0, call.lattice.width, call.lattice.height};
         const Image found = call.scratch.image(Element::f32, {all.width, all.height, channels_of(output)});
         filter(call, planes, sums, output, found, all);
         upsample(call, depth, found, output, result, region);
-        return result;
-    };
-    Occlusion result{.visibility = filtered(Output::visibility), .bent_normal = {}, .confidence = {}};
-    if (options.confidence)
-        result.confidence = filtered(Output::confidence);
-    if (options.bent_normal)
-        result.bent_normal = filtered(Output::bent_normal);
+    }
+    launched.done();
     call.device.finish(); // the tables are the host's
-    return result;
+}
+
+Occlusion ssao(const StoredDepth& stored, double radius, const SsaoOptions& options, const Launch& launch) {
+    check(stored, radius, options);
+    const Region region = region_of(stored, options);
+    const auto image = [&](Output output, bool asked) {
+        const Layout layout{region.width, region.height, channels_of(output)};
+        return asked ? Image(stored.image.device(), Element::f32, layout) : Image();
+    };
+    const Occlusion results{.visibility = image(Output::visibility, true),
+                            .bent_normal = image(Output::bent_normal, options.bent_normal),
+                            .confidence = image(Output::confidence, options.confidence)};
+    ssao(stored, results, radius, options, launch);
+    return results;
 }
 
 } // namespace fathom

@@ -30,6 +30,6 @@ params::split_params split_parameters(const PixelLattice& lattice);
 
 /// Constants of the occlusion kernels, but for `slope_errors`. Of the table only its counts are used. Pure: no device.
 params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRays& eye, const InverseDepthError& error,
-                                              const SsaoOptions& options, const SliceTable& table);
+                                              double radius, const SsaoOptions& options, const SliceTable& table);
 
 } // namespace fathom

@@ -3,6 +3,7 @@
 #include <fathom/unproject.hpp>
 
 #include "operations/parameters.hpp"
+#include "runtime/launched.hpp"
 
 #include <stdexcept>
 
@@ -21,36 +22,35 @@ void check(const StoredDepth& stored, const UnprojectOptions& options) {
 
 } // namespace
 
-void unproject(const StoredDepth& stored, const Image& positions, const UnprojectOptions& options) {
+void unproject(const StoredDepth& stored, const Image& result, const UnprojectOptions& options, const Launch& launch) {
     check(stored, options);
-    check_result(stored, positions, options.channels);
-    if (stored.image.overlaps(positions)) {
-        throw std::invalid_argument("the positions share memory with the stored depth");
-    }
+    check_result(stored, result, options.channels);
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
     const Rays view = camera_rays(stored.camera);
     const Rays target = options.space == Space::world ? rays_in_world(view, *stored.camera.view, options.origin) : view;
 
-    const int width = positions.width();
+    const runtime::Launched launched(device, launch);
+    const int width = result.width();
     const int vector_width = vector_width_for(device, width);
-    auto choices = decoder_defines(form, view, stored.storage, vector_width, worth_streaming(positions, vector_width));
+    auto choices = decoder_defines(form, view, stored.storage, vector_width, worth_streaming(result, vector_width));
     choices.emplace_back("CHANNELS", options.channels);
     const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::launch(device, runtime::kernel(device, "unproject", choices),
-                    {columns, static_cast<std::size_t>(positions.height())}, stored.image, positions,
-                    grid_parameters(stored, positions, 0, width),
+                    {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
+                    grid_parameters(stored, result, 0, width),
                     depth_parameters(form, stored.storage, options.background, arithmetic),
                     ray_parameters(view, form.scale, arithmetic), ray_parameters(target, form.scale, arithmetic));
+    launched.done();
 }
 
-Image unproject(const StoredDepth& stored, const UnprojectOptions& options) {
+Image unproject(const StoredDepth& stored, const UnprojectOptions& options, const Launch& launch) {
     check(stored, options);
-    const Image positions(stored.image.device(), Element::f32,
-                          {stored.image.width(), stored.image.height(), options.channels});
-    unproject(stored, positions, options);
-    return positions;
+    const Image result(stored.image.device(), Element::f32,
+                       {stored.image.width(), stored.image.height(), options.channels});
+    unproject(stored, result, options, launch);
+    return result;
 }
 
 } // namespace fathom

@@ -2,8 +2,8 @@
 
 #include <fathom/device.hpp>
 
+#include "require.hpp"
 #include "runtime/state.hpp"
-#include "text.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -127,7 +127,7 @@ Device Device::open(const std::string& wanted, const DeviceOptions& options) {
     const Found& found = choose(all, wanted);
     try {
         const cl::Context context(found.device);
-        Device device(context, found.device, cl::CommandQueue(context, found.device), options);
+        Device device(context(), found.device(), cl::CommandQueue(context, found.device)(), options);
         device.state_->info = found.info;
         return device;
     } catch (const cl::Error& error) {
@@ -135,10 +135,22 @@ Device Device::open(const std::string& wanted, const DeviceOptions& options) {
     }
 }
 
-Device::Device(const cl::Context& context, const cl::Device& device, const cl::CommandQueue& queue,
-               const DeviceOptions& options) {
-    const DeviceInfo info = describe(device, cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()), 0);
-    state_ = std::make_shared<State>(State{info, completed(options, info), device, context, queue, {}, {}});
+Device::Device(cl_context context, cl_device_id device, cl_command_queue queue, const DeviceOptions& options) {
+    require(context && device && queue, "a Device needs a context, a device and a queue, none of them null");
+    try {
+        const cl::Context of_context(context, true);
+        const cl::Device of_device(device, true);
+        const cl::CommandQueue of_queue(queue, true);
+        require(of_queue.getInfo<CL_QUEUE_CONTEXT>()() == context, "the queue is of another context");
+        require(of_queue.getInfo<CL_QUEUE_DEVICE>()() == device, "the queue is of another device");
+        require((of_queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE) == 0,
+                "the queue is out of order; an in-order queue is needed");
+        const DeviceInfo info = describe(of_device, cl::Platform(of_device.getInfo<CL_DEVICE_PLATFORM>()), 0);
+        state_ =
+            std::make_shared<State>(State{info, completed(options, info), of_device, of_context, of_queue, {}, {}});
+    } catch (const cl::Error& error) {
+        throw Error(text("the device cannot be used: ", error.what(), " returned ", error.err()));
+    }
 }
 
 const DeviceInfo& Device::info() const {
@@ -147,11 +159,14 @@ const DeviceInfo& Device::info() const {
 const DeviceOptions& Device::options() const {
     return state_->options;
 }
-const cl::Context& Device::context() const {
-    return state_->context;
+cl_context Device::context() const {
+    return state_->context();
 }
-const cl::CommandQueue& Device::queue() const {
-    return state_->queue;
+cl_device_id Device::id() const {
+    return state_->device();
+}
+cl_command_queue Device::queue() const {
+    return state_->queue();
 }
 
 void Device::finish() const {

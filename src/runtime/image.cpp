@@ -3,11 +3,13 @@
 
 #include <fathom/image.hpp>
 
-#include "text.hpp"
+#include "require.hpp"
+#include "runtime/state.hpp"
 
 #include <array>
-#include <functional>
+#include <cstdint>
 #include <stdexcept>
+#include <tuple>
 
 namespace fathom {
 namespace {
@@ -47,9 +49,17 @@ std::size_t elements(const Layout& layout) {
     return static_cast<std::size_t>(layout.height - 1) * layout.row_stride + row_elements(layout);
 }
 
-cl::Buffer make_buffer(const Device& device, cl_mem_flags flags, std::size_t size, void* host) {
+// Another owner of the buffer.
+std::shared_ptr<_cl_mem> shared(cl_mem buffer) {
+    if (!buffer)
+        throw std::invalid_argument("an image in a buffer that is null");
+    clRetainMemObject(buffer);
+    return {buffer, clReleaseMemObject};
+}
+
+std::shared_ptr<_cl_mem> make_buffer(const Device& device, cl_mem_flags flags, std::size_t size, void* host) {
     try {
-        return {device.context(), flags, size, host};
+        return shared(cl::Buffer(runtime::context_of(device), flags, size, host)());
     } catch (const cl::Error& error) {
         throw Error(
             text(device.info().name, " has no room for ", size, " bytes: ", error.what(), " returned ", error.err()));
@@ -95,10 +105,26 @@ int channels_of(Storage storage) {
 }
 
 Image::Image(const Device& device, Element element, Layout layout)
-    : Image(device, make_buffer(device, CL_MEM_READ_WRITE, allocation(element, layout), nullptr), element, layout) {}
+    : device_(device), buffer_(make_buffer(device, CL_MEM_READ_WRITE, allocation(element, layout), nullptr)),
+      element_(element), layout_(with_aligned_stride(element, layout)) {}
 
-Image::Image(const Device& device, const cl::Buffer& buffer, Element element, Layout layout)
-    : device_(device), buffer_(buffer), element_(element), layout_(with_aligned_stride(element, layout)) {}
+Image::Image(const Device& device, cl_mem buffer, Element element, Layout layout)
+    : device_(device), buffer_(shared(buffer)), element_(element),
+      layout_(layout.row_stride == 0 ? with_aligned_stride(element, layout) : with_stride(layout)) {
+    std::size_t size = 0;
+    const cl_int code = clGetMemObjectInfo(buffer, CL_MEM_SIZE, sizeof(size), &size, nullptr);
+    if (code != CL_SUCCESS)
+        throw Error(text("the size of a buffer cannot be known: OpenCL returned ", code));
+    const std::size_t needed = elements(layout_) * element_bytes(element);
+    require(size >= needed, text("a buffer of ", size, " bytes is too small: the image takes ", needed));
+    cl_mem_flags flags = 0;
+    clGetMemObjectInfo(buffer, CL_MEM_FLAGS, sizeof(flags), &flags, nullptr);
+    if (device.info().cpu && (flags & CL_MEM_USE_HOST_PTR) != 0) { // somebody's memory, of any alignment
+        void* host = nullptr;
+        clGetMemObjectInfo(buffer, CL_MEM_HOST_PTR, sizeof(host), &host, nullptr);
+        host_ = host;
+    }
+}
 
 std::size_t Image::allocation(Element element, Layout layout) {
     return elements(with_aligned_stride(element, layout)) * element_bytes(element);
@@ -139,13 +165,15 @@ void Image::download(void* data, std::size_t row_stride) const {
     const std::size_t size = element_bytes(element_);
     if (row_stride == 0)
         row_stride = row_elements(layout_);
+    const cl::CommandQueue& queue = runtime::queue_of(device_);
+    const cl::Buffer buffer = runtime::buffer_of(*this);
     try {
         const void* here = host_ ? static_cast<const char*>(host_) + offset_ * size : nullptr;
         if (data == here && row_stride == layout_.row_stride) {
             // Mapping is what makes the results of the device visible to the host.
             const std::size_t length = elements(layout_) * size;
-            void* mapped = device_.queue().enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ, offset_ * size, length);
-            device_.queue().enqueueUnmapMemObject(buffer_, mapped);
+            void* mapped = queue.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, offset_ * size, length);
+            queue.enqueueUnmapMemObject(buffer, mapped);
             device_.finish();
             return;
         }
@@ -153,8 +181,8 @@ void Image::download(void* data, std::size_t row_stride) const {
         const std::array<cl::size_type, 3> to{0, 0, 0};
         const std::array<cl::size_type, 3> box{row_elements(layout_) * size, static_cast<cl::size_type>(layout_.height),
                                                1};
-        device_.queue().enqueueReadBufferRect(buffer_, CL_TRUE, from, to, box, layout_.row_stride * size, 0,
-                                              row_stride * size, 0, data);
+        queue.enqueueReadBufferRect(buffer, CL_TRUE, from, to, box, layout_.row_stride * size, 0, row_stride * size, 0,
+                                    data);
     } catch (const cl::Error& error) {
         throw Error(text(device_.info().name, " cannot hand over an image: ", error.what(), " returned ", error.err()));
     }
@@ -165,18 +193,52 @@ bool Image::aligned_to(std::size_t alignment) const {
     return start % alignment == 0 && layout_.row_stride * element_bytes(element_) % alignment == 0;
 }
 
+namespace {
+
+// The bytes of an image's rows, counted from an address, or from where its buffer begins.
+struct Span {
+    std::uintptr_t first;
+    std::uintptr_t width, pitch, count;
+
+    std::uintptr_t end() const { return first + (count - 1) * pitch + width; }
+};
+
+// Has any row of one a byte in common with a row of the other?
+bool rows_meet(const Span& a, const Span& b) {
+    if (a.first > b.first)
+        return rows_meet(b, a);
+    if (b.first >= a.end())
+        return false;
+    if (a.pitch != b.pitch)
+        return true; // they may not, but that is rare
+    const std::uintptr_t row = (b.first - a.first) / a.pitch, column = (b.first - a.first) % a.pitch;
+    return (row < a.count && column < a.width) || (row + 1 < a.count && column + b.width > a.pitch);
+}
+
+} // namespace
+
 bool Image::overlaps(const Image& other) const {
-    if (buffer_() == other.buffer_())
-        return buffer_() != nullptr;
-    // Two buffers may still be made of the same host memory.
-    const auto begin = [](const Image& image) {
-        return static_cast<const char*>(image.host_) + image.offset_ * element_bytes(image.element_);
+    if (!*this || !other)
+        return false;
+    const bool one_buffer = buffer_ == other.buffer_;
+    if (!one_buffer && !(host_ && other.host_)) // two buffers may still be made of the same host memory
+        return false;
+    const auto rows = [&](const Image& image) {
+        const std::size_t size = element_bytes(image.element_);
+        const auto base = one_buffer ? 0 : reinterpret_cast<std::uintptr_t>(image.host_);
+        return Span{base + image.offset_ * size, row_elements(image.layout_) * size, image.layout_.row_stride * size,
+                    static_cast<std::uintptr_t>(image.layout_.height)};
     };
-    const auto end = [&](const Image& image) {
-        return begin(image) + elements(image.layout_) * element_bytes(image.element_);
+    return rows_meet(rows(*this), rows(other));
+}
+
+bool Image::same_as(const Image& other) const {
+    const bool one_memory = buffer_ == other.buffer_ || (host_ && host_ == other.host_);
+    const auto layout = [](const Image& image) {
+        return std::tuple(image.width(), image.height(), image.channels(), image.row_stride(), image.offset(),
+                          image.element());
     };
-    const std::less<> before;
-    return host_ && other.host_ && before(begin(*this), end(other)) && before(begin(other), end(*this));
+    return *this && other && one_memory && layout(*this) == layout(other);
 }
 
 StoredDepth StoredDepth::region(int left, int top, int width, int height) const {

@@ -69,8 +69,8 @@ inline std::string argument_type(const params::mixed_params&) {
     return "mixed_params";
 }
 
-inline const cl::Buffer& argument_value(const Image& image) {
-    return image.buffer();
+inline cl::Buffer argument_value(const Image& image) {
+    return buffer_of(image);
 }
 template <typename Params>
 const Params& argument_value(const Params& params) {
@@ -91,8 +91,8 @@ void launch(const Device& device, Kernel& kernel, Range range, const Arguments&.
         cl_uint index = 0;
         (kernel.kernel.setArg(index++, argument_value(arguments)), ...);
         const std::size_t rounded = (range.x + group - 1) / group * group;
-        device.queue().enqueueNDRangeKernel(kernel.kernel, cl::NullRange, cl::NDRange(rounded, range.y),
-                                            cl::NDRange(group, 1));
+        queue_of(device).enqueueNDRangeKernel(kernel.kernel, cl::NullRange, cl::NDRange(rounded, range.y),
+                                              cl::NDRange(group, 1));
     } catch (const cl::Error& error) {
         throw Error(
             text(device.info().name, " refused ", kernel.description, ": ", error.what(), " returned ", error.err()));

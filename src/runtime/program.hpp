@@ -1,5 +1,7 @@
 #pragma once
 
+#include "runtime/opencl.hpp"
+
 #include <fathom/device.hpp>
 
 #include <map>

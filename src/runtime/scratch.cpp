@@ -36,7 +36,7 @@ cl::Buffer in_huge_pages(const Device& device, std::size_t size) {
 #endif
     cl::Buffer buffer;
     try {
-        buffer = cl::Buffer(device.context(), CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, memory);
+        buffer = cl::Buffer(context_of(device), CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, memory);
         buffer.setDestructorCallback(free_memory, memory);
     } catch (const cl::Error& error) {
         std::free(memory);
@@ -68,9 +68,9 @@ Image Scratch::image(Element element, Layout layout) {
         pool.erase(found);
     } else {
         const bool huge = device_.info().cpu && size >= huge_page;
-        used_.push_back(huge ? in_huge_pages(device_, size) : Image(device_, element, layout).buffer());
+        used_.push_back(huge ? in_huge_pages(device_, size) : buffer_of(Image(device_, element, layout)));
     }
-    return Image(device_, used_.back(), element, layout);
+    return Image(device_, used_.back()(), element, layout);
 }
 
 void copy(const Image& from, const Image& to) {
@@ -80,9 +80,11 @@ void copy(const Image& from, const Image& to) {
         return std::array<cl::size_type, 3>{image.offset() % image.row_stride() * size,
                                             image.offset() / image.row_stride(), 0};
     };
-    from.device().queue().enqueueCopyBufferRect(
-        from.buffer(), to.buffer(), corner(from), corner(to), {width, static_cast<std::size_t>(from.height()), 1},
-        from.row_stride() * element_bytes(from.element()), 0, to.row_stride() * element_bytes(to.element()), 0);
+    queue_of(from.device())
+        .enqueueCopyBufferRect(buffer_of(from), buffer_of(to), corner(from), corner(to),
+                               {width, static_cast<std::size_t>(from.height()), 1},
+                               from.row_stride() * element_bytes(from.element()), 0,
+                               to.row_stride() * element_bytes(to.element()), 0);
 }
 
 } // namespace fathom::runtime

@@ -2,7 +2,7 @@
 
 #include "runtime/program.hpp"
 
-#include <fathom/device.hpp>
+#include <fathom/image.hpp>
 
 #include <map>
 #include <string>
@@ -21,4 +21,17 @@ struct Device::State {
     std::vector<cl::Buffer> scratch; // runtime/scratch.hpp
 };
 
+namespace runtime {
+
+inline const cl::CommandQueue& queue_of(const Device& device) {
+    return device.state().queue;
+}
+inline const cl::Context& context_of(const Device& device) {
+    return device.state().context;
+}
+inline cl::Buffer buffer_of(const Image& image) {
+    return cl::Buffer(image.buffer(), true);
+}
+
+} // namespace runtime
 } // namespace fathom

@@ -8,11 +8,13 @@
 
 int main() {
     fathom::Camera camera;
-    camera.projection = fathom::orthographic({-1, 1, -1, 1}, {.near = 2, .far = 6});
+    camera.projection = fathom::orthographic({-1, 1, -1, 1}, {.near_plane = 2, .far_plane = 6});
     camera.width = camera.height = 1;
     const auto device = fathom::Device::open();
 #ifdef WITH_IO
-    const float z = fathom::linearize(device, cv::Mat(1, 1, CV_32F, cv::Scalar(0.5)), camera).at<float>(0, 0);
+    cv::Mat depth;
+    fathom::linearize(device, cv::Mat(1, 1, CV_32F, cv::Scalar(0.5)), camera, depth);
+    const float z = depth.at<float>(0, 0);
 #else
     const float stored = 0.5f;
     float z = 0;

@@ -3,6 +3,7 @@
 // Prints the device's name and how many images it made. Oclgrind's log says whether any of them was made wrongly.
 
 #include "operations/parameters.hpp"
+#include "runtime/state.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -40,7 +41,7 @@ std::vector<Camera> cameras() {
                             camera_with(orthographic({-5, 6, -4, 3}, {0.5, 500})), camera_with(from_matrix(tilt))};
     Camera exponential = camera_with(wide);
     exponential.encoding = Encoding::logarithmic;
-    exponential.far = 100;
+    exponential.far_plane = 100;
     Camera distance = camera_with(wide);
     distance.encoding = Encoding::ray_distance;
     all.push_back(exponential);
@@ -56,7 +57,7 @@ Image filled(const Device& device, Storage storage, int rows = height) {
     const std::size_t size =
         (image.row_stride() * static_cast<std::size_t>(rows - 1) + row) * element_bytes(image.element());
     std::vector<std::uint8_t> content(size, 0x3e); // as a float or a half: a depth inside every range
-    device.queue().enqueueWriteBuffer(image.buffer(), CL_TRUE, 0, size, content.data());
+    runtime::queue_of(device).enqueueWriteBuffer(runtime::buffer_of(image), CL_TRUE, 0, size, content.data());
     return image;
 }
 
@@ -71,7 +72,7 @@ int run(const Device& device, const Camera& camera, Storage storage) {
         images += 3;
     }
     if (storage == Storage::float32) {
-        linearize_in_place(part);
+        linearize(part, part.image);
         ++images;
     }
     device.finish();
@@ -95,22 +96,21 @@ int run_occlusion(const Device& device, const Camera& camera) {
     const StoredDepth whole{filled(device, Storage::float32), camera};
     const Image directions = normals(whole);
     SsaoOptions options;
-    options.radius = 1;
     options.slices = 1;
     options.samples = 2;
-    ssao(whole, options);
+    ssao(whole, 1, options);
     options.jitter = 4;
     options.thickness = std::numeric_limits<double>::infinity();
     options.border = Border::clamp;
-    ssao(whole, options);
+    ssao(whole, 1, options);
     options.jitter = 1;
     options.normals = directions;
-    ssao(whole, options);
+    ssao(whole, 1, options);
     options.normals = {};
-    ssao(whole.region(1, 1, width - 2, height - 1), options);
+    ssao(whole.region(1, 1, width - 2, height - 1), 1, options);
     options.half_resolution = options.confidence = options.bent_normal = true;
-    ssao(whole, options);
-    ssao(whole.region(1, 1, width - 2, height - 1), options);
+    ssao(whole, 1, options);
+    ssao(whole.region(1, 1, width - 2, height - 1), 1, options);
     device.finish();
     return 7;
 }
@@ -119,13 +119,13 @@ int run_occlusion(const Device& device, const Camera& camera) {
 int run_masks(const Device& device, const Camera& camera, bool around) {
     const StoredDepth whole{filled(device, Storage::float32), camera};
     DofMasksOptions options;
-    options.circle =
+    const CircleOfConfusion coc =
         depth_form(camera).perspective ? CircleOfConfusion{4, 8, 0, false} : CircleOfConfusion{4, 1, 0, true};
-    dof_masks(whole, options);
+    dof_masks(whole, coc, options);
     options.weights = false;
     options.max_near_coc = options.near_alpha = options.disocclusion = options.mixed_pixels = around;
     options.tile_px = around ? 5 : 0;
-    dof_masks(whole.region(1, 1, width - 2, height - 1), options);
+    dof_masks(whole.region(1, 1, width - 2, height - 1), coc, options);
     device.finish();
     return 2;
 }
@@ -141,17 +141,18 @@ int run_blur(const Device& device, Camera camera) {
         const Layout layout{part.image.width(), part.image.height(), channels};
         const std::vector<std::uint8_t> content(Image::allocation(element, layout), 0x41); // as a float bright
         const Image color(device, element, layout);
-        device.queue().enqueueWriteBuffer(color.buffer(), CL_TRUE, 0, content.size(), content.data());
-        DofOptions options{.circle = {.k = circle + 20, .g = 20 * depth},
-                           .quality = images % 2 ? BlurQuality::fast : BlurQuality::standard};
+        runtime::queue_of(device).enqueueWriteBuffer(runtime::buffer_of(color), CL_TRUE, 0, content.size(),
+                                                     content.data());
+        const CircleOfConfusion coc{.k = circle + 20, .g = 20 * depth};
+        DofOptions options{.quality = images % 2 ? Quality::fast : Quality::balanced};
         if (images > 0) // farther than the picture
             options.clean_plate = {color, part};
         if (options.clean_plate)
             options.clean_plate->depth.camera.scale = 2;
-        dof(part, color, options);
-        options.quality = BlurQuality::accurate;
+        dof(part, color, coc, options);
+        options.quality = Quality::accurate;
         if (device.options().vector_width > 1) // one by one it takes the simulator more than five minutes
-            dof(part, color, options);
+            dof(part, color, coc, options);
         ++images;
     }
     device.finish();

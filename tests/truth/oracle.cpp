@@ -82,30 +82,31 @@ Subject subject_of(const Projection& projection, std::optional<Frustum> frustum)
 Subject from_field_of_view(double fov_y, double aspect, DepthSpan span, Convention convention) {
     const Quad slope = tanq(quad(fov_y) / 2);
     return subject_of(perspective(fov_y, aspect, span, convention),
-                      Frustum{false, -slope * aspect, slope * aspect, -slope, slope, span.near, span.far,
+                      Frustum{false, -slope * aspect, slope * aspect, -slope, slope, span.near_plane, span.far_plane,
                               span.order == DepthOrder::reversed});
 }
 
 Subject from_edges(FrustumEdges e, DepthSpan span, Convention convention) {
-    const Quad near = span.near;
+    const Quad near = span.near_plane;
     return subject_of(perspective(e, span, convention),
-                      Frustum{false, e.left / near, e.right / near, e.bottom / near, e.top / near, near, span.far,
+                      Frustum{false, e.left / near, e.right / near, e.bottom / near, e.top / near, near, span.far_plane,
                               span.order == DepthOrder::reversed});
 }
 
 Subject from_intrinsics(Intrinsics k, DepthSpan span, Convention convention) {
     const Quad fx = k.fx, fy = k.fy, cx = k.cx, cy = k.cy;
     Subject subject = subject_of(perspective(k, span, convention),
-                                 Frustum{false, -cx / fx, (k.width - cx) / fx, (cy - k.height) / fy, cy / fy, span.near,
-                                         span.far, span.order == DepthOrder::reversed});
+                                 Frustum{false, -cx / fx, (k.width - cx) / fx, (cy - k.height) / fy, cy / fy,
+                                         span.near_plane, span.far_plane, span.order == DepthOrder::reversed});
     subject.camera.width = k.width;
     subject.camera.height = k.height;
     return subject;
 }
 
 Subject from_orthographic(FrustumEdges e, DepthSpan span, Convention convention) {
-    return subject_of(orthographic(e, span, convention), Frustum{true, e.left, e.right, e.bottom, e.top, span.near,
-                                                                 span.far, span.order == DepthOrder::reversed});
+    return subject_of(orthographic(e, span, convention),
+                      Frustum{true, e.left, e.right, e.bottom, e.top, span.near_plane, span.far_plane,
+                              span.order == DepthOrder::reversed});
 }
 
 Subject from_matrix(const Eigen::Matrix4d& matrix, Convention convention) {
@@ -236,8 +237,8 @@ void Truth::set_encoding() {
         break;
     case Encoding::linear:
     case Encoding::pseudo_linear:
-        n.low = value(camera_.near);
-        n.high = value(camera_.far);
+        n.low = value(camera_.near_plane);
+        n.high = value(camera_.far_plane);
         d.one = 1;
         break;
     case Encoding::median: // m (1 + t)/(1 − t) with t = 2u − 1
@@ -245,12 +246,12 @@ void Truth::set_encoding() {
         d.low = 1;
         break;
     case Encoding::logarithmic:
-        rate_ = log1pq(camera_.log_c * value(camera_.far));
+        rate_ = log1pq(camera_.log_c * value(camera_.far_plane));
         amplitude_ = 1 / quad(camera_.log_c);
         break;
     case Encoding::exponential:
-        rate_ = logq(value(camera_.far) / value(camera_.near));
-        amplitude_ = offset_ = value(camera_.near);
+        rate_ = logq(value(camera_.far_plane) / value(camera_.near_plane));
+        amplitude_ = offset_ = value(camera_.near_plane);
         break;
     default:
         break;

@@ -1,0 +1,40 @@
+// Where an operation stands among other work: events before it, an event after it, and no kernel left behind by an exception.
+
+#include "runtime/launched.hpp"
+
+#include "require.hpp"
+#include "runtime/state.hpp"
+
+#include <exception>
+
+namespace fathom::runtime {
+namespace {
+
+void check(const Device& device, const char* what, cl_int code) {
+    if (code != CL_SUCCESS)
+        throw Error(text(device.info().name, " refused ", what, ": OpenCL returned ", code));
+}
+
+} // namespace
+
+Launched::Launched(const Device& device, const Launch& launch)
+    : device_(device), event_(launch.event), exceptions_(std::uncaught_exceptions()) {
+    const cl_command_queue own = device.queue();
+    require(!launch.queue || launch.queue == own,
+            "Launch::queue is not the queue of the images' device; leave it null, or make a Device of that queue");
+    if (!launch.wait.empty())
+        check(device, "the events to wait for",
+              clEnqueueBarrierWithWaitList(own, static_cast<cl_uint>(launch.wait.size()), launch.wait.data(), nullptr));
+}
+
+void Launched::done() const {
+    if (event_)
+        check(device_, "an event", clEnqueueMarkerWithWaitList(device_.queue(), 0, nullptr, event_));
+}
+
+Launched::~Launched() {
+    if (std::uncaught_exceptions() > exceptions_)
+        clFinish(device_.queue()); // what it returns cannot be told beside the exception
+}
+
+} // namespace fathom::runtime

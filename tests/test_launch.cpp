@@ -1,0 +1,181 @@
+// The last parameter of every operation: events before it, an event after it, and its queue.
+#include "catch.hpp"
+#include "images.hpp"
+
+#include "runtime/launched.hpp"
+#include "runtime/state.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+using namespace fathom;
+using images::floats;
+
+namespace {
+
+constexpr int width = 40, height = 24;
+constexpr CircleOfConfusion lens{8, 16};
+
+const Device& device() {
+    static const Device opened = Device::open("cpu");
+    return opened;
+}
+
+Camera camera() {
+    Camera camera;
+    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
+    camera.width = width;
+    camera.height = height;
+    return camera;
+}
+
+/// Stored depth and a picture that the operations read.
+struct Inputs {
+    std::vector<float> values, picture;
+    StoredDepth stored;
+    Image color;
+
+    Inputs() : values(width * height), picture(3 * width * height, 0.25f) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = 0.5f + 0.4f * static_cast<float>(i % 97) / 97;
+        stored = {Image::from_host(device(), Element::f32, values.data(), {width, height}), camera()};
+        color = Image::from_host(device(), Element::f32, picture.data(), {width, height, 3});
+    }
+};
+
+struct Call {
+    const char* name;
+    bool waits; ///< does it wait for its own kernels?
+    std::function<Image(const Inputs&, const Launch&)> run;
+};
+
+const std::vector<Call> operations{
+    {"linearize", false, [](const Inputs& in, const Launch& l) { return linearize(in.stored, {}, l).image; }},
+    {"unproject", false, [](const Inputs& in, const Launch& l) { return unproject(in.stored, {}, l); }},
+    {"normals", false, [](const Inputs& in, const Launch& l) { return normals(in.stored, {}, l); }},
+    {"ssao", true, [](const Inputs& in, const Launch& l) { return ssao(in.stored, 0.5, {}, l).visibility; }},
+    {"dof_masks", false, [](const Inputs& in, const Launch& l) { return dof_masks(in.stored, lens, {}, l).coc; }},
+    {"dof", true, [](const Inputs& in, const Launch& l) { return dof(in.stored, in.color, lens, {}, l); }},
+};
+
+cl_int status_of(cl_event event) {
+    cl_int status = CL_QUEUED;
+    REQUIRE(clGetEventInfo(event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof(status), &status, nullptr) == CL_SUCCESS);
+    return status;
+}
+
+} // namespace
+
+TEST_CASE("launch: an event in the wait list holds the operation back, and its own event completes", "[launch]") {
+    for (const Call& operation : operations) {
+        if (operation.waits)
+            continue; // it would wait for ever
+        INFO(operation.name);
+        const Inputs inputs;
+        const std::vector<float> expected = floats(operation.run(inputs, {}));
+        cl::UserEvent gate(runtime::context_of(device()));
+        cl_event done = nullptr;
+        const Image result = operation.run(inputs, {.wait = {gate()}, .event = &done});
+        REQUIRE(done != nullptr);
+        clFlush(device().queue());
+        CHECK(status_of(done) > CL_COMPLETE);
+        gate.setStatus(CL_COMPLETE);
+        REQUIRE(clWaitForEvents(1, &done) == CL_SUCCESS);
+        CHECK(status_of(done) == CL_COMPLETE);
+        clReleaseEvent(done);
+        CHECK(floats(result) == expected);
+    }
+}
+
+TEST_CASE("launch: every operation takes events that have happened, and makes its own", "[launch]") {
+    for (const Call& operation : operations) {
+        INFO(operation.name);
+        const Inputs inputs;
+        cl::UserEvent gate(runtime::context_of(device()));
+        gate.setStatus(CL_COMPLETE);
+        cl_event done = nullptr;
+        operation.run(inputs, {.queue = device().queue(), .wait = {gate()}, .event = &done});
+        REQUIRE(done != nullptr);
+        REQUIRE(clWaitForEvents(1, &done) == CL_SUCCESS);
+        CHECK(status_of(done) == CL_COMPLETE);
+        clReleaseEvent(done);
+    }
+}
+
+TEST_CASE("launch: a queue that is not the device's is refused", "[launch]") {
+    const cl::CommandQueue other(runtime::context_of(device()), cl::Device(device().id(), true));
+    for (const Call& operation : operations) {
+        INFO(operation.name);
+        const Inputs inputs;
+        CHECK_THROWS_WITH(
+            operation.run(inputs, {.queue = other()}),
+            "Launch::queue is not the queue of the images' device; leave it null, or make a Device of that queue");
+    }
+}
+
+TEST_CASE("launch: an exception waits for the kernels that were started", "[launch]") {
+    const Inputs inputs;
+    const Image result(device(), Element::f32, {width, height});
+    cl_event started = nullptr;
+    try {
+        const runtime::Launched launched(device());
+        linearize(inputs.stored, result, {}, {.event = &started});
+        throw std::runtime_error("half way");
+    } catch (const std::runtime_error&) {
+        CHECK(status_of(started) == CL_COMPLETE);
+    }
+    clReleaseEvent(started);
+}
+
+TEST_CASE("launch: a device takes part in a context without keeping it too short or too long", "[launch]") {
+    const auto references = [](cl_context context) {
+        cl_uint count = 0;
+        clGetContextInfo(context, CL_CONTEXT_REFERENCE_COUNT, sizeof(count), &count, nullptr);
+        return count;
+    };
+    const auto owners = [](cl_mem buffer) {
+        cl_uint count = 0;
+        clGetMemObjectInfo(buffer, CL_MEM_REFERENCE_COUNT, sizeof(count), &count, nullptr);
+        return count;
+    };
+    const cl::Context context(cl::Device(device().id(), true));
+    cl::CommandQueue queue(context, cl::Device(device().id(), true));
+    const cl_uint before = references(context());
+    {
+        const Device own(context(), device().id(), queue());
+        CHECK(references(context()) > before);
+        const cl::Buffer buffer(context, CL_MEM_READ_WRITE, 4096);
+        {
+            const Image image(own, buffer(), Element::f32, {8, 4});
+            const Image copy = image.region(1, 1, 2, 2);
+            CHECK(owners(buffer()) == 2);
+        }
+        CHECK(owners(buffer()) == 1);
+        CHECK_THROWS_AS(Image(own, buffer(), Element::f32, {64, 64}), std::invalid_argument);
+        CHECK_THROWS_AS(Image(own, nullptr, Element::f32, {8, 4}), std::invalid_argument);
+        const Image stridden(own, buffer(), Element::f32, {8, 4, 1, 9});
+        CHECK(stridden.row_stride() == 9);
+    }
+    CHECK(references(context()) == before);
+    const auto refused = [&](cl_context of, cl_command_queue with) {
+        CHECK_THROWS_AS(Device(of, device().id(), with), std::invalid_argument);
+    };
+    refused(nullptr, queue());
+    refused(context(), nullptr);
+    refused(device().context(), queue()); // another context's
+    const cl::CommandQueue any_order(context, cl::Device(device().id(), true), CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE);
+    refused(context(), any_order());
+}
+
+TEST_CASE("launch: images of two devices are refused", "[launch]") {
+    const Device other = Device::open("cpu");
+    const Inputs inputs;
+    CHECK_THROWS_WITH(linearize(inputs.stored, Image(other, Element::f32, {width, height})),
+                      "the result lies on another device than the stored depth");
+    CHECK_THROWS_WITH(dof(inputs.stored, Image(other, Element::f32, {width, height, 3}), lens),
+                      "the colour lies on another device than the stored depth");
+}
