@@ -10,24 +10,11 @@
 #include "vector.h"
 #include "params.h"
 
-#define FORM_RECIPROCAL 0
-#define FORM_RECIPROCAL_AFFINE 1
-#define FORM_AFFINE 2
-#define FORM_RATIONAL 3
-#define FORM_EXPONENTIAL 4
-#define FORM_RAY_DISTANCE 5
-
-#define STORAGE_FLOAT32 0
-#define STORAGE_FLOAT16 1
-#define STORAGE_UINT16 2
-#define STORAGE_UINT24 3
-#define STORAGE_RGB8 4
-
 #if !defined(FORM) || FORM < FORM_RECIPROCAL || FORM > FORM_RAY_DISTANCE
-#error "FORM is not defined: one of the FORM_ constants above"
+#error "FORM is not defined: one of the FORM_ constants of params.h"
 #endif
 #if !defined(STORAGE) || STORAGE < STORAGE_FLOAT32 || STORAGE > STORAGE_RGB8
-#error "STORAGE is not defined: one of the STORAGE_ constants above"
+#error "STORAGE is not defined: one of the STORAGE_ constants of params.h"
 #endif
 
 #ifndef PIXEL_TERMS

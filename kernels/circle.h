@@ -9,13 +9,8 @@
 
 #include "camera.h"
 
-#define CIRCLE_RECENTRED 0 // affine in the stored value, counted from the far end of its range
-#define CIRCLE_SUM 1       // affine in the stored value and the pixel
-#define CIRCLE_QUOTIENT 2  // of two such sums
-#define CIRCLE_OF_DEPTH 3  // the depth is decoded first
-
 #if !defined(CIRCLE) || CIRCLE < CIRCLE_RECENTRED || CIRCLE > CIRCLE_OF_DEPTH
-#error "CIRCLE is not defined: one of the CIRCLE_ constants above"
+#error "CIRCLE is not defined: one of the CIRCLE_ constants of params.h"
 #endif
 #ifndef TELECENTRIC
 #error "TELECENTRIC is not defined: 1 for an orthographic camera, 0 under a perspective"

@@ -1,10 +1,9 @@
 // Visibility, confidence or bent normals from the sums of every pixel's own slices, over the 16 sampling jitter around it.
 //   visibility = 1 - sum_n w_n B_n / sum_n w_n G_n
 // A 5 x 5 window whose outermost rows and columns count half holds every pattern equally often; a 3 x 3 window does so for
-// four jitter, and there two opposite neighbours count only together: the mean is not drawn aside where one is missing.
-// A neighbour counts by how
-// far it lies from the pixel's tangent plane, and the pixel from its, in inverse depth, so that nothing is mixed across an
-// edge.
+// four patterns, and there two opposite neighbours count only together: the mean is not drawn aside where one is missing.
+// A neighbour's weight falls with its distance from the pixel's tangent plane, and with the pixel's distance from the
+// neighbour's tangent plane, both in inverse depth. So nothing is mixed across an edge.
 // Built for: PERSPECTIVE = 0 1; REACH = 0 1 2; OUTPUT = 0 1 2; CLAMP = 0 1
 
 #include "ray.h"
@@ -70,7 +69,7 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
                       __global float* target, const grid_params grid, const split_params split,
                       const occlusion_params p) {
     const int column = (int)get_global_id(0) * V;
-    const int y = (int)get_global_id(1) + (int)grid.reserved;
+    const int y = (int)get_global_id(1) + (int)grid.y_begin;
     if (column >= (int)split.columns)
         return;
     const uint all = 16 * split.plane;
@@ -99,7 +98,7 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
         const floatV steep = fma(c.right, c.right, c.down * c.down);
         c.inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * depth_error(&p, c.q));
 #if OUTPUT == 0
-        intV blocked = 0; // outside the image is what nothing wrote
+        intV blocked = 0; // sums outside the image are undefined: a wrong "blocked" costs time and changes no bit
         for (int dy = -REACH; dy <= REACH; ++dy) {
             for (int dx = -REACH; dx <= REACH; ++dx)
                 blocked |= LOAD(float, sums + neighbour_at(&split, &c, dx, dy)) > 0.0f;

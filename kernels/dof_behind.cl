@@ -6,6 +6,8 @@
 
 #include "tiles.h"
 
+#define SIDE dof_behind_block
+
 #ifndef CLEAN_PLATE
 #error "CLEAN_PLATE is not defined: 1 where some pixels have what lies behind them already, 0 otherwise"
 #endif
@@ -18,11 +20,11 @@ INLINE float circle_of(float layer, const blur_params* p) {
 
 __kernel void dof_behind(__global float* planes, __global const float* blocks,
                          const blur_params p, const behind_params b) {
-    const int column = (int)get_global_id(0) - MARGIN, row = get_global_id(1);
-    if (column >= (int)p.columns + MARGIN)
+    const int column = (int)get_global_id(0) - dof_margin, row = get_global_id(1);
+    if (column >= (int)p.columns + dof_margin)
         return;
     __global float* second = planes + (1 + CHANNELS) * p.plane;
-    const size_t at = (size_t)row * p.stride + MARGIN + column;
+    const size_t at = (size_t)row * p.stride + dof_margin + column;
 #if CLEAN_PLATE
     if (second[at] >= 0.0f)
         return;
@@ -31,24 +33,24 @@ __kernel void dof_behind(__global float* planes, __global const float* blocks,
     size_t found = at;
     if (column >= 0 && column < (int)p.columns && layer >= 0.0f && b.farthest > layer + JUMP) {
         const float most = (circle_of(b.farthest, &p) - circle) * 0.5f + 1.0f;
-        const int left = max(column - (int)most, 0) / 8, right = min(column + (int)most, (int)p.columns - 1) / 8;
+        const int left = max(column - (int)most, 0) / SIDE, right = min(column + (int)most, (int)p.columns - 1) / SIDE;
         const int high = (int)(most / b.vertical);
-        const int top = max(row - high, 0) / 8, bottom = min(row + high, (int)p.rows - 1) / 8;
+        const int top = max(row - high, 0) / SIDE, bottom = min(row + high, (int)p.rows - 1) / SIDE;
         float nearest = INFINITY;
         for (int y = top; y <= bottom; ++y) {
             for (int x = left; x <= right; ++x) {
                 const float farthest = blocks[y * (int)b.block_columns + x];
                 if (!(farthest > layer + JUMP))
                     continue;
-                const float away_x = (float)max(max(8 * x - column, column - 8 * x - 7), 0);
-                const float away_y = (float)max(max(8 * y - row, row - 8 * y - 7), 0) * b.vertical;
+                const float away_x = (float)max(max(SIDE * x - column, column - SIDE * x - (SIDE - 1)), 0);
+                const float away_y = (float)max(max(SIDE * y - row, row - SIDE * y - (SIDE - 1)), 0) * b.vertical;
                 const float away = fma(away_x, away_x, away_y * away_y);
                 const float reach = (circle_of(farthest, &p) - circle) * 0.5f + 1.0f;
                 if (away > nearest || away > reach * reach)
                     continue;
-                for (int i = 0; i < 64; ++i) {
-                    const int other_column = 8 * x + i % 8, other_row = 8 * y + i / 8;
-                    const size_t other = (size_t)other_row * p.stride + MARGIN + other_column;
+                for (int i = 0; i < SIDE * SIDE; ++i) {
+                    const int other_column = SIDE * x + i % SIDE, other_row = SIDE * y + i / SIDE;
+                    const size_t other = (size_t)other_row * p.stride + dof_margin + other_column;
                     const float dx = (float)(other_column - column), dy = (float)(other_row - row) * b.vertical;
                     const float square = fma(dx, dx, dy * dy);
                     const float its = planes[other];

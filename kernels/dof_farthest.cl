@@ -1,4 +1,4 @@
-// The farthest layer in every block of 8 x 8 pixels.
+// The farthest layer in every block of pixels.
 
 #include "tiles.h"
 
@@ -7,8 +7,9 @@ __kernel void dof_farthest(__global const float* planes, __global float* blocks,
     if (column >= b.block_columns)
         return;
     float farthest = NOWHERE;
-    for (uint y = 0; y < 8; ++y)
-        for (uint x = 0; x < 8; ++x)
-            farthest = max(farthest, planes[in_planes(&p, 0, 8 * column + x, 8 * row + y)]);
+    const uint side = dof_behind_block;
+    for (uint y = 0; y < side; ++y)
+        for (uint x = 0; x < side; ++x)
+            farthest = max(farthest, planes[in_planes(&p, 0, side * column + x, side * row + y)]);
     blocks[row * b.block_columns + column] = farthest;
 }

@@ -22,15 +22,12 @@
 #endif
 #define PLANES (2 + CHANNELS + FILL * (2 + CHANNELS) + BRIGHT * CHANNELS)
 
+#define ROWS dof_rows_at_once
 #if DIRECT
 #define WORDS 3 // of an entry of the list: SlicePass of dof_slices.hpp
-#define MOST_DIRECT 2 // pixels around one; most_direct of dof_slices.cpp
 #else
 #define WORDS 1
 #endif
-
-// Rows of pixels at once, which read nearly the same strips.
-#define ROWS 2
 
 #if DIRECT
 INLINE void add_span(__global const float* from, const span_params* span, const blur_params* p, float layer, floatV* sum) {
@@ -85,7 +82,8 @@ INLINE void add_behind(__global const float* from, const span_params* span, uint
 #endif
 
 // Lays the layer's share of a row of pixels over what was seen before it.
-// `wide`: 1 where the layer's circle is larger than that of a foreground in the pixel itself, and no plate says what that hides.
+// `wide` is not 0 where the pixel itself belongs to the foreground and its circle is smaller than the layer's, and no plate
+// shows what the foreground hides. It is 1 from one layer of difference on.
 INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* wide) {
     __global float* before = here + (2 * CHANNELS + 2) * plane;
     __global float* left_to_wide = before + plane;
@@ -113,7 +111,7 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
         *(__global float_lanes*)to = fma(share, color, LOAD(float, to));
     }
 #if FILL
-    // The mean of what each layer of the foreground leaves.
+    // What is left to wide circles is the mean over the layers of the foreground, each weighted by what is seen of it.
     const floatV left = LOAD(float, left_to_wide), wider = through_far * (sum[3 + 2 * CHANNELS] / sum[1]);
     const floatV part = seen / (1.0f - (through - seen));
     const intV first = through == 1.0f;
@@ -132,7 +130,7 @@ typedef struct {
     __global const float* planes;
     const blur_params* p;
     float layer;
-    bool follows, has_near;
+    bool follows, has_foreground;
 } layer_at;
 
 INLINE void lay(const layer_at* s, __global float* state, size_t at, const floatV* sum) {
@@ -143,7 +141,7 @@ INLINE void lay(const layer_at* s, __global float* state, size_t at, const float
     unknown &= LOAD(float, s->planes + (1 + CHANNELS) * s->p->plane + at) < 0.0f;
 #endif
     const floatV wide = select((floatV)0.0f, min(max(s->layer - alike + 1.0f, 0.0f), 1.0f), unknown);
-    composite(state + at, s->p->plane, s->follows, sum, s->has_near && s->layer > middle ? &wide : 0);
+    composite(state + at, s->p->plane, s->follows, sum, s->has_foreground && s->layer > middle ? &wide : 0);
 }
 
 // What all sums of an item need.
@@ -163,7 +161,7 @@ INLINE void sum_rows(const gather_from* from, const blur_params* p, const layer_
             sum[i][k] = 0.0f;
     const int pitch = (int)s->pitch, rows = (int)p->rows / pitch, height = 2 * s->reach + 1;
     const int begin = max(y / pitch - s->reach, 0), end = min((y + ROWS - 1) / pitch + s->reach + 1, rows);
-    const int per_tile = TILE_ROWS / pitch, last_tile = (end - 1) / per_tile;
+    const int per_tile = dof_tile_rows / pitch, last_tile = (end - 1) / per_tile;
     for (int tile = begin / per_tile; tile <= last_tile; ++tile) {
         const uint found = found_around(from->tiles, p, from->across, (uint)tile, s->pad, (uint)s->layer);
         if (found == 0)
@@ -173,7 +171,7 @@ INLINE void sum_rows(const gather_from* from, const blur_params* p, const layer_
 #if DIRECT
             __global const float* here = from->source + (size_t)row * p->stride;
 #else
-            const int kept = row - (int)(s->first * TILE_ROWS) / pitch;
+            const int kept = row - (int)(s->first * dof_tile_rows) / pitch;
             __global const float* here = from->source + (size_t)kept * s->strip_row;
 #endif
 #pragma unroll
@@ -201,14 +199,14 @@ INLINE void sum_rows(const gather_from* from, const blur_params* p, const layer_
 #if !DIRECT
 // Does the layer have pixels of its own within reach of an item's?
 INLINE bool any_around(const gather_from* from, const blur_params* p, const layer_params* s, int y) {
-    const int pitch = (int)s->pitch, rows = (int)p->rows / pitch, per_tile = TILE_ROWS / pitch;
+    const int pitch = (int)s->pitch, rows = (int)p->rows / pitch, per_tile = dof_tile_rows / pitch;
     const int begin = max(y / pitch - s->reach, 0), end = min((y + ROWS - 1) / pitch + s->reach + 1, rows);
     for (int tile = begin / per_tile; tile <= (end - 1) / per_tile; ++tile) {
         if (found_around(from->tiles, p, from->across, (uint)tile, s->pad, (uint)s->layer) < 2)
             continue;
         const int last_row = min((tile + 1) * per_tile, end);
         for (int row = max(tile * per_tile, begin); row < last_row; ++row) {
-            const int kept = row - (int)(s->first * TILE_ROWS) / pitch;
+            const int kept = row - (int)(s->first * dof_tile_rows) / pitch;
             __global const float* own = from->source + (size_t)kept * s->strip_row;
             if (own[V + s->columns] > own[-s->columns])
                 return true;
@@ -218,7 +216,7 @@ INLINE bool any_around(const gather_from* from, const blur_params* p, const laye
 }
 #endif
 
-// The next layer asks for T before this one.
+// Stores T for the next layer, which reads the T from before this layer. This layer adds nothing here.
 INLINE void keep_open(__global float* here, const blur_params* p) {
     __global float* before = here + (2 * CHANNELS + 2) * p->plane;
     for (int i = 0; i < ROWS; ++i)
@@ -227,7 +225,7 @@ INLINE void keep_open(__global float* here, const blur_params* p) {
 
 // Lays a layer over the rows from y on; false where nothing is left to see.
 INLINE bool lay_rows(const gather_from* from, __global const float* planes, __global float* state, const blur_params* p,
-                     const layer_params* s, size_t at, int y, bool follows, bool has_near) {
+                     const layer_params* s, size_t at, int y, bool follows, bool has_foreground) {
     __global float* here = state + at;
     intV open = 0;
     for (int i = 0; i < ROWS; ++i)
@@ -240,7 +238,7 @@ INLINE bool lay_rows(const gather_from* from, __global const float* planes, __gl
         return true;
     }
 #endif
-    const layer_at layer = {planes, p, s->layer, follows, has_near};
+    const layer_at layer = {planes, p, s->layer, follows, has_foreground};
     floatV sum[ROWS][PLANES];
     sum_rows(from, p, s, y, sum);
     for (int i = 0; i < ROWS; ++i)
@@ -252,20 +250,20 @@ __kernel void dof_gather(__global const float* planes, __global const uint* tile
                          __global const uint* list, __global const uint* starts, __global const float* spans,
                          __global float* state, const blur_params p, const layer_params s) {
     // Neighbours share a group, and what they read its memory.
-    const uint item = get_global_id(0), x = item % (TILE_COLUMNS / V) * V;
-    const uint index = item / (TILE_COLUMNS / V) / (TILE_ROWS / ROWS);
+    const uint item = get_global_id(0), x = item % (dof_tile_columns / V) * V;
+    const uint index = item / (dof_tile_columns / V) / (dof_tile_rows / ROWS);
     if (index >= s.tiles)
         return;
     const uint entry = list[s.list + index * WORDS], across = ENTRY_ACROSS(entry), down = ENTRY_DOWN(entry);
-    const int y = (int)(down * TILE_ROWS + item / (TILE_COLUMNS / V) % (TILE_ROWS / ROWS) * ROWS);
+    const int y = (int)(down * dof_tile_rows + item / (dof_tile_columns / V) % (dof_tile_rows / ROWS) * ROWS);
     const size_t at = in_planes(&p, across, x, y);
-    const bool has_near = entry & ENTRY_NEAR;
+    const bool has_foreground = entry & ENTRY_FOREGROUND;
 #if DIRECT
     const size_t column = in_planes(&p, across, x, 0);
     const gather_from from = {source + column, tiles, starts, (__global const span_params*)spans, across};
     const uint reach = list[s.list + index * WORDS + 1], follow = list[s.list + index * WORDS + 2];
     const layer_range around =
-        layers_within(planes + column, &p, y - MOST_DIRECT, y + ROWS + MOST_DIRECT, MOST_DIRECT, 1 + BEHIND);
+        layers_within(planes + column, &p, y - dof_direct_reach, y + ROWS + dof_direct_reach, dof_direct_reach, 1 + BEHIND);
     bool skipped = false; // the layer before had nothing here: it left T as it was
     for (uint i = 0; i < 32 && reach >> i; ++i) {
         layer_params one = s;
@@ -279,7 +277,7 @@ __kernel void dof_gather(__global const float* planes, __global const uint* tile
         }
         one.starts = starts[s.starts + 2 * i];
         one.reach = (int)starts[s.starts + 2 * i + 1];
-        if (!lay_rows(&from, planes, state, &p, &one, at, y, !skipped, has_near))
+        if (!lay_rows(&from, planes, state, &p, &one, at, y, !skipped, has_foreground))
             return;
         skipped = false;
     }
@@ -288,6 +286,6 @@ __kernel void dof_gather(__global const float* planes, __global const uint* tile
 #else
     const size_t first = (size_t)(across - s.first_column) * s.strip_column + s.pad + x;
     const gather_from from = {source + first, tiles, starts, (__global const span_params*)spans, across};
-    lay_rows(&from, planes, state, &p, &s, at, y, entry & ENTRY_FOLLOWS, has_near);
+    lay_rows(&from, planes, state, &p, &s, at, y, entry & ENTRY_FOLLOWS, has_foreground);
 #endif
 }

@@ -22,7 +22,6 @@
 #define SUMS (PLANES + 1)
 
 #define LINES 4 // that a row is cut into along the half-plane's border
-#define FRACTIONS 256
 #if DIRECT
 #define EMPTY 1e-9f
 #else
@@ -49,11 +48,11 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
         const float which = directions > 1 ? (quarter + 1.0f) * 0.25f * (float)directions : 0.0f;
         const uint first = min((uint)which, directions - 1), next = first + 1 < directions ? first + 1 : 0;
         const float between = which - (float)first;
-        const float at = ((const float*)&lefts)[i] * (FRACTIONS - 1);
-        const uint low = min((uint)at, (uint)FRACTIONS - 2);
+        const float at = ((const float*)&lefts)[i] * (dof_fractions - 1);
+        const uint low = min((uint)at, (uint)dof_fractions - 2);
         const float part = at - (float)low;
-        const float4 one = mix(table[first * FRACTIONS + low], table[first * FRACTIONS + low + 1], part);
-        const float4 two = mix(table[next * FRACTIONS + low], table[next * FRACTIONS + low + 1], part);
+        const float4 one = mix(table[first * dof_fractions + low], table[first * dof_fractions + low + 1], part);
+        const float4 two = mix(table[next * dof_fractions + low], table[next * dof_fractions + low + 1], part);
         const float4 found = mix(one, two, between);
         turn_u[i] = found.x;
         turn_v[i] = found.y;
@@ -147,12 +146,12 @@ INLINE void add_span(__global const float* from, const span_params* span, uint p
 __kernel void dof_parts(__global const float* source, __global const uint* list, __global const uint* starts,
                         __global const float* tables, __global const float* halves, __global float* state,
                         const blur_params p, const layer_params s, const part_params part) {
-    const uint item = get_global_id(0), x = item % (TILE_COLUMNS / V) * V;
-    const uint index = item / (TILE_COLUMNS / V) / TILE_ROWS;
+    const uint item = get_global_id(0), x = item % (dof_tile_columns / V) * V;
+    const uint index = item / (dof_tile_columns / V) / dof_tile_rows;
     if (index >= s.tiles)
         return;
     const uint entry = list[s.list + index], across = ENTRY_ACROSS(entry), down = ENTRY_DOWN(entry);
-    const int y = (int)(down * TILE_ROWS + item / (TILE_COLUMNS / V) % TILE_ROWS);
+    const int y = (int)(down * dof_tile_rows + item / (dof_tile_columns / V) % dof_tile_rows);
     const size_t at = in_planes(&p, across, x, y);
     __global float* here = state + at;
     __global float* before = here + (2 * CHANNELS + 2) * p.plane;
@@ -178,7 +177,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
 #else
     const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
     const int begin = max(y / pitch - s.reach, 0), end = min(y / pitch + s.reach + 1, rows);
-    const int first = (int)(s.first * TILE_ROWS) / pitch;
+    const int first = (int)(s.first * dof_tile_rows) / pitch;
     __global const float* block = source + (size_t)(across - s.first_column) * s.strip_column + s.pad + x;
     bool own = false;
     for (int row = begin; row < end && !own; ++row) {

@@ -19,7 +19,7 @@ __kernel void dof_planes(__global const float* circles, __global const ELEMENT_T
     const uint column = get_global_id(0) * V, row = get_global_id(1);
     if (column >= p.stride)
         return;
-    const int x = (int)column - MARGIN - (int)p.left, y = (int)row - (int)p.top;
+    const int x = (int)column - dof_margin - (int)p.left, y = (int)row - (int)p.top;
     const size_t here = (size_t)row * p.stride + column;
     float circle[V], channel[CHANNELS][V];
     for (int i = 0; i < V; ++i) {

@@ -72,15 +72,15 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
     if (index >= s.tiles)
         return;
     const uint across = ENTRY_ACROSS(list[s.list + index]), down = ENTRY_DOWN(list[s.list + index]);
-    const int first = (int)(across * TILE_COLUMNS) - (int)s.pad;
-    const int end = (int)(across * TILE_COLUMNS + TILE_COLUMNS + s.pad);
-    const uint kept = (down - s.first) * (TILE_ROWS / s.pitch) + row;
+    const int first = (int)(across * dof_tile_columns) - (int)s.pad;
+    const int end = (int)(across * dof_tile_columns + dof_tile_columns + s.pad);
+    const uint kept = (down - s.first) * (dof_tile_rows / s.pitch) + row;
     __global float* target = strips + (size_t)(across - s.first_column) * s.strip_column + (size_t)kept * s.strip_row;
-    __global const float* source = planes + in_planes(&p, 0, 0, down * TILE_ROWS + row * s.pitch);
+    __global const float* source = planes + in_planes(&p, 0, 0, down * dof_tile_rows + row * s.pitch);
 
 #if MOMENT
     const float16 columns =
-        (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(across * TILE_COLUMNS);
+        (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(across * dof_tile_columns);
 #endif
 
 #if FILL

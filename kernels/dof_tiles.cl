@@ -8,21 +8,21 @@
 #endif
 
 __kernel void dof_tiles(__global const float* planes, __global uint* tiles, const blur_params p) {
-    const uint across = p.columns / TILE_COLUMNS, tile = get_global_id(0), down = get_global_id(1);
+    const uint across = p.columns / dof_tile_columns, tile = get_global_id(0), down = get_global_id(1);
     if (tile >= across)
         return;
-    uintV found[TILE_WORDS];
-    for (int word = 0; word < TILE_WORDS; ++word)
+    uintV found[dof_tile_words];
+    for (int word = 0; word < dof_tile_words; ++word)
         found[word] = 0;
     intV bright = 0;
-    for (uint row = 0; row < TILE_ROWS; ++row) {
-        for (uint column = 0; column < TILE_COLUMNS; column += V) {
-            const size_t at = in_planes(&p, tile, column, down * TILE_ROWS + row);
+    for (uint row = 0; row < dof_tile_rows; ++row) {
+        for (uint column = 0; column < dof_tile_columns; column += V) {
+            const size_t at = in_planes(&p, tile, column, down * dof_tile_rows + row);
             for (uint surface = 0; surface <= BEHIND; ++surface) {
                 const floatV s = LOAD(float, planes + surface * (1 + CHANNELS) * p.plane + at);
                 const intV known = s >= 0.0f;
                 const intV low = convert_intV(max(s, 0.0f)), high = low + select((intV)0, (intV)1, convert_floatV(low) < s);
-                for (int word = 0; word < TILE_WORDS; ++word) {
+                for (int word = 0; word < dof_tile_words; ++word) {
                     const uintV one = select((uintV)0, (uintV)1 << as_uintV(low & 31), as_uintV(((low >> 5) == word) & known));
                     const uintV two = select((uintV)0, (uintV)1 << as_uintV(high & 31), as_uintV(((high >> 5) == word) & known));
                     found[word] |= one | two;
@@ -32,12 +32,12 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
             }
         }
     }
-    found[TILE_WORDS - 1] |= select((uintV)0, (uintV)0x80000000u, as_uintV(bright));
-    for (int word = 0; word < TILE_WORDS; ++word) {
+    found[dof_tile_words - 1] |= select((uintV)0, (uintV)0x80000000u, as_uintV(bright));
+    for (int word = 0; word < dof_tile_words; ++word) {
         const uint_lanes vector_width = found[word];
         uint all = 0;
         for (int i = 0; i < V; ++i)
             all |= ((const uint*)&vector_width)[i];
-        tiles[TILE_WORDS * (down * across + tile) + word] = all;
+        tiles[dof_tile_words * (down * across + tile) + word] = all;
     }
 }

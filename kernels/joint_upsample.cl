@@ -21,7 +21,9 @@
 #define CHANNELS 1
 #endif
 
-#define NEAREST 1e-4f // what counts beside a surface's own: too little to be seen there, and all where there is none
+// Weight of a result from another surface. Beside results of the pixel's own surface it is too small to be seen. Without any,
+// it makes the result closest in depth count.
+#define NEAREST 1e-4f
 
 // 2 V neighbours of a row: those of even and those of odd columns of the camera's image.
 typedef struct {
@@ -138,7 +140,7 @@ __kernel void joint_upsample(__global const float* depth, __global const float* 
                              const occlusion_params p) {
     const int left = (int)(grid.pixel_x & 1), top = (int)(grid.pixel_y & 1);
     const int column = (int)get_global_id(0) * V, x = 2 * column - left;
-    const int y = (int)get_global_id(1) + (int)target_grid.reserved;
+    const int y = (int)get_global_id(1) + (int)target_grid.y_begin;
     if (x >= (int)target_grid.x_end || x + 2 * V <= (int)target_grid.x_begin)
         return;
     const window w = window_at(depth, &grid, x, y);

@@ -1,23 +1,22 @@
 // Pixels whose depth was averaged over an edge: they lie on neither of the surfaces beside them, but between these.
 //   left = 2 before1 - before2,  right = 2 after1 - after2       where the planes beside the pixel pass through it
 // along a row or a column of inverse depth, which is affine on every plane: two-tap extrapolation as in slope.h (atyuwen 2020).
-// The pixel is mixed where it lies between left and right, and between its neighbours, by more than LEAST of the step from
-// left to right and more than rounding; and where that step is none that the slopes beside it make, as on a curve that turns,
-// and as wide as some pixels, which a rough surface's is not.
-// Neighbours count as well as extrapolations, since two taps of a thing two pixels wide predict nothing. Where one of the four
-// is no number, nothing is said.
+// A pixel is mixed if it lies between left and right, and between its two neighbours, and is away from each by more than
+// min_step of the step from left to right and by more than rounding. The step must also be larger than the slopes beside it
+// make, as they do on a curve, and as deep as some pixels are wide, which the steps of a rough surface are not.
+// The neighbours themselves are asked too, since two taps on an object two pixels wide predict nothing. If one of the four
+// values is no number, the pixel is not mixed.
 
 #include "params.h"
 #include "window.h"
 
-#define LEAST 0.0625f // mixed_pixels_min_step
-#define STEEP 0.5f    // slopes per step: four pixels mixed in a row, as wide filters make them, are 1 apart of 3
+#define STEEP 0.5f // slopes per step: four pixels mixed in a row, as wide filters make them, are 1 apart of 3
 
 INLINE intV mixed(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2, floatV tolerance,
-                  floatV widths) {
+                  floatV widths, float min_step) {
     const floatV slope_before = before1 - before2, slope_after = after2 - after1;
     const floatV left = before1 + slope_before, right = after1 - slope_after, step = right - left;
-    const floatV size = fabs(step), least = max(LEAST * size, tolerance);
+    const floatV size = fabs(step), least = max(min_step * size, tolerance);
     const floatV way = sign(step);
     const floatV from_left = min((centre - left) * way, (centre - before1) * way);
     const floatV from_right = min((right - centre) * way, (after1 - centre) * way);
@@ -34,9 +33,9 @@ INLINE floatV mixed_at(const window* w, int inside, const mixed_params* p) {
         fma(fma((floatV)p->error_quadratic, size, (floatV)p->error_linear), size, (floatV)p->error_constant);
     const floatV tolerance = 4.0f * error, widths = fma((floatV)p->step_linear, fabs(q), (floatV)p->step_constant);
     const intV in_row =
-        mixed(neighbour(w, inside, -2, 0), west, q, east, neighbour(w, inside, 2, 0), tolerance, widths);
+        mixed(neighbour(w, inside, -2, 0), west, q, east, neighbour(w, inside, 2, 0), tolerance, widths, p->min_step);
     const intV in_column =
-        mixed(neighbour(w, inside, 0, -2), north, q, south, neighbour(w, inside, 0, 2), tolerance, widths);
+        mixed(neighbour(w, inside, 0, -2), north, q, south, neighbour(w, inside, 0, 2), tolerance, widths, p->min_step);
     return select((floatV)0.0f, (floatV)1.0f, in_row | in_column);
 }
 

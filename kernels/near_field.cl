@@ -1,9 +1,10 @@
 // What the near layer does to each pixel, from the discs of all near pixels around it:
 //   OUTPUT 0   reach     max |c_p| over p with c_p < 0 and |p - x| <= |c_p|/2
 //   OUTPUT 1   coverage  min(1, sum of share_p over p with |p - x| <= |c_p|/2)               see near_field_weight.cl
-//   OUTPUT 2   hidden    (`share` being the coverage) x is near and covered less than wholly, or it is not and p is near for a p with |p - x| <= |c_x|/2
-// A work-item looks into the blocks and tiles whose least circle says that something in them may reach it, and at each
-// pixel in there for all its vector width at once. Tiles and their pixels are summed in a fixed order: the same bits for every V.
+//   OUTPUT 2   hidden    1 where a near pixel x is covered less than wholly (`share` holds the coverage), or where the disc of
+//                        another pixel x, of diameter |c_x|, holds a near pixel
+// A work-item skips every block and tile whose smallest circle cannot reach it. In the others it looks at each pixel for all
+// its own pixels at once. Tiles and their pixels are summed in a fixed order: the same bits for every V.
 // Built for: OUTPUT = 0 1 2
 
 #include "near_field.h"
@@ -11,7 +12,6 @@
 #if !defined(OUTPUT) || OUTPUT < 0 || OUTPUT > 2
 #error "OUTPUT is not defined: 0 reach, 1 coverage, 2 hidden"
 #endif
-#define BLOCK 16 // tiles across
 
 // Pixels between two stretches of them.
 INLINE float gap(uint first, uint last, uint other_first, uint other_last) {
@@ -118,13 +118,13 @@ __kernel void near_field(__global const float* circle, __global const float* sha
 #endif
     for (uint block_row = 0; block_row < p.block_rows; ++block_row) {
         for (uint block = 0; block < p.block_columns; ++block) {
-            const uint across = BLOCK * p.tile;
+            const uint across = near_block * p.tile;
             if (!may_matter(&g, block_least[(size_t)block_row * p.block_stride + block], block * across,
                             block_row * across, across, &p))
                 continue;
-            const uint last_row = min((block_row + 1) * BLOCK, p.rows), last = min((block + 1) * BLOCK, p.columns);
-            for (uint row = block_row * BLOCK; row < last_row; ++row) {
-                for (uint tile = block * BLOCK; tile < last; ++tile) {
+            const uint last_row = min((block_row + 1) * near_block, p.rows), last = min((block + 1) * near_block, p.columns);
+            for (uint row = block_row * near_block; row < last_row; ++row) {
+                for (uint tile = block * near_block; tile < last; ++tile) {
                     if (may_matter(&g, tile_min_coc[(size_t)row * p.tile_stride + tile], tile * p.tile, row * p.tile,
                                    p.tile, &p))
                         look_into_tile(&g, circle, share, tile * p.tile, row * p.tile, &p);

@@ -49,8 +49,8 @@ INLINE void refit(const window* w, int inside, floatV margin, floatV per_pixel, 
 #pragma unroll
         for (int dx = -RADIUS; dx <= RADIUS; ++dx) {
             const floatV rest = neighbour(w, inside, dx, dy) - fma(p->gx, (floatV)(float)dx, middle);
-            const intV near = fabs(rest) <= fma(per_pixel, (floatV)(float)abs(dx), limit);
-            const floatV one = select((floatV)0.0f, (floatV)1.0f, near), r = select((floatV)0.0f, rest, near);
+            const intV fits = fabs(rest) <= fma(per_pixel, (floatV)(float)abs(dx), limit);
+            const floatV one = select((floatV)0.0f, (floatV)1.0f, fits), r = select((floatV)0.0f, rest, fits);
             row_n += one;
             row_x = fma(one, (floatV)(float)dx, row_x);
             row_xx = fma(one, (floatV)(float)(dx * dx), row_xx);

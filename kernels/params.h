@@ -4,6 +4,11 @@
 // `pack_wide` in src/operations/parameters.cpp writes it, `wide_*` in vector.h reads it.
 // An affine function of (v, x, y, 1) is four of them: v the stored value, (x, y) the pixel's centre.
 
+//
+// Every struct is followed by PARAMS(name, bytes): both compilers check its size, and the host learns the name that OpenCL
+// reports for an argument of it. Nothing else needs to know that a struct exists.
+// Every number that a kernel and the host share stands here once: as a CONSTANT, or as a macro if the preprocessor reads it.
+
 #ifndef FATHOM_PARAMS_H
 #define FATHOM_PARAMS_H
 
@@ -11,16 +16,51 @@
 typedef uint u32;
 typedef ulong u64;
 typedef ulong wide;
+#define PARAMS(name, bytes) typedef char name##_has_its_size[sizeof(name) == (bytes) ? 1 : -1];
+#define CONSTANT(name, value) enum { name = value };
 #else
 #include <cstdint>
 namespace fathom::params {
 using u32 = std::uint32_t;
 using u64 = std::uint64_t;
 using wide = std::uint64_t;
+#define PARAMS(name, bytes)                                                                                            \
+    static_assert(sizeof(name) == (bytes), "a params struct has the same size on the host and on the device");         \
+    constexpr const char* type_name(const name&) {                                                                     \
+        return #name;                                                                                                  \
+    }
+#define CONSTANT(name, value) inline constexpr int name = value;
 #endif
 
-// Columns [x_begin, x_end) of `height` rows, from one image to another. Offsets and strides in elements; the first
-// pixel of the images is pixel (pixel_x, pixel_y) of the camera.
+// Form of the depth decoder: DepthForm in include/fathom/camera.hpp.
+#define FORM_RECIPROCAL 0
+#define FORM_RECIPROCAL_AFFINE 1
+#define FORM_AFFINE 2
+#define FORM_RATIONAL 3
+#define FORM_EXPONENTIAL 4
+#define FORM_RAY_DISTANCE 5
+
+// How stored depth lies in memory.
+#define STORAGE_FLOAT32 0
+#define STORAGE_FLOAT16 1
+#define STORAGE_UINT16 2
+#define STORAGE_UINT24 3
+#define STORAGE_RGB8 4
+
+// How a colour lies in memory.
+#define ELEMENT_FLOAT 0
+#define ELEMENT_HALF 1
+#define ELEMENT_U16 2
+#define ELEMENT_U8 3
+
+// How the circle of confusion is computed.
+#define CIRCLE_RECENTRED 0 // affine in the stored value, counted from the far end of its range
+#define CIRCLE_SUM 1       // affine in the stored value and the pixel
+#define CIRCLE_QUOTIENT 2  // of two such sums
+#define CIRCLE_OF_DEPTH 3  // the depth is decoded first
+
+// Columns [x_begin, x_end) of `height` rows, from one image to another. Offsets and strides are in elements. The first pixel
+// of the images is pixel (pixel_x, pixel_y) of the camera. The target's first row is row y_begin of what is computed.
 typedef struct {
     u64 source_offset;
     u64 target_offset;
@@ -31,8 +71,17 @@ typedef struct {
     u32 height;
     u32 pixel_x;
     u32 pixel_y;
-    u32 reserved; // a size that is a multiple of eight on both sides
+    u32 y_begin;
 } grid_params;
+PARAMS(grid_params, 48)
+
+// An image with several channels that is read beside the depth. Offset and stride are in elements.
+typedef struct {
+    u64 offset;
+    u32 stride;
+    u32 channels;
+} source_params;
+PARAMS(source_params, 16)
 
 // How a stored value becomes a view depth. See DepthForm in include/fathom/camera.hpp.
 typedef struct {
@@ -54,6 +103,7 @@ typedef struct {
     u32 code_shift;         // uint24: bits below the code
     u32 byte_weights[3];    // rgb8
 } depth_params;
+PARAMS(depth_params, 160)
 
 // position = origin + w direction; w is the depth, or (z - eye_depth) / depth(x, y). Columns multiply (x, y, 1).
 typedef struct {
@@ -64,6 +114,7 @@ typedef struct {
     wide eye_depth;
     wide scale; // ray distance: scene units per stored unit
 } ray_params;
+PARAMS(ray_params, 256)
 
 // From inverse depth q and its slopes gx, gy per pixel to a normal. See kernels/normals.cl.
 //   n = of_slope_x gx + of_slope_y gy + of_depth (q - gx (x - centre_x) - gy (y - centre_y)), or 1 for the last factor
@@ -76,6 +127,13 @@ typedef struct {
     float centre_y[2];
     float error_constant, error_linear, error_quadratic;
 } normal_params;
+PARAMS(normal_params, 64)
+
+// Columns of a plane beyond the image on either side: the greatest vector width.
+CONSTANT(split_margin, 16)
+
+// Columns of a plane that the occlusion kernel works through before it goes on to the next: its samples stay in the cache.
+CONSTANT(ssao_band, 256)
 
 // An image split into 4 x 4 planes: pixel (x, y) lies in plane 4 (y mod 4) + x mod 4 at column x / 4 and row y / 4, so
 // that pixels which share a sampling pattern are neighbours in memory. `margin` columns on both sides and one row above
@@ -87,22 +145,24 @@ typedef struct {
     u32 stride;          // elements from row to row of a plane
     u32 plane;           // elements from plane to plane
 } split_params;
+PARAMS(split_params, 32)
 
-// A place that the pixels of one sampling pattern look at, along a slice: the nearest pixel, and the stretch of the slice
-// that it stands for. Distances in pixels along the slice.
+// A sample of one sampling pattern along a slice: the pixel nearest to it, and the stretch of the slice that this pixel
+// represents. Distances are in pixels along the slice, from the centre pixel unless said otherwise.
 typedef struct {
-    int offset;               // elements from the pixel to it, in the split image
-    int rows_columns;         // the same, rows in the high half and columns in the low one
-    float distance;           // of its centre
+    int offset;               // elements from the centre pixel to the sample, in the split image
+    int rows_columns;         // the same offset: rows in the high half, columns in the low half
+    float distance;           // to the sample's pixel
     float inverse_distance;
     float square_distance;
-    float aside;              // from the pixel's centre to the slice
-    float low, high;          // from it to where its stretch begins at the nearest and ends at the farthest
-    float inverse_low, inverse_high; // of the distances there
-    float gap;                // from the last one to it
-    float before, after;      // from the last one, and from it, to half way between them
-    float inverse_inner;      // of the distance there
+    float aside;              // from the sample's pixel across to the slice
+    float low, high;          // from the sample to the previous one and to the next one: its surface may end anywhere between
+    float inverse_low, inverse_high; // 1 / the distances to these two
+    float gap;                // from the previous sample to this one
+    float before, after;      // from the previous sample, and from this one, to the midpoint between them
+    float inverse_inner;      // 1 / the distance to that midpoint
 } tap_params;
+PARAMS(tap_params, 56)
 
 // How positions lie around a pixel, for the occlusion kernels. See EyeRays in src/camera/eye_rays.hpp.
 typedef struct {
@@ -119,6 +179,7 @@ typedef struct {
     u32 slices;            // per pixel
     u32 levels;            // of radii on the screen, each the square root of two times the last
 } occlusion_params;
+PARAMS(occlusion_params, 136)
 
 // The circle of confusion of a stored value: see Circle in include/fathom/lens.hpp and kernels/circle.h.
 typedef struct {
@@ -135,13 +196,19 @@ typedef struct {
     float sharp;    // up to this |c| all is in focus
     float inverse_transition; // of the pixels from there to none
 } circle_params;
+PARAMS(circle_params, 152)
 
 // The bound of inverse depth's error, as in normal_params; and the least step between two surfaces that counts, constant and
 // per inverse depth. See kernels/mixed_pixels.cl.
 typedef struct {
     float error_constant, error_linear, error_quadratic;
     float step_constant, step_linear;
+    float min_step; // fraction of the step between two surfaces that a mixed pixel is away from either
 } mixed_params;
+PARAMS(mixed_params, 24)
+
+// Tiles across and down of a block.
+CONSTANT(near_block, 16)
 
 // An image of circles in tiles, and tiles in blocks of 16 x 16, each with the least and the greatest circle in it. All images
 // start at their buffer's first element.
@@ -158,9 +225,35 @@ typedef struct {
     float inverse_transition;
     float shows;         // a near layer that covers less than this lets something through
 } near_field_params;
+PARAMS(near_field_params, 56)
 
-// An image cut into tiles of 64 x 16 pixels that are anchored at the camera's image; planes hold whole tiles, with a margin
-// of 16 columns on either side.
+// Columns and rows of a tile; columns of a plane beyond its tiles on either side; words of bits that a tile has.
+CONSTANT(dof_tile_columns, 64)
+CONSTANT(dof_tile_rows, 8)
+CONSTANT(dof_tile_words, 5)
+CONSTANT(dof_margin, 16)
+
+// Rows of pixels that an item of dof_gather works through at once: they read nearly the same strips.
+CONSTANT(dof_rows_at_once, 2)
+
+// Up to this many pixels around one, reading them one by one is cheaper than running sums.
+CONSTANT(dof_direct_reach, 2)
+
+// Fractions of the aperture, from 0 to 1, that the table of half-planes holds.
+CONSTANT(dof_fractions, 256)
+
+// Pixels across and down of a block, of which the farthest slice is known.
+CONSTANT(dof_behind_block, 8)
+
+// An entry of a list of tiles: a tile's column, its row, and two flags.
+#define ENTRY_ROW_SHIFT 16
+#define ENTRY_COLUMN_MASK 0xffffu
+#define ENTRY_ROW_MASK 0x3fffu
+#define ENTRY_FOREGROUND_BIT 30 // some pixels lie before the focus
+#define ENTRY_FOLLOWS_BIT 31    // the slice just before it reached this tile too
+
+// An image cut into tiles of 64 x 8 pixels that are anchored at the camera's image. Planes hold whole tiles, with a margin of
+// 16 columns on either side.
 typedef struct {
     u32 width, height; // of the image, pixels
     u32 left, top;     // columns and rows of the first tile before the image's first pixel
@@ -172,6 +265,7 @@ typedef struct {
     float largest;     // circle, pixels
     float knee;        // colours beyond this are summed apart
 } blur_params;
+PARAMS(blur_params, 48)
 
 // One slice of circle of confusion, and the tiles that it is worked out for at once; of several the first.
 typedef struct {
@@ -188,12 +282,14 @@ typedef struct {
     int reach;        // rows of strips above and below that the aperture covers
     int columns;      // and columns on either side
 } layer_params;
+PARAMS(layer_params, 52)
 
 // Pixels from `low` to before `high` of a row, and what each counts.
 typedef struct {
     int low, high;
     float weight;
 } span_params;
+PARAMS(span_params, 12)
 
 // A pixel of a small aperture or a part of one, what it counts, and the middle of the part of the lens that it shows through.
 typedef struct {
@@ -201,6 +297,7 @@ typedef struct {
     float weight;
     float u, v;
 } aperture_tap_params;
+PARAMS(aperture_tap_params, 20)
 
 // How a slice's pixels lie in the lens, and which tables its parts are read from. See kernels/dof_parts.cl.
 typedef struct {
@@ -210,6 +307,7 @@ typedef struct {
     u32 taps, tap_count; // where the slice's own begin, where pixels are read directly
     u32 directions;      // of the table of half-planes: 1, or many all around
 } part_params;
+PARAMS(part_params, 28)
 
 // Where to look for what lies behind a pixel.
 typedef struct {
@@ -217,6 +315,7 @@ typedef struct {
     float farthest;                // slice of any pixel
     float vertical;                // horizontal pixels that a row is high
 } behind_params;
+PARAMS(behind_params, 16)
 
 #ifndef __OPENCL_C_VERSION__
 } // namespace fathom::params

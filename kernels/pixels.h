@@ -4,13 +4,10 @@
 #ifndef FATHOM_PIXELS_H
 #define FATHOM_PIXELS_H
 
-#define ELEMENT_FLOAT 0
-#define ELEMENT_HALF 1
-#define ELEMENT_U16 2
-#define ELEMENT_U8 3
+#include "params.h"
 
 #if !defined(ELEMENT) || ELEMENT < ELEMENT_FLOAT || ELEMENT > ELEMENT_U8
-#error "ELEMENT is not defined: one of the ELEMENT_ constants above"
+#error "ELEMENT is not defined: one of the ELEMENT_ constants of params.h"
 #endif
 
 #if ELEMENT == ELEMENT_FLOAT

@@ -30,10 +30,10 @@ INLINE floatV surface_only(floatV q) {
 #endif
 }
 
-// How far `near` and what lies beyond it are from predicting the centre. With nothing beyond, `near` itself is the
-// prediction; infinite where there is no neighbour.
-INLINE floatV misprediction(floatV far, floatV near, floatV centre) {
-    const floatV two_taps = fabs(fma((floatV)2.0f, near, -far) - centre), one_tap = fabs(near - centre);
+// How far a prediction from `nearby` and the pixel `beyond` it is off the centre. Without a pixel beyond, `nearby` itself is
+// the prediction. Infinite without a neighbour.
+INLINE floatV misprediction(floatV beyond, floatV nearby, floatV centre) {
+    const floatV two_taps = fabs(fma((floatV)2.0f, nearby, -beyond) - centre), one_tap = fabs(nearby - centre);
     const floatV error = select(one_tap, two_taps, two_taps < INFINITY);
     return select((floatV)INFINITY, error, error < INFINITY);
 }
@@ -52,12 +52,13 @@ INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1
     return select((floatV)0.0f, chosen, better < INFINITY);
 }
 
-// The slope, but for things of one or two pixels: no plane of theirs explains them, and other things' must not. They go on
-// to their neighbour, if one lies within `step`, and face the eye otherwise.
-INLINE floatV unless_thin(floatV found, const floatV* near, floatV q, floatV step) {
-    const floatV from_before = fabs(fma((floatV)2.0f, near[1], -near[0]) - q);
-    const floatV from_after = fabs(fma((floatV)2.0f, near[2], -near[3]) - q);
-    const floatV before = q - near[1], after = near[2] - q;
+// The slope, except on objects one or two pixels wide. Two taps do not fit their plane, and planes of other objects must not
+// be theirs. Such a pixel takes the difference to its closer neighbour if that is within `step`, and faces the camera
+// otherwise.
+INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV step) {
+    const floatV from_before = fabs(fma((floatV)2.0f, nearby[1], -nearby[0]) - q);
+    const floatV from_after = fabs(fma((floatV)2.0f, nearby[2], -nearby[3]) - q);
+    const floatV before = q - nearby[1], after = nearby[2] - q;
     const floatV closer = select(after, before, !(fabs(before) > fabs(after)));
     const floatV chosen = select((floatV)0.0f, closer, fabs(closer) < step);
     return select(found, chosen, (from_before > step) & (from_after > step));

@@ -5,14 +5,12 @@
 
 #include "vector.h"
 
-#define MARGIN 16 // columns of a plane beyond the image on either side: the largest V
-
 // Inverse depth of what is no surface: behind everything, and still a number.
 #define NOTHING -1e37f // background
 #define UNKNOWN -2e37f // invalid, or outside the image
 
 INLINE uint in_plane(const split_params* s, int plane, int column, int row) {
-    return (uint)plane * s->plane + (uint)(row + 1) * s->stride + (uint)(column + MARGIN);
+    return (uint)plane * s->plane + (uint)(row + 1) * s->stride + (uint)(column + split_margin);
 }
 
 // Slopes to the right and down in one word, the leading 16 bits of each.

@@ -25,9 +25,10 @@
 #endif
 
 #define STORE(target, value) *(__global float_lanes*)(target) = (value)
-#define TILE 256 // columns
 #define SECTORS 31.0f
-#define STEEP 0.5f // of the radius from pixel to pixel: what is steeper, and than the tangent plane too, is an edge
+// Fraction of the radius that a surface may rise from one pixel to the next. A steeper step is an edge, unless the tangent
+// plane is as steep.
+#define STEEP 0.5f
 
 #if BENT
 #define BENT_ANGLES 24 // cosine and sine of (i + 1/2) pi / 24
@@ -159,16 +160,16 @@ INLINE placeV place_at(uint here, int column, int row, int reach, const split_pa
     return (placeV){here, column, row, inside_row && row >= reach && row + reach < (int)split->rows};
 }
 
-// The pixels of this work-item, of which a launch has one dimension: tiles of columns, so that what one's taps look at stays
-// in the cache; all jitter of a row before the next row.
+// The pixels of this work-item. A launch has one dimension. It goes through the planes in bands of columns, so that the samples
+// of neighbouring items stay in the cache, and through all jitter of a row before the next row.
 typedef struct {
     int pattern, column, row;
 } itemV;
 
 INLINE itemV item_of(const split_params* split) {
-    const uint item = (uint)get_global_id(0), wide = TILE / V, tile_items = wide * 16 * split->rows;
-    const uint tile = item / tile_items, in_tile = item % tile_items;
-    return (itemV){(int)(in_tile / wide % 16), (int)(tile * TILE + in_tile % wide * V), (int)(in_tile / wide / 16)};
+    const uint item = (uint)get_global_id(0), wide = ssao_band / V, band_items = wide * 16 * split->rows;
+    const uint band = item / band_items, in_band = item % band_items;
+    return (itemV){(int)(in_band / wide % 16), (int)(band * ssao_band + in_band % wide * V), (int)(in_band / wide / 16)};
 }
 
 INLINE uint at_tap(const placeV* place, const split_params* split, __global const tap_params* tap) {
@@ -177,7 +178,7 @@ INLINE uint at_tap(const placeV* place, const split_params* split, __global cons
         return at;
     const int column = place->column + ((tap->rows_columns << 16) >> 16), row = place->row + (tap->rows_columns >> 16);
     return at + (uint)((clamp(row, -1, (int)split->rows) - row) * (int)split->stride +
-                       clamp(column, -MARGIN, (int)split->columns) - column);
+                       clamp(column, -split_margin, (int)split->columns) - column);
 }
 
 // What a tap sees: its surface where the slice passes it, less q_c, and how it goes on along the slice.
@@ -206,7 +207,8 @@ INLINE intV rises_above(const sideV* side, floatV first, const columnV* column, 
     return (max(low, high) > first) & (column->height > -side->slack);
 }
 
-// Two neighbours meet in an outward edge, which ends both, if either, followed to the other's place, passes above it.
+// Two neighbouring samples meet in an outward edge if the surface of each, extended to the other sample, passes above it.
+// The edge then ends both surfaces.
 typedef struct {
     intV outward;
     floatV place; // (q - q_c) / s
@@ -227,8 +229,8 @@ INLINE floatV end_of(const sideV* side, const columnV* column, const edgeV* edge
     return select(fma(tilt, (floatV)way, column->front) * inverse, edge->place, edge->outward);
 }
 
-// The sectors that a column blocks: from its back to the higher end of its front, inside the sphere. A lane counts what it
-// would look at by itself: the same whatever its neighbours do.
+// The sectors that a column blocks: from its back to the higher end of its front, inside the sphere. Each pixel counts only
+// the samples that could block a sector of its own, so that its result does not depend on the other pixels of the vector.
 INLINE intV sectors_of(const sideV* side, floatV first, const columnV* column, floatV back, floatV inner, floatV outer,
                        __global const tap_params* tap) {
     const sphereV sphere = sphere_at(side, tap);
@@ -405,10 +407,10 @@ INLINE floatV known_share(const sideV* side, const sourceV* from, const placeV* 
                           int count) {
     floatV asked = 0.0f, answered = 0.0f;
     for (int i = 0; i < count; ++i) {
-        const floatV near = select((floatV)0.0f, (floatV)1.0f, tap[i].distance <= side->extent);
-        asked += near;
+        const floatV within = select((floatV)0.0f, (floatV)1.0f, tap[i].distance <= side->extent);
+        asked += within;
         const floatV front = LOAD(float, from->fronts + at_tap(place, from->split, tap + i));
-        answered += select((floatV)0.0f, near, front > 1.5f * NOTHING);
+        answered += select((floatV)0.0f, within, front > 1.5f * NOTHING);
     }
     return select((floatV)1.0f, answered / max(asked, 1e-9f), asked > 0.0f);
 }

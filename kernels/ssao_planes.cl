@@ -66,13 +66,13 @@ INLINE floatV neighbours_at(__global const float* image, const grid_params* grid
 }
 
 // The slope where the pixels next to this one are missing, as in every second row of a frame: from those beyond them.
-INLINE floatV across_gaps(floatV found, const floatV* near, floatV q, floatV step) {
-    const intV before = isfinite(near[0]), after = isfinite(near[3]);
-    const floatV from_before = 0.5f * (q - near[0]), from_after = 0.5f * (near[3] - q);
+INLINE floatV across_gaps(floatV found, const floatV* nearby, floatV q, floatV step) {
+    const intV before = isfinite(nearby[0]), after = isfinite(nearby[3]);
+    const floatV from_before = 0.5f * (q - nearby[0]), from_after = 0.5f * (nearby[3] - q);
     const floatV one_side = select(select((floatV)0.0f, from_after, after), from_before, before);
     const floatV wide = select(one_side, 0.5f * (from_before + from_after), before & after);
     const floatV off = select(one_side, from_before - from_after, before & after); // both sides agree on a plane
-    return select(found, wide, !isfinite(near[1]) & !isfinite(near[2]) & (fabs(off) < step));
+    return select(found, wide, !isfinite(nearby[1]) & !isfinite(nearby[2]) & (fabs(off) < step));
 }
 
 #endif
@@ -80,15 +80,16 @@ INLINE floatV across_gaps(floatV found, const floatV* near, floatV q, floatV ste
 #if GIVEN_NORMALS
 // The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
 // factor for an orthographic camera. A normal that looks away from the eye is none: its surface is taken to face the eye.
-INLINE void slopes_of(__global const float* normals, const split_params* split, const occlusion_params* p, int x, int y,
-                      ulong offset, uint stride, uint channels, floatV q, floatV fx, float fy, floatV* right,
+INLINE void slopes_of(__global const float* normals, const source_params* source, const split_params* split,
+                      const occlusion_params* p, int x, int y, floatV q, floatV fx, float fy, floatV* right,
                       floatV* down) {
     floatV n[3];
     for (int c = 0; c < 3; ++c) {
         float vector_width[V];
         for (int i = 0; i < V; ++i) {
             const bool inside = y >= 0 && y < (int)split->height && x + i >= 0 && x + i < (int)split->width;
-            vector_width[i] = inside ? normals[offset + (size_t)y * stride + (size_t)(EVERY * (x + i)) * channels + c] : 0;
+            const size_t at = source->offset + (size_t)y * source->stride;
+            vector_width[i] = inside ? normals[at + (size_t)(EVERY * (x + i)) * source->channels + c] : 0;
         }
         n[c] = *(const float_lanes*)vector_width;
     }
@@ -109,11 +110,11 @@ INLINE void slopes_of(__global const float* normals, const split_params* split, 
 
 __kernel void ssao_planes(__global const float* depth, __global const float* extra, __global const float* normals,
                           __global float* fronts, __global float* backs, __global float* slopes, const grid_params grid,
-                          const grid_params extra_grid, const grid_params normals_grid, const split_params split,
+                          const grid_params extra_grid, const source_params normals_source, const split_params split,
                           const occlusion_params occlusion) {
-    const int column = (int)get_global_id(0) * V - MARGIN;
+    const int column = (int)get_global_id(0) * V - split_margin;
     const int v = (int)get_global_id(1) - 4; // rows of the split image, its margins included
-    if (column >= (int)split.columns + MARGIN)
+    if (column >= (int)split.columns + split_margin)
         return;
     const int y = v - (int)(split.pixel_y & 3);
     const int left = 4 * column - (int)(split.pixel_x & 3);
@@ -146,8 +147,7 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
 #endif
         floatV right, down;
 #if GIVEN_NORMALS
-        slopes_of(normals, &split, &occlusion, x, y, normals_grid.source_offset, normals_grid.source_stride,
-                  normals_grid.reserved, q, fx, fy, &right, &down);
+        slopes_of(normals, &normals_source, &split, &occlusion, x, y, q, fx, fy, &right, &down);
 #endif
 #if GIVEN_NORMALS != 1
         const floatV tolerance = 4.0f * depth_error(&occlusion, q);
@@ -168,7 +168,7 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
     }
 
     floatV dealt[4];
-    const uint at = (uint)((v + 4) >> 2) * split.stride + (uint)(column + MARGIN);
+    const uint at = (uint)((v + 4) >> 2) * split.stride + (uint)(column + split_margin);
     const uint first = (uint)(v & 3) * 4;
 #define STORE(values, target)                                                                                          \
     DEAL(values, dealt);                                                                                               \

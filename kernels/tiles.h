@@ -7,10 +7,6 @@
 #include "vector.h"
 #include "params.h"
 
-#define TILE_COLUMNS 64
-#define TILE_ROWS 8
-#define TILE_WORDS 5 // of bits
-#define MARGIN 16
 #define NOWHERE -1e6f // the layer of what takes part in nothing
 #define JUMP 2.0f     // layers: a surface's neighbours in depth are not behind it
 
@@ -20,22 +16,22 @@
 
 // Of a pixel's first plane: column x of tile `across`, row y of all.
 INLINE size_t in_planes(const blur_params* p, uint across, uint x, uint y) {
-    return (size_t)y * p->stride + MARGIN + across * TILE_COLUMNS + x;
+    return (size_t)y * p->stride + dof_margin + across * dof_tile_columns + x;
 }
 
 // What layer k finds in a row of tiles, `pad` columns around a tile: 2 pixels of its own, 1 only some that are not nearer,
 // 0 none.
 INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint across, uint down, uint pad, uint k) {
-    const uint aside = (pad + TILE_COLUMNS - 1) / TILE_COLUMNS, count = p->columns / TILE_COLUMNS;
+    const uint aside = (pad + dof_tile_columns - 1) / dof_tile_columns, count = p->columns / dof_tile_columns;
     const uint first = across > aside ? across - aside : 0, last = min(across + aside, count - 1);
     const uint from = k > 0 ? k - 1 : 0; // pixels that lie between the layer before and this one
     uint some = 0;
     for (uint tile = first; tile <= last; ++tile) {
-        __global const uint* words = tiles + TILE_WORDS * (down * count + tile);
+        __global const uint* words = tiles + dof_tile_words * (down * count + tile);
         if (words[k / 32] >> k % 32 & 1u)
             return 2;
-        for (uint word = from / 32; word < TILE_WORDS; ++word) {
-            const uint bits = word == TILE_WORDS - 1 ? words[word] & 0x7fffffffu : words[word];
+        for (uint word = from / 32; word < dof_tile_words; ++word) {
+            const uint bits = word == dof_tile_words - 1 ? words[word] & 0x7fffffffu : words[word];
             some |= word == from / 32 ? bits >> from % 32 : bits;
         }
     }
@@ -43,10 +39,10 @@ INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint 
 }
 
 // An entry of a list of tiles.
-#define ENTRY_ACROSS(entry) ((entry)&0xffffu)
-#define ENTRY_DOWN(entry) ((entry) >> 16 & 0x3fffu)
-#define ENTRY_NEAR 0x40000000u    // some pixels lie before the focus
-#define ENTRY_FOLLOWS 0x80000000u // the layer just before was here too
+#define ENTRY_ACROSS(entry) ((entry)&ENTRY_COLUMN_MASK)
+#define ENTRY_DOWN(entry) ((entry) >> ENTRY_ROW_SHIFT & ENTRY_ROW_MASK)
+#define ENTRY_FOREGROUND (1u << ENTRY_FOREGROUND_BIT)
+#define ENTRY_FOLLOWS (1u << ENTRY_FOLLOWS_BIT)
 
 // Layers that the pixels lie in of rows [begin, end), so many columns aside of V of them.
 typedef struct {

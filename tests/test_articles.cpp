@@ -9,6 +9,7 @@
 #include "catch.hpp"
 #include "seen.hpp"
 
+#include "camera/world_rays.hpp"
 #include "operations/parameters.hpp"
 
 #include <fathom/linearize.hpp>

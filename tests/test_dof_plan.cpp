@@ -178,7 +178,8 @@ TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is 
             tiles[40][static_cast<std::size_t>(layer / 32)] |= 1u << (layer % 32);
             const LayerPlan plan = layer_plan(tiles, 9, {.aperture = {}, .scale = scale, .quality = quality});
             const params::layer_params& pass = plan.passes.front().gather;
-            return std::pair{static_cast<double>(plan.spans.size()) / pass.pitch, 1 + 2.0 * pass.pad / tile_columns};
+            return std::pair{static_cast<double>(plan.spans.size()) / pass.pitch,
+                             1 + 2.0 * pass.pad / params::dof_tile_columns};
         };
         CHECK(cost(scale.middle).first == 1);
         std::printf("dof, %s, circle: spans that a pixel reads, columns summed for each:", name);

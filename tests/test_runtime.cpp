@@ -129,6 +129,35 @@ TEST_CASE("runtime: a launch refuses arguments that the kernel does not declare"
     device().finish();
 }
 
+TEST_CASE("runtime: types of arguments are compared whatever the driver's way to spell them", "[runtime]") {
+    for (const char* spelling :
+         {"float*", "float *", "__global float*", "global const float *", "const __global float * restrict"})
+        CHECK(runtime::bare_type(spelling) == "float*");
+    for (const char* spelling : {"grid_params", "struct grid_params", "const struct grid_params "})
+        CHECK(runtime::bare_type(spelling) == "grid_params");
+    CHECK(runtime::bare_type(std::string_view("uint*\0*", 7)) == "uint*");
+    CHECK(type_name(params::circle_params{}) == std::string("circle_params"));
+}
+
+TEST_CASE("runtime: a group is as large as its kernel allows", "[runtime]") {
+    const auto kernel = [&](std::size_t limit) {
+        runtime::Kernel one = linearize_kernel();
+        one.group_limit = limit;
+        return one;
+    };
+    runtime::Kernel unasked = kernel(0), narrow = kernel(24), wide = kernel(4096);
+    CHECK(runtime::group_size(device(), narrow) == 24);
+    CHECK(runtime::group_size(device(), wide) == 64);
+    CHECK(runtime::group_size(device(), unasked) <= 64);
+    CHECK(unasked.group_limit > 0);
+    const std::vector<float> stored(100, 0.5f);
+    const Image image = Image::from_host(device(), Element::f32, stored.data(), {100, 1});
+    const Image target(device(), Element::f32, {100, 1});
+    CHECK_NOTHROW(runtime::launch(device(), narrow, {7, 1}, image, target, params::grid_params{},
+                                  params::depth_params{}, params::ray_params{}));
+    device().finish();
+}
+
 TEST_CASE("runtime: a kernel that does not build shows its log, with the file that a person would open", "[runtime]") {
     const auto message = message_of<Error>([] { runtime::kernel(device(), "linearize", {{"V", 3}}); });
     INFO(message);

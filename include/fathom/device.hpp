@@ -36,7 +36,7 @@ enum class Arithmetic {
 struct DeviceOptions {
     Arithmetic arithmetic = Arithmetic::automatic;
     int vector_width = 0; ///< pixels per work-item: 1, 4, 8 or 16; 0: 16 on a CPU, 1 on a GPU
-    int group_size = 0;   ///< work-items per group; 0: 64
+    int group_size = 0;   ///< work-items per group, fewer if a kernel does not allow so many; 0: 64
 };
 
 /// An OpenCL device with its context, its in-order queue and the programs built for it.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <stdexcept>
 
 namespace CLI {
@@ -12,7 +13,7 @@ namespace fathom::cli {
 /// What the program says to the shell. An interrupt is 128 plus the signal's number: 130 for Ctrl-C.
 enum ExitCode : int { done = 0, input_failed = 1, wrong_usage = 2, no_device = 3 };
 
-/// One command of the program. A new one is a file that defines it and its name in the list of main.cpp.
+/// One command of the program. NAME.cpp defines `extern const Command NAME_command`; src/cli/CMakeLists.txt lists the names.
 struct Command {
     const char* name;
     const char* summary; ///< one line, shown in the list of commands
@@ -22,14 +23,8 @@ struct Command {
     std::function<int()> (*configure)(CLI::App& app);
 };
 
-extern const Command linearize_command;
-extern const Command unproject_command;
-extern const Command normals_command;
-extern const Command ssao_command;
-extern const Command dof_masks_command;
-extern const Command dof_command;
-extern const Command inspect_command;
-extern const Command devices_command;
+/// All of them, in the order of the list in src/cli/CMakeLists.txt.
+std::span<const Command* const> commands();
 
 /// The arguments contradict each other or the files that are there. Nothing was done yet.
 class UsageError : public std::runtime_error {

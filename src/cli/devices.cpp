@@ -59,7 +59,7 @@ std::function<int()> configure(CLI::App& app) {
 
 } // namespace
 
-const Command devices_command{
+extern const Command devices_command{
     .name = "devices",
     .summary = "Lists the OpenCL devices and marks the default one.",
     .notes = R"(Example:

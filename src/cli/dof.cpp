@@ -182,7 +182,7 @@ std::function<int()> configure(CLI::App& app) {
 
 } // namespace
 
-const Command dof_command{
+extern const Command dof_command{
     .name = "dof",
     .summary = "Blurs a picture as a lens focused on one depth does: depth of field.",
     .notes =

@@ -153,7 +153,7 @@ std::function<int()> configure(CLI::App& app) {
 
 } // namespace
 
-const Command dof_masks_command{
+extern const Command dof_masks_command{
     .name = "dof-masks",
     .summary = "Finds the circle of confusion of each pixel, and what is near, in focus and far.",
     .notes =

@@ -188,7 +188,7 @@ std::function<int()> configure(CLI::App& app) {
 
 } // namespace
 
-const Command inspect_command{
+extern const Command inspect_command{
     .name = "inspect",
     .summary = "Shows what a depth image holds and, with a camera, what its values mean.",
     .notes = R"(Percentiles are values of the image (nearest rank). In JSON, NaN and infinities are the strings

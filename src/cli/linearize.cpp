@@ -29,7 +29,7 @@ std::function<int()> configure(CLI::App& app) {
 
 } // namespace
 
-const Command linearize_command{
+extern const Command linearize_command{
     .name = "linearize",
     .summary = "Turns stored depth into exact distance along the view axis.",
     .notes = R"(The result is float32, in scene units, positive in front of the eye, rows in the order of the input;

@@ -16,9 +16,6 @@ namespace {
 
 using namespace fathom::cli;
 
-constexpr const Command* commands[] = {&linearize_command, &unproject_command, &normals_command, &ssao_command,
-                                       &dof_masks_command, &dof_command,       &inspect_command, &devices_command};
-
 constexpr const char* exit_codes = R"(Exit codes:
   0    done
   1    some input failed; the others were done
@@ -42,7 +39,7 @@ int run(int argc, char** argv) {
                    std::string(exit_codes));
 
     std::function<int()> action;
-    for (const Command* command : commands) {
+    for (const Command* command : commands()) {
         CLI::App* app = program.add_subcommand(command->name, command->summary);
         app->footer(command->notes + std::string("\n\n") + exit_codes_in_short);
         app->parse_complete_callback([&action, run = command->configure(*app)] { action = run; });

@@ -50,7 +50,7 @@ std::function<int()> configure(CLI::App& app) {
 
 } // namespace
 
-const Command normals_command{
+extern const Command normals_command{
     .name = "normals",
     .summary = "Turns stored depth into surface normals, in the camera's axes or the world's.",
     .notes = R"(The result is three float32 a pixel, of length 1 and towards the eye; an EXR holds them as N.X N.Y N.Z.

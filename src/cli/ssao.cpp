@@ -222,7 +222,7 @@ std::function<int()> configure(CLI::App& app) {
 
 } // namespace
 
-const Command ssao_command{
+extern const Command ssao_command{
     .name = "ssao",
     .summary = "Finds how much of the hemisphere above each pixel is open: ambient occlusion.",
     .notes = R"(The result is visibility, 1 open to 0 blocked; an EXR holds it as channel AO, a .png in 16 bits as

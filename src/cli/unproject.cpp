@@ -61,7 +61,7 @@ std::function<int()> configure(CLI::App& app) {
 
 } // namespace
 
-const Command unproject_command{
+extern const Command unproject_command{
     .name = "unproject",
     .summary = "Turns stored depth into exact positions, in the camera's axes or the world's.",
     .notes = R"(The result is three float32 a pixel, in scene units; an EXR holds them as P.X P.Y P.Z. Pixels without a

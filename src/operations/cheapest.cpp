@@ -3,7 +3,7 @@
 #include "operations/cheapest.hpp"
 
 #include "operations/parameters.hpp"
-#include "operations/ssao.hpp"
+#include "operations/pixel_lattice.hpp"
 #include "require.hpp"
 
 #include <algorithm>
@@ -64,7 +64,7 @@ void take_worse(MeasuredMethod& known, const Measured& other) {
     }
 }
 
-// What depth is as coarse as.
+// The storage whose rounding the depth has: a float image may come from a 16-bit buffer.
 std::string storage_of(const StoredDepth& stored) {
     return to_string(stored.camera.depth_bits.value_or(32) <= 16 ? Storage::uint16 : stored.storage);
 }

@@ -10,12 +10,12 @@
 
 namespace fathom {
 
-/// How kernels/circle.h comes by a circle; the values are those of its CIRCLE_ constants.
+/// How kernels/circle.h comes by a circle; the values are the CIRCLE_ constants of params.h.
 enum class CircleForm {
-    recentred = 0, ///< affine in the stored value, in floats
-    sum = 1,       ///< affine in the stored value and the pixel, in double or two floats
-    quotient = 2,  ///< of two such sums
-    of_depth = 3,  ///< the depth is decoded first
+    recentred = CIRCLE_RECENTRED, ///< affine in the stored value, in floats
+    sum = CIRCLE_SUM,             ///< affine in the stored value and the pixel, in double or two floats
+    quotient = CIRCLE_QUOTIENT,   ///< of two such sums
+    of_depth = CIRCLE_OF_DEPTH,   ///< the depth is decoded first
 };
 
 /// The simplest form that is exact for this decoder and lens. Pure: no device.

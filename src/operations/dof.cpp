@@ -17,9 +17,6 @@ namespace {
 
 using params::u32;
 
-constexpr int margin = 16;      // MARGIN of kernels/tiles.h
-constexpr int rows_at_once = 2; // ROWS of kernels/dof_gather.cl
-
 // Running sums of colours up to this are off by 2^-24 of it times some hundred pixels at most.
 constexpr float knee = 4;
 
@@ -62,7 +59,8 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
     require(std::isfinite(options.aperture.rotation_degrees),
             text("rotation_degrees = ", options.aperture.rotation_degrees, " must be finite"));
     const double pixels = (stored.image.width() + 128.0) * (stored.image.height() + 32.0);
-    constexpr int widest = 0xffff * tile_columns, highest = 0x3fff * tile_rows; // ENTRY_* of kernels/tiles.h
+    constexpr int widest = ENTRY_COLUMN_MASK * params::dof_tile_columns,
+                  highest = ENTRY_ROW_MASK * params::dof_tile_rows;
     require(pixels * (2 * color.channels() + 7) < 0x1p31 && stored.image.width() <= widest &&
                 stored.image.height() <= highest,
             text("an image of ", stored.image.width(), " x ", stored.image.height(),
@@ -71,24 +69,25 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
             text("max_coc_px = ", options.max_coc_px, " must be 1 to 512"));
 }
 
-int element_define(Element element) { // ELEMENT of kernels/pixels.h
+int element_define(Element element) {
     switch (element) {
     case Element::f16:
-        return 1;
+        return ELEMENT_HALF;
     case Element::u16:
-        return 2;
+        return ELEMENT_U16;
     case Element::u8:
-        return 3;
+        return ELEMENT_U8;
     default:
-        return 0;
+        return ELEMENT_FLOAT;
     }
 }
 
 params::blur_params blur_parameters(const StoredDepth& stored, const LayerScale& scale, double largest) {
-    const int left = stored.x % tile_columns, top = stored.y % tile_rows;
+    const int left = stored.x % params::dof_tile_columns, top = stored.y % params::dof_tile_rows;
     const auto whole = [](int size, int tile) { return (size + tile - 1) / tile * tile; };
-    const int columns = whole(stored.image.width() + left, tile_columns);
-    const int rows = whole(stored.image.height() + top, tile_rows), stride = columns + 2 * margin;
+    const int columns = whole(stored.image.width() + left, params::dof_tile_columns);
+    const int rows = whole(stored.image.height() + top, params::dof_tile_rows),
+              stride = columns + 2 * params::dof_margin;
     return {.width = static_cast<u32>(stored.image.width()),
             .height = static_cast<u32>(stored.image.height()),
             .left = static_cast<u32>(left),
@@ -113,7 +112,7 @@ params::grid_params grid(const Image& source, const Image& target) {
             .height = static_cast<u32>(source.height()),
             .pixel_x = 0,
             .pixel_y = 0,
-            .reserved = 0};
+            .y_begin = 0};
 }
 
 // T, colour, what is hidden and its colour, T before; then what of T is left to wide circles, or the moments of T and of T
@@ -141,8 +140,8 @@ struct Blur {
     bool behind() const { return clean_plate || accurate(); } // have pixels a second surface?
     bool accurate() const { return quality == Quality::accurate; }
     std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(vector_width); }
-    int across() const { return static_cast<int>(p.columns) / tile_columns; }
-    int down() const { return static_cast<int>(p.rows) / tile_rows; }
+    int across() const { return static_cast<int>(p.columns) / params::dof_tile_columns; }
+    int down() const { return static_cast<int>(p.rows) / params::dof_tile_rows; }
 };
 
 std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
@@ -165,7 +164,7 @@ int farthest_layer(std::span<const TileBits> tiles) {
 
 // Gives every pixel what lies behind it.
 void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
-    constexpr u32 side = 8;
+    constexpr u32 side = params::dof_behind_block;
     const params::behind_params b{.block_columns = blur.p.columns / side,
                                   .block_rows = blur.p.rows / side,
                                   .farthest = static_cast<float>(farthest),
@@ -230,11 +229,11 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
         stripped.insert(stripped.end(), {{"BEHIND", blur.behind()}, {"MOMENT", blur.accurate()}});
         if (!pass.direct)
             runtime::launch(blur.device, blur.kernel("dof_strips", stripped),
-                            {pass.strips.tiles, static_cast<std::size_t>(tile_rows) / pass.strips.pitch}, blur.planes,
-                            blur.tiles, lists, strips, blur.p, pass.strips);
+                            {pass.strips.tiles, static_cast<std::size_t>(params::dof_tile_rows) / pass.strips.pitch},
+                            blur.planes, blur.tiles, lists, strips, blur.p, pass.strips);
         if (blur.accurate()) {
             runtime::launch(blur.device, blur.kernel("dof_parts", {{"DIRECT", pass.direct}, {"BRIGHT", pass.bright}}),
-                            {pass.gather.tiles * blur.vectors(tile_columns) * tile_rows, 1},
+                            {pass.gather.tiles * blur.vectors(params::dof_tile_columns) * params::dof_tile_rows, 1},
                             pass.direct ? blur.planes : strips, lists, starts, pass.direct ? taps : spans, halves,
                             blur.state, blur.p, pass.gather, pass.part);
             continue;
@@ -243,9 +242,11 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
         gathered.emplace_back("DIRECT", pass.direct);
         gathered.emplace_back("BEHIND", blur.clean_plate);
         runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
-                        {pass.gather.tiles * blur.vectors(tile_columns) * tile_rows / rows_at_once, 1}, blur.planes,
-                        blur.tiles, pass.direct ? blur.planes : strips, lists, starts, spans, blur.state, blur.p,
-                        pass.gather);
+                        {pass.gather.tiles * blur.vectors(params::dof_tile_columns) * params::dof_tile_rows /
+                             params::dof_rows_at_once,
+                         1},
+                        blur.planes, blur.tiles, pass.direct ? blur.planes : strips, lists, starts, spans, blur.state,
+                        blur.p, pass.gather);
     }
     blur.device.finish(); // the tables are the host's
 }

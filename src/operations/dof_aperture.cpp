@@ -301,7 +301,7 @@ std::vector<params::aperture_tap_params> aperture_taps(const Aperture& aperture,
 
 namespace {
 
-constexpr std::size_t fractions = 256; // FRACTIONS of kernels/dof_parts.cl
+constexpr std::size_t fractions = params::dof_fractions;
 
 // A half-plane of the aperture: its distance from the middle, the size of its first moment and by which angle this is turned
 // from its normal.

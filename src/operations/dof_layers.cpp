@@ -15,9 +15,6 @@ using params::u32;
 // Floats that strips may take; a layer that needs more is done in bands of rows.
 constexpr std::size_t strip_budget = std::size_t{24} << 20;
 
-// Up to this many pixels around one, reading them one by one is cheaper than running sums.
-constexpr int most_direct = 2; // MOST_DIRECT of kernels/dof_gather.cl
-
 // With every pixel's own place in the lens: for small circles a pixel's middle is not that of what shows through it.
 constexpr int most_taps = 8;
 
@@ -102,11 +99,11 @@ Layer layer_of(int number, const LayerPlanOptions& options) {
     layer.spans =
         aperture_spans(options.aperture, layer.circle, options.aspect, options.upright, layer.pitch, options.quality);
     const bool accurate = options.quality == Quality::accurate;
-    const int direct_up_to = accurate ? most_taps : most_direct;
+    const int direct_up_to = accurate ? most_taps : params::dof_direct_reach;
     layer.direct = layer.spans.columns <= direct_up_to && layer.spans.reach <= direct_up_to;
     layer.fill = !accurate && number < options.scale.middle;
-    layer.tiles_up = divided_up(layer.spans.reach * layer.pitch, tile_rows);
-    layer.tiles_aside = divided_up(layer.spans.columns, tile_columns);
+    layer.tiles_up = divided_up(layer.spans.reach * layer.pitch, params::dof_tile_rows);
+    layer.tiles_aside = divided_up(layer.spans.columns, params::dof_tile_columns);
     return layer;
 }
 
@@ -183,7 +180,7 @@ private:
         pass.gather.list = static_cast<u32>(plan_.lists.size());
         pass.gather.starts = static_cast<u32>(plan_.starts.size());
         pass.gather.pitch = 1;
-        pass.gather.pad = 16;
+        pass.gather.pad = params::dof_margin;
         plan_.starts.insert(plan_.starts.end(), group_->layers.begin(), group_->layers.end());
         for (int y = 0; y < near_.down; ++y) {
             for (int x = 0; x < near_.across; ++x) {
@@ -211,7 +208,7 @@ private:
         const int channels = options_.channels;
         const int planes = 2 + channels + pass.fill * (2 + channels) + pass.bright * channels + accurate;
         const int pad = divided_up(layer.spans.columns + 2, 16) * 16;
-        const int plane = divided_up(tile_columns + 2 * pad + 1, 16) * 16;
+        const int plane = divided_up(params::dof_tile_columns + 2 * pad + 1, 16) * 16;
         pass.gather.layer = static_cast<float>(layer.number);
         pass.gather.starts = add_spans(layer.spans);
         pass.gather.pitch = static_cast<u32>(layer.pitch);
@@ -220,7 +217,7 @@ private:
         pass.gather.strip_row = static_cast<u32>(planes * plane);
         pass.gather.reach = layer.spans.reach;
         pass.gather.columns = layer.spans.columns;
-        const int down = near_.down, across = near_.across, per_tile = tile_rows / layer.pitch;
+        const int down = near_.down, across = near_.across, per_tile = params::dof_tile_rows / layer.pitch;
         const std::size_t tile = pass.gather.strip_row * static_cast<std::size_t>(per_tile);
         const auto kept = static_cast<int>(std::min<std::size_t>(strip_budget / tile, 1u << 15)); // tiles
         const int high = layer.direct || kept >= down ? down : std::max(kept - 2 * layer.tiles_up, 1);
@@ -278,11 +275,12 @@ private:
         return part;
     }
 
-    // A tile: ENTRY_* of kernels/tiles.h. Follows where `before` is marked.
+    // A tile, as a list of them has it. Follows where `before` is marked.
     u32 entry(int x, int y, const Grid& before) const {
         const std::size_t i = near_.index(x, y);
-        return static_cast<u32>(x) | static_cast<u32>(y) << 16 | static_cast<u32>(near_.marked[i]) << 30 |
-               static_cast<u32>(before.marked[i]) << 31;
+        return static_cast<u32>(x) | static_cast<u32>(y) << ENTRY_ROW_SHIFT |
+               static_cast<u32>(near_.marked[i]) << ENTRY_FOREGROUND_BIT |
+               static_cast<u32>(before.marked[i]) << ENTRY_FOLLOWS_BIT;
     }
 
     template <class Wanted>

@@ -23,7 +23,7 @@ struct LayerScale {
 LayerScale layer_scale(int per_octave, double max_coc_px);
 
 /// Bits of the layers that a tile's pixels lie in; the last one: some colour is beyond the knee.
-using TileBits = std::array<params::u32, 5>;
+using TileBits = std::array<params::u32, params::dof_tile_words>;
 
 inline bool has_bit(const TileBits& tile, int bit) {
     return (tile[static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0;
@@ -57,8 +57,6 @@ struct LayerPlanOptions {
     Quality quality = Quality::balanced;
     int channels = 3;
 };
-
-inline constexpr int tile_columns = 64, tile_rows = 8; // kernels/tiles.h
 
 /// Which tiles each layer reaches, front to back. Pure: no device.
 LayerPlan layer_plan(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options);

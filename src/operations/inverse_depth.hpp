@@ -1,6 +1,7 @@
 #pragma once
 
 #include "camera/eye_rays.hpp"
+#include "camera/inverse_depth_error.hpp"
 
 #include <fathom/image.hpp>
 
@@ -10,15 +11,5 @@ namespace fathom {
 /// NaN, too. A pass of the operations that compare neighbouring depths.
 void inverse_depth(const StoredDepth& stored, const EyeRays& eye, const Image& result,
                    Background background = Background::inf);
-
-/// Bound of the error of inverse depth q that storing depth caused: constant + linear |q| + quadratic q².
-struct InverseDepthError {
-    float constant, linear, quadratic;
-};
-
-/// Half a step of what the depth was stored in, carried over to q by |dq/dv|, and the roundings of q itself. The step is
-/// that of the storage, or of the buffer of `camera.depth_bits` that a float image came from. To first order in the step;
-/// what depends on the pixel is taken at its worst. Pure: no device.
-InverseDepthError inverse_depth_error(const Camera& camera, Storage storage);
 
 } // namespace fathom

@@ -31,7 +31,7 @@ void mixed_pixels(const StoredDepth& stored, const Image& result) {
                     {columns, static_cast<std::size_t>(height)}, depth, result,
                     grid_parameters({depth, stored.camera, Storage::float32, stored.x, stored.y}, result, 0, width),
                     params::mixed_params{error.constant, error.linear, error.quadratic, eye.perspective ? 0 : least,
-                                         eye.perspective ? least : 0});
+                                         eye.perspective ? least : 0, static_cast<float>(mixed_pixels_min_step)});
 }
 
 } // namespace fathom

@@ -13,7 +13,6 @@ namespace fathom {
 namespace {
 
 constexpr int tile_px = 16; // a tile as wide as the most vector width
-constexpr int block = 16;   // BLOCK of near_field.cl
 
 enum class Output { reach = 0, coverage = 1, hidden = 2 };
 
@@ -90,9 +89,10 @@ void near_field(const StoredDepth& stored, const DofMasksOptions& options, const
         return Extremes{scratch.image(Element::f32, layout), scratch.image(Element::f32, layout)};
     };
     const int columns = parts(width, tile_px), rows = parts(height, tile_px);
-    const Extremes tiles = extremes(columns, rows), blocks = extremes(parts(columns, block), parts(rows, block));
+    const Extremes tiles = extremes(columns, rows),
+                   blocks = extremes(parts(columns, params::near_block), parts(rows, params::near_block));
     find_extremes({circle, circle}, tile_px, tiles);
-    find_extremes(tiles, block, blocks);
+    find_extremes(tiles, params::near_block, blocks);
 
     const params::near_field_params p = near_field_parameters(tiles, blocks, circle, stored.camera, options);
     const int vector_width = vector_width_for(device, width);

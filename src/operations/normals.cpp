@@ -2,6 +2,7 @@
 
 #include "operations/normals.hpp"
 
+#include "camera/world_rays.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/launched.hpp"

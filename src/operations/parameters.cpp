@@ -2,7 +2,6 @@
 
 #include "operations/parameters.hpp"
 
-#include "camera/matrix.hpp"
 #include "require.hpp"
 #include "text.hpp"
 
@@ -20,22 +19,27 @@ namespace {
 // Results below this size stay in the cache for whoever reads them next.
 constexpr std::size_t streaming_bytes = std::size_t{16} << 20;
 
-// Matches the STORAGE_ constants of kernels/camera.h.
-int kernel_storage(Storage storage) {
+int storage_choice(Storage storage) {
     switch (storage) {
     case Storage::float32:
-        return 0;
+        return STORAGE_FLOAT32;
     case Storage::float16:
-        return 1;
+        return STORAGE_FLOAT16;
     case Storage::uint16:
-        return 2;
+        return STORAGE_UINT16;
     case Storage::uint24:
     case Storage::uint24_high:
-        return 3;
+        return STORAGE_UINT24;
     default:
-        return 4;
+        return STORAGE_RGB8;
     }
 }
+
+static_assert(static_cast<int>(Form::reciprocal) == FORM_RECIPROCAL &&
+              static_cast<int>(Form::reciprocal_affine) == FORM_RECIPROCAL_AFFINE &&
+              static_cast<int>(Form::affine) == FORM_AFFINE && static_cast<int>(Form::rational) == FORM_RATIONAL &&
+              static_cast<int>(Form::exponential) == FORM_EXPONENTIAL &&
+              static_cast<int>(Form::ray_distance) == FORM_RAY_DISTANCE);
 
 void pack(params::wide (&target)[4], const Affine& row, long double unit, Arithmetic arithmetic) {
     for (std::size_t i = 0; i < 4; ++i)
@@ -155,20 +159,6 @@ params::ray_params ray_parameters(const Rays& rays, long double scale, Arithmeti
     return p;
 }
 
-Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::Vector3d& origin) {
-    if (!view.allFinite() || view.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
-        throw std::invalid_argument("the view matrix must be finite with a fourth row of 0 0 0 1");
-    }
-    if (!origin.allFinite())
-        throw std::invalid_argument(text("origin = (", origin.transpose(), ") must be finite"));
-    const auto inverse = checked_inverse(view.cast<long double>(), "the view matrix");
-    Rays world = rays;
-    world.direction = inverse.topLeftCorner<3, 3>() * rays.direction;
-    world.origin = inverse.topLeftCorner<3, 3>() * rays.origin;
-    world.origin.col(2) += inverse.topRightCorner<3, 1>() - origin.cast<long double>();
-    return world;
-}
-
 void check_enum(const char* option, int value, std::span<const char* const> names) {
     if (value >= 0 && static_cast<std::size_t>(value) < names.size())
         return;
@@ -251,7 +241,7 @@ runtime::Defines decoder_defines(const DepthForm& form, const Rays& rays, Storag
     return {{"V", vector_width},
             {"STREAM", stream},
             {"FORM", static_cast<int>(form.form)},
-            {"STORAGE", kernel_storage(storage)},
+            {"STORAGE", storage_choice(storage)},
             {"PIXEL_TERMS", depends_on_pixel(form.numerator) || depends_on_pixel(form.denominator)},
             {"W_IS_DEPTH", rays.w_is_depth}};
 }

@@ -22,10 +22,6 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
 /// Constants of the rays. `scale` is the ray distance's scene units per stored unit.
 params::ray_params ray_parameters(const Rays& rays, long double scale, Arithmetic arithmetic);
 
-/// The same rays seen from the world, positions relative to `origin`.
-/// Throws: std::invalid_argument when the view matrix is not an invertible affine map.
-Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::Vector3d& origin);
-
 /// Does the image fit the storage and the camera?
 /// Throws: std::invalid_argument naming both.
 void check_stored(const StoredDepth& stored);

@@ -69,7 +69,9 @@ public:
         const double angle = std::numbers::pi * (slice + shift) / slices_;
         const double spread =
             fraction((rank(pattern, patterns_used_) * 7 % 16 + 0.5) / patterns + (slice + 1) * plastic);
-        const double alone = fraction((slice + 0.5) * golden); // unlike the angle
+        const double alone = fraction(
+            (slice + 0.5) *
+            golden); // with a single pattern the shift of the angle is constant, so each slice gets its own fraction
         const double rounding = patterns_used_ > 1 ? fraction(spread * 7) : 0.5;
         return {std::cos(angle), std::sin(angle), 1 - falloff_ * (patterns_used_ > 1 ? spread : alone),
                 1.0 / 16 + rounding * 7 / 8};

@@ -12,13 +12,15 @@ struct SliceTable {
     int slices;
     int samples;
     int levels; ///< radii of 2^(level/2) pixels, from 1 to `levels`
-    std::vector<params::tap_params>
-        taps; ///< [level − 1][pattern][slice][side][step], two steps more than `counts` says
-    std::vector<float>
-        turns; ///< [pattern][slice]: cosine and sine of the slice's direction on the screen, share of the
-               ///< radius, rounding of its sectors
-    std::vector<std::uint32_t> counts; ///< [level]: steps of a side; then of the same levels: planes' rows or columns
-                                       ///< that they reach, and where their taps begin
+    /// [level − 1][pattern][slice][side][sample]. Before the samples that `counts` counts stands the pixel itself, behind them
+    /// one more sample.
+    std::vector<params::tap_params> taps;
+    /// [pattern][slice]: cosine and sine of the slice's direction on the screen, its fraction of the radius, and the rounding
+    /// of its sectors.
+    std::vector<float> turns;
+    /// [level]: samples of a side. Then, for the same levels: how many rows or columns of a plane the samples reach. Then:
+    /// where the samples of a level begin in `taps`.
+    std::vector<std::uint32_t> counts;
 };
 
 /// Pixels in a row or column of an image, at most: a quarter of them is a tap's offset, in 16 bits.

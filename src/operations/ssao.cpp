@@ -21,8 +21,6 @@
 namespace fathom {
 namespace {
 
-constexpr int margin = 16; // MARGIN of kernels/split.h
-
 constexpr float slope_errors_fitted = 0.6f; // as slope_errors_neighbours, of a fit over a window of seven
 
 // Pixels that a neighbour may lie off the tangent plane and still be of the same surface.
@@ -147,33 +145,10 @@ params::u32 u32(std::integral auto value) {
 
 } // namespace
 
-PixelLattice pixel_lattice(const StoredDepth& stored, int every) {
-    const int x = stored.x % every, y = stored.y % every; // of two, the even ones
-    return {.every = every,
-            .x = x,
-            .y = y,
-            .width = (stored.image.width() - x + every - 1) / every,
-            .height = (stored.image.height() - y + every - 1) / every,
-            .camera_x = (stored.x + x) / every,
-            .camera_y = (stored.y + y) / every};
-}
-
-// Pixel i of the lattice is pixel `every` i of the camera, so i + 1/2 stands for every (i + 1/2) + (1 - every) / 2.
-EyeRays rays_of(const EyeRays& eye, const PixelLattice& lattice) {
-    Rays::Matrix pixel = Rays::Matrix::Identity();
-    pixel(0, 0) = pixel(1, 1) = lattice.every;
-    pixel(0, 2) = pixel(1, 2) = 0.5L * (1 - lattice.every);
-    EyeRays result = eye;
-    result.origin = eye.origin * pixel;
-    result.direction = eye.direction * pixel;
-    result.depth = eye.depth * pixel;
-    return result;
-}
-
 params::split_params split_parameters(const PixelLattice& lattice) {
     const int columns = ((lattice.width + (lattice.camera_x & 3) + 3) / 4 + 15) / 16 * 16;
     const int rows = (lattice.height + (lattice.camera_y & 3) + 3) / 4;
-    const int stride = columns + 2 * margin;
+    const int stride = columns + 2 * params::split_margin;
     return {u32(lattice.width), u32(lattice.height), u32(lattice.camera_x), u32(lattice.camera_y),
             u32(columns),       u32(rows),           u32(stride),           u32(stride * (rows + 2))};
 }
@@ -222,7 +197,12 @@ params::grid_params grid(const Image& source, const PixelLattice& lattice) {
             .height = u32(lattice.height),
             .pixel_x = u32(lattice.camera_x),
             .pixel_y = u32(lattice.camera_y),
-            .reserved = u32(source.channels())};
+            .y_begin = 0};
+}
+
+params::source_params source(const Image& image, const PixelLattice& lattice) {
+    const params::grid_params from = grid(image, lattice);
+    return {.offset = from.source_offset, .stride = from.source_stride, .channels = u32(image.channels())};
 }
 
 // Where the result of the filter goes: the region's columns, from its first row on.
@@ -236,7 +216,7 @@ params::grid_params grid(const Image& target, const Region& region) {
             .height = u32(region.height),
             .pixel_x = 0,
             .pixel_y = 0,
-            .reserved = u32(region.y)};
+            .y_begin = u32(region.y)};
 }
 
 // THICKNESS of kernels/ssao_planes.cl. What is infinite is `longest_length` thick.
@@ -315,7 +295,7 @@ Planes split_into_planes(Call& call, const Image& depth) {
                                                 {"EVERY", call.lattice.every}}),
                     {call.vectors(call.split.stride), 4 * (call.split.rows + 2)}, depth, extra, normals, planes.fronts,
                     planes.backs, planes.slopes, grid(depth, call.lattice), grid(extra, call.lattice),
-                    grid(normals, call.lattice), call.split, call.occlusion);
+                    source(normals, call.lattice), call.split, call.occlusion);
     return planes;
 }
 
@@ -398,14 +378,15 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     inverse_depth(stored, call.eye, depth);
     const Planes planes = split_into_planes(call, depth);
 
+    constexpr params::u32 band = params::ssao_band;
     const Image sums = call.planes(options.bent_normal ? 6 : options.confidence ? 3 : 2);
     const Image taps = runtime::table(call.device, Element::f32, call.table.taps);
     const Image turns = runtime::table(call.device, Element::f32, call.table.turns);
     const Image counts = runtime::table(call.device, Element::u32, call.table.counts);
     runtime::launch(call.device,
                     call.kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}}),
-                    {call.vectors((call.split.columns + 255) / 256 * 256) * 16 * call.split.rows, 1}, planes.fronts,
-                    planes.backs, planes.slopes, taps, turns, counts, sums, call.split, call.occlusion);
+                    {call.vectors((call.split.columns + band - 1) / band * band) * 16 * call.split.rows, 1},
+                    planes.fronts, planes.backs, planes.slopes, taps, turns, counts, sums, call.split, call.occlusion);
 
     const Region region = region_of(stored, options);
     for (const auto& [output, name, result] : wanted(options, results)) {

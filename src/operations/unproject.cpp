@@ -2,6 +2,7 @@
 
 #include <fathom/unproject.hpp>
 
+#include "camera/world_rays.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/launched.hpp"
 

@@ -7,6 +7,8 @@
 
 #include <fathom/image.hpp>
 
+#include <string_view>
+
 namespace fathom::runtime {
 
 /// Work-items in x and y; x is rounded up to whole groups, and the kernel checks its bounds.
@@ -28,45 +30,9 @@ inline std::string argument_type(const Image& image) {
     }
     return "?";
 }
-inline std::string argument_type(const params::grid_params&) {
-    return "grid_params";
-}
-inline std::string argument_type(const params::depth_params&) {
-    return "depth_params";
-}
-inline std::string argument_type(const params::ray_params&) {
-    return "ray_params";
-}
-inline std::string argument_type(const params::normal_params&) {
-    return "normal_params";
-}
-
-inline std::string argument_type(const params::split_params&) {
-    return "split_params";
-}
-inline std::string argument_type(const params::occlusion_params&) {
-    return "occlusion_params";
-}
-inline std::string argument_type(const params::circle_params&) {
-    return "circle_params";
-}
-inline std::string argument_type(const params::near_field_params&) {
-    return "near_field_params";
-}
-inline std::string argument_type(const params::blur_params&) {
-    return "blur_params";
-}
-inline std::string argument_type(const params::layer_params&) {
-    return "layer_params";
-}
-inline std::string argument_type(const params::part_params&) {
-    return "part_params";
-}
-inline std::string argument_type(const params::behind_params&) {
-    return "behind_params";
-}
-inline std::string argument_type(const params::mixed_params&) {
-    return "mixed_params";
+template <typename Params>
+std::string argument_type(const Params& params) {
+    return type_name(params); // found where PARAMS of params.h has put it
 }
 
 inline cl::Buffer argument_value(const Image& image) {
@@ -77,8 +43,16 @@ const Params& argument_value(const Params& params) {
     return params;
 }
 
-/// PoCL takes a struct of the wrong size without a word, so the kernel's own declaration is compared once.
+/// The bare name of an argument's type. Drivers spell it in several ways: "float*", "__global const float *",
+/// "struct grid_params".
+std::string bare_type(std::string_view reported);
+
+/// Compares the kernel's own declaration with what it is given, once: PoCL accepts any struct, whatever its name. That a
+/// struct has the same size on both sides is what PARAMS in params.h asserts.
 void check_arguments(Kernel& kernel, const std::vector<std::string>& types);
+
+/// Work-items per group: as many as the device's options say, if the kernel allows so many. Results do not depend on it.
+std::size_t group_size(const Device& device, Kernel& kernel);
 
 /// Starts a kernel: images and params in the order of its declaration.
 /// Throws: Error when they are not what the kernel declares, or when the device refuses.
@@ -86,8 +60,8 @@ template <typename... Arguments>
 void launch(const Device& device, Kernel& kernel, Range range, const Arguments&... arguments) {
     if (!kernel.checked)
         check_arguments(kernel, {argument_type(arguments)...});
-    const auto group = static_cast<std::size_t>(device.options().group_size);
     try {
+        const std::size_t group = group_size(device, kernel);
         cl_uint index = 0;
         (kernel.kernel.setArg(index++, argument_value(arguments)), ...);
         const std::size_t rounded = (range.x + group - 1) / group * group;

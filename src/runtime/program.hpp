@@ -24,8 +24,9 @@ using Defines = std::vector<std::pair<const char*, int>>;
 /// A kernel of one file, built for one set of choices.
 struct Kernel {
     cl::Kernel kernel;
-    std::string description; ///< for messages: the file and its choices
-    bool checked = false;    ///< have its arguments been compared with what was launched?
+    std::string description;     ///< for messages: the file and its choices
+    bool checked = false;        ///< have its arguments been compared with what was launched?
+    std::size_t group_limit = 0; ///< work-items per group that the device allows it; 0: not asked yet
 };
 
 /// The kernel `name` of kernels/<name>.cl, built when it is first asked for and kept with the device.
