@@ -1,4 +1,4 @@
-// Visibility, confidence or bent normals from the sums of every pixel's own slices, over the 16 sampling jitter around it.
+// Visibility, confidence or bent normals from the sums of every pixel's own slices, over the 16 sampling patterns around it.
 //   visibility = 1 - sum_n w_n B_n / sum_n w_n G_n
 // A 5 x 5 window whose outermost rows and columns count half holds every pattern equally often; a 3 x 3 window does so for
 // four patterns, and there two opposite neighbours count only together: the mean is not drawn aside where one is missing.

@@ -161,7 +161,7 @@ INLINE placeV place_at(uint here, int column, int row, int reach, const split_pa
 }
 
 // The pixels of this work-item. A launch has one dimension. It goes through the planes in bands of columns, so that the samples
-// of neighbouring items stay in the cache, and through all jitter of a row before the next row.
+// of neighbouring items stay in the cache, and through all patterns of a row before the next row.
 typedef struct {
     int pattern, column, row;
 } itemV;
