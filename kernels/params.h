@@ -317,6 +317,19 @@ typedef struct {
 } behind_params;
 PARAMS(behind_params, 16)
 
+// Fog, see kernels/fog.cl. The exponents are those of two.
+typedef struct {
+    wide at_eye[3];   // log2 of the density where the ray starts, over ln 2: affine in (x, y, 1)
+    wide per_step[3]; // what one step of the direction adds to it
+    wide density;     // over ln 2, where it is the same everywhere
+    wide start;       // distance along the ray at which the fog begins
+    float color[4];
+    float max_opacity;
+    float sky;    // optical depth to the sky along a level ray: infinite, or 0 without any fog
+    u32 keep_sky; // all ones to leave the sky as it is
+} fog_params;
+PARAMS(fog_params, 96)
+
 #ifndef __OPENCL_C_VERSION__
 } // namespace fathom::params
 #endif

@@ -1,0 +1,130 @@
+// fathom fog
+#include "codecs.hpp"
+#include "command.hpp"
+#include "each_depth.hpp"
+
+#include <fathom/fog.hpp>
+#include <fathom/io.hpp>
+#include <fathom/opencv.hpp>
+
+#include <cmath>
+
+namespace fathom::cli {
+namespace {
+
+struct Options : DepthOptions {
+    FogOptions fog;
+    std::string color, color_layer;
+};
+
+// Three finite numbers "A,B,C"; nothing otherwise.
+std::optional<std::array<double, 3>> three_numbers(const std::string& text) {
+    const std::vector<std::string> parts = CLI::detail::split(text, ',');
+    std::array<double, 3> numbers;
+    bool good = parts.size() == 3;
+    for (std::size_t i = 0; good && i < 3; ++i)
+        good = CLI::detail::lexical_cast(parts[i], numbers[i]) && std::isfinite(numbers[i]);
+    return good ? std::optional(numbers) : std::nullopt;
+}
+
+CLI::Option* add_three(CLI::App& app, const char* name, const char* form,
+                       const std::function<void(const std::array<double, 3>&)>& take, const char* description) {
+    return app
+        .add_option_function<std::string>(
+            name, [take](const std::string& text) { take(*three_numbers(text)); }, description)
+        ->type_name(form)
+        ->check(CLI::Validator(
+            [](std::string& text) {
+                return three_numbers(text) ? "" : "'" + text + "' will not do; it is three numbers between commas";
+            },
+            ""))
+        ->group("Fog");
+}
+
+void add_fog_options(CLI::App& app, FogOptions& fog) {
+    const auto from_0 = is_a_number("number from 0", [](double v) { return v >= 0; });
+    const auto add = [&](const char* name, const char* value, const CLI::Validator& check, double& target,
+                         const char* description) {
+        return app.add_option(name, target, description)->type_name(value)->check(check)->group("Fog");
+    };
+    add("--density", "D", from_0, fog.density, "part of the light that a short way takes, per scene unit")->required();
+    add_three(
+        app, "--fog-color", "R,G,B", [&fog](const auto& rgb) { fog.color = rgb; },
+        "colour of the fog, linear as the picture\n(default: 0.5,0.6,0.7)");
+    add("--start", "S", from_0, fog.start, "distance along the ray at which the fog begins, scene units\n(default: 0)");
+    add("--max-opacity", "F", is_a_number("number from 0 to 1", [](double v) { return v >= 0 && v <= 1; }),
+        fog.max_opacity, "no pixel is fogged more than this, 0 to 1 (default: 1)");
+    CLI::Option* falloff = add(
+        "--height-falloff", "K", from_0, fog.height_falloff,
+        "height fog: the density falls by exp(-K h) over a height h;\nneeds \"view\" in the camera file (default: 0)");
+    add("--reference-height", "H", is_a_number("number", [](double) { return true; }), fog.reference_height,
+        "height in the world where the density is --density (default: 0)")
+        ->needs(falloff);
+    add_three(
+        app, "--up", "X,Y,Z",
+        [&fog](const auto& up) {
+            fog.up = {up[0], up[1], up[2]};
+        },
+        "the world's up axis (default: 0,1,0)")
+        ->needs(falloff);
+    add_enum_option(app, "--sky", fog.sky, {{"fog", FogSky::fog}, {"keep", FogSky::keep}},
+                    "the background: infinitely far away (default), or left alone")
+        ->group("Fog");
+    add_enum_option(app, "--alpha", fog.alpha,
+                    {{"premultiplied", FogAlpha::premultiplied}, {"straight", FogAlpha::straight}},
+                    "is a picture's alpha multiplied into its colours?\n(default: premultiplied)")
+        ->group("Fog");
+}
+
+cv::Mat fogged(const Options& options, const StoredDepth& stored, const Job& job) {
+    cv::Mat color;
+    {
+        const StderrSilenced silenced;
+        color = read_color(job.companions.front(), options.color_layer);
+    }
+    check_same_size(job.companions.front(), color, stored, job);
+    return to_mat(fog(stored, to_device(stored.image.device(), color), options.fog));
+}
+
+std::function<int()> configure(CLI::App& app) {
+    const Product product{
+        .extensions = {".exr", ".tif", ".pfm", ".png"}, .channels = {"R", "G", "B", "A"}, .png_scale = 1};
+    const auto options = std::make_shared<Options>();
+    add_depth_options(app, *options, product);
+    app.add_option("--color", options->color, "the clear picture, of the depth's size: EXR, PNG, TIFF or PFM")
+        ->type_name("IMAGE")
+        ->required()
+        ->group("Input");
+    app.add_option("--color-layer", options->color_layer,
+                   "EXR layer that holds it\n(default: R, G, B, or *.Combined, *.beauty, or the only one)")
+        ->type_name("NAME")
+        ->group("Input");
+    add_fog_options(app, options->fog);
+    return [=] {
+        More more;
+        more.companions.push_back({"--color", options->color});
+        return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
+            return std::vector{fogged(*options, stored, job)};
+        });
+    };
+}
+
+} // namespace
+
+extern const Command fog_command{
+    .name = "fog",
+    .summary = "Lays fog over a picture: uniform, or thinner with the height.",
+    .notes = R"(Each pixel becomes color (1 - f) + fog color f with f = 1 - exp(-density distance). The distance is that
+along the ray, in scene units. Under --height-falloff the density is integrated along the ray in closed form.
+
+The picture is taken to be linear; its alpha stays as it is. A pixel with an invalid depth keeps its colour. With several
+inputs IMAGE and OUT are folders, and each input finds and leaves its own name there.
+
+Example:
+  fathom fog frame.exr --color frame.exr --camera camera.json -o foggy.exr --density 0.02
+  fathom fog frame.exr --color frame.png --camera camera.json -o foggy.png --density 0.1 --height-falloff 0.5 \
+      --up 0,0,1 --fog-color 0.7,0.7,0.75)",
+    .configure = configure,
+};
+
+} // namespace fathom::cli

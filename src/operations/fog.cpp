@@ -1,0 +1,149 @@
+// Fog over a picture: one pass of kernels/fog.cl.
+
+#include <fathom/fog.hpp>
+
+#include "camera/eye_rays.hpp"
+#include "camera/world_rays.hpp"
+#include "operations/parameters.hpp"
+#include "require.hpp"
+#include "runtime/launched.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace fathom {
+namespace {
+
+using Real = long double;
+
+// log2 of no density: so far below any other that the kernel makes 0 of it.
+constexpr Real nothing = -1e6L;
+
+void check_color(const Image& color, const StoredDepth& stored) {
+    require(static_cast<bool>(color), "the colour has no image");
+    require(color.width() == stored.image.width() && color.height() == stored.image.height(),
+            text("the colour is ", color.width(), " x ", color.height(), " pixels, the depth ", stored.image.width(),
+                 " x ", stored.image.height()));
+    check_device(stored, {"the colour", color});
+    require(color.channels() == 3 || color.channels() == 4,
+            text("the colour has ", color.channels(), " channels; it must have 3, or 4 with an alpha"));
+    require(color.element() != Element::u32, "the colour must be floats, halves, or of 8 or 16 bits");
+}
+
+void check(const StoredDepth& stored, const Image& color, const FogOptions& options) {
+    check_stored(stored);
+    check_color(color, stored);
+    check_enum("sky", options.sky, {"fog", "keep"});
+    check_enum("alpha", options.alpha, {"premultiplied", "straight"});
+    const auto from_0 = [](const char* name, double value) {
+        require(std::isfinite(value) && value >= 0, text(name, " = ", value, " must be finite and 0 or greater"));
+    };
+    from_0("density", options.density);
+    from_0("start", options.start);
+    from_0("height_falloff", options.height_falloff);
+    require(options.max_opacity >= 0 && options.max_opacity <= 1,
+            text("max_opacity = ", options.max_opacity, " must be 0 to 1"));
+    require(std::ranges::all_of(options.color, [](double c) { return std::isfinite(c); }),
+            "the fog's colour must be finite");
+    require(std::isfinite(options.reference_height),
+            text("reference_height = ", options.reference_height, " must be finite"));
+    require(options.up.allFinite() && options.up.norm() > 0,
+            text("up = (", options.up.transpose(), ") must be finite and no zero vector"));
+    require(options.height_falloff == 0 || stored.camera.view,
+            "height fog needs the camera's view matrix, and it has none");
+}
+
+int element_define(Element element) {
+    switch (element) {
+    case Element::f16:
+        return ELEMENT_HALF;
+    case Element::u16:
+        return ELEMENT_U16;
+    case Element::u8:
+        return ELEMENT_U8;
+    default:
+        return ELEMENT_FLOAT;
+    }
+}
+
+// The rays counted from the eye, in the form that the camera's own have.
+Rays from_eye(const Rays& rays) {
+    const EyeRays eye = eye_rays(rays);
+    return {.origin = eye.origin,
+            .direction = eye.direction,
+            .w_is_depth = rays.w_is_depth,
+            .depth = eye.depth,
+            .eye_depth = eye.eye_depth};
+}
+
+Real log2_of(Real density) {
+    return density > 0 ? std::log2(density) : nothing;
+}
+
+params::fog_params fog_parameters(const Camera& camera, const Rays& eye, const FogOptions& options,
+                                  Arithmetic arithmetic) {
+    params::fog_params p{};
+    const Real per_ln_2 = std::numbers::log2e_v<Real>, density = options.density * per_ln_2;
+    if (options.height_falloff > 0) {
+        const Rays world = rays_in_world(eye, *camera.view, Eigen::Vector3d::Zero());
+        const Eigen::Matrix<Real, 1, 3> up = options.up.normalized().cast<Real>().transpose();
+        const Real falloff = options.height_falloff * per_ln_2;
+        Eigen::Matrix<Real, 1, 3> at_eye = -falloff * (up * world.origin), per_step = -falloff * (up * world.direction);
+        at_eye(2) += falloff * options.reference_height + log2_of(density);
+        for (int i = 0; i < 3; ++i) {
+            p.at_eye[i] = pack_wide(at_eye(i), arithmetic);
+            p.per_step[i] = pack_wide(per_step(i), arithmetic);
+        }
+    }
+    p.density = pack_wide(density, arithmetic);
+    p.start = pack_wide(options.start, arithmetic);
+    for (std::size_t i = 0; i < 3; ++i)
+        p.color[i] = static_cast<float>(options.color[i]);
+    p.color[3] = 1;
+    p.max_opacity = static_cast<float>(options.max_opacity);
+    p.sky = options.density > 0 ? std::numeric_limits<float>::infinity() : 0;
+    p.keep_sky = options.sky == FogSky::keep ? ~params::u32{0} : 0;
+    return p;
+}
+
+} // namespace
+
+void fog(const StoredDepth& stored, const Image& color, const Image& result, const FogOptions& options,
+         const Launch& launch) {
+    check(stored, color, options);
+    check_result(stored, {"the result", result}, color.element(), {color.width(), color.height(), color.channels()},
+                 {{"the stored depth", stored.image}, {"the colour", color}});
+    const Device& device = stored.image.device();
+    const Arithmetic arithmetic = device.options().arithmetic;
+    const DepthForm form = depth_form(stored.camera, stored.storage);
+    const Rays rays = camera_rays(stored.camera), eye = from_eye(rays);
+
+    const int width = result.width(), height = result.height(), vector_width = vector_width_for(device, width);
+    const bool stream = result.element() == Element::f32 && worth_streaming(result, vector_width);
+    auto defines = decoder_defines(form, rays, stored.storage, vector_width, stream);
+    defines.insert(defines.end(), {{"CHANNELS", color.channels()},
+                                   {"ELEMENT", element_define(color.element())},
+                                   {"HEIGHT", options.height_falloff > 0},
+                                   {"PREMULTIPLIED", options.alpha == FogAlpha::premultiplied}});
+    const auto u32 = [](auto value) { return static_cast<params::u32>(value); };
+    const runtime::Launched launched(device, launch);
+    const auto vectors = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
+    runtime::launch(device, runtime::kernel(device, "fog", defines), {vectors, static_cast<std::size_t>(height)},
+                    stored.image, color, result, grid_parameters(stored, result, 0, width),
+                    params::source_params{color.offset(), u32(color.row_stride()), u32(color.channels())},
+                    depth_parameters(form, stored.storage, Background::inf, arithmetic),
+                    ray_parameters(rays, form.scale, arithmetic), ray_parameters(eye, form.scale, arithmetic),
+                    fog_parameters(stored.camera, eye, options, arithmetic));
+    launched.done();
+}
+
+Image fog(const StoredDepth& stored, const Image& color, const FogOptions& options, const Launch& launch) {
+    check(stored, color, options);
+    const Image result(stored.image.device(), color.element(), {color.width(), color.height(), color.channels()});
+    fog(stored, color, result, options, launch);
+    return result;
+}
+
+} // namespace fathom
