@@ -19,21 +19,21 @@ namespace {
 
 using fathom::scene::Rendered;
 
-// `check`: how long they are. Lamps are much brighter than white, so that a lens draws them as discs.
+// B, G, R. `check`: how long they are. Lamps are much brighter than white, so that a lens draws them as discs.
 cv::Vec3f color_at(const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double check) {
     const Eigen::Array3d place = position.array() / check;
     const Eigen::Array3d corner = (place / 2).round() * 2;
     if ((place - corner).matrix().norm() < 0.07)
-        return {40, 30, 15};
+        return {15, 30, 40};
     const auto odd = static_cast<long>((place + 1e-6).floor().sum()) & 1;
     const double light = 0.55 + 0.45 * normal.dot(Eigen::Vector3d(0.3, 0.8, 0.5).normalized());
     const Eigen::Array3d color = light * (odd ? 0.5 : 1) * (0.45 + 0.25 * normal.array());
-    return {static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])};
+    return {static_cast<float>(color[2]), static_cast<float>(color[1]), static_cast<float>(color[0])};
 }
 
 cv::Mat picture_of(const Rendered& image, const fathom::Camera& camera, double check) {
     const Eigen::Matrix4d world = fathom::scene::to_world(camera);
-    cv::Mat picture(image.height, image.width, CV_32FC3, cv::Scalar(0.3, 0.45, 0.7)); // the sky's
+    cv::Mat picture(image.height, image.width, CV_32FC3, cv::Scalar(0.7, 0.45, 0.3)); // the sky's
     for (int y = 0; y < image.height; ++y) {
         for (int x = 0; x < image.width; ++x) {
             const auto i =
@@ -63,7 +63,7 @@ int main(int argc, char* argv[]) {
         const cv::Mat stored(image.height, image.width, CV_32FC1, image.stored.data());
         fathom::write_image(argv[3], stored, {.channels = {"Z"}, .png_scale = 1.0});
         if (argc == 6)
-            fathom::write_image(argv[4], picture_of(image, camera, std::stod(argv[5])), {.channels = {"R", "G", "B"}});
+            fathom::write_color(argv[4], picture_of(image, camera, std::stod(argv[5])));
     } catch (const std::exception& error) {
         std::cerr << "demo_scene: " << error.what() << '\n';
         return 1;

@@ -225,10 +225,6 @@ private:
     Vector3d window_centre_{-1.5, 1.6, 0.7}, window_across_{0.35, 0, 0.75}, window_up_{0.3, 0.6, 0};
 };
 
-void write_rgb(const std::string& file, const cv::Mat& image) {
-    fathom::write_image(file, image, {.channels = {"R", "G", "B"}});
-}
-
 void render(const std::string& camera_file, const std::string& depth, const std::string& ambient,
             const std::string& direct) {
     const fathom::Camera camera = fathom::read_camera(camera_file).camera;
@@ -251,8 +247,8 @@ void render(const std::string& camera_file, const std::string& depth, const std:
                 ray.direction = world.topLeftCorner<3, 3>() * ray.direction;
                 const Light light = renderer.along(ray);
                 for (int c = 0; c < 3; ++c) {
-                    lights[0].at<cv::Vec3f>(y, x)[c] = static_cast<float>(light.ambient[c]);
-                    lights[1].at<cv::Vec3f>(y, x)[c] = static_cast<float>(light.direct[c]);
+                    lights[0].at<cv::Vec3f>(y, x)[c] = static_cast<float>(light.ambient[2 - c]); // B, G, R
+                    lights[1].at<cv::Vec3f>(y, x)[c] = static_cast<float>(light.direct[2 - c]);
                 }
             }
         }
@@ -261,8 +257,8 @@ void render(const std::string& camera_file, const std::string& depth, const std:
     for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
         threads.emplace_back(work);
     threads.clear();
-    write_rgb(ambient, lights[0]);
-    write_rgb(direct, lights[1]);
+    fathom::write_color(ambient, lights[0]);
+    fathom::write_color(direct, lights[1]);
 }
 
 void light(const std::string& ambient_file, const std::string& direct_file, const std::string& visibility_file,
@@ -275,7 +271,7 @@ void light(const std::string& ambient_file, const std::string& direct_file, cons
         for (int x = 0; x < ambient.cols; ++x)
             ambient.at<cv::Vec3f>(y, x) =
                 ambient.at<cv::Vec3f>(y, x) * visibility.at<float>(y, x) + direct.at<cv::Vec3f>(y, x);
-    write_rgb(picture, ambient);
+    fathom::write_color(picture, ambient);
 }
 
 // IEC 61966-2-1.
@@ -295,7 +291,7 @@ void show(const std::string& left, const std::string& right, const std::string& 
                     double sum = 0; // of four pixels as a screen shows them, so that bright edges are smooth too
                     for (int i = 0; i < 4; ++i)
                         sum += std::min(1.0f, pictures[side].at<cv::Vec3f>(2 * y + i / 2, 2 * x + i % 2)[c]);
-                    both.at<cv::Vec3b>(y, x + side * (width + gap))[2 - c] =
+                    both.at<cv::Vec3b>(y, x + side * (width + gap))[c] =
                         cv::saturate_cast<unsigned char>(255 * encoded(sum / 4));
                 }
     if (!cv::imwrite(file, both))

@@ -33,7 +33,7 @@ struct Scene {
         input = depth_file(folder, "frame.exr", depth);
         std::vector<std::string> names{"R", "G", "B", "A"};
         names.resize(static_cast<std::size_t>(channels));
-        write_image(picture_file, color, {.channels = names});
+        write_color(picture_file, color, {.channels = names});
         stored = {to_device(Device::open(), depth), camera_for(read_camera(camera), width, height)};
     }
 
@@ -64,6 +64,11 @@ TEST_CASE("dof program: writes what the library computes") {
         CHECK(!same(truth, scene.color));
         CHECK(same(read_color(out), truth));
         CHECK(list_channels(out).size() == static_cast<std::size_t>(channels));
+        for (const auto& [name, c] : {std::pair{"B", 0}, {"G", 1}, {"R", 2}}) {
+            cv::Mat plane;
+            cv::extractChannel(truth, plane, c);
+            CHECK(same(channel(out, name), plane));
+        }
     }
 }
 
@@ -112,12 +117,10 @@ TEST_CASE("dof program: the focus may be the depth under a pixel") {
 
 TEST_CASE("dof program: pictures of other types, and results of other types") {
     const Scene scene;
-    cv::Mat codes, swapped(height, width, CV_8UC3);
+    cv::Mat codes;
     scene.color.convertTo(codes, CV_8U, 255);
-    const int pairs[] = {0, 2, 1, 1, 2, 0}; // OpenCV writes B, G, R
-    cv::mixChannels(&codes, 1, &swapped, 1, pairs, 3);
     const std::string png = scene.folder / "colour.png";
-    cv::imwrite(png, swapped);
+    cv::imwrite(png, codes);
     CHECK(cv::norm(read_color(png), scene.color, cv::NORM_INF) <= 0.501 / 255);
 
     const cv::Mat truth = scene.expected();
@@ -134,7 +137,7 @@ TEST_CASE("dof program: pictures of other types, and results of other types") {
 TEST_CASE("dof program: a renderer's layer is found, or named") {
     const Scene scene;
     const std::string layered = scene.folder / "layered.exr";
-    write_image(layered, scene.color, {.channels = {"View.Combined.R", "View.Combined.G", "View.Combined.B"}});
+    write_color(layered, scene.color, {.channels = {"View.Combined.R", "View.Combined.G", "View.Combined.B"}});
     CHECK(same(read_color(layered), scene.color));
     CHECK(same(read_color(layered, "View.Combined"), scene.color));
     const auto says = [](const std::string& text) { return Catch::Matchers::Contains(text); };
@@ -145,7 +148,7 @@ TEST_CASE("dof program: a renderer's layer is found, or named") {
     const std::string two = scene.folder / "two.exr";
     cv::Mat both;
     cv::merge(std::vector{scene.color, scene.color}, both);
-    write_image(two, both, {.channels = {"a.R", "a.G", "a.B", "b.R", "b.G", "b.B"}});
+    write_image(two, both, {.channels = {"a.B", "a.G", "a.R", "b.B", "b.G", "b.R"}});
     CHECK_THROWS_WITH(read_color(two), says("say which it is (--color-layer): a, b"));
     CHECK(same(read_color(two, "b"), scene.color));
 }
@@ -173,7 +176,7 @@ TEST_CASE("dof program: refuses in one line what cannot be") {
     check_refused(run(with("--f-stop", "0")), 2, "--f-stop");
     check_refused(run(with("--focus", "0.01")), 2, "--focus");
     const std::string small = scene.folder / "small.exr", missing = scene.folder / "missing.exr";
-    write_image(small, scene.color(cv::Rect(0, 0, width - 1, height)).clone(), {.channels = {"R", "G", "B"}});
+    write_color(small, scene.color(cv::Rect(0, 0, width - 1, height)).clone());
     check_refused(run(with("--color", small.c_str())), 1, "small.exr");
     check_refused(run(with("--color", missing.c_str())), 1, "missing.exr");
     check_refused(run(with("--color", scene.input.c_str())), 1, "so no picture; it has Z");
@@ -190,8 +193,8 @@ TEST_CASE("dof program: a clean plate shows what the foreground hides") {
     cv::Mat together;
     cv::merge(std::vector{other, behind}, together);
     const std::string clean_plate = scene.folder / "plate.exr", color = scene.folder / "plate-colour.exr";
-    write_image(clean_plate, together, {.channels = {"R", "G", "B", "Z"}});
-    write_image(color, other, {.channels = {"R", "G", "B"}});
+    write_image(clean_plate, together, {.channels = {"B", "G", "R", "Z"}});
+    write_color(color, other);
     const std::string depth = depth_file(scene.folder, "behind.exr", behind);
     const Device device = scene.stored.image.device();
     scene.stored.image = to_device(device, scene.depth);
@@ -209,7 +212,7 @@ TEST_CASE("dof program: a clean plate shows what the foreground hides") {
                   "--clean-plate-depth requires --clean-plate");
     check_refused(run(scene.arguments(out, {"--clean-plate", color})), 1, "needs --clean-plate-depth");
     const std::string small = scene.folder / "small.exr";
-    write_image(small, other(cv::Rect(0, 0, width - 1, height)).clone(), {.channels = {"R", "G", "B"}});
+    write_color(small, other(cv::Rect(0, 0, width - 1, height)).clone());
     check_refused(run(scene.arguments(out, {"--clean-plate", small, "--clean-plate-depth", depth})), 1,
                   "small.exr: is 47");
     CHECK(scene.folder.results().empty());

@@ -135,18 +135,18 @@ TEST_CASE("read: TIFF of unsigned and signed 32-bit codes, floats and halves, in
     check_says(refusal([&] { read_depth(negative); }), {"signed 16-bit"});
 }
 
-TEST_CASE("read: 24 bits packed in R, G, B need the packing, and come back as R, G, B", "[io]") {
+TEST_CASE("read: 24 bits packed in R, G, B need the packing, and come back as B, G, R", "[io]") {
     const TempFolder folder;
     const cv::Mat bgr(2, 2, CV_8UC3, cv::Scalar(3, 2, 1));
     const cv::Mat bgra(2, 2, CV_8UC4, cv::Scalar(3, 2, 1, 255));
-    const cv::Mat rgb(2, 2, CV_8UC3, cv::Scalar(1, 2, 3));
     for (const auto& image : {bgr, bgra}) {
         for (const std::string name : {"a.png", "a.tif"}) {
             const auto file = encoded(folder / name, image);
-            for (const auto packing : {Storage::rgb8_red_low, Storage::rgb8_red_high}) {
+            for (const auto& [packing, storage] : {std::pair{Storage::rgb8_red_low, Storage::bgr8_red_low},
+                                                   {Storage::rgb8_red_high, Storage::bgr8_red_high}}) {
                 const auto depth = read_depth(file, {.packing = packing});
-                CHECK(depth.storage == packing);
-                CHECK(same(depth.values, rgb));
+                CHECK(depth.storage == storage);
+                CHECK(same(depth.values, bgr));
             }
             check_says(refusal([&] { read_depth(file); }), {"unsigned 8-bit", "\"packing\""});
         }

@@ -100,10 +100,12 @@ StoredCodes random_codes(Storage storage, int count, std::mt19937& random) {
             codes.values.push_back(code);
             break;
         case Storage::rgb8_red_low:
+        case Storage::bgr8_red_high:
             append(code, 3);
             codes.values.push_back(code);
             break;
         case Storage::rgb8_red_high:
+        case Storage::bgr8_red_low:
             append((code & 0xff) << 16 | (code & 0xff00) | code >> 16, 3);
             codes.values.push_back(code);
             break;
@@ -307,8 +309,10 @@ TEST_CASE("linearize: every storage is decoded as its codes say", "[linearize][e
                                                             {Storage::uint16, "uint16"},
                                                             {Storage::uint24, "uint24"},
                                                             {Storage::uint24_high, "uint24-high"},
-                                                            {Storage::rgb8_red_low, "rgb8-low-first"},
-                                                            {Storage::rgb8_red_high, "rgb8-high-first"}};
+                                                            {Storage::rgb8_red_low, "rgb8-red-low"},
+                                                            {Storage::rgb8_red_high, "rgb8-red-high"},
+                                                            {Storage::bgr8_red_low, "bgr8-red-low"},
+                                                            {Storage::bgr8_red_high, "bgr8-red-high"}};
     std::mt19937 random(7);
     for (const auto& [storage, storage_name] : storages) {
         for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {

@@ -34,7 +34,7 @@ TEST_CASE("opencv: a matrix's type says how depth is stored", "[opencv]") {
     CHECK(storage_of(cv::Mat(1, 1, CV_16FC1)) == Storage::float16);
     CHECK(storage_of(cv::Mat(1, 1, CV_16UC1)) == Storage::uint16);
     CHECK(storage_of(cv::Mat(1, 1, CV_32SC1)) == Storage::uint24);
-    CHECK(storage_of(cv::Mat(1, 1, CV_8UC3)) == Storage::rgb8_red_low);
+    CHECK(storage_of(cv::Mat(1, 1, CV_8UC3)) == Storage::bgr8_red_low);
     for (const int type : {CV_8UC1, CV_64FC1, CV_32FC3, CV_16SC1})
         CHECK_THROWS_AS(storage_of(cv::Mat(1, 1, type)), std::invalid_argument);
 }

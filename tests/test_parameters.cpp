@@ -6,6 +6,7 @@
 
 #include <fathom/fathom.hpp>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -130,6 +131,9 @@ TEST_CASE("parameters: packed bytes and shifted codes", "[parameters]") {
     CHECK(low_first.byte_weights[2] == 65536);
     CHECK(high_first.byte_weights[0] == 65536);
     CHECK(high_first.byte_weights[2] == 1);
+    // B comes first in memory: the weights of R, G, B run the other way.
+    CHECK(std::ranges::equal(parameters(camera(), Storage::bgr8_red_low).byte_weights, high_first.byte_weights));
+    CHECK(std::ranges::equal(parameters(camera(), Storage::bgr8_red_high).byte_weights, low_first.byte_weights));
     CHECK(parameters(camera(), Storage::uint24).code_shift == 0);
     CHECK(parameters(camera(), Storage::uint24_high).code_shift == 8);
 }

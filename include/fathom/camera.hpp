@@ -34,10 +34,12 @@ enum class Storage {
     float32,
     float16,
     uint16,
-    uint24,       ///< the low 24 bits of a uint32
-    uint24_high,  ///< the high 24 bits of a uint32 (D24S8 and its kin)
-    rgb8_red_low, ///< three bytes R, G, B with R the lowest
-    rgb8_red_high ///< three bytes R, G, B with R the highest
+    uint24,        ///< the low 24 bits of a uint32
+    uint24_high,   ///< the high 24 bits of a uint32 (D24S8 and its kin)
+    rgb8_red_low,  ///< three bytes R, G, B in memory, R the lowest of the 24 bits
+    rgb8_red_high, ///< three bytes R, G, B in memory, R the highest
+    bgr8_red_low,  ///< three bytes B, G, R in memory, as OpenCV holds them, R the lowest
+    bgr8_red_high  ///< three bytes B, G, R in memory, R the highest
 };
 
 /// What becomes of a pixel whose stored value is the background.
@@ -135,7 +137,8 @@ long double stored_depth(const Camera& camera, Storage storage, double x, double
 /// The largest code of an integer storage; 1 for floats.
 double storage_max(Storage storage);
 
-/// Names as the camera file and the program write them.
+/// Names as the camera file and the program write them. The `bgr8_` storages have the names of the `rgb8_` ones: a camera
+/// file says which channel is the lowest, not in which order a program holds the bytes.
 const char* to_string(Encoding encoding);
 const char* to_string(Storage storage);
 const char* to_string(Form form);

@@ -15,14 +15,15 @@ namespace fathom {
 
 /// A depth image as its file holds it: values untouched, one channel (or three bytes for packed depth).
 struct DepthFile {
-    cv::Mat values;  ///< CV_32FC1, CV_16FC1 (half), CV_16UC1, CV_32SC1 (uint24 in a uint32) or CV_8UC3 (R, G, B order)
-    Storage storage; ///< how `values` is to be read
+    cv::Mat values;      ///< CV_32FC1, CV_16FC1 (half), CV_16UC1, CV_32SC1 (uint24 in a uint32) or CV_8UC3 (B, G, R)
+    Storage storage;     ///< how `values` is to be read
     std::string channel; ///< name of the EXR channel that was taken; empty for other files
 };
 
 struct ReadOptions {
     std::string channel = {}; ///< EXR channel to take, or PART.CHANNEL; empty: the one that is named like depth
-    std::optional<Storage> packing = {}; ///< uint24, uint24_high, rgb8_*: what the camera file's `packing` says
+    std::optional<Storage> packing =
+        {}; ///< uint24, uint24_high, rgb8_* or bgr8_*: what the camera file's `packing` says
 };
 
 /// Reads a depth image. The content decides what it is, not the extension.
@@ -31,7 +32,7 @@ struct ReadOptions {
 /// reach. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V, Y, or the only one
 /// there is; X, Y and Z side by side are a position. PNG: 16-bit grey. TIFF: one channel of 16-bit or 32-bit integers, half
 /// or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit R, G, B (and an alpha that is left out)
-/// with the packing that says so. Codes of more than 24 bits are refused, unless they are said to lie in the high bits.
+/// with the packing that says so: they come back in B, G, R order, with the bgr8_ storage of that packing. Codes of more than 24 bits are refused, unless they are said to lie in the high bits.
 /// Throws: Error for a file that is missing, empty, a folder, damaged, cut short, incomplete, deep, or of any other type.
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options = {});
 
@@ -44,8 +45,8 @@ DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& optio
 /// Throws: Error as `read_depth`, and for a file without such a layer or with other channels.
 cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer = {});
 
-/// Reads a picture: CV_32FC3 or CV_32FC4, R, G, B and the alpha where the file has one, values as they are; codes of 8 and
-/// 16 bits count from 0 to 1.
+/// Reads a picture: CV_32FC3 or CV_32FC4 in OpenCV's order B, G, R, and the alpha where the file has one. Values are as they
+/// are; codes of 8 and 16 bits count from 0 to 1.
 ///
 /// OpenEXR: the layer called `layer`, for instance "ViewLayer.Combined", whose channels are R, G, B and perhaps A; without a
 /// name those without a layer, or Combined, beauty, RGBA, RGB, color, alone or at the end of a name, or the only one there
@@ -70,21 +71,31 @@ struct WriteOptions {
 };
 
 /// Writes a CV_32F image of any number of channels, temporary file first and then renamed, so that no half-written file is
-/// ever seen and a failure leaves the old one. Channels are in x, y, z (or R, G, B) order, in the matrix and in the file.
+/// ever seen and a failure leaves the old one. Channels keep their order: x, y, z of vectors. For pictures see `write_color`.
 ///
 /// `.exr` (32-bit float, zip), `.tif` (float; 1, 3 or 4 channels), `.pfm` (1 or 3), `.png` (16-bit; 1, 3 or 4; clipped to its
 /// range, NaN becomes 0), `.ply` for 3 or 4 (binary; the first three are the point, points that are not finite are left out).
 /// Throws: Error for another extension, a target that cannot be written, a full disk.
 void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options = {});
 
+/// Writes a picture, CV_32FC3 or CV_32FC4 in OpenCV's order B, G, R and alpha, otherwise as `write_image` does. Files hold
+/// R, G, B, A, so that viewers show its colours. `WriteOptions::channels` are in the file's order; without them R, G, B, A.
+/// Throws: Error as `write_image`, and for other numbers of channels.
+void write_color(const std::filesystem::path& file, const cv::Mat& color, const WriteOptions& options = {});
+
+/// What an image's channels are, which decides their order in a file.
+enum class ImageKind { values, color };
+
 /// An image and the file that it belongs in.
 struct ImageFile {
     std::filesystem::path file;
     cv::Mat image;
     WriteOptions options = {};
+    ImageKind kind = ImageKind::values;
 };
 
-/// Writes images that belong together, each as `write_image` does: when one of them cannot be written, none is.
+/// Writes images that belong together, each as `write_image` or `write_color` does: when one of them cannot be written,
+/// none is.
 void write_images(const std::vector<ImageFile>& images);
 
 /// Defaults for lens options that a renderer wrote into the camera file.

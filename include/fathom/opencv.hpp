@@ -23,7 +23,7 @@
 /// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size.
 namespace fathom {
 
-/// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24), CV_8UC3 and CV_8UC4 (rgb8_red_low).
+/// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24), CV_8UC3 and CV_8UC4 (bgr8_red_low).
 /// Throws: std::invalid_argument for any other type.
 Storage storage_of(const cv::Mat& stored);
 

@@ -41,8 +41,10 @@ const char* to_string(Storage storage) {
     case Storage::uint24_high:
         return "uint24-high";
     case Storage::rgb8_red_low:
+    case Storage::bgr8_red_low:
         return "rgb-low-first";
     case Storage::rgb8_red_high:
+    case Storage::bgr8_red_high:
         return "rgb-high-first";
     }
     return "unknown";

@@ -148,8 +148,10 @@ void add_clean_plate_options(CLI::App& app, Options& options) {
 }
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product{
-        .extensions = {".exr", ".tif", ".pfm", ".png"}, .channels = {"R", "G", "B", "A"}, .png_scale = 1};
+    const Product product{.extensions = {".exr", ".tif", ".pfm", ".png"},
+                          .channels = {"R", "G", "B", "A"},
+                          .png_scale = 1,
+                          .kind = ImageKind::color};
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, product);
     app.add_option("--color", options->color, "the sharp picture, of the depth's size: EXR, PNG, TIFF or PFM")

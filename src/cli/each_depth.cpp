@@ -42,7 +42,8 @@ void write(const DepthOptions& options, const std::vector<Output>& outputs, cons
                           results[i],
                           {.channels = channels_of(product, results[i]),
                            .png_scale = product.png_scale ? product.png_scale : options.png_scale,
-                           .png_offset = product.png_offset}});
+                           .png_offset = product.png_offset},
+                          product.kind});
     }
     const StderrSilenced silenced;
     write_images(images);

@@ -58,10 +58,12 @@ StoredValues stored_values(const DepthFile& depth) {
         visit_pixels<std::uint32_t>(depth.values, [&](std::uint32_t word) { add_code(word >> 8); });
         break;
     case Storage::rgb8_red_low:
-        visit_pixels<cv::Vec3b>(depth.values, [&](const cv::Vec3b& rgb) { add_code(code_of(rgb[0], rgb[1], rgb[2])); });
+    case Storage::bgr8_red_high:
+        visit_pixels<cv::Vec3b>(depth.values, [&](const cv::Vec3b& b) { add_code(code_of(b[0], b[1], b[2])); });
         break;
     case Storage::rgb8_red_high:
-        visit_pixels<cv::Vec3b>(depth.values, [&](const cv::Vec3b& rgb) { add_code(code_of(rgb[2], rgb[1], rgb[0])); });
+    case Storage::bgr8_red_low:
+        visit_pixels<cv::Vec3b>(depth.values, [&](const cv::Vec3b& b) { add_code(code_of(b[2], b[1], b[0])); });
         break;
     }
     return stored;

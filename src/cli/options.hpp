@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fathom/device.hpp>
+#include <fathom/io.hpp>
 
 #include <CLI/CLI.hpp>
 
@@ -41,6 +42,7 @@ struct Product {
     std::vector<std::string> channels;    ///< EXR names of its channels
     std::optional<double> png_scale = {}; ///< of values that have a range; none: --png-scale must say it
     double png_offset = 0;
+    ImageKind kind = ImageKind::values;
 };
 
 /// Adds the options of `DepthOptions` for what comes out.

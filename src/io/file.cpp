@@ -143,11 +143,11 @@ Bytes read_file(const fs::path& file) {
     return bytes;
 }
 
-void replace_files(std::span<const Content> files) {
+void replace_files(std::span<const NewFile> files) {
     std::deque<Successor> successors;
-    for (const Content& content : files) {
-        Successor& successor = successors.emplace_back(target_of(content.file));
-        successor.write(content.bytes);
+    for (const NewFile& file : files) {
+        Successor& successor = successors.emplace_back(target_of(file.file));
+        successor.write(file.bytes);
         successor.complete();
     }
     for (Successor& successor : successors)

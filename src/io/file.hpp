@@ -25,7 +25,7 @@ void check_readable(const std::filesystem::path& file);
 Bytes read_file(const std::filesystem::path& file);
 
 /// What a file is to hold.
-struct Content {
+struct NewFile {
     std::filesystem::path file;
     Bytes bytes;
 };
@@ -33,6 +33,6 @@ struct Content {
 /// Replaces files' contents, or makes them: whoever looks sees the old file or the new one, never a part. The first takes
 /// its place only once all of them lie complete on their disks: whatever goes wrong before (no such folder, no permission,
 /// a full disk), the old ones stay and nothing else is left behind.
-void replace_files(std::span<const Content> files);
+void replace_files(std::span<const NewFile> files);
 
 } // namespace fathom::io

@@ -20,7 +20,7 @@ bool begins_like_exr(const std::filesystem::path& file);
 /// See `fathom::read_depth`.
 DepthFile read_exr(const std::filesystem::path& file, const ReadOptions& options);
 
-/// An image as its file holds it (R, G, B order), or nothing when the bytes do not begin like this format's.
+/// An image in OpenCV's order of channels (B, G, R, A), or nothing when the bytes do not begin like this format's.
 /// Refused: whatever is cut short or contradicts itself, which codecs tend to fill with zeros or garbage.
 std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes);
@@ -45,7 +45,7 @@ auto within_memory(const std::filesystem::path& file, const Read& read) {
     }
 }
 
-/// The bytes of a file that holds `image`, a CV_32F matrix in x, y, z (or R, G, B) order.
+/// The bytes of a file that holds `image`, a CV_32F matrix in the file's order: x, y, z or R, G, B, A.
 Bytes exr_bytes(const cv::Mat& image, const std::vector<std::string>& channels);
 Bytes tiff_bytes(const cv::Mat& image);
 Bytes pfm_bytes(const cv::Mat& image);     ///< 1 or 3 channels
@@ -63,7 +63,7 @@ std::string described(const cv::Mat& image);
 /// Decodes unchanged with OpenCV. Throws: Error when it cannot; nothing else reaches stderr.
 cv::Mat decode_with_opencv(const std::filesystem::path& file, const Bytes& bytes);
 
-/// R, G, B for B, G, R and back; a fourth channel stays.
+/// R, G, B for B, G, R and back; a fourth channel stays, and so do images of fewer than three.
 cv::Mat swap_red_and_blue(const cv::Mat& image);
 
 } // namespace fathom::io

@@ -87,7 +87,7 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
         if (image.elemSize1() > 1 && file_little != little)
             swap_bytes(row, row_bytes / image.elemSize1(), image.elemSize1());
     }
-    return image;
+    return swap_red_and_blue(image); // the file's order is R, G, B
 }
 
 Bytes pfm_bytes(const cv::Mat& image) {

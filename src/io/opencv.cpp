@@ -151,7 +151,7 @@ Storage storage_of(const cv::Mat& stored) {
         return Storage::uint24;
     case CV_8UC3:
     case CV_8UC4:
-        return Storage::rgb8_red_low;
+        return Storage::bgr8_red_low;
     default:
         throw std::invalid_argument("stored depth: matrix of type " + std::to_string(stored.type()) +
                                     "; must be CV_32FC1, CV_16FC1, CV_16UC1, CV_32SC1, CV_8UC3 or CV_8UC4");

@@ -1,4 +1,4 @@
-// OpenCV's codecs, silent and in the file's channel order.
+// OpenCV's codecs, silent.
 #include "formats.hpp"
 
 #include <opencv2/core.hpp>
@@ -43,10 +43,12 @@ cv::Mat decode_with_opencv(const std::filesystem::path& file, const Bytes& bytes
     }
     if (image.empty())
         refuse(file, "is damaged or of a kind that OpenCV does not read; write it again");
-    return image.channels() < 3 ? image : swap_red_and_blue(image);
+    return image;
 }
 
 cv::Mat swap_red_and_blue(const cv::Mat& image) {
+    if (image.channels() < 3)
+        return image;
     cv::Mat swapped(image.size(), image.type());
     const int pairs[] = {0, 2, 1, 1, 2, 0, 3, 3};
     cv::mixChannels(&image, 1, &swapped, 1, pairs, static_cast<std::size_t>(image.channels()));

@@ -76,7 +76,7 @@ Bytes png_bytes(const cv::Mat& image, double scale, double offset) {
         });
     }
     Bytes bytes;
-    if (!cv::imencode(".png", image.channels() < 3 ? codes : swap_red_and_blue(codes), bytes))
+    if (!cv::imencode(".png", swap_red_and_blue(codes), bytes))
         throw Error("OpenCV cannot write a PNG");
     return bytes;
 }

@@ -71,7 +71,7 @@ std::string choose(const std::filesystem::path& file, const std::vector<Channel>
 cv::Mat from_exr(const std::filesystem::path& file, const std::string& wanted) {
     const std::vector<Channel> channels = list_channels(file);
     const std::string layer = choose(file, channels, wanted), front = layer.empty() ? "" : layer + ".";
-    std::vector<std::string> names{front + "R", front + "G", front + "B"};
+    std::vector<std::string> names{front + "B", front + "G", front + "R"};
     if (has(channels, front + "A"))
         names.push_back(front + "A");
     return io::read_exr_floats(file, names, "colours");

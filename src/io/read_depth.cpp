@@ -7,8 +7,13 @@ namespace {
 using io::described;
 using io::refuse;
 
-bool is_three_bytes(Storage packing) {
-    return packing == Storage::rgb8_red_low || packing == Storage::rgb8_red_high;
+/// The storage of a matrix in B, G, R order whose channels are packed so; none for a packing of other elements.
+std::optional<Storage> of_bgr(Storage packing) {
+    if (packing == Storage::rgb8_red_low || packing == Storage::bgr8_red_low)
+        return Storage::bgr8_red_low;
+    if (packing == Storage::rgb8_red_high || packing == Storage::bgr8_red_high)
+        return Storage::bgr8_red_high;
+    return std::nullopt;
 }
 
 /// Codes of 24 bits only: a buffer with a stencil beside its depth must not be decoded as if it had none.
@@ -23,14 +28,14 @@ void check_codes(const std::filesystem::path& file, const cv::Mat& codes) {
 
 /// The image as depth, if its type and the packing that the camera file speaks of agree.
 DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, std::optional<Storage> packing) {
-    if (packing && is_three_bytes(*packing)) {
+    if (const auto storage = packing ? of_bgr(*packing) : std::nullopt) {
         if (image.depth() != CV_8U || image.channels() < 3)
             refuse(file, "is " + described(image) + ", but the packing \"" + to_string(*packing) +
                              "\" needs three 8-bit channels; take \"packing\" out of the camera file");
-        cv::Mat rgb(image.size(), CV_8UC3); // simulators like to add an alpha channel that says nothing
+        cv::Mat bgr(image.size(), CV_8UC3); // simulators like to add an alpha channel that says nothing
         const int pairs[] = {0, 0, 1, 1, 2, 2};
-        cv::mixChannels(&image, 1, &rgb, 1, pairs, 3);
-        return {rgb, *packing, {}};
+        cv::mixChannels(&image, 1, &bgr, 1, pairs, 3);
+        return {bgr, *storage, {}};
     }
     if (image.channels() == 1) {
         if (packing && image.type() != CV_32SC1)

@@ -76,7 +76,7 @@ cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
                          ", which holds no normals; they are three channels x, y, z: float, or ½n + ½ in 8 or 16 bits");
     cv::Mat normals(image.size(), CV_32FC3), floats;
     image.convertTo(floats, CV_32F);
-    const int pairs[] = {0, 0, 1, 1, 2, 2}; // an alpha says nothing
+    const int pairs[] = {2, 0, 1, 1, 0, 2}; // x is the red channel, OpenCV's last; an alpha says nothing
     cv::mixChannels(&floats, 1, &normals, 1, pairs, 3);
     if (codes) {
         // ½ itself lies between two codes; black is no normal.

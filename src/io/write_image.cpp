@@ -71,11 +71,13 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
     refuse(file, "the extension \"" + extension + "\" is none that can be written; use .exr, .tif, .pfm, .png or .ply");
 }
 
-io::Bytes bytes_of(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
+io::Bytes bytes_of(const ImageFile& given) {
+    const auto& file = given.file;
+    const cv::Mat& image = given.image;
     if (image.empty() || image.dims != 2 || image.depth() != CV_32F)
         refuse(file, "only images of 32-bit floats can be written; convert it first");
     try {
-        return encoded(file, image, options);
+        return encoded(file, image, given.options);
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
@@ -85,17 +87,34 @@ io::Bytes bytes_of(const std::filesystem::path& file, const cv::Mat& image, cons
     }
 }
 
+io::Bytes bytes_of_color(ImageFile picture) {
+    const int channels = picture.image.channels();
+    if (channels != 3 && channels != 4)
+        refuse(picture.file, "a picture has 3 or 4 channels (B, G, R, alpha), the image has " +
+                                 std::to_string(channels) + "; write it with write_image");
+    if (picture.options.channels.empty()) {
+        picture.options.channels = {"R", "G", "B", "A"};
+        picture.options.channels.resize(static_cast<std::size_t>(channels));
+    }
+    picture.image = io::swap_red_and_blue(picture.image);
+    return bytes_of(picture);
+}
+
 } // namespace
 
 void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
     write_images({{file, image, options}});
 }
 
+void write_color(const std::filesystem::path& file, const cv::Mat& color, const WriteOptions& options) {
+    write_images({{file, color, options, ImageKind::color}});
+}
+
 void write_images(const std::vector<ImageFile>& images) {
-    std::vector<io::Content> contents;
+    std::vector<io::NewFile> files;
     for (const ImageFile& image : images)
-        contents.push_back({image.file, bytes_of(image.file, image.image, image.options)});
-    io::replace_files(contents);
+        files.push_back({image.file, image.kind == ImageKind::color ? bytes_of_color(image) : bytes_of(image)});
+    io::replace_files(files);
 }
 
 } // namespace fathom

@@ -136,10 +136,10 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
     p.background = form.background.value_or(0);
     p.background_mask = form.background && background != Background::decode ? ~params::u32{0} : 0;
     p.code_shift = storage == Storage::uint24_high ? 8 : 0;
-    const bool red_low = storage != Storage::rgb8_red_high;
-    p.byte_weights[0] = red_low ? 1u : 1u << 16;
+    const bool first_is_highest = storage == Storage::rgb8_red_high || storage == Storage::bgr8_red_low;
+    p.byte_weights[0] = first_is_highest ? 1u << 16 : 1u;
     p.byte_weights[1] = 1u << 8;
-    p.byte_weights[2] = red_low ? 1u << 16 : 1u;
+    p.byte_weights[2] = first_is_highest ? 1u : 1u << 16;
     return p;
 }
 

@@ -1,0 +1,146 @@
+// Pictures and packed depth in a cv::Mat are B, G, R as OpenCV's own are, whichever way they came; files hold R, G, B.
+#include "program.hpp"
+
+#include <fathom/opencv.hpp>
+
+#include <cmath>
+#include <random>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+// Codes of 24 bits as CARLA's camera encodes them, R the lowest: some that tell the bytes apart, the ends, and noise.
+std::vector<std::uint32_t> carla_codes() {
+    std::vector<std::uint32_t> codes{0x000000, 0xffffff, 0xfffffe, 0x000001, 0x000100, 0x010000, 0x123456, 0x0000ff};
+    std::mt19937 random(3); // NOLINT: the same codes every time
+    while (codes.size() < static_cast<std::size_t>(width * height))
+        codes.push_back(random() & 0xffffff);
+    return codes;
+}
+
+// A PNG with R, G, B and perhaps an alpha that says nothing. OpenCV's encoder takes B first.
+std::string carla_file(const Folder& folder, const std::vector<std::uint32_t>& codes, int channels) {
+    cv::Mat bgr(height, width, CV_8UC(channels), cv::Scalar::all(255));
+    for (std::size_t i = 0; i < codes.size(); ++i)
+        for (std::size_t byte = 0; byte < 3; ++byte)
+            bgr.data[i * static_cast<std::size_t>(channels) + 2 - byte] =
+                static_cast<unsigned char>(codes[i] >> (8 * byte));
+    const std::string file = folder / ("carla-" + std::to_string(channels) + ".png");
+    cv::imwrite(file, bgr);
+    return file;
+}
+
+cv::Mat picture(int channels) {
+    cv::Mat color(height, width, CV_32FC(channels));
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width * channels; ++x)
+            color.at<float>(y, x) = static_cast<float>((x * 7 + y * 13) % 32) / 31.0f;
+    return color;
+}
+
+cv::Mat plane(const cv::Mat& image, int c) {
+    cv::Mat plane;
+    cv::extractChannel(image, plane, c);
+    return plane;
+}
+
+} // namespace
+
+TEST_CASE("bgr: a CARLA PNG is the same depth through fathom_io, OpenCV and the program", "[io]") {
+    constexpr double far = 1000, largest = (1 << 24) - 1;
+    const Folder folder;
+    const std::vector<std::uint32_t> codes = carla_codes();
+    const std::string camera = folder / "camera.json";
+    write(camera, R"({"perspective": {"fov_x_deg": 90, "aspect": 1.5}, "encoding": "linear", "near": 0, "far": 1000,
+                      "packing": "rgb-low-first"})");
+    const CameraFile file = read_camera(camera);
+    const Camera sized = camera_for(file, width, height);
+    const Device device = Device::open();
+    for (const int channels : {3, 4}) {
+        INFO(channels << " channels");
+        const std::string input = carla_file(folder, codes, channels), out = folder / "out/z.tif";
+
+        const DepthFile depth = read_depth(input, {.packing = file.packing});
+        CHECK(depth.storage == Storage::bgr8_red_low);
+        const cv::Mat by_io = to_mat(linearize({to_device(device, depth.values), sized, depth.storage}).image);
+        const cv::Mat by_opencv = linearize(device, cv::imread(input), sized);
+        check_done(run({"linearize", input, "--camera", camera, "-o", out}));
+        const cv::Mat by_program = channel(out);
+        CHECK(same(by_io, by_opencv));
+        CHECK(same(by_io, by_program));
+
+        double worst = 0;
+        for (std::size_t i = 0; i < codes.size(); ++i) {
+            const float z = by_io.at<float>(static_cast<int>(i));
+            const double truth = far * codes[i] / largest;
+            if (codes[i] == 0xffffff)
+                CHECK(z == INFINITY); // the far end is the sky
+            else
+                worst = std::max(worst, std::abs(z - truth) / (truth == 0 ? 1 : std::ldexp(1, std::ilogb(truth))));
+        }
+        CHECK(worst <= 0x1p-23);
+    }
+}
+
+TEST_CASE("bgr: packed bytes mean the same in either order, and pictures keep their colours", "[io]") {
+    const Folder folder;
+    const std::vector<std::uint32_t> codes = carla_codes();
+    const std::string camera = camera_file(folder), input = carla_file(folder, codes, 3);
+    const Camera sized = camera_for(read_camera(camera), width, height);
+    const Device device = Device::open();
+    const cv::Mat bgr = cv::imread(input);
+    cv::Mat rgb(bgr.size(), bgr.type());
+    const int pairs[] = {0, 2, 1, 1, 2, 0};
+    cv::mixChannels(&bgr, 1, &rgb, 1, pairs, 3);
+    const auto decoded = [&](const cv::Mat& bytes, Storage storage) {
+        return to_mat(linearize({to_device(device, bytes), sized, storage}).image);
+    };
+    CHECK(same(decoded(bgr, Storage::bgr8_red_low), decoded(rgb, Storage::rgb8_red_low)));
+    CHECK(same(decoded(bgr, Storage::bgr8_red_high), decoded(rgb, Storage::rgb8_red_high)));
+    CHECK(!same(decoded(bgr, Storage::bgr8_red_low), decoded(bgr, Storage::bgr8_red_high)));
+    for (const auto packing :
+         {Storage::rgb8_red_low, Storage::bgr8_red_low, Storage::rgb8_red_high, Storage::bgr8_red_high}) {
+        const bool low = packing == Storage::rgb8_red_low || packing == Storage::bgr8_red_low;
+        const DepthFile depth = read_depth(input, {.packing = packing});
+        CHECK(depth.storage == (low ? Storage::bgr8_red_low : Storage::bgr8_red_high));
+        CHECK(same(depth.values, bgr));
+    }
+}
+
+TEST_CASE("bgr: a written picture has its colours in the file's order, and is read back as it was", "[io]") {
+    const Folder folder;
+    for (const int channels : {3, 4}) {
+        const cv::Mat color = picture(channels);
+        for (const char* extension : {".exr", ".tif", ".pfm", ".png"}) {
+            if (channels == 4 && std::string(extension) == ".pfm")
+                continue;
+            const std::string file = folder / ("picture" + std::string(extension));
+            INFO(file << ", " << channels << " channels");
+            write_color(file, color, {.png_scale = 1.0});
+            const cv::Mat read = read_color(file);
+            REQUIRE(read.type() == color.type());
+            CHECK(cv::norm(read, color, cv::NORM_INF) <= (std::string(extension) == ".png" ? 0.51 / 65535 : 0));
+            if (std::string(extension) == ".exr") {
+                for (const auto& [name, c] : {std::pair{"B", 0}, {"G", 1}, {"R", 2}})
+                    CHECK(same(channel(file, name), plane(color, c)));
+                if (channels == 4)
+                    CHECK(same(channel(file, "A"), plane(color, 3)));
+            } else if (std::string(extension) != ".pfm") { // a reader of others' that we share no code with
+                cv::Mat seen = cv::imread(file, cv::IMREAD_UNCHANGED), floats;
+                REQUIRE(seen.channels() == channels);
+                seen.convertTo(floats, CV_32F, seen.depth() == CV_16U ? 1 / 65535.0 : 1);
+                CHECK(cv::norm(floats, color, cv::NORM_INF) <= 1e-5);
+            }
+        }
+    }
+    CHECK_THROWS_AS(write_color(folder / "grey.exr", cv::Mat(2, 2, CV_32FC1, cv::Scalar(1))), Error);
+    const cv::Mat pfm = picture(3); // raw floats, its lowest row first, R before G before B
+    write_color(folder / "raw.pfm", pfm);
+    const std::string bytes = content(folder / "raw.pfm");
+    float last[3];
+    std::memcpy(last, bytes.data() + bytes.size() - sizeof last, sizeof last);
+    const auto corner = pfm.at<cv::Vec3f>(0, width - 1);
+    CHECK((last[0] == corner[2] && last[1] == corner[1] && last[2] == corner[0]));
+}
