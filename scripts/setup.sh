@@ -11,8 +11,8 @@ export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$root/build/pocl-cache}
 mkdir -p "$POCL_CACHE_DIR"
 
 packages=(g++ cmake ninja-build clang clang-format pocl-opencl-icd ocl-icd-opencl-dev opencl-clhpp-headers
-    opencl-c-headers libopencv-core-dev libopencv-imgcodecs-dev libopenexr-dev libeigen3-dev libcli11-dev
-    nlohmann-json3-dev libfmt-dev catch2 oclgrind)
+    opencl-c-headers libopencv-core-dev libopencv-imgcodecs-dev libopenexr-dev libtiff-dev zlib1g-dev
+    libeigen3-dev libcli11-dev nlohmann-json3-dev libfmt-dev catch2 oclgrind)
 
 fail() {
     echo "${0##*/}: $*" >&2

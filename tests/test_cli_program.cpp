@@ -217,6 +217,20 @@ TEST_CASE("program: inspect tells what the file holds and what the camera makes 
     CHECK(std::count(json.out.begin(), json.out.end(), '\n') == 1);
 }
 
+TEST_CASE("program: inspect prints a channel's name without what would control a terminal") {
+    const Folder folder;
+    const std::string input = folder / "depth.exr";
+    write_image(input, ramp(), {.channels = {"\x1b[31mZ\xff"}});
+    const Outcome outcome = run({"inspect", input});
+    check_done(outcome);
+    CHECK(outcome.out.find(" [31mZ\\xff (float)") != std::string::npos);
+    for (const char byte : {'\x1b', '\xff'})
+        CHECK(outcome.out.find(byte) == std::string::npos);
+    const Outcome refused = run({"inspect", input, "--channel", "A"});
+    check_refused(refused, 1, "it has  [31mZ\\xff");
+    CHECK(refused.err.find('\x1b') == std::string::npos);
+}
+
 TEST_CASE("program: inspect tells the camera's range and precision, without a surface and without a device") {
     const Folder folder;
     const std::string camera = camera_file(folder, R"(, "depth_bits": 16)");

@@ -146,6 +146,12 @@ TEST_CASE("camera file: an encoding has what it needs", "[io]") {
     CHECK((taken.near_plane == 0.5 && taken.far_plane == 100));
 }
 
+TEST_CASE("camera file: an unknown word names the nearest known one", "[io]") {
+    check_says(refused(lens + R"(, "encoding": "view_z")"), {"\"view_z\" must be one of", "the nearest is \"view-z\""});
+    check_says(refused(lens + R"(, "rows": "bottomup")"), {"the nearest is \"bottom-up\""});
+    check_says(refused(lens + R"(, "rows": 3)"), {"3 must be one of \"top-down\", \"bottom-up\""});
+}
+
 TEST_CASE("camera file: an unknown key names the nearest known one", "[io]") {
     check_says(refused(opengl_matrix + R"(, "encodng": "window")"),
                {"\"encodng\"", "nearest known one is \"encoding\""});

@@ -149,6 +149,14 @@ void check_pixels(const cv::Mat& image, const Picture& picture, std::size_t c) {
 
 } // namespace
 
+TEST_CASE("exr: names of channels are printable in a refusal, whatever bytes they are", "[io]") {
+    const TempFolder folder;
+    const auto file = write(folder / "a.exr", {.channels = {"\xff\xc2", "\x1b[31m", "Höhe", "\xc2\x9b"}});
+    const auto said = refusal([&] { read_depth(file); });
+    check_says(said, {"\\xff\\xc2", " [31m", "Höhe", "\\xc2\\x9b"});
+    CHECK(said.find('\xff') == std::string::npos);
+}
+
 TEST_CASE("exr: the channel that is named like depth is taken", "[io]") {
     const TempFolder folder;
     struct Case {

@@ -104,11 +104,13 @@ TEST_CASE("write: x, y, z lie in that order in .tif and .pfm", "[io]") {
             if (channels == 4 && name == "p.pfm")
                 continue;
             write_image(folder / name, image);
-            const auto bytes = get(folder / name); // both end with uncompressed pixels, .pfm with its lowest row first
+            const auto bytes =
+                get(folder / name); // uncompressed: .tif behind its first 8 bytes, .pfm from below at the end
             const auto row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
             for (int y = 0; y < image.rows; ++y) {
-                const auto from_end = static_cast<std::size_t>(name == "p.tif" ? image.rows - y : y + 1) * row_bytes;
-                CHECK(std::memcmp(bytes.data() + bytes.size() - from_end, image.ptr(y), row_bytes) == 0);
+                const auto row = static_cast<std::size_t>(y) * row_bytes;
+                const auto at = name == "p.tif" ? 8 + row : bytes.size() - row - row_bytes;
+                CHECK(std::memcmp(bytes.data() + at, image.ptr(y), row_bytes) == 0);
             }
         }
         const auto seen = cv::imread((folder / "p.tif").string(), cv::IMREAD_UNCHANGED); // another reader: z, y, x

@@ -7,6 +7,7 @@
 #include <fathom/dof.hpp>
 #include <fathom/dof_masks.hpp>
 #include <fathom/error.hpp>
+#include <fathom/findings.hpp>
 #include <fathom/image.hpp>
 #include <fathom/launch.hpp>
 #include <fathom/lens.hpp>

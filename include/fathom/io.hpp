@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fathom/camera.hpp>
+#include <fathom/camera_file.hpp>
 
 #include <opencv2/core/mat.hpp>
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-/// Files: depth images in, results out, and the camera file. The only part that knows OpenCV's codecs and OpenEXR.
+/// Files: depth images in, results out. The only part that knows OpenCV's codecs, OpenEXR and libtiff.
 /// Everything here throws `fathom::Error` with one line that names the file, the value and what would be right.
 namespace fathom {
 
@@ -22,8 +22,7 @@ struct DepthFile {
 
 struct ReadOptions {
     std::string channel = {}; ///< EXR channel to take, or PART.CHANNEL; empty: the one that is named like depth
-    std::optional<Storage> packing =
-        {}; ///< uint24, uint24_high, rgb8_* or bgr8_*: what the camera file's `packing` says
+    std::optional<Storage> packing = {}; ///< uint24*, rgb8_* or bgr8_*: what the camera file's `packing` says
 };
 
 /// Reads a depth image. The content decides what it is, not the extension.
@@ -32,7 +31,8 @@ struct ReadOptions {
 /// reach. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V, Y, or the only one
 /// there is; X, Y and Z side by side are a position. PNG: 16-bit grey. TIFF: one channel of 16-bit or 32-bit integers, half
 /// or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit R, G, B (and an alpha that is left out)
-/// with the packing that says so: they come back in B, G, R order, with the bgr8_ storage of that packing. Codes of more than 24 bits are refused, unless they are said to lie in the high bits.
+/// with the packing that says so: they come back in B, G, R order, with the bgr8_ storage of that packing. Codes of more
+/// than 24 bits are refused, unless they are said to lie in the high bits.
 /// Throws: Error for a file that is missing, empty, a folder, damaged, cut short, incomplete, deep, or of any other type.
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options = {});
 
@@ -97,24 +97,5 @@ struct ImageFile {
 /// Writes images that belong together, each as `write_image` or `write_color` does: when one of them cannot be written,
 /// none is.
 void write_images(const std::vector<ImageFile>& images);
-
-/// Defaults for lens options that a renderer wrote into the camera file.
-struct LensDefaults {
-    std::optional<double> lens_mm, sensor_mm, f_stop, focus_distance, ao_distance;
-};
-
-/// A camera file (JSON, docs/camera.md): the camera, how its depth is packed, and what else the renderer knew.
-struct CameraFile {
-    Camera camera; ///< width and height are 0 when the file does not give them
-    std::optional<Storage> packing;
-    LensDefaults lens;
-};
-
-/// Reads a camera file. Unknown keys are refused with the nearest known one; every refusal names the key and its value.
-CameraFile read_camera(const std::filesystem::path& file);
-
-/// The camera for an image of this size: takes the size if the file gave none, otherwise checks it.
-/// Throws: Error naming both sizes.
-Camera camera_for(const CameraFile& file, int width, int height);
 
 } // namespace fathom

@@ -8,6 +8,8 @@
 #include "camera/matrix.hpp"
 #include "require.hpp"
 
+#include <Eigen/Core>
+
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -119,17 +121,9 @@ float rounded_up(double value) {
 }
 
 std::uint32_t half_bits(float value) {
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
-    const std::uint32_t sign = (bits >> 16) & 0x8000u;
-    if (std::isinf(value))
-        return sign | 0x7c00u;
-    const float magnitude = std::abs(value);
-    const int exponent = magnitude == 0 ? -14 : std::max(std::ilogb(magnitude), -14);
-    const float fraction = std::ldexp(magnitude, 10 - exponent); // an integer below 2048 for every half
-    require(fraction == std::floor(fraction) && fraction < 2048 && exponent <= 15,
-            text("background = ", value, " is not a float16 value"));
-    const auto mantissa = static_cast<std::uint32_t>(fraction);
-    return sign | (mantissa < 1024 ? mantissa : (static_cast<std::uint32_t>(exponent + 15) << 10) + mantissa - 1024);
+    const auto half = static_cast<Eigen::half>(value);
+    require(static_cast<float>(half) == value, text("background = ", value, " is not a float16 value"));
+    return Eigen::numext::bit_cast<std::uint16_t>(half);
 }
 
 // Bits of the stored value that means "nothing here", or none where the storage cannot hold it.

@@ -1,7 +1,16 @@
 // fathom inspect
+#include "codecs.hpp"
 #include "command.hpp"
-#include "findings.hpp"
 #include "messages.hpp"
+#include "options.hpp"
+
+#include "camera_file/file.hpp"
+
+#include <fathom/error.hpp>
+#include <fathom/findings.hpp>
+#include <fathom/io.hpp>
+#include <fathom/linearize.hpp>
+#include <fathom/opencv.hpp>
 
 #include <fmt/format.h>
 
@@ -17,6 +26,53 @@ struct Options {
     DeviceOption device;
     bool json = false;
 };
+
+struct Findings {
+    DepthFile depth;
+    std::vector<Channel> channels;
+    StoredStatistics statistics;
+    std::optional<CameraFindings> camera;
+};
+
+// What linearize makes of the image; nothing without a device, unless one was asked for.
+cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption& choice) {
+    try {
+        return to_mat(linearize({to_device(choice.open(), depth.values), camera, depth.storage}).image);
+    } catch (const NoDevice&) {
+        if (!choice.wanted.empty())
+            throw;
+        return {};
+    }
+}
+
+Findings look_at(const Options& options) {
+    CameraFile camera_file;
+    if (!options.camera.empty())
+        camera_file = read_camera(options.camera);
+    Findings found;
+    {
+        const StderrSilenced silenced;
+        found.depth = read_depth(options.file, {.channel = options.channel, .packing = camera_file.packing});
+        found.channels = list_channels(options.file);
+    }
+    const cv::Mat& values = found.depth.values;
+    const HostDepth stored{values.data, values.cols, values.rows, values.step, found.depth.storage};
+    found.statistics = stored_statistics(stored);
+    if (options.camera.empty())
+        return found;
+    try {
+        const Camera camera = camera_for(camera_file, values.cols, values.rows);
+        const cv::Mat z = decoded(found.depth, camera, options.device);
+        found.camera = camera_findings(camera, stored, {reinterpret_cast<const float*>(z.data), z.total()});
+    } catch (const std::invalid_argument& error) { // a field of the camera
+        throw Error(about(options.camera, error.what(), {options.file}));
+    }
+    return found;
+}
+
+const char* no_surfaces(const CameraFindings& found) {
+    return found.invalid ? "no pixel is a surface" : "no OpenCL device to decode them";
+}
 
 const char* name_of(std::optional<DepthBits> bits) {
     if (!bits)
@@ -41,7 +97,7 @@ nlohmann::ordered_json as_json(const CameraFindings& found) {
             range[point.name]["error_bound"] = json_number(*point.error_bound);
         }
     }
-    for (const Surface& surface : found.surfaces) {
+    for (const SurfacePoint& surface : found.surfaces) {
         surfaces[surface.name] = {{"z", json_number(surface.z)}, {"x", surface.x}, {"y", surface.y}};
         if (surface.spacing) {
             surfaces[surface.name]["spacing"] = json_number(*surface.spacing);
@@ -66,9 +122,9 @@ nlohmann::ordered_json as_json(const Options& options, const Findings& found) {
     nlohmann::ordered_json channels = nlohmann::ordered_json::array(), percentiles;
     for (const Channel& channel : found.channels)
         channels.push_back({{"name", channel.name}, {"type", channel.type}});
-    const Statistics& s = found.statistics;
-    for (std::size_t i = 0; i < percents.size(); ++i)
-        percentiles[std::to_string(percents[i])] = json_number(s.percentiles[i]);
+    const StoredStatistics& s = found.statistics;
+    for (std::size_t i = 0; i < stored_percents.size(); ++i)
+        percentiles[std::to_string(stored_percents[i])] = json_number(s.percentiles[i]);
     return {{"file", options.file},
             {"width", found.depth.values.cols},
             {"height", found.depth.values.rows},
@@ -117,9 +173,9 @@ void print_camera(const Options& options, const CameraFindings& found) {
     print_range(found);
 
     fmt::print("\nsurfaces: distance along the view axis, scene units\n");
-    if (!found.no_surfaces.empty())
-        print_row("none", found.no_surfaces);
-    for (const Surface& surface : found.surfaces)
+    if (found.surfaces.empty())
+        print_row("none", no_surfaces(found));
+    for (const SurfacePoint& surface : found.surfaces)
         print_row(surface.name,
                   fmt::format("{:<14}at pixel {:.0f}, {:.0f}", number(surface.z), surface.x - 0.5, surface.y - 0.5));
     if (found.invalid)
@@ -127,7 +183,7 @@ void print_camera(const Options& options, const CameraFindings& found) {
 
     if (found.bits && !found.surfaces.empty()) {
         fmt::print("\nprecision: of a {} buffer there, scene units\n", name_of(found.bits));
-        for (const Surface& surface : found.surfaces)
+        for (const SurfacePoint& surface : found.surfaces)
             print_row(surface.name, steps(surface.spacing, surface.error_bound));
     }
     fmt::print("\nattainable depth: where the far plane ends the view\n");
@@ -136,18 +192,19 @@ void print_camera(const Options& options, const CameraFindings& found) {
 }
 
 void print_findings(const Options& options, const Findings& found) {
-    const Statistics& s = found.statistics;
-    const std::string& channel = found.depth.channel;
+    const StoredStatistics& s = found.statistics;
+    const std::string channel = io::printable(found.depth.channel);
     fmt::print("file: {}\n", options.file);
     print_row("size", fmt::format("{} × {}", found.depth.values.cols, found.depth.values.rows));
     print_row("type", to_string(found.depth.storage) + (channel.empty() ? "" : ", channel " + channel));
     for (const Channel& each : found.channels)
-        print_row(&each == &found.channels.front() ? "channels" : "", fmt::format("{} ({})", each.name, each.type));
+        print_row(&each == &found.channels.front() ? "channels" : "",
+                  fmt::format("{} ({})", io::printable(each.name), each.type));
 
     fmt::print("\nstored values: as they lie in the file, finite ones only\n");
     print_row("min", number(s.min));
-    for (std::size_t i = 0; i < percents.size(); ++i)
-        print_row(fmt::format("{:>2} %", percents[i]), number(s.percentiles[i]));
+    for (std::size_t i = 0; i < stored_percents.size(); ++i)
+        print_row(fmt::format("{:>2} %", stored_percents[i]), number(s.percentiles[i]));
     print_row("max", number(s.max));
 
     fmt::print("\npixels: {}\n", s.pixels);
@@ -163,7 +220,7 @@ void print_findings(const Options& options, const Findings& found) {
 }
 
 int inspect(const Options& options) {
-    const Findings found = look_at(options.file, options.camera, options.channel, options.device);
+    const Findings found = look_at(options);
     if (options.json)
         print_json(as_json(options, found));
     else

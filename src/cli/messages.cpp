@@ -1,12 +1,14 @@
 // What the program prints: one line for an error, one for a result, for people or as JSON.
 #include "messages.hpp"
 
+#include "camera_file/edit_distance.hpp"
+#include "camera_file/file.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 
 namespace fathom::cli {
 namespace {
@@ -25,26 +27,10 @@ std::string on_one_line(std::string_view text) {
     return line;
 }
 
-// Optimal string alignment: insert, remove, replace, or swap two neighbours.
-std::size_t edits(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> before, above(b.size() + 1), row(b.size() + 1);
-    std::iota(above.begin(), above.end(), std::size_t{0});
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            row[j] = std::min({above[j] + 1, row[j - 1] + 1, above[j - 1] + (a[i - 1] != b[j - 1])});
-            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-                row[j] = std::min(row[j], before[j - 2] + 1);
-        }
-        before = std::exchange(above, row);
-    }
-    return above.back();
-}
-
 } // namespace
 
 void complain(std::string_view message) {
-    const std::string line = "fathom: " + on_one_line(message) + '\n';
+    const std::string line = "fathom: " + io::printable(on_one_line(message)) + '\n';
     std::fwrite(line.data(), 1, line.size(), stderr);
     std::fflush(stderr);
 }
@@ -79,7 +65,7 @@ std::string nearest(std::string_view name, const std::vector<std::string>& known
     std::string best;
     std::size_t fewest = std::max<std::size_t>(2, name.size() / 3) + 1;
     for (const std::string& candidate : known)
-        if (const std::size_t n = edits(name, candidate); n < fewest) {
+        if (const std::size_t n = io::edit_distance(name, candidate); n < fewest) {
             fewest = n;
             best = candidate;
         }

@@ -51,14 +51,6 @@ std::vector<Candidate> channels_of(const Imf::MultiPartInputFile& exr) {
     return channels;
 }
 
-std::string listed(const std::vector<Candidate>& channels) {
-    constexpr std::size_t most = 24;
-    std::string list;
-    for (std::size_t i = 0; i < std::min(channels.size(), most); ++i)
-        list += (i ? ", " : "") + channels[i].full_name;
-    return channels.size() > most ? list + ", and " + std::to_string(channels.size() - most) + " more" : list;
-}
-
 /// How well a channel's name says that it is depth, 0 the best; nothing when it does not say so.
 /// Z is OpenEXR's own name, Layer.Depth.Z and Layer.Depth.V are Blender's, V is its viewer's, Y is a grey image.
 std::optional<int> rank(const Candidate& channel) {
@@ -87,7 +79,7 @@ const Candidate& choose(const std::filesystem::path& file, const std::vector<Can
             if (!best && (channel.name == wanted || channel.full_name == wanted))
                 best = &channel;
         if (!best)
-            refuse(file, "has no channel \"" + wanted + "\"; it has " + listed(channels));
+            refuse(file, "has no channel \"" + wanted + "\"; it has " + listed(channels, &Candidate::full_name));
     } else if (channels.size() == 1) {
         best = &channels.front();
     } else {
@@ -95,7 +87,8 @@ const Candidate& choose(const std::filesystem::path& file, const std::vector<Can
             if (const auto r = rank(channel); r && (!best || *r < *rank(*best)))
                 best = &channel;
         if (!best)
-            refuse(file, "has no channel that is named like depth; say which it is (--channel): " + listed(channels));
+            refuse(file, "has no channel that is named like depth; say which it is (--channel): " +
+                             listed(channels, &Candidate::full_name));
     }
     if (best->deep)
         refuse(file, "channel \"" + best->full_name + "\" is deep (many samples a pixel); flatten the file first");

@@ -6,6 +6,12 @@
 
 namespace fathom::io {
 
+void check_size(const std::filesystem::path& file, long long width, long long height) {
+    if (width < 1 || height < 1 || width > most_pixels / height)
+        refuse(file, "says it has " + std::to_string(width) + " x " + std::to_string(height) +
+                         " pixels; it is damaged, or larger than the 32768 x 32768 that can be read");
+}
+
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer) {
     if (!layer.empty())
         refuse(file,
@@ -14,6 +20,11 @@ std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::
     for (const auto read : {read_png, read_tiff, read_netpbm})
         if (auto image = read(file, bytes))
             return image;
+    const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 6));
+    if (begin == "\x93NUMPY")
+        refuse(file, "is a NumPy array, which is not read; save it as .tif, .pfm or .exr");
+    if (begin.starts_with("\xff\xd8\xff"))
+        refuse(file, "is a JPEG, which is not read because its losses change values; save it as .png, .tif or .exr");
     return std::nullopt;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
-#include "file.hpp"
+#include "camera_file/file.hpp"
 
 #include <fathom/io.hpp>
 
 #include <opencv2/core.hpp>
 
+#include <algorithm>
+#include <functional>
 #include <initializer_list>
 #include <new>
 #include <optional>
@@ -14,6 +16,12 @@
 
 /// What each format can do; `read_depth` and `write_image` choose among them.
 namespace fathom::io {
+
+/// Images beyond this are taken for damage: 32768 × 32768.
+inline constexpr long long most_pixels = 1LL << 30;
+
+/// Refuses a size that no depth image has, before memory is asked for.
+void check_size(const std::filesystem::path& file, long long width, long long height);
 
 bool begins_like_exr(const std::filesystem::path& file);
 
@@ -52,6 +60,16 @@ Bytes pfm_bytes(const cv::Mat& image);     ///< 1 or 3 channels
 Bytes ply_bytes(const cv::Mat& positions); ///< 3 or 4 channels; the fourth is no part of the position
 Bytes png_bytes(const cv::Mat& image, double scale, double offset);
 
+/// Names for a message, between commas; of a long list the first ones.
+template <typename Each, typename Name>
+std::string listed(const std::vector<Each>& all, const Name& name) {
+    constexpr std::size_t most = 24;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(all.size(), most); ++i)
+        list += (i ? ", " : "") + std::invoke(name, all[i]);
+    return all.size() > most ? list + ", and " + std::to_string(all.size() - most) + " more" : list;
+}
+
 /// The place in a list of what a layer, or the last part of its name, is called, in any case.
 std::optional<int> place_of(const std::string& layer, std::initializer_list<std::string> known);
 
@@ -60,7 +78,7 @@ std::string lower(std::string text);
 /// An image's type for a message: "unsigned 8-bit with 3 channels".
 std::string described(const cv::Mat& image);
 
-/// Decodes unchanged with OpenCV. Throws: Error when it cannot; nothing else reaches stderr.
+/// Decodes unchanged with OpenCV. Throws: Error when it cannot.
 cv::Mat decode_with_opencv(const std::filesystem::path& file, const Bytes& bytes);
 
 /// R, G, B for B, G, R and back; a fourth channel stays, and so do images of fewer than three.

@@ -7,33 +7,18 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <string_view>
 
 namespace fathom::io {
 namespace {
 
 constexpr std::array<unsigned char, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-
-std::uint32_t crc32(std::span<const unsigned char> bytes) {
-    static const auto table = [] {
-        std::array<std::uint32_t, 256> entries{};
-        for (std::uint32_t n = 0; n < 256; ++n) {
-            entries[n] = n;
-            for (int bit = 0; bit < 8; ++bit)
-                entries[n] = (entries[n] & 1 ? 0xedb88320u : 0u) ^ (entries[n] >> 1);
-        }
-        return entries;
-    }();
-    std::uint32_t crc = ~0u;
-    for (const auto byte : bytes)
-        crc = table[(crc ^ byte) & 0xff] ^ (crc >> 8);
-    return ~crc;
-}
 
 std::uint32_t big_endian(std::span<const unsigned char> b) {
     return std::uint32_t{b[0]} << 24 | std::uint32_t{b[1]} << 16 | std::uint32_t{b[2]} << 8 | b[3];
@@ -54,7 +39,7 @@ std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& 
         if (rest.size() < 12 || rest.size() - 12 < length)
             refuse(file, "ends in the middle of the picture; write or copy it again");
         const auto chunk = rest.first(length + 12);
-        if (crc32(chunk.subspan(4, length + 4)) != big_endian(chunk.last(4)))
+        if (crc32_z(0, chunk.data() + 4, length + 4) != big_endian(chunk.last(4)))
             refuse(file, "is damaged: a check sum of its PNG chunks does not match; write or copy it again");
         type = {reinterpret_cast<const char*>(chunk.data()) + 4, 4};
         if (type == "IHDR" && length == 13)

@@ -29,13 +29,6 @@ std::optional<int> rank(const std::string& layer) {
     return io::place_of(layer, {"", "combined", "beauty", "rgba", "rgb", "color", "colour"});
 }
 
-std::string listed(const std::vector<Channel>& channels) {
-    std::string list;
-    for (const Channel& channel : channels)
-        list += (list.empty() ? "" : ", ") + channel.name;
-    return list;
-}
-
 // The layer that is called so but for the view in front of it, or that the name is a channel of.
 std::string like(const std::string& name, const std::vector<std::string>& layers) {
     for (const std::string& layer : layers)
@@ -56,10 +49,9 @@ std::string choose(const std::filesystem::path& file, const std::vector<Channel>
     if (best)
         return *best;
     if (layers.empty())
-        refuse(file, "has no channels R, G and B, so no picture; it has " + listed(channels));
-    std::string list;
-    for (const std::string& layer : layers)
-        list += (list.empty() ? "" : ", ") + (layer.empty() ? "R, G, B without a layer" : layer);
+        refuse(file, "has no channels R, G and B, so no picture; it has " + io::listed(channels, &Channel::name));
+    const std::string list =
+        io::listed(layers, [](const std::string& layer) { return layer.empty() ? "R, G, B without a layer" : layer; });
     if (wanted.empty())
         refuse(file, "has no layer that is named like a picture (Combined, beauty); say which it is (--color-layer): " +
                          list);

@@ -39,14 +39,6 @@ std::optional<int> rank(const Layer& layer) {
     return io::place_of(layer.name, {"n", "normal", "normals"});
 }
 
-std::string listed(const std::vector<Channel>& channels) {
-    constexpr std::size_t most = 24;
-    std::string list;
-    for (std::size_t i = 0; i < std::min(channels.size(), most); ++i)
-        list += (i ? ", " : "") + channels[i].name;
-    return channels.size() > most ? list + ", and " + std::to_string(channels.size() - most) + " more" : list;
-}
-
 Layer choose(const std::filesystem::path& file, const std::string& wanted) {
     const std::vector<Channel> channels = list_channels(file);
     const std::vector<Layer> layers = layers_of(channels);
@@ -58,10 +50,11 @@ Layer choose(const std::filesystem::path& file, const std::string& wanted) {
     if (!best && wanted.empty() && layers.size() == 1 && channels.size() == 3)
         best = &layers.front();
     if (!best && !wanted.empty())
-        refuse(file, "has no layer \"" + wanted + "\" with channels X, Y and Z; it has " + listed(channels));
+        refuse(file, "has no layer \"" + wanted + "\" with channels X, Y and Z; it has " +
+                         io::listed(channels, &Channel::name));
     if (!best)
         refuse(file, "has no layer that is named like normals (N, Normal) with channels X, Y and Z; it has " +
-                         listed(channels));
+                         io::listed(channels, &Channel::name));
     return *best;
 }
 

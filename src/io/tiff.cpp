@@ -1,249 +1,275 @@
-// TIFF. OpenCV decodes; the directory is walked here first, because a file whose strips lie beyond its end must be
-// refused, and because OpenCV 4.6 knows neither unsigned 32-bit samples (what a D24 buffer is) nor half floats.
-// Source: TIFF 6.0, section 2; the BigTIFF design of libtiff.
+// TIFF, with libtiff. Depth comes in samples that OpenCV's reader does not know: unsigned 32-bit, which is what a D24 buffer
+// is, and half floats. OpenCV decodes what holds no such depth (8 bits, palettes), once libtiff could.
 #include "formats.hpp"
 
 #include <fathom/error.hpp>
 
 #include <opencv2/core.hpp>
 
+#include <tiffio.h>
+
 #include <algorithm>
 #include <array>
-#include <bit>
+#include <cstdarg>
 #include <cstdint>
-#include <map>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string_view>
 
 namespace fathom::io {
 namespace {
 
-enum Tag : std::uint16_t {
-    image_width = 256,
-    image_length = 257,
-    bits_per_sample = 258,
-    compression = 259,
-    photometric = 262,
-    strip_offsets = 273,
-    samples_per_pixel = 277,
-    rows_per_strip = 278,
-    strip_byte_counts = 279,
-    inverse_depth = 284,
-    tile_offsets = 324,
-    tile_byte_counts = 325,
-    extra_samples = 338,
-    sample_format = 339
-};
-enum SampleFormat : std::uint16_t { unsigned_integer = 1, signed_integer = 2, ieee_float = 3 };
+/// What libtiff reads from or writes to, and what it had to say.
+struct Stream {
+    std::span<const unsigned char> in = {};
+    Bytes out = {};
+    std::uint64_t at = 0;
+    bool cut_short = false; ///< something was to be read that is not there, which libtiff forgives in places
+    std::string error = {}; ///< libtiff's first
 
-template <typename T>
-void append(Bytes& bytes, T value) {
-    const auto raw = std::bit_cast<std::array<unsigned char, sizeof(T)>>(value);
-    bytes.insert(bytes.end(), raw.begin(), raw.end());
+    std::uint64_t size() const { return in.empty() ? out.size() : in.size(); }
+};
+
+Stream& stream_of(thandle_t handle) {
+    return *static_cast<Stream*>(handle);
 }
 
-/// The first directory of a TIFF.
-class Directory {
-public:
-    Directory(const std::filesystem::path& file, Bytes& bytes)
-        : file_(file), bytes_(bytes), little_(bytes[0] == 'I'), big_(get(2, 2) == 43) {
-        const std::size_t at = get(big_ ? 8 : 4, big_ ? 8 : 4);
-        const std::size_t count = get(at, big_ ? 8 : 2);
-        const std::size_t entry = big_ ? 20 : 12;
-        if (count > bytes_.size() / entry)
-            damaged();
-        get(at + (big_ ? 8 : 2) + count * entry,
-            big_ ? 8 : 4); // where the next directory would be: the end of this one
-        for (std::size_t i = 0; i < count; ++i) {
-            const auto e = at + (big_ ? 8 : 2) + i * entry;
-            const auto size = size_of(get(e + 2, 2));
-            const auto n = get(e + 4, big_ ? 8 : 4);
-            const auto inlined = std::size_t{big_ ? 8u : 4u};
-            if (size == 0 || n > bytes_.size())
-                continue; // a private tag that is nobody's business here, or nonsense in one that is asked for below
-            const auto values = e + (big_ ? 12 : 8);
-            fields_[static_cast<std::uint16_t>(get(e, 2))] = {size * n <= inlined ? values : get(values, inlined), n,
-                                                              size};
-        }
-    }
+tmsize_t read_stream(thandle_t handle, void* target, tmsize_t size) {
+    Stream& stream = stream_of(handle);
+    const auto wanted = static_cast<std::uint64_t>(size);
+    const auto there = std::min(wanted, stream.in.size() - std::min<std::uint64_t>(stream.at, stream.in.size()));
+    stream.cut_short |= there < wanted;
+    if (there > 0)
+        std::memcpy(target, stream.in.data() + stream.at, there);
+    stream.at += there;
+    return static_cast<tmsize_t>(there);
+}
 
-    std::size_t count(Tag tag) const { return fields_.contains(tag) ? fields_.at(tag).count : 0; }
+tmsize_t write_stream(thandle_t handle, void* source, tmsize_t size) {
+    Stream& stream = stream_of(handle);
+    const auto end = stream.at + static_cast<std::uint64_t>(size);
+    if (end > stream.out.size())
+        stream.out.resize(end);
+    std::memcpy(stream.out.data() + stream.at, source, static_cast<std::size_t>(size));
+    stream.at = end;
+    return size;
+}
 
-    std::uint64_t value(Tag tag, std::size_t index, std::uint64_t otherwise) const {
-        if (index >= count(tag))
-            return otherwise;
-        const auto& field = fields_.at(tag);
-        return get(field.at + index * field.size, field.size);
-    }
+toff_t seek_stream(thandle_t handle, toff_t offset, int whence) {
+    Stream& stream = stream_of(handle);
+    return stream.at = offset + (whence == SEEK_CUR ? stream.at : whence == SEEK_END ? stream.size() : 0);
+}
 
-    void replace(Tag tag, std::uint16_t value) {
-        const auto& field = fields_.at(tag);
-        for (std::size_t i = 0; i < field.count; ++i) {
-            bytes_.at(field.at + i * field.size + (little_ ? 0 : 1)) = static_cast<unsigned char>(value & 0xff);
-            bytes_.at(field.at + i * field.size + (little_ ? 1 : 0)) = static_cast<unsigned char>(value >> 8);
-        }
-    }
+int close_stream(thandle_t) {
+    return 0;
+}
 
-    /// Do all strips or tiles lie inside the file, and are there as many as the image needs?
-    void check_extent() const {
-        const auto width = value(image_width, 0, 0), height = value(image_length, 0, 0);
-        check_size(file_, static_cast<long long>(width), static_cast<long long>(height));
-        const bool tiled = count(tile_offsets) > 0;
-        const auto offsets = tiled ? tile_offsets : strip_offsets;
-        const auto counts = tiled ? tile_byte_counts : strip_byte_counts;
-        std::uint64_t sum = 0;
-        for (std::size_t i = 0; i < count(offsets); ++i) {
-            const auto at = value(offsets, i, 0), size = value(counts, i, 0);
-            if (at > bytes_.size() || size > bytes_.size() - at)
-                damaged();
-            sum += size;
-        }
-        const auto bits = value(bits_per_sample, 0, 1) * value(samples_per_pixel, 0, 1);
-        if (sum == 0 || (value(compression, 0, 1) == 1 && sum < width * height * bits / 8))
-            damaged();
-    }
+toff_t size_of_stream(thandle_t handle) {
+    return stream_of(handle).size();
+}
 
-private:
-    struct Field {
-        std::size_t at = 0, count = 0, size = 0;
-    };
+int keep_error(TIFF*, void* stream, const char*, const char* format, va_list arguments) {
+    std::array<char, 256> text{};
+    std::vsnprintf(text.data(), text.size(), format, arguments);
+    if (auto& error = stream_of(stream).error; error.empty())
+        error = text.data();
+    return 1; // nobody else needs to hear of it
+}
 
-    static std::size_t size_of(std::uint64_t type) {
-        switch (type) {
-        case 1:
-            return 1; // BYTE
-        case 3:
-            return 2; // SHORT
-        case 4:
-            return 4; // LONG
-        case 16:
-            return 8; // LONG8
-        default:
-            return 0;
-        }
-    }
+int ignore_warning(TIFF*, void*, const char*, const char*, va_list) {
+    return 1;
+}
 
-    std::uint64_t get(std::size_t at, std::size_t size) const {
-        if (at > bytes_.size() || size > bytes_.size() - at)
-            damaged();
-        std::uint64_t value = 0;
-        for (std::size_t i = 0; i < size; ++i)
-            value = value << 8 | bytes_[little_ ? at + size - 1 - i : at + i];
-        return value;
-    }
+using Tiff = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
 
-    [[noreturn]] void damaged() const {
-        refuse(file_,
-               "is damaged or cut short: its TIFF directory points beyond what is there; write or copy it again");
-    }
+Tiff open(Stream& stream, const char* mode) {
+    const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> options(TIFFOpenOptionsAlloc(),
+                                                                                   TIFFOpenOptionsFree);
+    TIFFOpenOptionsSetErrorHandlerExtR(options.get(), keep_error, &stream);
+    TIFFOpenOptionsSetWarningHandlerExtR(options.get(), ignore_warning, nullptr);
+    return {TIFFClientOpenExt("", mode, &stream, read_stream, write_stream, seek_stream, close_stream, size_of_stream,
+                              nullptr, nullptr, options.get()),
+            TIFFClose};
+}
 
-    const std::filesystem::path& file_;
-    Bytes& bytes_;
-    bool little_;
-    bool big_;
-    std::map<std::uint16_t, Field> fields_;
+[[noreturn]] void refuse_damaged(const std::filesystem::path& file, const Stream& stream) {
+    refuse(file, "is damaged or cut short" + (stream.error.empty() ? "" : " (" + stream.error + ")") +
+                     "; write or copy it again");
+}
+
+template <typename Value>
+Value field(TIFF* tiff, std::uint32_t tag, Value otherwise) {
+    TIFFGetField(tiff, tag, &otherwise);
+    return otherwise;
+}
+
+/// What the directory says of the image. Unsaid: a format or a photometric interpretation of 0xffff.
+struct Directory {
+    explicit Directory(TIFF* tiff)
+        : width(field(tiff, TIFFTAG_IMAGEWIDTH, std::uint32_t{0})),
+          height(field(tiff, TIFFTAG_IMAGELENGTH, std::uint32_t{0})), bits(small(tiff, TIFFTAG_BITSPERSAMPLE, 1)),
+          samples(small(tiff, TIFFTAG_SAMPLESPERPIXEL, 1)), format(small(tiff, TIFFTAG_SAMPLEFORMAT, 0xffff)),
+          planes(small(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG)),
+          photometric(small(tiff, TIFFTAG_PHOTOMETRIC, 0xffff)),
+          orientation(small(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT)),
+          compressed(small(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE) != COMPRESSION_NONE) {}
+
+    static int small(TIFF* tiff, std::uint32_t tag, std::uint16_t otherwise) { return field(tiff, tag, otherwise); }
+
+    std::uint32_t width, height;
+    int bits, samples, format, planes, photometric, orientation;
+    bool compressed;
 };
+
+void check_samples(const std::filesystem::path& file, const Directory& d) {
+    if (d.bits != 8 && d.bits != 16 && d.bits != 32 && d.bits != 64)
+        refuse(file, "has samples of " + std::to_string(d.bits) + " bits; save depth as 16-bit or as float");
+    if (d.bits == 16 && d.format == SAMPLEFORMAT_INT)
+        refuse(file, "has signed 16-bit samples; save depth as unsigned 16-bit or as float");
+    if (d.bits == 32 && d.format == 0xffff)
+        refuse(file,
+               "has 32-bit samples without saying of what kind (SampleFormat); save it as signed 32-bit or as float");
+    if (d.bits > 8 && d.samples > 1 && d.planes != PLANARCONFIG_CONTIG) // OpenCV leaves parts of such images unset
+        refuse(file, "keeps its channels in separate planes; save them interleaved (PlanarConfiguration 1)");
+}
+
+/// Are all strips or tiles there, inside the file? libtiff would read what lies in their place.
+bool is_complete(TIFF* tiff, const Directory& d, const Stream& stream) {
+    const std::uint32_t pieces = TIFFIsTiled(tiff) ? TIFFNumberOfTiles(tiff) : TIFFNumberOfStrips(tiff);
+    std::uint64_t sum = 0;
+    for (std::uint32_t i = 0; i < pieces; ++i) {
+        const std::uint64_t at = TIFFGetStrileOffset(tiff, i), size = TIFFGetStrileByteCount(tiff, i);
+        if (size == 0 || at > stream.size() || size > stream.size() - at)
+            return false;
+        sum += size;
+    }
+    const auto pixel_bits = static_cast<std::uint64_t>(d.samples) * static_cast<std::uint64_t>(d.bits);
+    return pieces > 0 && (d.compressed || sum >= std::uint64_t{d.width} * d.height * pixel_bits / 8);
+}
+
+/// The type of samples that are read as they are; halves as their bits. None for what OpenCV reads.
+std::optional<int> plain_type(const Directory& d) {
+    const bool grey = d.photometric <= PHOTOMETRIC_MINISBLACK;
+    const bool plain = d.samples == 1 || d.samples == 3 || d.samples == 4;
+    const bool is_unsigned = d.format == SAMPLEFORMAT_UINT || d.format == 0xffff,
+               is_float = d.format == SAMPLEFORMAT_IEEEFP;
+    if (!plain || d.photometric > PHOTOMETRIC_RGB)
+        return std::nullopt;
+    if (d.bits == 16 && (is_unsigned || is_float) && (d.samples == 1 || !grey))
+        return CV_16UC(d.samples);
+    if (d.bits == 32 && (is_unsigned || is_float || d.format == SAMPLEFORMAT_INT))
+        return is_float ? CV_32FC(d.samples) : CV_32SC(d.samples);
+    return d.bits == 64 && is_float ? std::optional(CV_64FC(d.samples)) : std::nullopt;
+}
+
+bool read_strips(TIFF* tiff, cv::Mat& image) {
+    const auto all = static_cast<std::uint32_t>(image.rows);
+    const auto rows = std::clamp(field(tiff, TIFFTAG_ROWSPERSTRIP, all), 1u, all);
+    for (std::uint32_t y = 0, strip = 0; y < all; y += rows, ++strip) {
+        const auto size = static_cast<tmsize_t>(std::min(rows, all - y) * image.step);
+        if (TIFFReadEncodedStrip(tiff, strip, image.ptr(static_cast<int>(y)), size) != size)
+            return false;
+    }
+    return true;
+}
+
+bool read_tiles(const std::filesystem::path& file, TIFF* tiff, cv::Mat& image) {
+    const std::uint32_t width = field(tiff, TIFFTAG_TILEWIDTH, 0u), height = field(tiff, TIFFTAG_TILELENGTH, 0u);
+    check_size(file, width, height);
+    cv::Mat tile(static_cast<int>(height), static_cast<int>(width), image.type());
+    const auto size = static_cast<tmsize_t>(tile.total() * tile.elemSize());
+    std::uint32_t i = 0;
+    for (int y = 0; y < image.rows; y += tile.rows)
+        for (int x = 0; x < image.cols; x += tile.cols) {
+            if (TIFFReadEncodedTile(tiff, i++, tile.data, size) != size)
+                return false;
+            const cv::Rect seen(0, 0, std::min(tile.cols, image.cols - x), std::min(tile.rows, image.rows - y));
+            tile(seen).copyTo(image(seen + cv::Point(x, y)));
+        }
+    return true;
+}
+
+/// The first row on top, the first column on the left.
+cv::Mat upright(cv::Mat image, int orientation) {
+    constexpr int none = 2, flips[] = {none, none, 1, -1, 0, none, 1, -1, 0}; // as cv::flip has them
+    if (orientation < 1 || orientation > 8)
+        return image;
+    if (orientation >= ORIENTATION_LEFTTOP) // rows and columns have changed places
+        image = image.t();
+    if (flips[orientation] != none)
+        cv::flip(image, image, flips[orientation]);
+    return image;
+}
+
+bool can_be_decoded(TIFF* tiff, const Directory& d) {
+    std::vector<std::uint32_t> pixels(std::size_t{d.width} * d.height);
+    return TIFFReadRGBAImage(tiff, d.width, d.height, pixels.data(), 1);
+}
 
 } // namespace
 
-std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& content) {
-    const auto begins = [&](std::initializer_list<unsigned char> magic) {
-        return content.size() >= magic.size() && std::equal(magic.begin(), magic.end(), content.begin());
-    };
-    if (!begins({'I', 'I', 42, 0}) && !begins({'I', 'I', 43, 0}) && !begins({'M', 'M', 0, 42}) &&
-        !begins({'M', 'M', 0, 43}))
+std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes) {
+    const std::string_view magic(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 4));
+    using namespace std::string_view_literals;
+    if (magic != "II\x2a\0"sv && magic != "II\x2b\0"sv && magic != "MM\0\x2a"sv && magic != "MM\0\x2b"sv)
         return std::nullopt;
+    Stream stream{.in = bytes};
+    const Tiff tiff = open(stream, "r");
+    if (!tiff || stream.cut_short)
+        refuse_damaged(file, stream);
+    const Directory directory(tiff.get());
+    check_size(file, directory.width, directory.height);
+    check_samples(file, directory);
+    if (directory.photometric == 0xffff || !is_complete(tiff.get(), directory, stream))
+        refuse_damaged(file, stream);
 
-    auto bytes = content;
-    Directory directory(file, bytes);
-    directory.check_extent();
-    const auto bits = directory.value(bits_per_sample, 0, 1);
-    const auto format = directory.value(sample_format, 0, unsigned_integer);
-    const bool half = bits == 16 && format == ieee_float;
-    if (bits != 8 && bits != 16 && bits != 32 && bits != 64)
-        refuse(file, "has samples of " + std::to_string(bits) + " bits; save depth as 16-bit or as float");
-    if (bits == 16 && format == signed_integer)
-        refuse(file, "has signed 16-bit samples; save depth as unsigned 16-bit or as float");
-    if (bits == 32 && format == unsigned_integer && directory.count(sample_format) == 0)
-        refuse(file,
-               "has 32-bit samples without saying of what kind (SampleFormat); save it as signed 32-bit or as float");
-    // Same bits, under a name that OpenCV knows.
-    if (bits == 32 && format == unsigned_integer)
-        directory.replace(sample_format, signed_integer);
-    if (half)
-        directory.replace(sample_format, unsigned_integer);
-
-    auto image = decode_with_opencv(file, bytes);
+    const auto type = plain_type(directory);
+    if (!type) {
+        if (!can_be_decoded(tiff.get(), directory) || stream.cut_short)
+            refuse_damaged(file, stream);
+        return decode_with_opencv(file, bytes);
+    }
+    cv::Mat image(static_cast<int>(directory.height), static_cast<int>(directory.width), *type);
+    const bool read = TIFFIsTiled(tiff.get()) ? read_tiles(file, tiff.get(), image) : read_strips(tiff.get(), image);
+    if (!read || stream.cut_short)
+        refuse_damaged(file, stream);
+    image = swap_red_and_blue(upright(image, directory.orientation));
+    const bool half = directory.bits == 16 && directory.format == SAMPLEFORMAT_IEEEFP;
     return half ? cv::Mat(image.size(), CV_16FC(image.channels()), image.data, image.step).clone() : image;
 }
 
 // One strip, no compression: readable by everything, and OpenCV would turn three float channels into lossy LogLuv.
 Bytes tiff_bytes(const cv::Mat& image) {
-    struct Entry {
-        Tag tag;
-        std::uint16_t type;
-        std::uint32_t count, value;
-    };
-    constexpr std::uint16_t is_short = 3, is_long = 4;
-    const auto width = static_cast<std::uint32_t>(image.cols), height = static_cast<std::uint32_t>(image.rows);
-    const auto channels = static_cast<std::uint32_t>(image.channels());
-    const auto row_bytes = width * image.elemSize();
-    const auto size = row_bytes * height;
+    cv::Mat pixels = image.isContinuous() ? image : image.clone();
+    const auto size = pixels.total() * pixels.elemSize();
     if (size > 0xffff0000u)
         throw Error("a .tif ends at 4 GiB, the image has " + std::to_string(size >> 20) + " MiB; write an .exr");
-
-    constexpr std::uint32_t grey = 1, rgb = 2, uncompressed = 1, interleaved = 1;
-    const bool coloured = channels >= 3;
-    std::vector<Entry> entries{
-        {image_width, is_long, 1, width},
-        {image_length, is_long, 1, height},
-        {bits_per_sample, is_short, channels, 32},
-        {compression, is_short, 1, uncompressed},
-        {photometric, is_short, 1, coloured ? rgb : grey},
-        {strip_offsets, is_long, 1, 0},
-        {samples_per_pixel, is_short, 1, channels},
-        {rows_per_strip, is_long, 1, height},
-        {strip_byte_counts, is_long, 1, static_cast<std::uint32_t>(size)},
-        {inverse_depth, is_short, 1, interleaved},
-    };
-    if (channels == 4)
-        entries.push_back({extra_samples, is_short, 1, 0});
-    entries.push_back({sample_format, is_short, channels, ieee_float});
-
-    // One value a channel is more than an entry holds when there are three: those lists follow the directory.
-    auto list = 8 + 2 + 12 * static_cast<std::uint32_t>(entries.size()) + 4;
-    const auto list_bytes = 2 * channels;
-    const auto pixels = list + (coloured ? 2 * list_bytes : 0);
-
-    Bytes bytes;
-    bytes.reserve(pixels + size);
-    const auto put16 = [&bytes](std::uint32_t value) { append(bytes, static_cast<std::uint16_t>(value)); };
-    const auto put32 = [&bytes](std::uint32_t value) { append(bytes, value); };
-    const char order = std::endian::native == std::endian::little ? 'I' : 'M';
-    append(bytes, order);
-    append(bytes, order);
-    put16(42);
-    put32(8);
-    put16(static_cast<std::uint32_t>(entries.size()));
-    for (const auto& entry : entries) {
-        put16(entry.tag);
-        put16(entry.type);
-        put32(entry.count);
-        if (entry.count > 1) {
-            put32(list);
-            list += list_bytes;
-        } else if (entry.type == is_short) {
-            put16(entry.value);
-            put16(0);
-        } else {
-            put32(entry.tag == strip_offsets ? pixels : entry.value);
-        }
+    Stream stream;
+    {
+        const Tiff tiff = open(stream, "w");
+        const auto set = [&](std::uint32_t tag, auto... value) {
+            if (!TIFFSetField(tiff.get(), tag, value...))
+                throw Error("libtiff does not take field " + std::to_string(tag) + ": " + stream.error);
+        };
+        set(TIFFTAG_IMAGEWIDTH, pixels.cols);
+        set(TIFFTAG_IMAGELENGTH, pixels.rows);
+        set(TIFFTAG_BITSPERSAMPLE, 32);
+        set(TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+        set(TIFFTAG_SAMPLESPERPIXEL, pixels.channels());
+        set(TIFFTAG_PHOTOMETRIC, pixels.channels() >= 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK);
+        set(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+        set(TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+        set(TIFFTAG_ROWSPERSTRIP, pixels.rows);
+        const std::uint16_t unspecified = EXTRASAMPLE_UNSPECIFIED;
+        if (pixels.channels() == 4)
+            set(TIFFTAG_EXTRASAMPLES, 1, &unspecified);
+        const auto written = TIFFWriteEncodedStrip(tiff.get(), 0, pixels.data, static_cast<tmsize_t>(size));
+        if (written != static_cast<tmsize_t>(size) || !TIFFWriteDirectory(tiff.get()))
+            throw Error("libtiff cannot write it: " + stream.error);
     }
-    put32(0); // no further directory
-    for (const auto& entry : entries)
-        for (std::uint32_t i = 0; entry.count > 1 && i < entry.count; ++i)
-            put16(entry.value);
-    for (int y = 0; y < image.rows; ++y)
-        bytes.insert(bytes.end(), image.ptr(y), image.ptr(y) + row_bytes);
-    return bytes;
+    return stream.out;
 }
 
 } // namespace fathom::io

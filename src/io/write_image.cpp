@@ -1,5 +1,6 @@
 // Results into files; the extension says which format.
 #include "formats.hpp"
+#include "replace_files.hpp"
 
 #include <fathom/error.hpp>
 

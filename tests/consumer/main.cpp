@@ -1,15 +1,17 @@
+#include <fathom/camera_file.hpp>
 #include <fathom/fathom.hpp>
 #ifdef WITH_IO
 #include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 #endif
 
+#include <fstream>
 #include <iostream>
 
 int main() {
-    fathom::Camera camera;
-    camera.projection = fathom::orthographic({-1, 1, -1, 1}, {.near_plane = 2, .far_plane = 6});
-    camera.width = camera.height = 1;
+    std::ofstream("consumer-camera.json")
+        << R"({"orthographic": {"left": -1, "right": 1, "bottom": -1, "top": 1, "near": 2, "far": 6}})";
+    const fathom::Camera camera = fathom::camera_for(fathom::read_camera("consumer-camera.json"), 1, 1);
     const auto device = fathom::Device::open();
 #ifdef WITH_IO
     cv::Mat depth;

@@ -39,15 +39,17 @@ public:
                                 std::initializer_list<std::pair<const char*, Value>> choices) const {
         if (!has(key))
             return std::nullopt;
-        std::string words;
+        std::vector<std::string> words;
         for (const auto& [word, value] : choices) {
             if (value_[key] == word)
                 return value;
-            words += (words.empty() ? "\"" : ", \"") + std::string(word) + "\"";
+            words.emplace_back(word);
         }
-        refuse_value(key, "must be one of " + words);
+        refuse_word(key, words);
     }
 
+    /// `known`: the words that the value may be.
+    [[noreturn]] void refuse_word(const std::string& key, const std::vector<std::string>& known) const;
     /// `must`: "must be positive".
     [[noreturn]] void refuse_value(const std::string& key, const std::string& must) const;
     [[noreturn]] void refuse_missing(const std::string& key, const std::string& why) const;

@@ -1,11 +1,11 @@
 // A JSON object whose keys are known.
 #include "json_object.hpp"
 
+#include "edit_distance.hpp"
 #include "file.hpp"
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <set>
 
 namespace fathom::io {
@@ -13,23 +13,15 @@ namespace {
 
 using nlohmann::json;
 
-/// Insertions, deletions and replacements from one word to the other (Levenshtein).
-std::size_t distance(const std::string& a, const std::string& b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        auto diagonal = std::exchange(row[0], i + 1);
-        for (std::size_t j = 0; j < b.size(); ++j)
-            diagonal = std::exchange(row[j + 1], std::min({row[j + 1] + 1, row[j] + 1, diagonal + (a[i] != b[j])}));
-    }
-    return row.back();
-}
-
 /// A value as it stands in the file, cut where a line gets too long.
 std::string shown(const json& value) {
     constexpr std::size_t most = 60;
     const auto text = value.dump();
     return text.size() > most ? text.substr(0, most) + "..." : text;
+}
+
+std::string nearest(const std::string& word, const std::vector<std::string>& known) {
+    return *std::ranges::min_element(known, {}, [&](const std::string& each) { return edit_distance(word, each); });
 }
 
 json parsed(const std::filesystem::path& file) {
@@ -72,11 +64,8 @@ void JsonObject::check_keys(const std::vector<std::string>& known) const {
         const std::string& key = item.key();
         if (std::find(known.begin(), known.end(), key) != known.end())
             continue;
-        const auto nearest = std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {
-            return distance(key, a) < distance(key, b);
-        });
-        refuse(file_,
-               "unknown key " + json(path_to(key)).dump() + "; the nearest known one is \"" + path_to(*nearest) + "\"");
+        refuse(file_, "unknown key " + json(path_to(key)).dump() + "; the nearest known one is \"" +
+                          path_to(nearest(key, known)) + "\"");
     }
 }
 
@@ -153,6 +142,15 @@ double JsonObject::needed(const std::string& key) const {
     if (!has(key))
         refuse_missing(key, "it must be a number");
     return *number(key);
+}
+
+void JsonObject::refuse_word(const std::string& key, const std::vector<std::string>& known) const {
+    std::string must = "must be one of ";
+    for (std::size_t i = 0; i < known.size(); ++i)
+        must += (i == 0 ? "\"" : ", \"") + known[i] + "\"";
+    if (value_[key].is_string())
+        must += "; the nearest is \"" + nearest(value_[key].get<std::string>(), known) + "\"";
+    refuse_value(key, must);
 }
 
 void JsonObject::refuse_value(const std::string& key, const std::string& must) const {

@@ -1,7 +1,5 @@
-// Files are read whole and replaced whole.
-#include "file.hpp"
-
-#include <fathom/error.hpp>
+// Files are replaced whole.
+#include "replace_files.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -11,7 +9,6 @@
 #include <atomic>
 #include <cerrno>
 #include <deque>
-#include <fstream>
 #include <system_error>
 #include <utility>
 
@@ -103,45 +100,6 @@ fs::path target_of(const fs::path& file) {
 }
 
 } // namespace
-
-void refuse(const fs::path& file, const std::string& what) {
-    auto line = file.string() + ": " + what;
-    std::replace_if(
-        line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, ' ');
-    throw Error(line);
-}
-
-void check_size(const fs::path& file, long long width, long long height) {
-    if (width < 1 || height < 1 || width > most_pixels / height)
-        refuse(file, "says it has " + std::to_string(width) + " x " + std::to_string(height) +
-                         " pixels; it is damaged, or larger than the 32768 x 32768 that can be read");
-}
-
-void check_readable(const fs::path& file) {
-    std::error_code error;
-    const auto status = fs::status(file, error);
-    if (status.type() == fs::file_type::not_found)
-        refuse(file, "there is no such file; check the path");
-    if (error)
-        refuse(file, "cannot be read: " + error.message());
-    if (fs::is_directory(status))
-        refuse(file, "is a folder; name a file in it");
-    if (!fs::is_regular_file(status))
-        refuse(file, "is no regular file; copy what it delivers into one");
-    if (fs::file_size(file, error) == 0 && !error)
-        refuse(file, "is empty; write it again");
-    if (!std::ifstream(file, std::ios::binary))
-        refuse(file, "cannot be read: " + reason(errno) + "; check its permissions");
-}
-
-Bytes read_file(const fs::path& file) {
-    check_readable(file);
-    std::ifstream stream(file, std::ios::binary);
-    Bytes bytes(fs::file_size(file));
-    if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())))
-        refuse(file, "cannot be read to its end; check the disk that it lies on");
-    return bytes;
-}
 
 void replace_files(std::span<const NewFile> files) {
     std::deque<Successor> successors;

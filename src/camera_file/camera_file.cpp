@@ -3,8 +3,8 @@
 
 #include "file.hpp"
 
+#include <fathom/camera_file.hpp>
 #include <fathom/error.hpp>
-#include <fathom/io.hpp>
 
 #include <Eigen/LU>
 

@@ -1,0 +1,213 @@
+// What a depth image holds, and what its camera makes of it.
+#include <fathom/findings.hpp>
+
+#include "require.hpp"
+#include "text.hpp"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <utility>
+
+namespace fathom {
+namespace {
+
+template <typename Element, typename Visit>
+void visit_pixels(const HostDepth& stored, int channels, const Visit& visit) {
+    for (int y = 0; y < stored.height; ++y) {
+        const auto* row =
+            static_cast<const unsigned char*>(stored.data) + static_cast<std::size_t>(y) * stored.row_bytes;
+        const auto* pixel = reinterpret_cast<const Element*>(row);
+        for (int x = 0; x < stored.width; ++x, pixel += channels)
+            visit(pixel);
+    }
+}
+
+// The stored values as numbers, and their bits, which the background is compared by.
+template <typename Visit>
+void visit_values(const HostDepth& stored, const Visit& visit) {
+    const auto code = [&](std::uint32_t value) { visit(static_cast<float>(value), value); };
+    const auto bytes = [&](int lowest, int highest) {
+        visit_pixels<std::uint8_t>(stored, 3, [&](const std::uint8_t* b) {
+            code(std::uint32_t{b[lowest]} | std::uint32_t{b[1]} << 8 | std::uint32_t{b[highest]} << 16);
+        });
+    };
+    switch (stored.storage) {
+    case Storage::float32:
+        visit_pixels<float>(stored, 1, [&](const float* v) { visit(*v, std::bit_cast<std::uint32_t>(*v)); });
+        break;
+    case Storage::float16:
+        visit_pixels<Eigen::half>(stored, 1, [&](const Eigen::half* v) {
+            visit(static_cast<float>(*v), std::uint32_t{Eigen::numext::bit_cast<std::uint16_t>(*v)});
+        });
+        break;
+    case Storage::uint16:
+        visit_pixels<std::uint16_t>(stored, 1, [&](const std::uint16_t* v) { code(*v); });
+        break;
+    case Storage::uint24:
+        visit_pixels<std::uint32_t>(stored, 1, [&](const std::uint32_t* v) { code(*v & 0xffffff); });
+        break;
+    case Storage::uint24_high:
+        visit_pixels<std::uint32_t>(stored, 1, [&](const std::uint32_t* v) { code(*v >> 8); });
+        break;
+    case Storage::rgb8_red_low:
+    case Storage::bgr8_red_high:
+        bytes(0, 2);
+        break;
+    case Storage::rgb8_red_high:
+    case Storage::bgr8_red_low:
+        bytes(2, 0);
+        break;
+    }
+}
+
+std::optional<DepthBits> bits_of(const Camera& camera, Storage storage) {
+    switch (camera.depth_bits.value_or(0)) {
+    case 16:
+        return DepthBits::d16;
+    case 24:
+        return DepthBits::d24;
+    case 32:
+        return DepthBits::d32f;
+    case 0:
+        break;
+    default:
+        return std::nullopt;
+    }
+    switch (storage) {
+    case Storage::float32:
+        return DepthBits::d32f;
+    case Storage::float16:
+        return std::nullopt;
+    case Storage::uint16:
+        return DepthBits::d16;
+    default:
+        return DepthBits::d24;
+    }
+}
+
+// The ends of the stored range and the value half way between them, whatever the image shows.
+std::vector<RangePoint> range_of(const Camera& camera, std::optional<DepthBits> bits, Storage image) {
+    const Storage storage = bits ? storage_of(*bits) : image;
+    const DepthForm form = depth_form(camera, storage);
+    const bool is_float = storage == Storage::float32 || storage == Storage::float16;
+    const bool float_image = image == Storage::float32 || image == Storage::float16;
+    using enum Encoding;
+    if (float_image && (camera.encoding == view_z || camera.encoding == ray_distance || camera.encoding == inverse))
+        return {}; // metric floats have no end
+    const double lowest = form.lowest, highest = form.highest, half_way = (lowest + highest) / 2;
+    const double x = camera.width / 2.0, y = camera.height / 2.0;
+    const auto point = [&](const char* name, double stored) {
+        const auto z = static_cast<double>(view_depth(camera, storage, x, y, stored));
+        RangePoint result{name, stored, z >= form.least_depth && std::isfinite(z) ? z : INFINITY, {}, {}};
+        if (bits) {
+            const bool finite = std::isfinite(result.z);
+            result.spacing = finite ? depth_spacing(camera, *bits, x, y, z) : INFINITY;
+            result.error_bound = finite ? depth_error_bound(camera, *bits, x, y, z) : INFINITY;
+        }
+        return result;
+    };
+    RangePoint near_end = point("near", lowest), far_end = point("far", highest);
+    if (near_end.z > far_end.z) {
+        std::swap(near_end, far_end);
+        std::swap(near_end.name, far_end.name);
+    }
+    return {near_end, point("middle", is_float ? half_way : std::floor(half_way)), far_end};
+}
+
+// The nearest, the median and the farthest surface of a decoded image.
+std::vector<SurfacePoint> surfaces_of(const CameraFindings& findings, std::span<const float> depth) {
+    const auto width = static_cast<std::size_t>(findings.camera.width);
+    std::vector<std::size_t> pixels;
+    for (std::size_t i = 0; i < depth.size(); ++i)
+        if (std::isfinite(depth[i]))
+            pixels.push_back(i);
+    std::vector<SurfacePoint> surfaces;
+    if (pixels.empty())
+        return surfaces;
+    const auto add = [&](const char* name, std::size_t rank) {
+        const auto at = pixels.begin() + static_cast<std::ptrdiff_t>(rank);
+        std::ranges::nth_element(pixels, at, {}, [&](std::size_t i) { return depth[i]; });
+        SurfacePoint point{
+            name, depth[*at], static_cast<double>(*at % width) + 0.5, static_cast<double>(*at / width) + 0.5, {}, {}};
+        if (findings.bits) {
+            point.spacing = depth_spacing(findings.camera, *findings.bits, point.x, point.y, point.z);
+            point.error_bound = depth_error_bound(findings.camera, *findings.bits, point.x, point.y, point.z);
+        }
+        surfaces.push_back(point);
+    };
+    add("nearest", 0);
+    add("middle", (pixels.size() - 1) / 2);
+    add("farthest", pixels.size() - 1);
+    return surfaces;
+}
+
+} // namespace
+
+StoredStatistics stored_statistics(const HostDepth& stored) {
+    StoredStatistics result;
+    result.percentiles.fill(NAN);
+    std::vector<float> finite;
+    const auto largest = static_cast<float>(storage_max(stored.storage));
+    visit_values(stored, [&](float value, std::uint32_t) {
+        ++result.pixels;
+        result.nan += std::isnan(value);
+        result.inf += std::isinf(value) && value > 0;
+        result.minus_inf += std::isinf(value) && value < 0;
+        result.at_zero += value == 0;
+        result.at_largest += value == largest;
+        if (std::isfinite(value))
+            finite.push_back(value);
+    });
+    if (finite.empty())
+        return result;
+    const auto [min, max] = std::ranges::minmax(finite);
+    result.min = min;
+    result.max = max;
+    auto from = finite.begin();
+    for (std::size_t i = 0; i < stored_percents.size(); ++i) {
+        const auto rank = (finite.size() * static_cast<std::size_t>(stored_percents[i]) + 99) / 100;
+        const auto at = finite.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
+        std::nth_element(from, at, finite.end());
+        result.percentiles[i] = *at;
+        from = at;
+    }
+    return result;
+}
+
+CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, std::span<const float> depth) {
+    const auto pixels = static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height);
+    require(camera.width == stored.width && camera.height == stored.height,
+            text("stored depth of ", stored.width, " x ", stored.height, " pixels; must be of the camera's ",
+                 camera.width, " x ", camera.height));
+    require(depth.empty() || depth.size() == pixels,
+            text("depth of ", depth.size(), " pixels; must be of the stored depth's ", pixels));
+    const double right = camera.width, bottom = camera.height;
+    CameraFindings findings{
+        .camera = camera,
+        .form = depth_form(camera, stored.storage),
+        .bits = bits_of(camera, stored.storage),
+        .range = {},
+        .invalid = {},
+        .surfaces = {},
+        .attainable = {{{"top left", attainable_depth(camera, 0, 0)},
+                        {"top right", attainable_depth(camera, right, 0)},
+                        {"centre", attainable_depth(camera, right / 2, bottom / 2)},
+                        {"bottom left", attainable_depth(camera, 0, bottom)},
+                        {"bottom right", attainable_depth(camera, right, bottom)}}},
+    };
+    findings.range = range_of(camera, findings.bits, stored.storage);
+    if (findings.form.background)
+        visit_values(stored,
+                     [&](float, std::uint32_t bits) { findings.background += bits == findings.form.background; });
+    if (!depth.empty()) {
+        findings.invalid =
+            static_cast<std::size_t>(std::ranges::count_if(depth, [](float z) { return std::isnan(z); }));
+        findings.surfaces = surfaces_of(findings, depth);
+    }
+    return findings;
+}
+
+} // namespace fathom

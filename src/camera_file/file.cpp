@@ -1,0 +1,84 @@
+// Files are read whole. Whatever is wrong with one is said in a line.
+#include "file.hpp"
+
+#include <fathom/error.hpp>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+
+namespace fs = std::filesystem;
+
+namespace fathom::io {
+namespace {
+
+/// Bytes of the UTF-8 character at the beginning of a text; 0 when there is none, or when it is a control character.
+std::size_t length_of_character(std::string_view text) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    if (byte(0) < 0x80)
+        return byte(0) >= ' ' && byte(0) != 0x7f;
+    const std::size_t length = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
+    if (byte(0) < 0xc2 || byte(0) > 0xf4 || text.size() < length)
+        return 0;
+    for (std::size_t i = 1; i < length; ++i)
+        if ((byte(i) & 0xc0) != 0x80)
+            return 0;
+    return length == 2 && byte(0) == 0xc2 && byte(1) < 0xa0 ? 0 : length; // U+0080 to U+009F control terminals
+}
+
+} // namespace
+
+std::string printable(std::string_view text) {
+    constexpr const char* digits = "0123456789abcdef";
+    std::string line;
+    while (!text.empty()) {
+        const auto length = std::max<std::size_t>(length_of_character(text), 1);
+        if (length_of_character(text) > 0) {
+            line += text.substr(0, length);
+        } else if (const auto byte = static_cast<unsigned char>(text[0]); byte < ' ') {
+            line += ' ';
+        } else {
+            line += "\\x";
+            line += {digits[byte >> 4], digits[byte & 15]};
+        }
+        text.remove_prefix(length);
+    }
+    return line;
+}
+
+void refuse(const fs::path& file, const std::string& what) {
+    auto line = file.string();
+    std::replace_if(
+        line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, ' ');
+    throw Error(line + ": " + printable(what));
+}
+
+void check_readable(const fs::path& file) {
+    std::error_code error;
+    const auto status = fs::status(file, error);
+    if (status.type() == fs::file_type::not_found)
+        refuse(file, "there is no such file; check the path");
+    if (error)
+        refuse(file, "cannot be read: " + error.message());
+    if (fs::is_directory(status))
+        refuse(file, "is a folder; name a file in it");
+    if (!fs::is_regular_file(status))
+        refuse(file, "is no regular file; copy what it delivers into one");
+    if (fs::file_size(file, error) == 0 && !error)
+        refuse(file, "is empty; write it again");
+    if (!std::ifstream(file, std::ios::binary))
+        refuse(file, "cannot be read: " + std::generic_category().message(errno) + "; check its permissions");
+}
+
+Bytes read_file(const fs::path& file) {
+    check_readable(file);
+    std::ifstream stream(file, std::ios::binary);
+    Bytes bytes(fs::file_size(file));
+    if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())))
+        refuse(file, "cannot be read to its end; check the disk that it lies on");
+    return bytes;
+}
+
+} // namespace fathom::io

@@ -1,0 +1,197 @@
+// TIFF in the forms that other programs write: tiles and strips, compressed or not, either byte order, BigTIFF, turned.
+#include "catch.hpp"
+#include "io_files.hpp"
+
+#include <fathom/io.hpp>
+
+#include <opencv2/core.hpp>
+
+#include <tiffio.h>
+
+#include <cstring>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+struct Form {
+    const char* mode = "w"; ///< of libtiff: l and b are byte orders, 8 is BigTIFF
+    std::uint16_t compression = COMPRESSION_NONE;
+    std::uint16_t predictor = PREDICTOR_NONE;
+    std::uint32_t rows = 4; ///< a strip, or a side of a tile
+    bool tiled = false;
+    std::uint16_t orientation = ORIENTATION_TOPLEFT;
+};
+
+/// Writes rows as they lie in the matrix, whatever the orientation says.
+fs::path written(const fs::path& file, const cv::Mat& image, std::uint16_t format, const Form& form) {
+    TIFF* tiff = TIFFOpen(file.c_str(), form.mode);
+    REQUIRE(tiff);
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, image.cols);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, image.rows);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, static_cast<int>(image.elemSize1() * 8));
+    TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, format);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, image.channels());
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, image.channels() > 1 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK);
+    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+    TIFFSetField(tiff, TIFFTAG_COMPRESSION, form.compression);
+    TIFFSetField(tiff, TIFFTAG_ORIENTATION, form.orientation);
+    if (form.predictor != PREDICTOR_NONE)
+        TIFFSetField(tiff, TIFFTAG_PREDICTOR, form.predictor);
+    if (form.tiled) {
+        const int side = static_cast<int>(form.rows);
+        TIFFSetField(tiff, TIFFTAG_TILEWIDTH, side);
+        TIFFSetField(tiff, TIFFTAG_TILELENGTH, side);
+        std::uint32_t i = 0;
+        for (int y = 0; y < image.rows; y += side)
+            for (int x = 0; x < image.cols; x += side) {
+                cv::Mat tile(side, side, image.type(), cv::Scalar::all(7));
+                const cv::Rect there(x, y, std::min(side, image.cols - x), std::min(side, image.rows - y));
+                image(there).copyTo(tile(cv::Rect({}, there.size())));
+                REQUIRE(TIFFWriteEncodedTile(tiff, i++, tile.data,
+                                             static_cast<tmsize_t>(tile.total() * tile.elemSize())) > 0);
+            }
+    } else {
+        TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, form.rows);
+        for (int y = 0; y < image.rows; ++y) {
+            cv::Mat row = image.row(y).clone(); // libtiff swaps bytes in place
+            REQUIRE(TIFFWriteScanline(tiff, row.data, static_cast<std::uint32_t>(y), 0) == 1);
+        }
+    }
+    TIFFClose(tiff);
+    return file;
+}
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+    return a.type() == b.type() && a.size() == b.size() && a.isContinuous() && b.isContinuous() &&
+           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
+}
+
+const std::vector<Form> forms{
+    {},
+    {.rows = 1},
+    {.rows = 100},
+    {.mode = "wb"},
+    {.mode = "wl8"},
+    {.mode = "wb8", .compression = COMPRESSION_LZW, .rows = 3},
+    {.compression = COMPRESSION_ADOBE_DEFLATE, .predictor = PREDICTOR_HORIZONTAL},
+    {.mode = "wb", .compression = COMPRESSION_PACKBITS},
+    {.rows = 16, .tiled = true},
+    {.mode = "wb8", .compression = COMPRESSION_LZW, .rows = 16, .tiled = true},
+};
+
+} // namespace
+
+TEST_CASE("tiff: depth of every type comes back bit for bit from every form of file", "[io]") {
+    const TempFolder folder;
+    for (const auto& [type, format, storage] : {std::tuple{CV_16UC1, SAMPLEFORMAT_UINT, Storage::uint16},
+                                                {CV_32SC1, SAMPLEFORMAT_UINT, Storage::uint24},
+                                                {CV_32SC1, SAMPLEFORMAT_INT, Storage::uint24},
+                                                {CV_16UC1, SAMPLEFORMAT_IEEEFP, Storage::float16},
+                                                {CV_32FC1, SAMPLEFORMAT_IEEEFP, Storage::float32}}) {
+        cv::Mat image(23, 37, type);
+        cv::randu(image, 0, CV_MAT_DEPTH(type) == CV_32S ? 1 << 24 : 30000);
+        for (const Form& form : forms) {
+            INFO(image.elemSize() * 8 << " bits, format " << format << ", " << form.mode << ", compression "
+                                      << form.compression << ", " << form.rows << (form.tiled ? " tiled" : " rows"));
+            const auto file = written(folder / "a.tif", image, static_cast<std::uint16_t>(format), form);
+            DepthFile depth = read_depth(file);
+            CHECK(depth.storage == storage);
+            if (storage == Storage::float16)
+                depth.values = cv::Mat(depth.values.size(), CV_16UC1, depth.values.data);
+            CHECK(same(depth.values, image));
+        }
+    }
+}
+
+TEST_CASE("tiff: pictures of 16 bits and floats come in B, G, R", "[io]") {
+    const TempFolder folder;
+    for (const auto& [type, format] : {std::pair{CV_16UC3, SAMPLEFORMAT_UINT},
+                                       {CV_16UC4, SAMPLEFORMAT_UINT},
+                                       {CV_32FC3, SAMPLEFORMAT_IEEEFP},
+                                       {CV_32FC4, SAMPLEFORMAT_IEEEFP}}) {
+        cv::Mat image(23, 37, type);
+        cv::randu(image, 0, 30000);
+        for (const Form& form : forms) {
+            const cv::Mat color =
+                read_color(written(folder / "a.tif", image, static_cast<std::uint16_t>(format), form));
+            REQUIRE(color.channels() == image.channels());
+            double worst = 0;
+            for (int c = 0; c < color.channels(); ++c) {
+                cv::Mat seen, plane;
+                cv::extractChannel(color, seen, c);
+                cv::extractChannel(image, plane, c == 3 ? 3 : 2 - c);
+                plane.convertTo(plane, CV_32F);
+                worst = std::max(worst, cv::norm(seen * (image.depth() == CV_16U ? 65535.0 : 1), plane, cv::NORM_INF));
+            }
+            CHECK(worst < 0.01);
+        }
+    }
+}
+
+TEST_CASE("tiff: an image stands upright, whatever its orientation says of its rows", "[io]") {
+    const TempFolder folder;
+    const cv::Mat rows = (cv::Mat_<float>(2, 3) << 1, 2, 3, 4, 5, 6);
+    const std::vector<cv::Mat> upright{
+        rows,
+        (cv::Mat_<float>(2, 3) << 3, 2, 1, 6, 5, 4),  // the first column on the right
+        (cv::Mat_<float>(2, 3) << 6, 5, 4, 3, 2, 1),  // the first row below, the first column on the right
+        (cv::Mat_<float>(2, 3) << 4, 5, 6, 1, 2, 3),  // the first row below
+        (cv::Mat_<float>(3, 2) << 1, 4, 2, 5, 3, 6),  // the first row on the left, the first column on top
+        (cv::Mat_<float>(3, 2) << 4, 1, 5, 2, 6, 3),  // the first row on the right
+        (cv::Mat_<float>(3, 2) << 6, 3, 5, 2, 4, 1),  // the first row on the right, the first column below
+        (cv::Mat_<float>(3, 2) << 3, 6, 2, 5, 1, 4)}; // the first row on the left, the first column below
+    for (std::uint16_t orientation = 1; orientation <= 8; ++orientation) {
+        INFO("orientation " << orientation);
+        const auto file = written(folder / "a.tif", rows, SAMPLEFORMAT_IEEEFP, {.orientation = orientation});
+        CHECK(same(read_depth(file).values, upright[orientation - 1u]));
+    }
+}
+
+TEST_CASE("tiff: strips that are not there are refused", "[io]") {
+    const TempFolder folder;
+    const cv::Mat image(8, 8, CV_16UC1, cv::Scalar(9));
+    const auto file = written(folder / "a.tif", image, SAMPLEFORMAT_UINT, {.mode = "wl", .rows = 8});
+    const Bytes whole = get(file);
+    REQUIRE_NOTHROW(read_depth(file));
+    const auto with = [&](std::uint16_t tag, std::uint32_t value) { // in the directory at the file's end
+        Bytes bytes = whole;
+        const std::size_t directory = bytes[4] | bytes[5] << 8;
+        for (std::size_t i = 0; i < bytes[directory]; ++i) {
+            unsigned char* entry = bytes.data() + directory + 2 + 12 * i;
+            if ((entry[0] | entry[1] << 8) != tag)
+                continue;
+            entry[2] = TIFF_LONG;
+            for (int byte = 0; byte < 4; ++byte)
+                entry[8 + byte] = static_cast<unsigned char>(value >> (8 * byte));
+        }
+        return put(folder / "b.tif", bytes);
+    };
+    check_says(refusal([&] { read_depth(with(TIFFTAG_STRIPBYTECOUNTS, 0)); }), {"b.tif: is damaged or cut short"});
+    check_says(refusal([&] { read_depth(with(TIFFTAG_STRIPBYTECOUNTS, 100)); }), {"b.tif: is damaged or cut short"});
+    check_says(refusal([&] { read_depth(with(TIFFTAG_STRIPBYTECOUNTS, 1000)); }), {"b.tif: is damaged or cut short"});
+    check_says(refusal([&] { read_depth(with(TIFFTAG_STRIPOFFSETS, 1 << 30)); }), {"b.tif: is damaged or cut short"});
+    check_says(refusal([&] { read_depth(with(TIFFTAG_IMAGEWIDTH, 1 << 30)); }), {"1073741824 x 8 pixels"});
+    check_says(refusal([&] { read_depth(with(TIFFTAG_ROWSPERSTRIP, 1)); }), {"b.tif: is damaged or cut short"});
+}
+
+TEST_CASE("tiff: channels in separate planes are refused", "[io]") {
+    const TempFolder folder;
+    const auto file = folder / "a.tif";
+    TIFF* tiff = TIFFOpen(file.c_str(), "w");
+    REQUIRE(tiff);
+    for (const auto& [tag, value] : {std::pair{TIFFTAG_IMAGEWIDTH, 2},
+                                     {TIFFTAG_IMAGELENGTH, 2},
+                                     {TIFFTAG_BITSPERSAMPLE, 16},
+                                     {TIFFTAG_SAMPLESPERPIXEL, 3},
+                                     {TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB},
+                                     {TIFFTAG_PLANARCONFIG, PLANARCONFIG_SEPARATE},
+                                     {TIFFTAG_ROWSPERSTRIP, 2}})
+        TIFFSetField(tiff, static_cast<std::uint32_t>(tag), value);
+    std::uint16_t plane[] = {1, 2, 3, 4};
+    for (std::uint32_t strip = 0; strip < 3; ++strip)
+        REQUIRE(TIFFWriteEncodedStrip(tiff, strip, plane, sizeof plane) > 0);
+    TIFFClose(tiff);
+    check_says(refusal([&] { read_color(file); }), {"a.tif: keeps its channels in separate planes"});
+}
