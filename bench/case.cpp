@@ -34,8 +34,8 @@ Image uploaded(const Device& device, Element element, const Layout& layout, cons
     const std::size_t row =
         static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels) * sizeof(Value);
     runtime::queue_of(device).enqueueWriteBufferRect(runtime::buffer_of(image), CL_TRUE, {0, 0, 0}, {0, 0, 0},
-                                          {row, static_cast<std::size_t>(layout.height), 1},
-                                          image.row_stride() * sizeof(Value), 0, row, 0, values.data());
+                                                     {row, static_cast<std::size_t>(layout.height), 1},
+                                                     image.row_stride() * sizeof(Value), 0, row, 0, values.data());
     return image;
 }
 
@@ -97,8 +97,8 @@ void Case::restore() {
     Frame& frame = frames_[current_];
     if (!frame.in_place)
         frame.in_place = Image(device_, Element::f32, {width(), height()});
-    runtime::queue_of(device_).enqueueCopyBuffer(runtime::buffer_of(frame.stored), runtime::buffer_of(frame.in_place), 0, 0,
-                                      Image::allocation(Element::f32, {width(), height()}));
+    runtime::queue_of(device_).enqueueCopyBuffer(runtime::buffer_of(frame.stored), runtime::buffer_of(frame.in_place),
+                                                 0, 0, Image::allocation(Element::f32, {width(), height()}));
     device_.finish();
 }
 
@@ -108,7 +108,8 @@ const Image& Case::result(std::size_t place, int channels) {
     if (!image) {
         const Layout layout{width(), height(), channels};
         image = Image(device_, Element::f32, layout);
-        runtime::queue_of(device_).enqueueFillBuffer(runtime::buffer_of(image), 0.0f, 0, Image::allocation(Element::f32, layout));
+        runtime::queue_of(device_).enqueueFillBuffer(runtime::buffer_of(image), 0.0f, 0,
+                                                     Image::allocation(Element::f32, layout));
     }
     return image;
 }

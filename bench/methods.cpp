@@ -74,9 +74,9 @@ void add_matrix(std::vector<Method>& list, Baselines& kernels) {
                             const Eigen::Matrix4f inverse = unprojection(on.camera()).transpose().cast<float>();
                             cl_float16 rows;
                             std::copy_n(inverse.data(), 16, rows.s);
-                            kernels.start(kernel, on.width(), on.height(), runtime::buffer_of(from), runtime::buffer_of(on.floats(3)), rows,
-                                          cl_int{on.width()}, cl_int{on.height()},
-                                          static_cast<cl_int>(from.row_stride()),
+                            kernels.start(kernel, on.width(), on.height(), runtime::buffer_of(from),
+                                          runtime::buffer_of(on.floats(3)), rows, cl_int{on.width()},
+                                          cl_int{on.height()}, static_cast<cl_int>(from.row_stride()),
                                           static_cast<cl_int>(on.floats(3).row_stride()));
                             return on.floats(3);
                         }});
@@ -111,9 +111,10 @@ void add_streams(std::vector<Method>& list) {
 }
 
 Method occlusion(std::string name, const SsaoOptions& options) {
-    return {"ssao", std::move(name), Kind::library, Storage::float32, "copy", [options](Case& on) {
-                return ssao(on.stored(), on.radius(), options).visibility;
-            }};
+    return {"ssao",        std::move(name),
+            Kind::library, Storage::float32,
+            "copy",        [options](Case& on) {
+                return ssao(on.stored(), on.radius(), options).visibility; }};
 }
 
 void add_ssao(std::vector<Method>& list) {
@@ -159,16 +160,18 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
     gather(
         "gather by the centre's circle",
         [&kernels](Case& on, const DofMasks& masks) {
-            kernels.start("centre_gather", on.width(), on.height(), runtime::buffer_of(masks.coc), runtime::buffer_of(on.color()),
-                          runtime::buffer_of(on.floats(3)), cl_int{on.width()}, cl_int{on.height()});
+            kernels.start("centre_gather", on.width(), on.height(), runtime::buffer_of(masks.coc),
+                          runtime::buffer_of(on.color()), runtime::buffer_of(on.floats(3)), cl_int{on.width()},
+                          cl_int{on.height()});
         },
         0);
     constexpr int tile = 32;
     gather(
         "gather of 49 in rings",
         [&kernels](Case& on, const DofMasks& masks) {
-            kernels.start("ring_gather", on.width(), on.height(), runtime::buffer_of(masks.coc), runtime::buffer_of(masks.tile_min_coc),
-                          runtime::buffer_of(masks.tile_max_coc), runtime::buffer_of(on.color()), runtime::buffer_of(on.floats(3)), cl_int{on.width()},
+            kernels.start("ring_gather", on.width(), on.height(), runtime::buffer_of(masks.coc),
+                          runtime::buffer_of(masks.tile_min_coc), runtime::buffer_of(masks.tile_max_coc),
+                          runtime::buffer_of(on.color()), runtime::buffer_of(on.floats(3)), cl_int{on.width()},
                           cl_int{on.height()}, cl_int{tile}, static_cast<cl_int>(masks.tile_min_coc.row_stride()));
         },
         tile);

@@ -1,5 +1,7 @@
 #include "operations.hpp"
 
+#include "runtime/state.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -216,9 +218,9 @@ void add_masks(Rows& rows) {
     rows.add("fan out, four images", "fan out", rows.frames, [&plain = rows.plain](Case& on) {
         const Image from = on.stored().image;
         const DofMasks to = on.masks();
-        plain.start("fan_out_apart", plain.vectors(on.width()), on.height(), runtime::buffer_of(from), runtime::buffer_of(to.coc),
-                    runtime::buffer_of(to.near_weight), runtime::buffer_of(to.focus_weight), runtime::buffer_of(to.far_weight),
-                    Baselines::grid(from, to.coc));
+        plain.start("fan_out_apart", plain.vectors(on.width()), on.height(), runtime::buffer_of(from),
+                    runtime::buffer_of(to.coc), runtime::buffer_of(to.near_weight), runtime::buffer_of(to.focus_weight),
+                    runtime::buffer_of(to.far_weight), Baselines::grid(from, to.coc));
     });
     const auto add = [&](std::string name, const Camera& camera, bool mixed = false) {
         rows.add(std::move(name), "fan out", rows.frames, [=](Case& on) {
@@ -257,9 +259,7 @@ void add_dof(Rows& rows) {
     const auto add = [&](std::string name, double largest, DofOptions options = {}, int every = 4) {
         rows.add(
             std::move(name), rgb, place,
-            [=](Case& on) mutable {
-                dof(on.stored(), on.color(), on.floats(3), circles_to(on, largest), options);
-            },
+            [=](Case& on) mutable { dof(on.stored(), on.color(), on.floats(3), circles_to(on, largest), options); },
             every);
     };
     add("dof balanced, 64 px", 64);
@@ -272,8 +272,9 @@ void add_dof(Rows& rows) {
         [=, wall = Image()](Case& on) mutable { // all over, in the picture's colours
             if (!wall) {
                 wall = Image(on.device(), Element::f32, {on.width(), on.height()});
-                runtime::queue_of(on.device()).enqueueFillBuffer(runtime::buffer_of(wall), std::ranges::max(floats_of(on.stored().image)), 0,
-                                                      Image::allocation(Element::f32, {on.width(), on.height()}));
+                runtime::queue_of(on.device())
+                    .enqueueFillBuffer(runtime::buffer_of(wall), std::ranges::max(floats_of(on.stored().image)), 0,
+                                       Image::allocation(Element::f32, {on.width(), on.height()}));
             }
             DofOptions options;
             options.clean_plate = CleanPlate{on.color(), {wall, on.camera()}};

@@ -138,6 +138,7 @@ INLINE intV is_alpha(int j) {
 #endif
 }
 
+#if PREMULTIPLIED
 // The alpha of each element's pixel.
 INLINE floatV alpha_of(const floatV* colors, int j) {
 #if V == 1
@@ -152,6 +153,7 @@ INLINE floatV alpha_of(const floatV* colors, int j) {
     return *(const float_lanes*)elements;
 #endif
 }
+#endif
 #endif
 
 // V elements from here on; integers count from 0 to 1. The same as pixels.h has them, one by one.

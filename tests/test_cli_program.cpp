@@ -220,7 +220,7 @@ TEST_CASE("program: inspect tells what the file holds and what the camera makes 
 TEST_CASE("program: inspect prints a channel's name without what would control a terminal") {
     const Folder folder;
     const std::string input = folder / "depth.exr";
-    write_image(input, ramp(), {.channels = {"\x1b[31mZ\xff"}});
+    fathom::write_image(input, ramp(), {.channels = {"\x1b[31mZ\xff"}});
     const Outcome outcome = run({"inspect", input});
     check_done(outcome);
     CHECK(outcome.out.find(" [31mZ\\xff (float)") != std::string::npos);

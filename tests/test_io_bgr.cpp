@@ -65,7 +65,8 @@ TEST_CASE("bgr: a CARLA PNG is the same depth through fathom_io, OpenCV and the 
         const DepthFile depth = read_depth(input, {.packing = file.packing});
         CHECK(depth.storage == Storage::bgr8_red_low);
         const cv::Mat by_io = to_mat(linearize({to_device(device, depth.values), sized, depth.storage}).image);
-        const cv::Mat by_opencv = linearize(device, cv::imread(input), sized);
+        cv::Mat by_opencv;
+        linearize(device, cv::imread(input), sized, by_opencv);
         check_done(run({"linearize", input, "--camera", camera, "-o", out}));
         const cv::Mat by_program = channel(out);
         CHECK(same(by_io, by_opencv));

@@ -15,7 +15,7 @@ using namespace fathom::test;
 
 namespace {
 
-struct Form {
+struct FileForm {
     const char* mode = "w"; ///< of libtiff: l and b are byte orders, 8 is BigTIFF
     std::uint16_t compression = COMPRESSION_NONE;
     std::uint16_t predictor = PREDICTOR_NONE;
@@ -25,7 +25,7 @@ struct Form {
 };
 
 /// Writes rows as they lie in the matrix, whatever the orientation says.
-fs::path written(const fs::path& file, const cv::Mat& image, std::uint16_t format, const Form& form) {
+fs::path written(const fs::path& file, const cv::Mat& image, std::uint16_t format, const FileForm& form) {
     TIFF* tiff = TIFFOpen(file.c_str(), form.mode);
     REQUIRE(tiff);
     TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, image.cols);
@@ -68,7 +68,7 @@ bool same(const cv::Mat& a, const cv::Mat& b) {
            std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
 }
 
-const std::vector<Form> forms{
+const std::vector<FileForm> forms{
     {},
     {.rows = 1},
     {.rows = 100},
@@ -92,7 +92,7 @@ TEST_CASE("tiff: depth of every type comes back bit for bit from every form of f
                                                 {CV_32FC1, SAMPLEFORMAT_IEEEFP, Storage::float32}}) {
         cv::Mat image(23, 37, type);
         cv::randu(image, 0, CV_MAT_DEPTH(type) == CV_32S ? 1 << 24 : 30000);
-        for (const Form& form : forms) {
+        for (const FileForm& form : forms) {
             INFO(image.elemSize() * 8 << " bits, format " << format << ", " << form.mode << ", compression "
                                       << form.compression << ", " << form.rows << (form.tiled ? " tiled" : " rows"));
             const auto file = written(folder / "a.tif", image, static_cast<std::uint16_t>(format), form);
@@ -113,7 +113,7 @@ TEST_CASE("tiff: pictures of 16 bits and floats come in B, G, R", "[io]") {
                                        {CV_32FC4, SAMPLEFORMAT_IEEEFP}}) {
         cv::Mat image(23, 37, type);
         cv::randu(image, 0, 30000);
-        for (const Form& form : forms) {
+        for (const FileForm& form : forms) {
             const cv::Mat color =
                 read_color(written(folder / "a.tif", image, static_cast<std::uint16_t>(format), form));
             REQUIRE(color.channels() == image.channels());

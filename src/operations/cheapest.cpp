@@ -39,10 +39,10 @@ void set(const std::string& method, SsaoOptions& options) {
 }
 
 void set(const std::string& method, DofOptions& options) {
-    options.quality = named<Quality>(method, {{"fast", Quality::fast},
-                                                  {"balanced", Quality::balanced},
-                                                  {"accurate", Quality::accurate}})
-                          .value();
+    options.quality =
+        named<Quality>(method,
+                       {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}})
+            .value();
 }
 
 void set(const std::string& method, NormalsOptions& options) {
