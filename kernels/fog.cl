@@ -216,6 +216,7 @@ __kernel void fog(__global const STORED* source, __global const ELEMENT_TYPE* co
         fog_color *= alpha_of(colors, j);
 #endif
 #endif
-        store_elements(select(c, fma(share, fog_color - c, c), fogged), to + j * V);
+        const floatV mixed = select(fma(share, fog_color - c, c), fog_color, share == 1.0f); // complete fog is exact
+        store_elements(select(c, mixed, fogged), to + j * V);
     }
 }

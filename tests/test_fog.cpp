@@ -112,7 +112,7 @@ double share_of(const View& view, const FogOptions& fog, int x, int y, float z) 
     const double end = static_cast<double>(z) * direction.norm();
     const bool hidden = std::isinf(z) && !(fog.height_falloff * slope > 0);
     const double depth = hidden ? (fog.density > 0 ? HUGE_VAL : 0) : quadrature(fog, h0, slope, fog.start, end);
-    return std::min(-std::expm1(-depth), fog.max_opacity);
+    return std::min(-std::expm1(-depth), static_cast<double>(static_cast<float>(fog.max_opacity)));
 }
 
 struct Picture {
