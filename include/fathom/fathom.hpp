@@ -8,6 +8,7 @@
 #include <fathom/dof_masks.hpp>
 #include <fathom/error.hpp>
 #include <fathom/findings.hpp>
+#include <fathom/fog.hpp>
 #include <fathom/image.hpp>
 #include <fathom/launch.hpp>
 #include <fathom/lens.hpp>
