@@ -16,13 +16,13 @@ enum class Rows { top_down, bottom_up };
 
 /// What a stored depth value means.
 enum class Encoding {
-    window,        ///< what the depth test compares: (z/w) mapped to the depth range
-    view_z,        ///< distance along the view axis
-    ray_distance,  ///< distance from the eye along the pixel's ray
-    linear,        ///< 0 at `near_plane`, 1 at `far_plane`, linear in the distance along the view axis
-    logarithmic,   ///< log(C z + 1) / log(C far_plane + 1)
-    exponential,   ///< log(z / near_plane) / log(far_plane / near_plane)
-    median,        ///< (z − m)/(z + m) mapped to the depth range: −1 at the eye, 0 at the median m, 1 at infinity
+    window,       ///< depth-buffer value: z/w mapped to the depth range
+    view_z,       ///< distance along the view axis
+    ray_distance, ///< distance from the camera centre along the pixel's ray
+    linear,       ///< 0 at `near_plane`, 1 at `far_plane`, linear in the distance along the view axis
+    logarithmic,  ///< log(C z + 1) / log(C far_plane + 1)
+    exponential,  ///< log(z / near_plane) / log(far_plane / near_plane)
+    median,       ///< (z − m)/(z + m) mapped to the depth range: −1 at the camera, 0 at the median m, 1 at infinity
     pseudo_linear, ///< z·w written by a vertex program: linear at vertices only (see `pseudo_linear_bound`)
     inverse,       ///< scale / z: disparity
 };
@@ -35,7 +35,7 @@ enum class Storage {
     float16,
     uint16,
     uint24,        ///< the low 24 bits of a uint32
-    uint24_high,   ///< the high 24 bits of a uint32 (D24S8 and its kin)
+    uint24_high,   ///< the high 24 bits of a uint32 (D24S8 and the like)
     rgb8_red_low,  ///< three bytes R, G, B in memory, R the lowest of the 24 bits
     rgb8_red_high, ///< three bytes R, G, B in memory, R the highest
     bgr8_red_low,  ///< three bytes B, G, R in memory, as OpenCV holds them, R the lowest
@@ -68,7 +68,7 @@ struct Camera {
     std::optional<Eigen::Matrix4d> view; ///< world to view, in the projection's axes
 };
 
-/// Which of the finite choices decodes a camera. See docs/camera.md.
+/// The formula that decodes a camera. See docs/camera.md.
 enum class Form {
     reciprocal,        ///< z = A / (t + C), t the distance from the end of the range
     reciprocal_affine, ///< z = 1 / (a v + b·(x, y) + c)
@@ -95,17 +95,17 @@ struct DepthForm {
     long double offset = 0;         ///< exponential: B
     long double scale = 1;          ///< ray_distance
 
-    float lowest;                            ///< smallest stored value that can be a surface, as it lies in memory
-    float highest;                           ///< largest
-    bool perspective;                        ///< rays meet in an eye: what is not in front of it is no surface
-    float least_depth;                       ///< surfaces are deeper than this: the eye's own depth, or −infinity
+    float lowest;      ///< smallest stored value that can be a surface, as it lies in memory
+    float highest;     ///< largest
+    bool perspective;  ///< rays meet in a camera centre; depths behind it are invalid
+    float least_depth; ///< surfaces are deeper than this: the centre's own depth, or −infinity
     std::optional<std::uint32_t> background; ///< bits of the stored value that means "nothing here"
 };
 
 /// Where the pixels look: position = origin(x, y) + w · direction(x, y), both affine in the pixel's centre (x, y).
 ///
 /// `w_is_depth`: w is the view depth itself, as under every camera whose fourth row has no x and y.
-/// Otherwise w = (z − eye_depth) / depth(x, y), and origin is the eye.
+/// Otherwise w = (z − eye_depth) / depth(x, y), and origin is the camera centre.
 struct Rays {
     using Matrix = Eigen::Matrix<long double, 3, 3>;
     Matrix origin = Matrix::Zero();    ///< rows x, y, z in the projection's own axes; columns multiply (x, y, 1)
@@ -124,7 +124,7 @@ DepthForm depth_form(const Camera& camera, Storage storage = Storage::float32);
 Rays camera_rays(const Camera& camera);
 
 /// The inverse of viewport · projection: M (x, y, d, 1)ᵀ is the view-space point (canonical OpenGL axes) up to its
-/// fourth component, with d a window depth inside the depth range.
+/// fourth component, with d a depth-buffer value inside the depth range.
 Eigen::Matrix<long double, 4, 4> unprojection(const Camera& camera);
 
 /// View depth of a stored value at a pixel position, evaluated in `long double` on the host.

@@ -13,8 +13,7 @@ enum class Operation { ssao, dof, normals };
 /// Its name, as the program has it.
 const char* to_string(Operation operation);
 
-/// A method or preset of `ssao`, `dof` or `normals`, and what was measured of it: the tables of docs/performance.md, as they
-/// were when the library was built.
+/// A method or preset of `ssao`, `dof` or `normals` with its measured error and time.
 struct MeasuredMethod {
     std::string method; ///< as the tables name it: "fast", "4 x 64, half resolution", "neighbours"
     double error = 0;   ///< in the scene where it is greatest: rms of visibility, rms of colours up to 1, mean degrees
@@ -23,13 +22,14 @@ struct MeasuredMethod {
     std::string device;      ///< that took that time
 };
 
-/// The cheapest way of `operation` whose error in no scene of the tables exceeds `max_error`:
-/// what `SsaoOptions::max_error` and its kin do. Scenes harder than those have larger errors.
+/// The fastest method of `operation` whose measured error is at most `max_error` in every scene. `max_error` of SsaoOptions,
+/// DofOptions and NormalsOptions uses it. Scenes harder than the measured ones have larger errors.
 ///
-/// Errors are those of depth stored as this one is, or in 16 bits where `depth_bits` are no more; where nothing was measured of
-/// such depth, the largest of any storage. ssao at half resolution is one of the ways, but for depth without an even column
-/// and row of the camera's.
-/// Throws: std::invalid_argument for an error that is not above 0, or that nothing meets, with the best that there is.
+/// The errors are those of depth stored as this one is, or in 16 bits if `depth_bits` are at most 16. If no such depth was
+/// measured, the largest error of any storage counts. Half resolution is a method of `ssao` if the depth has an even column
+/// and row of the camera's image.
+/// Throws: std::invalid_argument for an error that is not above 0. If no method meets the error, the message names the smallest
+/// error available.
 MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, double max_error);
 
 } // namespace fathom

@@ -10,16 +10,16 @@
 
 namespace fathom {
 
-/// The hole that light comes through, inscribed in the circle of confusion.
+/// Shape of the aperture, inscribed in the circle of confusion.
 struct Aperture {
     int blades = 0;              ///< corners of a regular polygon, 3 to 64; 0: a circle
     double rotation_degrees = 0; ///< counter-clockwise as seen behind the focus; at 0 a corner is on top
-    /// Of no polygon: height over width before it is turned, 0.1 to 10, of an ellipse whose longer axis is the circle of
-    /// confusion, as anamorphic lenses have them.
+    /// Without blades: height over width of an ellipse before it is turned, 0.1 to 10, as anamorphic lenses have it. Its longer
+    /// axis is the circle of confusion.
     double ratio = 1;
 };
 
-/// What a picture would show without what is near: through the same lens and camera, of the picture's size.
+/// The same view without its near objects: same camera, same size. It shows what a blurred foreground hides.
 struct CleanPlate {
     Image color; ///< as many channels as the picture's; of any type that a picture may have
     StoredDepth depth;
@@ -27,26 +27,26 @@ struct CleanPlate {
 
 struct DofOptions {
     Aperture aperture = {};
-    /// How finely circles are told apart and how finely the aperture is drawn. `accurate` also keeps which part of the lens
-    /// is left at a pixel, and continues what lies behind an edge.
+    /// How finely circles and the aperture are resolved. `accurate` also keeps which part of the lens an edge leaves open at a
+    /// pixel, and continues the surface behind the edge.
     Quality quality = Quality::balanced;
-    /// Instead of it: the root mean square error of colours from 0 to 1 that the choice may have in the scenes of
-    /// docs/performance.md, and the cheapest that has no more is taken (`cheapest_method` of choice.hpp).
+    /// Instead of the quality: a root mean square error of colours from 0 to 1. The fastest quality whose measured error is at
+    /// most this in every scene of docs/performance.md is used: `cheapest_method` of cheapest.hpp.
     std::optional<double> max_error = {};
     Sky sky = Sky::blur;
     double max_coc_px = 512; ///< circles are clamped to ± this; 1 to 512
-    /// Where it lies farther than the picture, by more than two slices, it is what the picture hides.
+    /// Where it lies farther than the picture, by more than two layers, it shows what the picture hides.
     std::optional<CleanPlate> clean_plate = {};
 };
 
-/// What a region needs on every side, besides half the max CoC (accurate: one and a half and a pixel), to have the
-/// bits of the whole within.
+/// Halo in pixels, added to half the max CoC (accurate: one and a half times it, and a pixel), that makes a tile bit-identical
+/// to the full frame.
 inline constexpr int dof_halo_columns = 96, dof_halo_rows = 32;
 
-/// What the balanced and the accurate quality's blur differs from the lens's by, as a share of the step between two plain
-/// colours: a straight edge in one surface or of one before another, circles of 2 to 256 pixels, at its worst pixel and as
-/// the root of the mean square over the pixels that the edge's circle covers. The accurate quality's also where the edge lies
-/// before an edge behind it, with circles of 2 to 64 pixels.
+/// Error of a blurred straight edge, as a fraction of the step between two plain colours: at the worst pixel, and as the root
+/// of the mean square over the pixels that the edge's circle covers. Balanced and accurate keep it for an edge within one
+/// surface and for one surface before another, with circles of 2 to 256 pixels. Accurate also keeps it where one edge
+/// occludes another, with circles of 2 to 64 pixels.
 inline constexpr double dof_edge_error = 0.01;
 inline constexpr double dof_edge_rms_error = 0.003;
 
@@ -55,21 +55,21 @@ inline constexpr double dof_edge_rms_error = 0.003;
 /// In: RGB, or RGBA with the alpha multiplied in, as floats, halves, or 16 or 8 bits that count from 0 to 1; one stored depth
 /// a pixel; and the lens as `circle_of_confusion` gives it. Out: the same size and type.
 ///
-/// Every pixel's light is spread over its circle of confusion, nearer over farther. What lies beyond the image's border is taken
-/// to be like what lies inside. Where a blurred foreground hides what is sharper, the clean plate shows it; without a clean
-/// plate it is taken to be like the mean of what lies behind and is sharper within the foreground's circle. In the accurate
-/// quality what any edge hides is the clean plate's, or like the nearest pixel that lies behind. A pixel whose circle is at most
-/// one pixel, and that no other's reaches, keeps its colour, as do all with a circle of k = g = 0, bit for bit. What is no
-/// surface, or has a colour that is no number up to 1e30, takes part in nothing and shows what reaches it: NaN where nothing
-/// does (0 in integers). Same bits for any lane count or group size, and in a region but near its border: `dof_halo_columns`.
-/// Accuracy: `dof_edge_error`, `dof_edge_rms_error` for one edge. Balanced not where an edge before another hides a part of it
-/// that has another colour: which part that is, shares of a layer do not tell, and it is off by up to a third of the step.
-/// Accurate there too, where one edge is all that the lens is cut by and what lies behind goes on
-/// as it is seen beside the edge. What is left of the lens beside or between several edges is told by its share and its
-/// first moment only, and what is hidden behind a second edge is not continued.
+/// Every pixel's light is spread over its circle of confusion, nearer over farther. Beyond the image's border the picture is
+/// taken to go on as it is inside. Where a blurred foreground hides a sharper surface, the clean plate shows it. Without a
+/// clean plate `dof` guesses: the mean of the sharper surfaces behind, within the foreground's circle. `accurate` continues
+/// the nearest pixel that lies behind instead.
+///
+/// A pixel keeps its colour bit for bit if its circle is at most one pixel and no other circle reaches it, or if k = g = 0.
+/// Invalid pixels, and colours that are no numbers up to 1e30, take part in nothing. They show what reaches them, and NaN if
+/// nothing does (0 in integers). Same bits for any vector width or group size, and in a region but near its border:
+/// `dof_halo_columns`.
+/// Accuracy: `dof_edge_error`, `dof_edge_rms_error` for one edge. Balanced is not exact where one edge occludes another: the
+/// error is up to a third of the colour step. Accurate is exact there if a single edge cuts the lens and the surface behind
+/// goes on as it is seen beside the edge. Several edges are approximate, and a surface behind a second edge is not continued.
 /// Throws: std::invalid_argument for options out of range and images that do not fit; Error from the device.
 /// Source: thin lens, Potmesil and Chakravarty 1981; layers by circle of confusion, Scofield 1992, Kraus and Strengert 2007;
-/// the share of a layer and the colour of what is hidden as derived in docs/depth-of-field.md.
+/// the alpha of a layer and the colour of a hidden surface as derived in docs/depth-of-field.md.
 Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc, const DofOptions& options = {},
           const Launch& launch = {});
 

@@ -10,9 +10,9 @@ namespace fathom {
 
 /// What becomes of the background.
 enum class Sky {
-    blur,    ///< it is infinitely far: its circle is exactly k; of a telecentric lens, the largest asked for
+    blur,    ///< it is infinitely far: its circle is exactly k; for a telecentric lens, max_coc_px
     sharp,   ///< it stays sharp: its circle is 0
-    exclude, ///< it is left out, like what is no surface
+    exclude, ///< it is left out, like invalid pixels
 };
 
 struct DofMasksOptions {
@@ -28,63 +28,67 @@ struct DofMasksOptions {
     int tile_px = 0; ///< pixels across of the tiles whose extremes are wanted, 0: none; 1 to 65536
 };
 
-/// The circle is within this many units in the last place of the larger of |c| and k of the exact one of the stored number.
-/// Where stored depth is summed with the pixel or encoded otherwise there comes on top what any sum of these terms loses:
+/// The circle is within this many units in the last place of the exact circle of the stored number. The unit is that of the
+/// larger of |c| and k. If stored depth is summed with the pixel, or encoded otherwise, that sum adds its own error:
 /// `sum_condition_fp64` (or `_two_float`) times the condition κ of the depth's own sum, times k + g/(z − lens_depth), or k + g |z|.
 inline constexpr double coc_ulp = 4.0;
 
-/// A near layer that covers a pixel by this much less than wholly lets something be seen through it.
+/// A near layer shows something behind it if its alpha is below 1 by at least this.
 inline constexpr double disocclusion_min_transparency = 0x1p-10;
 
-/// A pixel is mixed only if it lies at least this share of the step between two surfaces away from either of them. The share
-/// is that of circles, before they are clamped: of 1/z under a perspective, of z under an orthographic projection.
+/// A mixed pixel lies at least this fraction of the step between two surfaces away from either of them. The fraction is one of
+/// unclamped circles: of 1/z under a perspective, of z for an orthographic camera.
 inline constexpr double mixed_pixels_min_step = 1.0 / 16;
 
-/// And only if that step is as deep as this many pixels are wide at its distance: a rough surface has smaller ones everywhere.
+/// And that step is as deep as this many pixels are wide at its distance, because a rough surface has smaller steps everywhere.
 inline constexpr double mixed_pixels_min_widths = 8;
 
-/// Coverage is within this of its definition in exact arithmetic.
+/// Near alpha is within this of its definition in exact arithmetic.
 inline constexpr double near_alpha_error = 1e-5;
 
-/// What `dof_masks` gives: one float a pixel each, all of the depth's size.
+/// Results of `dof_masks`: one float a pixel each, all of the depth's size.
 ///
-/// All from `max_near_coc` on are passes of their own, on request. A pixel x lies within the disc of a pixel p where the distance of
-/// their centres, in horizontal pixels, is at most |c_p|/2; pixels outside the image and what is no surface have none.
+/// Those from `max_near_coc` on are passes of their own, on request. A pixel x lies within the disc of a pixel p if the distance
+/// of their centres, in horizontal pixels, is at most |c_p|/2. Invalid pixels and those outside the image have no disc.
 struct DofMasks {
-    Image coc = {};          ///< diameter in horizontal pixels, positive behind the focus; NaN for what is no surface
+    Image coc = {};          ///< diameter in horizontal pixels, positive behind the focus; NaN for invalid pixels
     Image near_weight = {};  ///< 1 before the focus, 0 in it and behind it
     Image focus_weight = {}; ///< 1 in focus
     Image far_weight = {};   ///< 1 behind the focus, 0 in it and before it
 
-    Image max_near_coc =
-        {};                ///< the largest |c_p| of all near discs (c_p < 0) that x lies within; 0 where there is none
-    Image near_alpha = {}; ///< min(1, Σ near_p / n_p) over the discs that x lies within, n_p the pixels that lie within
-                           ///< p's where nothing ends the image; of discs wider than 1024 pixels the area
-    Image disocclusion =
-        {}; ///< 1 where a blur needs what the near layer (c_p < −sharp_px) hides: x belongs to it and is
-            ///< covered less than wholly, by `disocclusion_min_transparency`; or x does not, and some of it lies
-            ///< within the disc of x. 0 elsewhere, and for what is no surface
-    Image mixed_pixels =
-        {}; ///< 1 where the stored depth belongs to neither of the surfaces on both sides of the pixel, along a row
-            ///< or a column: it lies between them, and neither side's plane goes through it, as where depth was
-            ///< averaged over an edge. 0 elsewhere, and along an axis on which fewer than two pixels are known on a
-            ///< side. Does not depend on the lens
-    Image tile_min_coc =
-        {}; ///< the least circle of each tile of tile_px × tile_px pixels, the last ones being narrower;
-    Image tile_max_coc = {}; ///< and the greatest. NaN for a tile without any
+    /// The largest |c_p| of all near discs (c_p < 0) that x lies within; 0 if there is none.
+    Image max_near_coc = {};
+
+    /// min(1, Σ near_p / n_p) over the discs that x lies within. n_p is the number of pixels in p's disc, as if the image had no
+    /// border; for discs wider than 1024 pixels it is their area.
+    Image near_alpha = {};
+
+    /// 1 where a blur needs what the near layer (c_p < −sharp_px) hides. Either x belongs to the layer and its near alpha is
+    /// below 1 by `disocclusion_min_transparency`, or x does not and some of the layer lies within the disc of x. 0 elsewhere,
+    /// and for invalid pixels.
+    Image disocclusion = {};
+
+    /// 1 where depth was averaged over an edge: along a row or a column it lies between the surfaces on both sides, and neither
+    /// side's plane goes through it. 0 elsewhere, and along an axis with fewer than two valid pixels on a side. Does not depend
+    /// on the lens.
+    Image mixed_pixels = {};
+
+    /// Smallest and largest circle of each tile of tile_px × tile_px pixels. The last tiles of a row and a column are narrower.
+    /// NaN for a tile without a valid pixel.
+    Image tile_min_coc = {};
+    Image tile_max_coc = {};
 };
 
-/// Circle of confusion and the weights of what is near, in focus and far, from stored depth in one pass.
+/// Circle of confusion and three weights (near, in focus and far) from stored depth in one pass.
 ///
 /// In: one stored value a pixel, and the lens as `circle_of_confusion` gives it. Out: see DofMasks.
 ///
-/// With a = clamp((|c| − sharp_px) / transition_px, 0, 1), rounded to a
-/// multiple of 2⁻²³: near = a where c < 0, far = a where c > 0, focus = 1 − a. The three sum to exactly 1, in any order,
-/// and one of near and far is 0. What is no surface has a circle of NaN and no weight at all, so that the sum of the weights
-/// is also the validity. The background is `sky`. Same bits for any lane count and group size, and for any region but of
-/// the masks that look around a pixel: they see no farther than the image that they are given, and cost as much as the discs
-/// are large.
-/// Accuracy: `coc_ulp`. From window depth under a perspective there is no division, oblique near planes included.
+/// With a = clamp((|c| − sharp_px) / transition_px, 0, 1), rounded to a multiple of 2⁻²³: near = a where c < 0, far = a where
+/// c > 0, focus = 1 − a. The three sum to exactly 1, in any order, and near or far is 0. Invalid pixels have a circle of NaN
+/// and no weight, so the sum of the weights is also the validity. `sky` says what the background is. Same bits for any vector
+/// width and group size. A region has the same bits too, except for the masks that look around a pixel: they see no farther
+/// than the given image, and cost more for larger discs.
+/// Accuracy: `coc_ulp`. Depth-buffer values of a perspective need no division, even with an oblique near plane.
 /// Throws: std::invalid_argument for options out of range and a circle that is not this camera's; Error from the device.
 /// Source: Potmesil and Chakravarty 1981; affine in the stored value because 1/z is, by Popov 2016, eq. 5, 6:
 /// docs/depth-of-field.md.
@@ -100,7 +104,7 @@ void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleO
                const DofMasksOptions& options = {}, const Launch& launch = {});
 
 /// The depth of the surface at a pixel of the image, for `Lens::focus`; infinity for the background.
-/// Throws: std::invalid_argument for a pixel outside the image, or whose stored value is no surface.
+/// Throws: std::invalid_argument for a pixel outside the image, or whose stored value is invalid.
 double depth_at(const StoredDepth& stored, int x, int y);
 
 } // namespace fathom

@@ -104,8 +104,8 @@ struct StoredDepth {
     StoredDepth region(int x, int y, int width, int height) const;
 };
 
-/// Distance along the view axis, positive in front of the eye: +inf where there is nothing, NaN where the stored value
-/// was none. The camera is that of the stored image.
+/// Distance along the view axis, positive in front of the camera: +inf for the background, NaN for invalid pixels.
+/// The camera is that of the stored image.
 struct ViewDepth {
     Image image; ///< one float a pixel
     Camera camera;

@@ -6,11 +6,12 @@
 
 namespace fathom {
 
-/// A thin lens at the camera's eye. Either length may be left to the projection, whose horizontal focal length in pixels is
-/// focal_length_mm · width / sensor_width_mm; where both are given, they count and the projection's does not.
+/// A thin lens at the camera centre. Give the focal length, the sensor's width, or both. With one of them the projection gives
+/// the other: its horizontal focal length in pixels is focal_length_mm · width / sensor_width_mm. With both the projection's
+/// focal length does not count.
 struct Lens {
     double f_number = 0; ///< focal length over the diameter of the aperture. Must be given; infinity: a pinhole
-    double focus = 0;    ///< z of what is sharp: along the view axis, scene units. Must be given; infinity allowed
+    double focus = 0;    ///< depth that is sharp, along the view axis, scene units. Must be given; infinity allowed
     std::optional<double> focal_length_mm = {}; ///< default: the projection's, which then needs the sensor's width
     std::optional<double> sensor_width_mm =
         {};                    ///< of the whole image; default: the projection's, from the focal length
@@ -18,14 +19,14 @@ struct Lens {
 };
 
 /// Diameter of the circle of confusion, in horizontal pixels of the camera's image, positive behind the focus:
-///   c = k − g / (z − lens_depth)   under a perspective;  k is the circle of what is infinitely far
+///   c = k − g / (z − lens_depth)   under a perspective;  k is the circle of a point at infinity
 ///   c = g z − k                    under an orthographic projection, where the lens is telecentric
-/// A plain value: what a lens amounts to, or filled in directly. The focus is where c = 0.
+/// A plain value: `circle_of_confusion` makes it from a lens, or you fill it in. The focus is where c = 0.
 struct CircleOfConfusion {
     long double k = 0;          ///< pixels
-    long double g = 0;          ///< pixels times scene units; orthographic rays: pixels per scene unit
-    long double lens_depth = 0; ///< z of the lens, which is where the rays meet: the eye. Scene units
-    bool telecentric = false;   ///< orthographic rays?
+    long double g = 0;          ///< pixels times scene units; orthographic: pixels per scene unit
+    long double lens_depth = 0; ///< z of the lens, which is the camera centre. Scene units
+    bool telecentric = false;   ///< is the camera orthographic?
 };
 
 /// Depths between which no circle is larger than an acceptable one. Scene units along the view axis.
@@ -34,7 +35,7 @@ struct SharpRange {
     double farthest; ///< may be infinity
 };
 
-/// Pixels that a unit of slope (perspective) or of length (orthographic rays) takes, at the middle of the image. A circle of
+/// Pixels that a unit of slope (perspective) or of length (orthographic) takes, at the middle of the image. A circle of
 /// c horizontal pixels is c · y/x vertical ones high.
 struct PixelScale {
     long double x, y;
@@ -42,18 +43,18 @@ struct PixelScale {
 
 PixelScale pixel_scale(const Camera& camera);
 
-/// What the lens amounts to in this camera. With A = f/N the aperture, S the distance from the lens to the focus and p the
+/// The circle of confusion of this lens and camera. With A = f/N the aperture, S the distance from the lens to the focus and p the
 /// pixels in a millimetre of the sensor
 ///   k = A f/(S − f) p              focal length and sensor given
 ///   k = A (fx/S)                   one of them given: fx is the projection's focal length in pixels, f = fx/p
-///   k = A · (pixels per unit)      orthographic rays, which need the focal length for A
+///   k = A · (pixels per unit)      orthographic camera, which needs the focal length for A
 /// and g = k S, finite for a focus at infinity too; g = k/S for an orthographic camera.
 /// Throws: std::invalid_argument unless f_number > 0, focal_length_mm, sensor_width_mm and mm_per_unit are finite and
 /// greater than 0, the focus is farther from the lens than the focal length, and the lens is known; NaN is none of these.
 /// Source: Potmesil and Chakravarty 1981, eq. 1–4; telecentric as the limit of a far lens with a long focal length.
 CircleOfConfusion circle_of_confusion(const Lens& lens, const Camera& camera);
 
-/// The circle of a surface at depth z; of what is infinitely far for z = infinity. Signed, in horizontal pixels.
+/// The circle of a surface at depth z, which may be infinity. Signed, in horizontal pixels.
 /// NaN where a perspective sees nothing: at the lens and behind it.
 long double coc_at(const CircleOfConfusion& circle, long double z);
 
@@ -67,12 +68,12 @@ SharpRange sharp_range(const CircleOfConfusion& circle, double acceptable_px);
 
 /// The nearest focus for which a circle is at most `acceptable_px` at infinity: f + f²/(N c) from the lens for a given
 /// lens and sensor. Scene units along the view axis. `lens.focus` does not matter.
-/// Throws: std::invalid_argument as above, and for an orthographic camera, which have none.
+/// Throws: std::invalid_argument as above, and for an orthographic camera, which has none.
 double hyperfocal_distance(const Lens& lens, const Camera& camera, double acceptable_px);
 
 /// The depth of the point that lies `distance` away along the ray of pixel position (x, y), a pixel's centre being at +½:
-/// counted from the eye of a perspective, or from where orthographic rays cross z = 0. Focusing there makes all of that depth
-/// sharp, which a lens does, and not all of that distance. Infinity for infinity.
+/// counted from the camera centre of a perspective, or from where orthographic rays cross z = 0. A lens focused there is sharp
+/// at that depth everywhere, and not at that distance. Infinity for infinity.
 /// Throws: std::invalid_argument for a distance that is NaN, or not greater than 0 under a perspective.
 double depth_along_ray(const Camera& camera, double x, double y, double distance);
 

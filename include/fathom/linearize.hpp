@@ -18,7 +18,7 @@ inline constexpr double linearize_ulp_ray_distance = 1.0;
 inline constexpr double sum_condition_fp64 = 0x1p-52;
 inline constexpr double sum_condition_two_float = 0x1p-46;
 
-/// Ray distance from an eye that does not lie at the origin adds the eye's own depth, and that sum has this times κ.
+/// Ray distance from a camera centre away from the origin adds the centre's own depth. That sum adds this times κ.
 inline constexpr double sum_condition_ray_distance = 0x1p-34;
 
 /// Smallest stored value for which the exponential forms keep that promise with the two-float path: below it the low
@@ -27,9 +27,9 @@ inline constexpr double exponential_least_two_float = 0x1p-100;
 
 /// View-space depth from stored depth, in one pass, whatever the projection, encoding and storage.
 ///
-/// In: one stored value a pixel. Out: one float a pixel, scene units along the view axis, positive in front of the eye.
+/// In: one stored value a pixel. Out: one float a pixel, scene units along the view axis, positive in front of the camera.
 /// Background becomes +inf (or what `options.background` says); NaN, values outside the stored range and, for a
-/// perspective, z ≤ 0 become NaN. Rows stay in the order of the input. Same bits for any lane count, group size or region.
+/// perspective, z ≤ 0 become NaN. Rows stay in the order of the input. Same bits for any vector width, group size or region.
 /// Accuracy: `linearize_ulp_fp64`, `linearize_ulp_two_float`, `linearize_ulp_exponential`, `linearize_ulp_ray_distance`,
 /// and the condition terms above.
 /// Throws: std::invalid_argument for a camera that does not fit the image or cannot be decoded; Error from the device.

@@ -10,27 +10,27 @@ namespace fathom {
 /// How the slope of a surface is found.
 enum class NormalMethod {
     automatic,     ///< least squares for depth stored in 16 bits or fewer, neighbours otherwise
-    neighbours,    ///< two neighbours on either side, per axis: the side that predicts the pixel, or both
-    least_squares, ///< a plane fitted to the window's pixels that rounding alone keeps off it: for quantised depth
+    neighbours,    ///< from two neighbours on either side, per axis: the side that predicts the pixel, or both sides
+    least_squares, ///< from a plane fitted to a window's pixels that lie on it up to rounding: for quantised depth
 };
 
 struct NormalsOptions {
     NormalMethod method = NormalMethod::automatic;
-    /// Instead of it: the mean error in degrees that the choice may have in the scenes of docs/performance.md, and the
-    /// cheapest that has no more is taken (`cheapest_method` of choice.hpp).
+    /// Instead of the method: a mean error in degrees. The fastest method whose measured error is at most this in every scene of
+    /// docs/performance.md is used: `cheapest_method` of cheapest.hpp.
     std::optional<double> max_error = {};
     Space space = Space::view;
     int channels = 3;     ///< 3, or 4 with the validity: 1, and 0 where there is no normal
-    double tolerance = 1; ///< what depth may be off by, in half steps of its storage: more for a sensor that is noisier
+    double tolerance = 1; ///< how far depth may be off, in half steps of its storage: more for a noisy sensor
 };
 
 /// Pixels on either side that a normal is made from.
 inline constexpr int normals_reach_neighbours = 2;
 inline constexpr int normals_reach_least_squares = 3;
 
-/// On a plane, two pixels away from everything else, the slopes of inverse depth (1/z; z for an orthographic camera) are off by
-/// no more than this many times the bound of its own error, a pixel, however the plane is tilted: half a step of the stored
-/// depth and four roundings. As an angle that is about `normals_slope_error` · (z's relative error) / (a pixel's angle).
+/// Error of the slopes of inverse depth (1/z; z for an orthographic camera) on a plane, two pixels away from everything else:
+/// at most this many times the error bound of inverse depth itself, per pixel, at any tilt. That bound is half a step of the
+/// stored depth and four roundings. As an angle it is about `normals_slope_error` · (z's relative error) / (a pixel's angle).
 inline constexpr double normals_slope_error = 0.6;
 
 /// A normal's length is 1 within this.
@@ -39,16 +39,16 @@ inline constexpr double normals_length_error = 4 * 0x1p-24;
 /// Normals from stored depth (or from view depth, through `ViewDepth::stored`), in two passes.
 ///
 /// In: one stored value a pixel. Out: x, y, z (and the validity) interleaved floats in the projection's axes or in the
-/// world's, unit length, towards the eye whatever the projection. A pixel that is no surface, background included, has
-/// (0, 0, 0) and validity 0. One that has no neighbour along an axis is taken to face the image plane along it.
-/// Borders are one-sided. A region has the bits of the whole, but within reach of its border.
-/// Neighbours: where both sides predict the pixel, their mean; at an edge or a crease the side that does. Least squares:
-/// pixels within the stored values' rounding of the plane (half a step of the storage, or of `camera.depth_bits`), so
-/// that noise goes and edges stay; where rounding is small, on a curved surface of float depth say, what is left is the
-/// neighbours' normal.
+/// world's, of unit length, towards the camera under every projection. Invalid and background pixels have (0, 0, 0) and
+/// validity 0. A pixel without a neighbour along an axis is taken to face the image plane along it. Borders are one-sided. A
+/// region has the bits of the whole, except within reach of its border.
+/// Neighbours: if both sides predict the pixel, their mean is used. At an edge or a crease one side predicts it and is used.
+/// Least squares: the fit takes pixels that lie on the plane up to the rounding of stored values (half a step of the storage,
+/// or of `camera.depth_bits`), which removes noise and keeps edges. If rounding is small, as on a curved surface of float
+/// depth, the result is the neighbours' normal.
 /// Accuracy: `normals_slope_error`, `normals_length_error`.
-/// Throws: std::invalid_argument when the world is asked of a camera without a view matrix, or for channels other than 3, 4,
-/// and for a tolerance that is not above 0.
+/// Throws: std::invalid_argument for world space without a view matrix, for channels other than 3 and 4, and for a tolerance
+/// that is not above 0.
 /// Source: two-tap extrapolation by atyuwen, "Accurate Normal Reconstruction from Depth Buffer", 2020; that 1/z is affine on
 /// the screen, Blinn 1992; both for every camera as derived in kernels/normals.cl and docs/camera.md.
 Image normals(const StoredDepth& stored, const NormalsOptions& options = {}, const Launch& launch = {});

@@ -11,20 +11,20 @@ struct UnprojectOptions {
     Space space = Space::view;
     Eigen::Vector3d origin =
         Eigen::Vector3d::Zero();             ///< world: positions are relative to this point, which keeps floats exact
-    int channels = 3;                        ///< 3, or 4 with w = 1 (0 where there is no surface)
-    Background background = Background::inf; ///< inf and nan: no position (NaN); decode: the far plane's
+    int channels = 3;                        ///< 3, or 4 with w = 1 (0 for invalid and background pixels)
+    Background background = Background::inf; ///< inf and nan: no position (NaN); decode: on the far plane
 };
 
-/// Positions are within this of the exact ones, relative to the distance from the eye (plus, in world space, the
-/// eye's distance from `origin`): four rounding errors.
+/// Positions are within this of the exact ones, relative to the distance from the camera centre (plus, in world space, the
+/// centre's distance from `origin`): four rounding errors.
 inline constexpr double unproject_relative_error = 4 * 0x1p-24;
 
 /// View- or world-space positions from stored depth (or from view depth, through `ViewDepth::stored`), in one pass.
 ///
 /// In: one stored value a pixel. Out: x, y, z (and w) interleaved floats in the projection's axes or in the world's,
-/// scene units. Pixels that are no surface, background included, have NaN in x, y, z.
+/// scene units. Invalid and background pixels have NaN in x, y, z.
 /// Accuracy: `unproject_relative_error`, plus the condition term of `linearize`.
-/// Throws: std::invalid_argument when the world is asked of a camera without a view matrix, or for channels other than 3, 4.
+/// Throws: std::invalid_argument for world space without a view matrix, and for channels other than 3 and 4.
 /// Source: Lenaerts 2014, reconstructing positions from the depth buffer, part 2; rays as derived in docs/camera.md.
 Image unproject(const StoredDepth& stored, const UnprojectOptions& options = {}, const Launch& launch = {});
 

@@ -56,8 +56,8 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
                dof.aperture.blades = shape.blades;
                dof.aperture.ratio = shape.ratio;
            },
-           "the aperture that light comes through: a circle (default), a\nregular polygon of N corners, 3 to 64, or an "
-           "ellipse R times as\nhigh as wide, 0.1 to 10 (an anamorphic lens: 2)")
+           "shape of the aperture: a circle (default), a regular polygon of\nN corners, 3 to 64, or an "
+           "ellipse R times as high as wide, 0.1\nto 10 (an anamorphic lens: 2)")
         ->type_name("circle|N|ellipse:R")
         ->check(CLI::Validator(
             [](std::string& text) {
@@ -73,18 +73,20 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
         app.add_option(name, target, description)->type_name(value)->check(check)->group("Blur");
     };
     add("--rotate", "DEG", is_a_number("number", [](double) { return true; }), dof.aperture.rotation_degrees,
-        "turns it counter-clockwise; at 0 a polygon has a corner on top\nof what is behind the focus (default: 0)");
+        "turns the aperture counter-clockwise. At 0 a polygon has a\n"
+        "corner on top, seen behind the focus (default: 0)");
     add_enum_option(
         app, "--quality", dof.quality,
         {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
-        "how finely circles are told apart and drawn (default: balanced);\naccurate also keeps which part of the "
-        "lens edges leave open, in 10 times\nthe time and more where circles are large")
+        "speed against accuracy (default: balanced). accurate is also exact\nbehind a blurred edge, in 10 times the "
+        "time and more for large\ncircles")
         ->group("Blur");
     add_enum_option(app, "--sky", dof.sky, {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
-                    "the background: infinitely far (default), in focus, or left out\nlike what is no surface")
+                    "the background is infinitely far (blur; default), in focus\n"
+                    "(sharp), or left out like invalid pixels (exclude)")
         ->group("Blur");
     add("--max-coc-px", "PX", is_a_number("number from 1 to 512", [](double px) { return px >= 1 && px <= 512; }),
-        dof.max_coc_px, "no circle is larger, on either side of the focus (default: 512)");
+        dof.max_coc_px, "largest blur, on either side of the focus, pixels (default: 512)");
 }
 
 cv::Mat picture_of(const std::filesystem::path& file, const Options& options, const StoredDepth& stored,
@@ -137,11 +139,12 @@ cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) 
 void add_clean_plate_options(CLI::App& app, Options& options) {
     CLI::Option* clean_plate =
         app.add_option("--clean-plate", options.clean_plate,
-                       "the picture without what is near: what a blurred foreground\nhides, instead of a guess")
+                       "the picture without its near objects. It shows what a blurred\n"
+                       "foreground hides, instead of a guess")
             ->type_name("IMAGE")
             ->group("Input");
     app.add_option("--clean-plate-depth", options.clean_plate_depth,
-                   "its depth, as DEPTH's (default: the clean plate's own file)")
+                   "depth of the clean plate (default: the clean plate's own file)")
         ->type_name("DEPTH")
         ->needs(clean_plate)
         ->group("Input");
@@ -159,7 +162,7 @@ std::function<int()> configure(CLI::App& app) {
         ->required()
         ->group("Input");
     app.add_option("--color-layer", options->color_layer,
-                   "EXR layer that holds it\n(default: R, G, B, or *.Combined, *.beauty, or the only one)")
+                   "EXR layer that holds the picture\n(default: R, G, B, or *.Combined, *.beauty, or the only one)")
         ->type_name("NAME")
         ->group("Input");
     add_clean_plate_options(app, *options);
@@ -186,20 +189,20 @@ std::function<int()> configure(CLI::App& app) {
 
 extern const Command dof_command{
     .name = "dof",
-    .summary = "Blurs a picture as a lens focused on one depth does: depth of field.",
+    .summary = "Blurs a picture as a lens does that is focused on one depth: depth of field.",
     .notes =
-        R"(The picture is taken to be linear, its alpha (if it has one) multiplied in; codes of 8 and 16 bits count from
-0 to 1. The result has its channels, as floats: an EXR holds R G B, and A; a .png 16 bits, cut off at 0 and 1. What
-is no surface, or has a colour that is no number, takes part in nothing.
+        R"(The picture is linear light. If it has an alpha, the alpha is multiplied in. Codes of 8 and 16 bits count from 0 to
+1. The result has the picture's channels, as floats: R G B, and A, in an EXR. A .png holds 16 bits, cut off at 0 and
+1. Invalid pixels, and colours that are no numbers, take part in nothing.
 
-The lens: from its focal length and sensor, or with one of them the other from the projection, or from the camera
-file. Circles larger than --max-coc-px are made that large.
+Give the lens by its focal length and sensor. With one of them the projection gives the other. The camera file may
+hold both.
 
-A clean plate is the same view without what is near, of the same camera and size. Where it lies behind the picture
-it is what the picture hides there; where it shows the same it changes nothing.
+A clean plate is the same view without its near objects, of the same camera and size. Where it lies behind the
+picture it shows what the picture hides. Where it shows the same it changes nothing.
 
-With several inputs every IMAGE, the clean plate's DEPTH and OUT are folders, and each input finds and leaves its own name there. What is computed:
-docs/depth-of-field.md.
+With several inputs, OUT, every IMAGE and the clean plate's DEPTH are folders, in which each input keeps its own name.
+docs/depth-of-field.md explains the method.
 
 Example:
   fathom dof frame.exr --color frame.exr --camera camera.json -o blurred.exr --focus-at 640,360 --f-stop 2.8 \

@@ -97,15 +97,13 @@ void add_more_options(CLI::App& app, Options& options) {
     const auto add = [&](const char* name, std::optional<std::string>& target, const char* description) {
         return app.add_option(name, target, description)->type_name("FILE")->group("Output");
     };
-    add("--max-near-coc", options.max_near_coc,
-        "also write the diameter of the largest near circle that reaches\neach pixel");
-    add("--near-alpha", options.near_alpha, "also write how much of each pixel near circles cover");
-    add("--disocclusion", options.disocclusion, "also write where a blur needs what lies behind the near layer");
-    add("--mixed-pixels", options.mixed_pixels,
-        "also write which pixels' depth lies between two surfaces, as if\naveraged over an edge");
-    CLI::Option* tiles = add("--tiles", options.tiles, "also write the least and the greatest coc of each tile");
+    add("--max-near-coc", options.max_near_coc, "also write the largest near CoC that reaches each pixel");
+    add("--near-alpha", options.near_alpha, "also write how much of each pixel the blurred near layer covers");
+    add("--disocclusion", options.disocclusion, "also write where a blur shows what lies behind the near layer");
+    add("--mixed-pixels", options.mixed_pixels, "also write which pixels have a depth averaged over an edge");
+    CLI::Option* tiles = add("--tiles", options.tiles, "also write the smallest and the largest CoC of each tile");
     options.masks.tile_px = 16;
-    app.add_option("--tile", options.masks.tile_px, "pixels across of a tile, 1 to 65536 (default: 16)")
+    app.add_option("--tile", options.masks.tile_px, "width of a tile in pixels, 1 to 65536 (default: 16)")
         ->type_name("PX")
         ->check(is_a_number("whole number from 1 to 65536",
                             [](double n) { return n == std::floor(n) && n >= 1 && n <= 65536; }))
@@ -122,15 +120,16 @@ std::function<int()> configure(CLI::App& app) {
         app.add_option(name, target, description)->type_name(value)->check(check)->group("Masks");
     };
     add("--sharp", "PX", is_a_width(), options->masks.sharp_px,
-        "circles up to this are wholly in focus, pixels (default: 1)");
+        "a CoC up to this is wholly in focus, pixels (default: 1)");
     add("--transition", "PX", is_a_width(), options->masks.transition_px,
-        "circles larger than that by so much are not at all (default: 1)");
+        "a CoC larger by this is not in focus at all (default: 1)");
     add_enum_option(app, "--sky", options->masks.sky,
                     {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
-                    "the background: infinitely far (default), in focus, or left out\nlike what is no surface")
+                    "the background is infinitely far (blur; default), in focus\n"
+                    "(sharp), or left out like invalid pixels (exclude)")
         ->group("Masks");
     add("--max-coc-px", "PX", is_a_number("number above 0", [](double pixels) { return pixels > 0; }),
-        options->masks.max_coc_px, "no circle is larger, on either side of the focus (default: none)");
+        options->masks.max_coc_px, "largest CoC, on either side of the focus (default: none)");
     app.add_option_function<std::string>(
            "--mask",
            [options](const std::string& name) {
@@ -138,7 +137,7 @@ std::function<int()> configure(CLI::App& app) {
                    if (channels[i] == name)
                        options->mask = static_cast<Mask>(i);
            },
-           "write one of them only, which any type of file holds")
+           "write this mask only, to any type of file")
         ->type_name(CLI::detail::join(channels, "|"))
         ->check(is_one_of(channels))
         ->group("Output");
@@ -155,18 +154,18 @@ std::function<int()> configure(CLI::App& app) {
 
 extern const Command dof_masks_command{
     .name = "dof-masks",
-    .summary = "Finds the circle of confusion of each pixel, and what is near, in focus and far.",
+    .summary = "Computes the size of each pixel's blur, and masks of what is near, in focus and far.",
     .notes =
-        R"(An EXR holds four channels: coc, the diameter of the circle in pixels, positive behind the focus, and the
-weights near, focus and far, which sum to 1. What is no surface has a coc of NaN and no weight. A .png of a weight
-holds round(value × 65535); a coc has no such range, needs --png-scale and loses what is near.
+        R"(An EXR holds four channels. coc is the diameter of the circle of confusion (CoC) in pixels, positive behind the focus.
+near, focus and far are weights that sum to 1. Invalid pixels have a coc of NaN and no weight. A .png of a weight holds
+round(value × 65535). A coc has no such range: it needs --png-scale and loses its negative values.
 
-The lens: from its focal length and sensor, or with one of them the other from the projection. Under orthographic rays
-circles grow with the distance from the focus without end (telecentric); --max-coc-px ends them.
+Give the lens by its focal length and sensor. With one of them the projection gives the other. For an orthographic
+camera the CoC grows with the distance from the focus without end (telecentric). --max-coc-px ends it.
 
-With several inputs every FILE above is a folder, as OUT is. The EXR channels are coc (--max-near-coc), near
-(--near-alpha), hidden (--disocclusion), mixed (--mixed-pixels), least and greatest (--tiles). What each mask
-means: docs/depth-of-field.md.
+With several inputs, OUT and every FILE above are folders. The EXR channels are coc (--max-near-coc), near
+(--near-alpha), hidden (--disocclusion), mixed (--mixed-pixels), least and greatest (--tiles).
+docs/depth-of-field.md explains each mask.
 
 Example:
   fathom dof-masks frame.exr --camera camera.json -o frame.masks.exr --focus-at 640,360 --f-stop 2.8 \

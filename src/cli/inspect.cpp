@@ -234,7 +234,7 @@ std::function<int()> configure(CLI::App& app) {
         ->type_name("DEPTH")
         ->required()
         ->group("Input");
-    app.add_option("--camera", options->camera, "camera file: shows what it makes of the values, too")
+    app.add_option("--camera", options->camera, "also show what this camera file makes of the values")
         ->type_name("CAMERA.json")
         ->group("Input");
     add_channel_option(app, options->channel);
@@ -248,9 +248,9 @@ std::function<int()> configure(CLI::App& app) {
 extern const Command inspect_command{
     .name = "inspect",
     .summary = "Shows what a depth image holds and, with a camera, what its values mean.",
-    .notes = R"(Percentiles are values of the image (nearest rank). In JSON, NaN and infinities are the strings
-"nan", "inf" and "-inf"; what was not asked for or cannot be told is null. With a camera, range tells the nearest and
-farthest depth that its stored values can mean and their precision, without decoding the image.
+    .notes = R"(Run this first. Percentiles are values of the image (nearest rank). With a camera, range shows the nearest and the
+farthest depth that stored values can mean, and their precision. In JSON, NaN and infinities are the strings "nan",
+"inf" and "-inf". Values that are unknown or were not asked for are null.
 
 Example:
   fathom inspect frame.exr --camera camera.json)",

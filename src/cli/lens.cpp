@@ -114,25 +114,25 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
         return app.add_option(name, target, description)->type_name(value)->check(check)->group(group);
     };
     CLI::Option* focus = add("--focus", "S|inf", is_above_0_or_inf(), lens.focus,
-                             "what is sharp: distance along the view axis, scene units\n"
+                             "depth that is sharp: distance along the view axis, scene units\n"
                              "(default: \"focus_distance\" of the camera file)");
     CLI::Option* at = add_list(
         app, "--focus-at", "X,Y", 2, is_pixel,
         [&lens](const std::vector<double>& values) { lens.focus_at = pixel_of(values); },
         "a pixel X,Y, whole numbers from the first pixel of the file",
-        "focus on what is under a pixel, counted from the first one of\nthe file");
+        "focus on the surface under this pixel, counted from the first\npixel of the file");
     CLI::Option* along = add_list(
         app, "--focus-along", "X,Y,D", 3, [](const auto& values) { return is_pixel(values) && values[2] > 0; },
         [&lens](const std::vector<double>& values) {
             lens.focus_along = LensOptions::AlongRay{pixel_of(values), values[2]};
         },
-        "a pixel and a distance X,Y,D", "focus on the depth that lies D away along a pixel's ray");
+        "a pixel and a distance X,Y,D", "focus on the depth of the point at distance D along a pixel's\nray");
     at->excludes(focus);
     along->excludes(focus)->excludes(at);
     add("--f-stop", "N|inf", is_above_0_or_inf(), lens.f_stop,
-        "focal length over aperture (default: \"f_stop\" of the camera file)");
+        "f-number: focal length over aperture. Small numbers blur more\n(default: \"f_stop\" of the camera file)");
     add("--focal-length-mm", "F", is_above_0(), lens.focal_length_mm,
-        "(default: \"lens_mm\" of the camera file, or from the projection,\nwhich then needs the sensor)");
+        "focal length (default: \"lens_mm\" of the camera file, or from the\nprojection, which then needs the sensor)");
     add("--sensor-mm", "W", is_above_0(), lens.sensor_mm,
         "width of the sensor (default: \"sensor_mm\" of the camera file, or\nfrom the projection and the focal "
         "length)");
@@ -143,7 +143,7 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
             lens.circle = {values[0], values[1]};
         },
         "two numbers K,G from 0",
-        "instead of a lens: circles are K - G/z pixels wide, or G z - K\nunder an orthographic projection");
+        "instead of a lens: the CoC is K - G/z pixels wide, or G z - K\nfor an orthographic camera");
     for (const char* other : {"--focus", "--focus-at", "--focus-along", "--f-stop", "--focal-length-mm", "--sensor-mm"})
         circle->excludes(other);
 }

@@ -18,7 +18,8 @@ std::function<int()> configure(CLI::App& app) {
     add_depth_options(app, *options, product);
     add_enum_option(app, "--background", options->linearize.background,
                     {{"inf", Background::inf}, {"decode", Background::decode}, {"nan", Background::nan}},
-                    "what pixels with nothing in them become: infinity (default),\nthe far plane's distance, or NaN")
+                    "value of background pixels: infinity (inf; default), the far\n"
+                    "plane's distance (decode), or NaN (nan)")
         ->group("Output");
     return [options, product] {
         return each_depth(*options, product, [&](const StoredDepth& stored) {
@@ -32,8 +33,8 @@ std::function<int()> configure(CLI::App& app) {
 extern const Command linearize_command{
     .name = "linearize",
     .summary = "Turns stored depth into exact distance along the view axis.",
-    .notes = R"(The result is float32, in scene units, positive in front of the eye, rows in the order of the input;
-an EXR holds it as channel Z. Values that cannot be depth become NaN.
+    .notes = R"(The result is float32 in scene units, positive in front of the camera. Rows keep the order of the input. An EXR
+holds it as channel Z. Invalid values become NaN.
 
 Example:
   fathom linearize frame.exr --camera camera.json -o frame.z.exr

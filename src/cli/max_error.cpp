@@ -16,14 +16,14 @@ void add_max_error(CLI::App& app, std::optional<double>& max_error, bool& explai
     CLI::Option* option =
         app.add_option("--max-error", max_error,
                        "instead of " + CLI::detail::join(chosen, ", ") +
-                           ":\nthe cheapest whose error was at most E in every scene of\ndocs/performance.md (" + unit +
+                           ":\nthe fastest method with error up to E in every scene\nof docs/performance.md (" + unit +
                            ")")
             ->type_name("E")
             ->check(is_a_number("number above 0", [](double e) { return e > 0; }))
             ->group(group);
     for (const std::string& name : chosen)
         option->excludes(name);
-    app.add_flag("--explain", explain, "say on stderr what --max-error chose, its error and its cost")
+    app.add_flag("--explain", explain, "print on stderr what --max-error chose, its error and its time")
         ->needs(option)
         ->group(group);
 }

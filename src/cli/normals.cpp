@@ -26,19 +26,20 @@ std::function<int()> configure(CLI::App& app) {
                     {{"automatic", NormalMethod::automatic},
                      {"neighbours", NormalMethod::neighbours},
                      {"least-squares", NormalMethod::least_squares}},
-                    "from the neighbours on the same surface, or a plane fitted to\n"
-                    "them, for quantised depth (automatic: for 16 bits and fewer)")
+                    "how slopes are found: from neighbours on the same surface, or\n"
+                    "from a plane fitted to a window, for quantised depth.\n"
+                    "automatic (default) fits for 16 bits and fewer")
         ->group("Normals");
     add_max_error(app, normal.max_error, options->explain, "mean degrees", {"--method"}, "Normals");
     app.add_option("--tolerance", normal.tolerance,
-                   "what depth may be off by, in half steps of its storage; more\n"
-                   "for a sensor that is noisier (default: 1)")
+                   "how far depth may be off, in half steps of its storage. Raise\n"
+                   "it for a noisy sensor (default: 1)")
         ->type_name("T")
         ->check(is_a_number("number above 0", [](double t) { return t > 0; }))
         ->group("Normals");
     add_enum_option(app, "--space", normal.space, {{"view", Space::view}, {"world", Space::world}},
-                    "axes of the normals: the camera's (default) or the world's,\n"
-                    "which needs \"view\" in the camera file")
+                    "axes of the normals: the camera's (default) or the world's.\n"
+                    "World needs \"view\" in the camera file")
         ->group("Output");
     return [options, product] {
         return each_depth(*options, product, {}, [&](const StoredDepth& stored, const Job& job) {
@@ -53,8 +54,8 @@ std::function<int()> configure(CLI::App& app) {
 extern const Command normals_command{
     .name = "normals",
     .summary = "Turns stored depth into surface normals, in the camera's axes or the world's.",
-    .notes = R"(The result is three float32 a pixel, of length 1 and towards the eye; an EXR holds them as N.X N.Y N.Z.
-Pixels that are no surface have 0 0 0. A .png holds ½n + ½ in 16 bits, and black where there is no normal.
+    .notes = R"(The result is three float32 a pixel. Normals have length 1 and point towards the camera. An EXR holds them as
+N.X N.Y N.Z. Invalid and background pixels have 0 0 0. A .png holds ½n + ½ in 16 bits, and black for no normal.
 
 Example:
   fathom normals frame.exr --camera camera.json -o frame.normals.exr --space world)",

@@ -51,7 +51,7 @@ void add_device_options(CLI::App& app, DeviceOption& choice) {
                    "as `fathom devices` lists them (default: a GPU if there is one)")
         ->type_name("DEVICE")
         ->group("Device");
-    app.add_option("--threads", choice.threads, "threads of a CPU device (PoCL; default: all cores)")
+    app.add_option("--threads", choice.threads, "number of threads of a CPU device (PoCL; default: all cores)")
         ->type_name("N")
         ->check(is_a_number("whole number from 1 to 4096",
                             [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }))
@@ -63,7 +63,7 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
         ->type_name("DEPTH")
         ->required()
         ->group("Input");
-    app.add_option("--camera", options.camera, "camera file: the projection and what the values mean (docs/camera.md)")
+    app.add_option("--camera", options.camera, "camera file: the projection and what the values mean\n(docs/camera.md)")
         ->type_name("CAMERA.json")
         ->required()
         ->group("Input");

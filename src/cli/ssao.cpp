@@ -59,34 +59,34 @@ void add_occlusion_options(CLI::App& app, Options& options) {
         return app.add_option(name, target, description)->type_name(value)->check(check)->group("Occlusion");
     };
     add("--radius", "R", is_a_number("number above 0", [](double r) { return r > 0; }), options.radius,
-        "length of the rays, scene units: what is farther away occludes\n"
-        "nothing (default: \"ao_distance\" of the camera file)");
+        "how far occlusion reaches, scene units: objects farther away\n"
+        "occlude nothing (default: \"ao_distance\" of the camera file)");
     add_enum_option(app, "--quality", ssao.quality,
                     {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
-                    "how many directions and distances are looked into\n(default: balanced)")
+                    "speed against accuracy: sets --slices, --samples and --jitter\n(default: balanced)")
         ->group("Occlusion");
     add("--slices", "N", is_whole(1, 64), ssao.slices,
-        "instead of the quality's: planes through the view ray, 1 to 64");
+        "number of planes through the view ray, 1 to 64 (default: by\nquality)");
     add("--samples", "N", is_whole(1, 256), ssao.samples,
-        "instead of the quality's: places looked at on either side of\na slice, 1 to 256");
+        "number of samples on either side of a slice, 1 to 256 (default:\nby quality)");
     add("--jitter", "1|4|16", is_one_of({"1", "4", "16"}), ssao.jitter,
-        "instead of the quality's: neighbouring pixels look into as many\n"
-        "different directions and are averaged; 1: all alike, no average");
+        "number of neighbouring pixels that look into different\n"
+        "directions and are averaged. 1 turns both off (default: by\nquality)");
     add("--thickness", "T|inf", is_a_length_or_inf(), ssao.thickness,
-        "what is solid behind a surface, along its ray, scene units;\n"
-        "inf: all that lies behind it (default: a quarter of the radius)");
+        "how thick surfaces are along their rays, scene units. inf suits\n"
+        "terrain and reliefs (default: a quarter of the radius)");
     add("--falloff", "F", is_a_number("number from 0 to 1", [](double f) { return f >= 0 && f <= 1; }), ssao.falloff,
-        "share of the radius, at its end, over which occluders fade out,\n0 to 1 (default: 0, a hard end)");
+        "fraction of the radius, at its end, over which occluders fade\nout, 0 to 1 (default: 0, a hard end)");
     add_enum_option(
         app, "--border", ssao.border, {{"open", Border::open}, {"clamp", Border::clamp}},
-        "what lies outside the image: nothing (open; default), or the\npixels of its border, again and again (clamp)")
+        "outside the image there is nothing (open; default), or the\npixels of the border repeat (clamp)")
         ->group("Occlusion");
     add("--tolerance", "T", is_a_number("number above 0", [](double t) { return t > 0; }), ssao.tolerance,
-        "what depth may be off by, in half steps of its storage; more\n"
-        "for a sensor that is noisier (default: 1)");
+        "how far depth may be off, in half steps of its storage. Raise\n"
+        "it for a noisy sensor (default: 1)");
     app.add_flag("--half-resolution", ssao.half_resolution,
-                 "look from every second pixel of every second row alone, and\n"
-                 "upsample along the surfaces: a third of the time, for radii of\n"
+                 "compute every second pixel of every second row, and interpolate\n"
+                 "along the surfaces. Takes a third of the time. For radii of\n"
                  "many pixels")
         ->group("Occlusion");
     add("--seed", "N", is_whole(0, 4294967295.0), ssao.seed, "turns the jitter (default: 0)");
@@ -169,23 +169,23 @@ std::function<int()> configure(CLI::App& app) {
     add_max_error(app, options->ssao.max_error, options->explain, "rms of visibility",
                   {"--quality", "--slices", "--samples", "--jitter", "--half-resolution"}, "Occlusion");
     CLI::Option* normals = app.add_option("--normals", options->normals,
-                                          "normals of the surfaces, as `fathom normals` writes them: EXR, PNG,\n"
+                                          "use these normals, as `fathom normals` writes them: EXR, PNG,\n"
                                           "TIFF or PFM (default: from the depth)");
     normals->type_name("FILE")->group("Input");
     add_enum_option(app, "--normals-space", options->ssao.normals_space,
                     {{"view", Space::view}, {"world", Space::world}},
-                    "axes that they are in: the camera's (default) or the world's,\n"
-                    "which needs \"view\" in the camera file")
+                    "axes of these normals: the camera's (default) or the world's.\n"
+                    "World needs \"view\" in the camera file")
         ->needs(normals)
         ->group("Input");
     app.add_option("--thickness-map", options->thickness_map,
-                   "--thickness for each pixel: an image of floats, scene units")
+                   "a --thickness for each pixel: an image of floats, scene units")
         ->type_name("FILE")
         ->excludes("--thickness")
         ->group("Input");
     app.add_option_function<std::string>(
            "--region", [options](const std::string& text) { parse_region(text, options->ssao.region.emplace()); },
-           "the part of the image that is wanted: the results are of its\nsize; the rest is looked at all the same")
+           "compute this part of the image only. Results have its size.\nSamples still come from the whole image")
         ->type_name("X,Y,W,H")
         ->check(CLI::Validator(
             [](std::string& text) {
@@ -195,12 +195,12 @@ std::function<int()> configure(CLI::App& app) {
             ""))
         ->group("Output");
     app.add_option("--bent-normal", options->bent_normal,
-                   "also write where the open part of the hemisphere lies on\naverage: unit length, the camera's axes")
+                   "also write the mean open direction: unit length, the camera's\naxes")
         ->type_name("FILE")
         ->group("Output");
     app.add_option(
            "--confidence", options->confidence,
-           "also write the share of what was looked at that lay inside the\nimage, on pixels whose depth is known")
+           "also write the fraction of samples that hit valid pixels inside\nthe image")
         ->type_name("FILE")
         ->group("Output");
 
@@ -224,13 +224,13 @@ std::function<int()> configure(CLI::App& app) {
 
 extern const Command ssao_command{
     .name = "ssao",
-    .summary = "Finds how much of the hemisphere above each pixel is open: ambient occlusion.",
-    .notes = R"(The result is visibility, 1 open to 0 blocked; an EXR holds it as channel AO, a .png in 16 bits as
-round(value × 65535). The background has 1; what is no surface has NaN, and 0 in a .png. The EXR channels of a bent
-normal are N.X N.Y N.Z; a .png of it holds ½n + ½, black where there is none.
+    .summary = "Computes ambient occlusion: how much ambient light reaches each pixel.",
+    .notes = R"(The result is visibility, from 1 (open) to 0 (blocked). Multiply ambient light by it. An EXR holds it as channel
+AO, a .png in 16 bits as round(value × 65535). The background has 1. Invalid pixels have NaN, and 0 in a .png. A bent
+normal has the EXR channels N.X N.Y N.Z. A .png of it holds ½n + ½, and black for none.
 
-With several inputs, every FILE above is a folder, as OUT is, and each input finds or leaves its own name there. Of
-one input's files all are written or none. What is computed: docs/ambient-occlusion.md.
+With several inputs, OUT and every FILE above are folders, in which each input keeps its own name. If one file of an
+input cannot be written, none of that input's files is. docs/ambient-occlusion.md explains the method.
 
 Example:
   fathom ssao frame.exr --camera camera.json -o frame.ao.png --radius 0.5

@@ -33,12 +33,12 @@ std::function<int()> configure(CLI::App& app) {
     add_depth_options(app, *options, product);
     CLI::Option* space =
         add_enum_option(app, "--space", unprojection.space, {{"view", Space::view}, {"world", Space::world}},
-                        "axes of the positions: the camera's (default) or the world's,\n"
-                        "which needs \"view\" in the camera file");
+                        "axes of the positions: the camera's (default) or the world's.\n"
+                        "World needs \"view\" in the camera file");
     CLI::Option* origin = app.add_option_function<std::string>(
         "--origin", [&](const std::string& text) { parse_point(text, unprojection.origin); },
-        "with --space world: positions are relative to this point of the\n"
-        "world (default: 0,0,0); near the scene it keeps floats exact");
+        "makes positions relative to this point of the world (default:\n"
+        "0,0,0). A point in the scene keeps floats exact. Needs\n--space world");
     origin->type_name("X,Y,Z")->needs(space)->check(CLI::Validator(
         [](std::string& text) {
             Eigen::Vector3d ignored;
@@ -48,7 +48,7 @@ std::function<int()> configure(CLI::App& app) {
     CLI::Option* background = add_enum_option(
         app, "--background", unprojection.background,
         {{"nan", Background::nan}, {"inf", Background::inf}, {"decode", Background::decode}},
-        "pixels with nothing in them have no position (nan or inf;\ndefault), or lie on the far plane (decode)");
+        "background pixels have no position (nan or inf; default), or lie\non the far plane (decode)");
     for (CLI::Option* option : {space, origin, background})
         option->group("Output");
     return [options, product, origin] {
@@ -64,8 +64,8 @@ std::function<int()> configure(CLI::App& app) {
 extern const Command unproject_command{
     .name = "unproject",
     .summary = "Turns stored depth into exact positions, in the camera's axes or the world's.",
-    .notes = R"(The result is three float32 a pixel, in scene units; an EXR holds them as P.X P.Y P.Z. Pixels without a
-position are NaN there and are left out of a PLY.
+    .notes = R"(The result is three float32 a pixel in scene units. An EXR holds them as P.X P.Y P.Z. Pixels without a position
+are NaN. A PLY leaves them out.
 
 Example:
   fathom unproject frame.exr --camera camera.json -o points.ply --space world)",
