@@ -10,8 +10,8 @@
 namespace fathom::regimes {
 namespace {
 
-constexpr const char* edge = "largest error of an edge, share of the step";
-constexpr const char* two_edges = "largest error of an edge before an edge, share of the step";
+constexpr const char* edge = "largest error of an edge, fraction of the step";
+constexpr const char* two_edges = "largest error of an edge before an edge, fraction of the step";
 constexpr const char* washed_out = "largest error of what is dark, relative";
 constexpr const char* one_sum = "one running sum of floats";
 constexpr const char* of_all = "circle, pixels";
