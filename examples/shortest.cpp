@@ -14,5 +14,5 @@ int main() {
 
     cv::Mat depth;
     fathom::linearize(fathom::Device::open(), stored, camera, depth);
-    std::cout << "stored 0.99 is " << depth.at<float>(360, 480) << " in front of the eye\n";
+    std::cout << "stored 0.99 is " << depth.at<float>(360, 480) << " in front of the camera\n";
 }
