@@ -347,7 +347,7 @@ TEST_CASE("fog: options out of range and images that do not fit are refused by n
     refused({.density = NAN}, "density = ");
     refused({.max_opacity = 1.5}, "max_opacity = 1.5");
     refused({.start = -2}, "start = -2");
-    refused({.color = {1, NAN, 1}}, "color");
+    refused({.color = {1, NAN, 1}}, "colour");
     refused({.height_falloff = -0.5}, "height_falloff = -0.5");
     refused({.height_falloff = 1, .up = {0, 0, 0}}, "up = ");
     view.camera.view.reset();
