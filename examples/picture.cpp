@@ -1,5 +1,5 @@
 // A picture that a person can look at: stored depth in grey, view depth in false colour, positions as RGB. Each channel is
-// stretched from its least to its greatest finite value; pixels that are no surface stay dark.
+// stretched from its least to its greatest finite value; invalid pixels stay dark.
 // Visibility (occlusion) is shown as it is, 0 black and 1 white, and normals as ½n + ½; the weights near, focus and far are
 // red, green and blue, and a linear picture (colour) is encoded for a screen, cut off at white.
 

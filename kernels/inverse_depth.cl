@@ -1,6 +1,6 @@
 // Inverse depth from stored depth: what planes are affine in on the screen, greater the nearer a surface is.
 //   q = depth(x, y) / (z - eye_depth)   under a perspective,      q = -z   for an orthographic camera
-// 1/z of the plain perspective. Background becomes 0 or -infinity, what is no surface NaN. docs/camera.md.
+// 1/z of the plain perspective. Background becomes 0 or -infinity, an invalid pixel NaN. docs/camera.md.
 // Built for: PERSPECTIVE = 0 1
 
 #include "camera.h"

@@ -1,4 +1,4 @@
-// What the near layer does to each pixel, from the discs of all near pixels around it:
+// What the near field does to each pixel, from the discs of all near pixels around it:
 //   OUTPUT 0   reach     max |c_p| over p with c_p < 0 and |p - x| <= |c_p|/2
 //   OUTPUT 1   coverage  min(1, sum of share_p over p with |p - x| <= |c_p|/2)               see near_field_weight.cl
 //   OUTPUT 2   hidden    1 where a near pixel x is covered less than wholly (`share` holds the coverage), or where the disc of

@@ -12,7 +12,7 @@ namespace fathom::test {
 /// A camera's place in the world, for a camera file.
 inline constexpr const char* view = R"(, "view": [[0,0,1,0],[0,1,0,0],[-1,0,0,5],[0,0,0,1]])";
 
-/// A scene before the eye as the program and as the library see it, with a background pixel and one that is no surface.
+/// A scene before the eye as the program and as the library see it, with a background pixel and an invalid one.
 struct RenderedInput {
     Folder folder;
     std::string camera, input;

@@ -183,7 +183,7 @@ TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
         Arguments all = is_orthographic.arguments(output, {"--focus", "3", "--f-stop", "2"});
         all.insert(all.end(), lens.begin(), lens.end());
         check_refused(run(all), 2,
-                      "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: parallel");
+                      "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: orthographic");
     }
     // Rays that are parallel come to no focus: how near the lens is to what is sharp does not count.
     check_done(run(is_orthographic.arguments(output, {"--focus", "0.01", "--f-stop", "2", "--focal-length-mm", "50"})));
@@ -259,13 +259,13 @@ TEST_CASE("dof-masks program: a focus that the image has not is refused") {
                       named);
     };
     refused({"--focus-at", "48,0"}, "--focus-at: pixel 48,0 lies outside the image of 48 × 32; the last one is 47,31");
-    refused({"--focus-at", "1,0"}, "--focus-at: pixel 1,0 is no surface");
+    refused({"--focus-at", "1,0"}, "--focus-at: pixel 1,0 is invalid");
     refused({"--focus-along", "0,32,2"}, "--focus-along: pixel 0,32 lies outside the image of 48 × 32");
     refused({"--focus-along", "5,5,0.01"}, "focal length");
     CHECK(scene.folder.results().empty());
 }
 
-TEST_CASE("dof-masks program: the near layer and tiles go into files of their own") {
+TEST_CASE("dof-masks program: the near field and tiles go into files of their own") {
     const Scene scene;
     DofMasksOptions options;
     options.max_near_coc = options.near_alpha = options.disocclusion = options.mixed_pixels = true;

@@ -148,10 +148,9 @@ TEST_CASE("program: packed depth is read as the camera file says") {
         const double d = code / 16777215.0;
         return 1 / (1 / 0.5 + d * (1 / 100.0 - 1 / 0.5));
     }();
-    const cv::Scalar high_first(code & 255, code >> 8 & 255, code >> 16),
-        low_first(code >> 16, code >> 8 & 255, code & 255);
-    for (const auto& [packing, blue_green_red] :
-         {std::pair{"rgb-high-first", high_first}, {"rgb-low-first", low_first}}) {
+    const cv::Scalar red_high(code & 255, code >> 8 & 255, code >> 16),
+        red_low(code >> 16, code >> 8 & 255, code & 255);
+    for (const auto& [packing, blue_green_red] : {std::pair{"rgb-high-first", red_high}, {"rgb-low-first", red_low}}) {
         const std::string camera = camera_file(folder, std::string(R"(, "packing": ")") + packing + "\"");
         const std::string input = folder / "packed.png";
         cv::imwrite(input, cv::Mat(height, width, CV_8UC3, blue_green_red));
@@ -227,7 +226,7 @@ TEST_CASE("program: inspect prints a channel's name without what would control a
     for (const char byte : {'\x1b', '\xff'})
         CHECK(outcome.out.find(byte) == std::string::npos);
     const Outcome refused = run({"inspect", input, "--channel", "A"});
-    check_refused(refused, 1, "it has  [31mZ\\xff");
+    check_refused(refused, 1, "it has [31mZ\\xff");
     CHECK(refused.err.find('\x1b') == std::string::npos);
 }
 

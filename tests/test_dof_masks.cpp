@@ -400,7 +400,7 @@ TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[do
     CHECK(masks_of(values, is_orthographic, telecentric, {.max_coc_px = 25}).circle == std::vector<float>{25, 25, -20});
 }
 
-TEST_CASE("dof_masks: what is no surface has no circle and no weight, and nothing spreads from it", "[dof_masks]") {
+TEST_CASE("dof_masks: an invalid pixel has no circle and no weight, and nothing spreads from it", "[dof_masks]") {
     Camera camera = window_camera(7, 1);
     const CircleOfConfusion circle{20, 100, 0, false};
     std::vector<float> values{0.5f, nan_f, 1.5f, 0.5f, -0.1f, HUGE_VALF, 0.5f};
@@ -575,7 +575,7 @@ TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thous
     }
 }
 
-TEST_CASE("dof_masks: same bits for every lane count, group size and region, of any size", "[dof_masks][same-bits]") {
+TEST_CASE("dof_masks: same bits for every vector width, group size and region, of any size", "[dof_masks][same-bits]") {
     std::vector<Subject> subjects{
         oracle::from_field_of_view(1.1, 1.5, {0.1, 1e6}),
         with_oblique_near_plane(oracle::from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}),
@@ -688,7 +688,7 @@ TEST_CASE("dof_masks: the depth under a pixel is what to focus on", "[dof_masks]
     CHECK(depth_at(stored, 2, 0) == 3);
     CHECK(depth_at(stored, 0, 1) == 4);
     CHECK(depth_at(stored, 1, 1) == infinity);
-    CHECK_THROWS_WITH(depth_at(stored, 2, 1), "pixel (2, 1) is no surface: it has no depth to focus on");
+    CHECK_THROWS_WITH(depth_at(stored, 2, 1), "pixel (2, 1) is invalid: it has no depth to focus on");
     CHECK_THROWS_WITH(depth_at(stored, 3, 0), "pixel (3, 0) lies outside the image of 3 x 2");
     CHECK_THROWS_WITH(depth_at(stored, 0, -1), "pixel (0, -1) lies outside the image of 3 x 2");
 }

@@ -171,7 +171,7 @@ TEST_CASE("planar: the error of inverse depth is within its bound, and not far b
     }
 }
 
-TEST_CASE("planar: background is the farthest, and what is no surface is none", "[planar]") {
+TEST_CASE("inverse depth: background is the farthest, and invalid pixels have none", "[planar]") {
     const Camera perspective_camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}));
     const Camera is_orthographic = camera_of(orthographic({-4, 4, -3, 3}, {0.5, 500}));
     for (Camera camera : {perspective_camera, is_orthographic}) {

@@ -53,8 +53,8 @@ TEST_CASE("bgr: a CARLA PNG is the same depth through fathom_io, OpenCV and the 
     const Folder folder;
     const std::vector<std::uint32_t> codes = carla_codes();
     const std::string camera = folder / "camera.json";
-    write(camera, R"({"perspective": {"fov_x_deg": 90, "aspect": 1.5}, "encoding": "linear", "near": 0, "far": 1000,
-                      "packing": "rgb-low-first"})");
+    write(camera, R"({"perspective": {"fov_x_deg": 90, "aspect": 1.5}, "encoding": "view-z",
+                      "scale": 5.960464832810452e-05, "background": 16777215, "packing": "rgb-low-first"})");
     const CameraFile file = read_camera(camera);
     const Camera sized = camera_for(file, width, height);
     const Device device = Device::open();
@@ -78,8 +78,10 @@ TEST_CASE("bgr: a CARLA PNG is the same depth through fathom_io, OpenCV and the 
             const double truth = far * codes[i] / largest;
             if (codes[i] == 0xffffff)
                 CHECK(z == INFINITY); // the far end is the sky
+            else if (codes[i] == 0)
+                CHECK(std::isnan(z)); // nothing lies at the camera
             else
-                worst = std::max(worst, std::abs(z - truth) / (truth == 0 ? 1 : std::ldexp(1, std::ilogb(truth))));
+                worst = std::max(worst, std::abs(z - truth) / std::ldexp(1, std::ilogb(truth)));
         }
         CHECK(worst <= 0x1p-23);
     }

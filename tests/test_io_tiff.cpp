@@ -149,7 +149,7 @@ TEST_CASE("tiff: an image stands upright, whatever its orientation says of its r
     }
 }
 
-TEST_CASE("tiff: strips that are not there are refused", "[io]") {
+TEST_CASE("tiff: strips that are not there are refused, wrong counts of their bytes are mended", "[io]") {
     const TempFolder folder;
     const cv::Mat image(8, 8, CV_16UC1, cv::Scalar(9));
     const auto file = written(folder / "a.tif", image, SAMPLEFORMAT_UINT, {.mode = "wl", .rows = 8});
@@ -168,9 +168,9 @@ TEST_CASE("tiff: strips that are not there are refused", "[io]") {
         }
         return put(folder / "b.tif", bytes);
     };
-    check_says(refusal([&] { read_depth(with(TIFFTAG_STRIPBYTECOUNTS, 0)); }), {"b.tif: is damaged or cut short"});
-    check_says(refusal([&] { read_depth(with(TIFFTAG_STRIPBYTECOUNTS, 100)); }), {"b.tif: is damaged or cut short"});
-    check_says(refusal([&] { read_depth(with(TIFFTAG_STRIPBYTECOUNTS, 1000)); }), {"b.tif: is damaged or cut short"});
+    // libtiff works out a wrong count of bytes by itself, from the image's size: no value may be lost.
+    for (const std::uint32_t count : {0u, 100u, 1000u})
+        CHECK(same(read_depth(with(TIFFTAG_STRIPBYTECOUNTS, count)).values, image));
     check_says(refusal([&] { read_depth(with(TIFFTAG_STRIPOFFSETS, 1 << 30)); }), {"b.tif: is damaged or cut short"});
     check_says(refusal([&] { read_depth(with(TIFFTAG_IMAGEWIDTH, 1 << 30)); }), {"1073741824 x 8 pixels"});
     check_says(refusal([&] { read_depth(with(TIFFTAG_ROWSPERSTRIP, 1)); }), {"b.tif: is damaged or cut short"});

@@ -398,7 +398,7 @@ TEST_CASE("linearize: an infinite metric depth stays infinite, by either arithme
     }
 }
 
-TEST_CASE("linearize: a metric depth of 0 is no surface of a perspective, whatever its numbers", "[linearize]") {
+TEST_CASE("linearize: a metric depth of 0 is invalid under a perspective, whatever its numbers", "[linearize]") {
     std::mt19937 random(12);
     std::uniform_real_distribution<double> exponent(-14, 14);
     for (int i = 0; i < 300; ++i) {

@@ -248,7 +248,7 @@ TEST_CASE("mixed pixels: poles and spheres", "[dof_masks][mixed_pixels]") {
     CHECK(sharp.wrong == 0);
 }
 
-TEST_CASE("mixed pixels: same bits for every lane count, and nothing where there is no surface",
+TEST_CASE("mixed pixels: same bits for every vector width, and nothing for invalid pixels",
           "[dof_masks][mixed_pixels][same-bits]") {
     const Stored way = ways().front();
     Picture picture = rendered(edge(33, true), way, 2);

@@ -1,4 +1,4 @@
-// The near layer's masks of dof_masks against their definitions, evaluated in double over all pairs of pixels.
+// The near field's masks of dof_masks against their definitions, evaluated in double over all pairs of pixels.
 
 #include "catch.hpp"
 #include "images.hpp"
@@ -167,14 +167,14 @@ void check(Picture& picture, const DofMasksOptions& options, Worst& worst) {
 }
 
 void print(const char* what, const Worst& worst) {
-    std::printf("near layer, %-24s coverage off by at most %.1e; %ld partly covered, %ld reached, %ld hidden, %ld "
+    std::printf("near field, %-24s coverage off by at most %.1e; %ld partly covered, %ld reached, %ld hidden, %ld "
                 "undecided\n",
                 what, worst.coverage, worst.partly, worst.reached, worst.hidden, worst.undecided);
 }
 
 } // namespace
 
-TEST_CASE("near layer: reach, coverage, what is hidden and tiles are what their definitions say", "[near_field]") {
+TEST_CASE("near field: reach, coverage, what is hidden and tiles are what their definitions say", "[near_field]") {
     Worst worst;
     unsigned seed = 1;
     for (const double widest : {3.0, 12.0, 40.0})
@@ -188,7 +188,7 @@ TEST_CASE("near layer: reach, coverage, what is hidden and tiles are what their 
     CHECK(worst.hidden > 500);
 }
 
-TEST_CASE("near layer: pixels that are not square have elliptic discs", "[near_field]") {
+TEST_CASE("near field: pixels that are not square have elliptic discs", "[near_field]") {
     Worst worst;
     for (const double aspect : {0.5, 1.7}) {
         Picture picture = blobs(53, 37, 20, 40, aspect);
@@ -198,7 +198,7 @@ TEST_CASE("near layer: pixels that are not square have elliptic discs", "[near_f
     CHECK(worst.partly > 200);
 }
 
-TEST_CASE("near layer: tiny images, single rows and columns, and discs wider than the image", "[near_field]") {
+TEST_CASE("near field: tiny images, single rows and columns, and discs wider than the image", "[near_field]") {
     Worst worst;
     for (const auto& [width, height] : {std::pair{1, 1}, {1, 29}, {43, 1}, {5, 3}, {19, 17}}) {
         Picture picture = blobs(width, height, 300, static_cast<unsigned>(width));
@@ -216,7 +216,7 @@ TEST_CASE("near layer: tiny images, single rows and columns, and discs wider tha
     CHECK(got.greatest[0] == -HUGE_VALF);
 }
 
-TEST_CASE("near layer: a plane covers itself once, and its edge as a blurred half-plane does", "[near_field]") {
+TEST_CASE("near field: a plane covers itself once, and its edge as a blurred half-plane does", "[near_field]") {
     const int width = 160, height = 80, edge = 80;
     for (const double r : {4.0, 12.0, 30.0}) {
         Picture picture{width, height, 1, {}};
@@ -235,13 +235,13 @@ TEST_CASE("near layer: a plane covers itself once, and its edge as a blurred hal
                 CHECK(got_here > 1 - near_alpha_error);
         }
         // A disc of whole pixels is off the round one by fractions of a pixel in its columns, of either sign.
-        std::printf("near layer, half-plane of r = %-4g coverage off by at most %.4f, allowed %.4f\n", r, worst,
+        std::printf("near field, half-plane of r = %-4g coverage off by at most %.4f, allowed %.4f\n", r, worst,
                     0.1 / r);
         CHECK(worst < 0.1 / r);
     }
 }
 
-TEST_CASE("near layer: same bits for every lane count and group size", "[near_field][same-bits]") {
+TEST_CASE("near field: same bits for every vector width and group size", "[near_field][same-bits]") {
     for (const auto& [width, height] : {std::pair{67, 41}, {300, 270}}) {
         Picture picture = blobs(width, height, 30, 77);
         const Masks first = masks_of(picture, everything(), {.vector_width = 16, .group_size = 64});
@@ -256,7 +256,7 @@ TEST_CASE("near layer: same bits for every lane count and group size", "[near_fi
     }
 }
 
-TEST_CASE("near layer: only what is asked for is there, and bad tiles are refused", "[near_field]") {
+TEST_CASE("near field: only what is asked for is there, and bad tiles are refused", "[near_field]") {
     Picture picture = blobs(9, 5, 10, 3);
     const Device device = Device::open("cpu");
     const StoredDepth stored{Image::from_host(device, Element::f32, picture.depth.data(), {9, 5}), camera_of(9, 5)};

@@ -239,7 +239,7 @@ constexpr double mean_slack = 1.2, within_slack = 0.5;
 
 TEST_CASE("normals: spheres, boxes and whole scenes, by method and storage", "[normals]") {
     const Comparison comparisons[] = {
-        {"ball",
+        {"sphere",
          sphere,
          {{0.079, 97.38}, {0.625, 83.75}, {1.272, 47.32}},
          {{0.079, 97.38}, {0.210, 97.50}, {0.335, 95.49}}},
@@ -458,7 +458,7 @@ TEST_CASE("stability: normals of images that are all border", "[normals][stabili
     }
 }
 
-TEST_CASE("stability: normals beside what is no surface", "[normals][stability]") {
+TEST_CASE("stability: normals beside invalid pixels", "[normals][stability]") {
     const int width = 64, height = 48;
     for (const bool is_orthographic : {false, true}) {
         const Camera camera = camera_of(is_orthographic ? orthographic({-2, 2, -1.5, 1.5}, {0.1, 100})

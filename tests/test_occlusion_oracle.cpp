@@ -371,7 +371,7 @@ TEST_CASE("occlusion oracle: an image says what its scene says, but for edges", 
     }
 }
 
-TEST_CASE("occlusion oracle: pixels that are no surface block nothing", "[ssao][oracle]") {
+TEST_CASE("occlusion oracle: invalid pixels block nothing", "[ssao][oracle]") {
     const Camera camera = views({.width = 32, .height = 18}).front().camera;
     std::vector<double> z(32 * 18, 6);
     z[index(camera, 3, 4)] = std::numeric_limits<double>::quiet_NaN();

@@ -235,8 +235,8 @@ TEST_CASE("opencv: three and four bytes are read alike, and another storage can 
     linearize(device, four, camera(), dropped);
     CHECK(same(plain, dropped));
     cv::Mat turned;
-    linearize(device, three, camera(), turned, {}, Storage::rgb8_red_high);
-    CHECK(same(turned, to_mat(linearize({to_device(device, three), camera(), Storage::rgb8_red_high}).image)));
+    linearize(device, three, camera(), turned, {}, Storage::rgb8_red_low);
+    CHECK(same(turned, to_mat(linearize({to_device(device, three), camera(), Storage::rgb8_red_low}).image)));
     CHECK(!same(turned, plain));
     cv::Mat result;
     CHECK_THROWS_AS(linearize(device, three, camera(), result, {}, Storage::uint16), std::invalid_argument);

@@ -124,16 +124,16 @@ TEST_CASE("parameters: limits of the stored value are rounded outwards", "[param
 }
 
 TEST_CASE("parameters: packed bytes and shifted codes", "[parameters]") {
-    const auto low_first = parameters(camera(), Storage::rgb8_red_low);
-    const auto high_first = parameters(camera(), Storage::rgb8_red_high);
-    CHECK(low_first.byte_weights[0] == 1);
-    CHECK(low_first.byte_weights[1] == 256);
-    CHECK(low_first.byte_weights[2] == 65536);
-    CHECK(high_first.byte_weights[0] == 65536);
-    CHECK(high_first.byte_weights[2] == 1);
+    const auto red_low = parameters(camera(), Storage::rgb8_red_low);
+    const auto red_high = parameters(camera(), Storage::rgb8_red_high);
+    CHECK(red_low.byte_weights[0] == 1);
+    CHECK(red_low.byte_weights[1] == 256);
+    CHECK(red_low.byte_weights[2] == 65536);
+    CHECK(red_high.byte_weights[0] == 65536);
+    CHECK(red_high.byte_weights[2] == 1);
     // B comes first in memory: the weights of R, G, B run the other way.
-    CHECK(std::ranges::equal(parameters(camera(), Storage::bgr8_red_low).byte_weights, high_first.byte_weights));
-    CHECK(std::ranges::equal(parameters(camera(), Storage::bgr8_red_high).byte_weights, low_first.byte_weights));
+    CHECK(std::ranges::equal(parameters(camera(), Storage::bgr8_red_low).byte_weights, red_high.byte_weights));
+    CHECK(std::ranges::equal(parameters(camera(), Storage::bgr8_red_high).byte_weights, red_low.byte_weights));
     CHECK(parameters(camera(), Storage::uint24).code_shift == 0);
     CHECK(parameters(camera(), Storage::uint24_high).code_shift == 8);
 }

@@ -1,5 +1,5 @@
 // ssao at half resolution: planes stay open, edges keep what is theirs, every option holds, the same bits come out for every
-// lane count, region and tile; and what it is off by where it is meant for, a large radius.
+// vector width, region and tile; and what it is off by where it is meant for, a large radius.
 
 #include "brute_force.hpp"
 #include "catch.hpp"
@@ -227,7 +227,7 @@ TEST_CASE("ssao at half resolution: a tile with a halo equals the whole in its m
     }
 }
 
-TEST_CASE("ssao at half resolution: every output says what is no surface", "[ssao][half]") {
+TEST_CASE("ssao at half resolution: every output marks invalid pixels", "[ssao][half]") {
     for (const Camera& camera : cameras()) {
         const std::vector<float> values = pierced_room(camera);
         SsaoCall options = half(0.5);

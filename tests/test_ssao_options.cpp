@@ -177,7 +177,7 @@ TEST_CASE("ssao: a region is the crop of the whole, bit for bit", "[ssao]") {
     }
 }
 
-TEST_CASE("ssao: every output says what is no surface", "[ssao]") {
+TEST_CASE("ssao: every output marks invalid pixels", "[ssao]") {
     for (const auto& [name, camera] : cameras()) {
         Seen room(scene::room(), camera);
         pierce(room);

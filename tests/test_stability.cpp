@@ -261,7 +261,7 @@ TEST_CASE("stability: median depth at the eye and at infinity", "[stability]") {
     for (const Arithmetic arithmetic : arithmetics) {
         const auto z = decoded(camera, std::vector<float>{0, 0x1p-149f, 0x1p-126f, 0.5f, below_one, 1.0f},
                                Storage::float32, Background::inf, arithmetic);
-        CHECK(std::isnan(z[0])); // the eye itself is no surface
+        CHECK(std::isnan(z[0])); // the eye itself is invalid
         CHECK(z[1] == 5 * 0x1p-149f);
         CHECK(z[2] == 5 * 0x1p-126f);
         CHECK(z[3] == 5);
@@ -307,7 +307,7 @@ TEST_CASE("stability: a fourth row with x and y, through the pixels where w goes
             const Judged verdict = judged(subject, over_the_range(), arithmetic, {0, 0, 64, 48});
             CHECK(verdict.faults == "");
             CHECK(verdict.surfaces > 0);
-            CHECK((tilt < 1 || verdict.nothing > 0)); // what lies behind the plane w = 0 is no surface
+            CHECK((tilt < 1 || verdict.nothing > 0)); // what lies behind the plane w = 0 is invalid
         }
     }
 }

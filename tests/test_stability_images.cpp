@@ -1,4 +1,4 @@
-// Images, stored values and options at the edges: sizes around the lane count, buffers beyond 2³² bytes, values that are
+// Images, stored values and options at the edges: sizes around the vector width, buffers beyond 2³² bytes, values that are
 // no depth, units from 1e-30 to 1e30, and what is refused.
 
 #include "catch.hpp"
@@ -123,7 +123,7 @@ std::vector<float> through(const Device& device, const Camera& camera, const std
 
 } // namespace
 
-TEST_CASE("stability: images of 1 x 1, 1 x N, N x 1 and of widths around the lane count", "[stability]") {
+TEST_CASE("stability: images of 1 x 1, 1 x N, N x 1 and of widths around the vector width", "[stability]") {
     const int width = 40, height = 35, x = 3, y = 1;
     const std::vector<float> stored = random_depths(static_cast<std::size_t>(width * height), 1);
     for (const int vector_width : {1, 16}) {
@@ -515,8 +515,8 @@ TEST_CASE("stability: what cannot be decoded or placed is refused", "[stability]
     CHECK(contains(said([](Camera&, UnprojectOptions&) {}, Storage::uint16), "not those of uint16"));
     CHECK(contains(refusal([&] { linearize({codes, camera}); }), "not those of float32"));
     CHECK(contains(refusal([&] { linearize({codes, camera, Storage::uint16}, codes); }), "it must hold 1 float"));
-    CHECK(contains(refusal([&] { linearize({image, camera}, codes); }), "1 floats a pixel"));
-    CHECK(contains(refusal([&] { unproject({image, camera}, image); }), "3 floats a pixel"));
+    CHECK(contains(refusal([&] { linearize({image, camera}, codes); }), "it must hold 1 float"));
+    CHECK(contains(refusal([&] { unproject({image, camera}, image); }), "it must hold 3 floats"));
     CHECK(contains(refusal([&] { image.region(1, 0, 8, 4); }), "does not lie in 8 x 4"));
     CHECK(contains(refusal([&] { linearize({Image(), camera}); }), "has no image"));
 

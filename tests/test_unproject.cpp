@@ -190,7 +190,7 @@ TEST_CASE("unproject: positions are within their bound, in view and in world spa
     }
 }
 
-TEST_CASE("unproject: what is no surface has no position", "[unproject]") {
+TEST_CASE("unproject: an invalid pixel has no position", "[unproject]") {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     Camera camera;
     camera.projection = perspective(1.0, 1.0, {1, 4});

@@ -165,7 +165,7 @@ bool Corner::away_from_edges(int x, int y) const {
     const auto at = [&](int column) {
         return truth_.position[static_cast<std::size_t>(y * truth_.width + column)].x() - edge_;
     };
-    return at(x - margin) * at(x + margin) > 0; // false where there is no surface
+    return at(x - margin) * at(x + margin) > 0; // false where there is invalid
 }
 
 double Corner::normals_off(const std::vector<float>& normals) const {

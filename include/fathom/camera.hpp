@@ -95,10 +95,10 @@ struct DepthForm {
     long double offset = 0;         ///< exponential: B
     long double scale = 1;          ///< ray_distance
 
-    float lowest;      ///< smallest stored value that can be a surface, as it lies in memory
-    float highest;     ///< largest
-    bool perspective;  ///< rays meet in a camera centre; depths behind it are invalid
-    float least_depth; ///< surfaces are deeper than this: the centre's own depth, or −infinity
+    float lowest;                            ///< smallest stored value that can be a surface, as it lies in memory
+    float highest;                           ///< largest
+    bool perspective;                        ///< rays meet in a camera centre; depths behind it are invalid
+    float least_depth;                       ///< surfaces are deeper than this: the centre's own depth, or −infinity
     std::optional<std::uint32_t> background; ///< bits of the stored value that means "nothing here"
 };
 

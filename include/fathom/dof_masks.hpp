@@ -33,7 +33,7 @@ struct DofMasksOptions {
 /// `sum_condition_fp64` (or `_two_float`) times the condition κ of the depth's own sum, times k + g/(z − lens_depth), or k + g |z|.
 inline constexpr double coc_ulp = 4.0;
 
-/// A near layer shows something behind it if its alpha is below 1 by at least this.
+/// A near field shows something behind it if its alpha is below 1 by at least this.
 inline constexpr double disocclusion_min_transparency = 0x1p-10;
 
 /// A mixed pixel lies at least this fraction of the step between two surfaces away from either of them. The fraction is one of
@@ -63,7 +63,7 @@ struct DofMasks {
     /// border; for discs wider than 1024 pixels it is their area.
     Image near_alpha = {};
 
-    /// 1 where a blur needs what the near layer (c_p < −sharp_px) hides. Either x belongs to the layer and its near alpha is
+    /// 1 where a blur needs what the near field (c_p < −sharp_px) hides. Either x belongs to the near field and its near alpha is
     /// below 1 by `disocclusion_min_transparency`, or x does not and some of the layer lies within the disc of x. 0 elsewhere,
     /// and for invalid pixels.
     Image disocclusion = {};
@@ -73,7 +73,7 @@ struct DofMasks {
     /// on the lens.
     Image mixed_pixels = {};
 
-    /// Smallest and largest circle of each tile of tile_px × tile_px pixels. The last tiles of a row and a column are narrower.
+    /// Smallest and largest CoC of each tile of tile_px × tile_px pixels. The last tiles of a row and a column are narrower.
     /// NaN for a tile without a valid pixel.
     Image tile_min_coc = {};
     Image tile_max_coc = {};

@@ -73,7 +73,7 @@ struct CameraFindings {
 };
 
 /// Looks at stored values through a camera of the image's size. `depth` is what `linearize` makes of them with
-/// `Background::inf`, rows without gaps; without it there are no surfaces to tell of.
+/// `Background::inf`, rows without gaps; without it no surface is described.
 /// Throws: std::invalid_argument for a camera that `depth_form` refuses, and for depth of another size.
 CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, std::span<const float> depth = {});
 

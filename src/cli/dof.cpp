@@ -137,12 +137,11 @@ cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) 
 }
 
 void add_clean_plate_options(CLI::App& app, Options& options) {
-    CLI::Option* clean_plate =
-        app.add_option("--clean-plate", options.clean_plate,
-                       "the picture without its near objects. It shows what a blurred\n"
-                       "foreground hides, instead of a guess")
-            ->type_name("IMAGE")
-            ->group("Input");
+    CLI::Option* clean_plate = app.add_option("--clean-plate", options.clean_plate,
+                                              "the picture without its near objects. It shows what a blurred\n"
+                                              "foreground hides, instead of a guess")
+                                   ->type_name("IMAGE")
+                                   ->group("Input");
     app.add_option("--clean-plate-depth", options.clean_plate_depth,
                    "depth of the clean plate (default: the clean plate's own file)")
         ->type_name("DEPTH")

@@ -98,8 +98,8 @@ void add_more_options(CLI::App& app, Options& options) {
         return app.add_option(name, target, description)->type_name("FILE")->group("Output");
     };
     add("--max-near-coc", options.max_near_coc, "also write the largest near CoC that reaches each pixel");
-    add("--near-alpha", options.near_alpha, "also write how much of each pixel the blurred near layer covers");
-    add("--disocclusion", options.disocclusion, "also write where a blur shows what lies behind the near layer");
+    add("--near-alpha", options.near_alpha, "also write how much of each pixel the blurred near field covers");
+    add("--disocclusion", options.disocclusion, "also write where a blur shows what lies behind the near field");
     add("--mixed-pixels", options.mixed_pixels, "also write which pixels have a depth averaged over an edge");
     CLI::Option* tiles = add("--tiles", options.tiles, "also write the smallest and the largest CoC of each tile");
     options.masks.tile_px = 16;

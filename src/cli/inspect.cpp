@@ -248,7 +248,8 @@ std::function<int()> configure(CLI::App& app) {
 extern const Command inspect_command{
     .name = "inspect",
     .summary = "Shows what a depth image holds and, with a camera, what its values mean.",
-    .notes = R"(Run this first. Percentiles are values of the image (nearest rank). With a camera, range shows the nearest and the
+    .notes =
+        R"(Run this first. Percentiles are values of the image (nearest rank). With a camera, range shows the nearest and the
 farthest depth that stored values can mean, and their precision. In JSON, NaN and infinities are the strings "nan",
 "inf" and "-inf". Values that are unknown or were not asked for are null.
 

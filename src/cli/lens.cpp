@@ -93,7 +93,7 @@ double focus_of(const LensOptions& lens, const StoredDepth& stored) {
         try {
             return depth_at(stored, x, y);
         } catch (const std::invalid_argument&) {
-            throw Error(fmt::format("--focus-at: pixel {},{} is no surface; choose one that has a depth, or say the "
+            throw Error(fmt::format("--focus-at: pixel {},{} is invalid; choose one that has a depth, or say the "
                                     "depth with --focus",
                                     x, y));
         }

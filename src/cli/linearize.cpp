@@ -33,7 +33,8 @@ std::function<int()> configure(CLI::App& app) {
 extern const Command linearize_command{
     .name = "linearize",
     .summary = "Turns stored depth into exact distance along the view axis.",
-    .notes = R"(The result is float32 in scene units, positive in front of the camera. Rows keep the order of the input. An EXR
+    .notes =
+        R"(The result is float32 in scene units, positive in front of the camera. Rows keep the order of the input. An EXR
 holds it as channel Z. Invalid values become NaN.
 
 Example:

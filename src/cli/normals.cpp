@@ -54,7 +54,8 @@ std::function<int()> configure(CLI::App& app) {
 extern const Command normals_command{
     .name = "normals",
     .summary = "Turns stored depth into surface normals, in the camera's axes or the world's.",
-    .notes = R"(The result is three float32 a pixel. Normals have length 1 and point towards the camera. An EXR holds them as
+    .notes =
+        R"(The result is three float32 a pixel. Normals have length 1 and point towards the camera. An EXR holds them as
 N.X N.Y N.Z. Invalid and background pixels have 0 0 0. A .png holds ½n + ½ in 16 bits, and black for no normal.
 
 Example:

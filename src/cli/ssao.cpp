@@ -77,9 +77,8 @@ void add_occlusion_options(CLI::App& app, Options& options) {
         "terrain and reliefs (default: a quarter of the radius)");
     add("--falloff", "F", is_a_number("number from 0 to 1", [](double f) { return f >= 0 && f <= 1; }), ssao.falloff,
         "fraction of the radius, at its end, over which occluders fade\nout, 0 to 1 (default: 0, a hard end)");
-    add_enum_option(
-        app, "--border", ssao.border, {{"open", Border::open}, {"clamp", Border::clamp}},
-        "outside the image there is nothing (open; default), or the\npixels of the border repeat (clamp)")
+    add_enum_option(app, "--border", ssao.border, {{"open", Border::open}, {"clamp", Border::clamp}},
+                    "outside the image there is nothing (open; default), or the\npixels of the border repeat (clamp)")
         ->group("Occlusion");
     add("--tolerance", "T", is_a_number("number above 0", [](double t) { return t > 0; }), ssao.tolerance,
         "how far depth may be off, in half steps of its storage. Raise\n"
@@ -198,9 +197,8 @@ std::function<int()> configure(CLI::App& app) {
                    "also write the mean open direction: unit length, the camera's\naxes")
         ->type_name("FILE")
         ->group("Output");
-    app.add_option(
-           "--confidence", options->confidence,
-           "also write the fraction of samples that hit valid pixels inside\nthe image")
+    app.add_option("--confidence", options->confidence,
+                   "also write the fraction of samples that hit valid pixels inside\nthe image")
         ->type_name("FILE")
         ->group("Output");
 
@@ -225,7 +223,8 @@ std::function<int()> configure(CLI::App& app) {
 extern const Command ssao_command{
     .name = "ssao",
     .summary = "Computes ambient occlusion: how much ambient light reaches each pixel.",
-    .notes = R"(The result is visibility, from 1 (open) to 0 (blocked). Multiply ambient light by it. An EXR holds it as channel
+    .notes =
+        R"(The result is visibility, from 1 (open) to 0 (blocked). Multiply ambient light by it. An EXR holds it as channel
 AO, a .png in 16 bits as round(value × 65535). The background has 1. Invalid pixels have NaN, and 0 in a .png. A bent
 normal has the EXR channels N.X N.Y N.Z. A .png of it holds ½n + ½, and black for none.
 

@@ -45,10 +45,10 @@ std::function<int()> configure(CLI::App& app) {
             return parse_point(text, ignored);
         },
         ""));
-    CLI::Option* background = add_enum_option(
-        app, "--background", unprojection.background,
-        {{"nan", Background::nan}, {"inf", Background::inf}, {"decode", Background::decode}},
-        "background pixels have no position (nan or inf; default), or lie\non the far plane (decode)");
+    CLI::Option* background =
+        add_enum_option(app, "--background", unprojection.background,
+                        {{"nan", Background::nan}, {"inf", Background::inf}, {"decode", Background::decode}},
+                        "background pixels have no position (nan or inf; default), or lie\non the far plane (decode)");
     for (CLI::Option* option : {space, origin, background})
         option->group("Output");
     return [options, product, origin] {
@@ -64,7 +64,8 @@ std::function<int()> configure(CLI::App& app) {
 extern const Command unproject_command{
     .name = "unproject",
     .summary = "Turns stored depth into exact positions, in the camera's axes or the world's.",
-    .notes = R"(The result is three float32 a pixel in scene units. An EXR holds them as P.X P.Y P.Z. Pixels without a position
+    .notes =
+        R"(The result is three float32 a pixel in scene units. An EXR holds them as P.X P.Y P.Z. Pixels without a position
 are NaN. A PLY leaves them out.
 
 Example:

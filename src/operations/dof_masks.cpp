@@ -69,6 +69,12 @@ void check_results(const StoredDepth& stored, const DofMasks& given, const std::
     }
 }
 
+// Elements from row to row of an image that was just allocated: what two rows take more than one.
+std::size_t fresh_stride(int width) {
+    const auto bytes_of = [&](int height) { return Image::allocation(Element::f32, {width, height}); };
+    return (bytes_of(2) - bytes_of(1)) / sizeof(float);
+}
+
 // Where the kernels write: into the images themselves, if they all lie in their memory as the kernels count.
 DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, runtime::Scratch& scratch) {
     const auto one_pass = [](const Result& result) {
@@ -82,8 +88,7 @@ DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, run
     DofMasks places;
     for (const Result& result : asked) {
         const Image& image = given.*result.image;
-        const std::size_t row = Image::allocation(Element::f32, {result.layout.width, 1}) / sizeof(float);
-        const bool plain = image.offset() == 0 && image.row_stride() == row;
+        const bool plain = image.offset() == 0 && image.row_stride() == fresh_stride(result.layout.width);
         places.*result.image = alike || plain ? image : scratch.image(Element::f32, result.layout);
     }
     return places;
@@ -161,7 +166,7 @@ double depth_at(const StoredDepth& stored, int x, int y) {
                  stored.image.height()));
     float depth;
     linearize(stored.region(x, y, 1, 1)).image.download(&depth);
-    require(!std::isnan(depth), text("pixel (", x, ", ", y, ") is no surface: it has no depth to focus on"));
+    require(!std::isnan(depth), text("pixel (", x, ", ", y, ") is invalid: it has no depth to focus on"));
     return static_cast<double>(depth);
 }
 

@@ -7,7 +7,7 @@
 
 namespace fathom {
 
-/// Inverse depth (see EyeRays) of every pixel: one float, NaN for what is no surface; 0 or −infinity for the background, or
+/// Inverse depth (see EyeRays) of every pixel: one float, NaN for an invalid pixel; 0 or −infinity for the background, or
 /// NaN, too. A pass of the operations that compare neighbouring depths.
 void inverse_depth(const StoredDepth& stored, const EyeRays& eye, const Image& result,
                    Background background = Background::inf);

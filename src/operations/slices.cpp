@@ -60,20 +60,19 @@ struct Turn {
 
 class Maker {
 public:
-    Maker(int slices, int samples, int patterns_used, double falloff, std::uint32_t seed, PlaneLayout place)
-        : slices_(slices), steps_(samples), patterns_used_(patterns_used), falloff_(falloff), scramble_(seed * plastic),
+    Maker(int slices, int samples, int jitter, double falloff, std::uint32_t seed, PlaneLayout place)
+        : slices_(slices), steps_(samples), jitter_(jitter), falloff_(falloff), scramble_(seed * plastic),
           place_(place) {}
 
     Turn turn(int pattern, int slice) const {
-        const double shift = fraction((rank(pattern, patterns_used_) + 0.5) / patterns_used_ + scramble_);
+        const double shift = fraction((rank(pattern, jitter_) + 0.5) / jitter_ + scramble_);
         const double angle = std::numbers::pi * (slice + shift) / slices_;
-        const double spread =
-            fraction((rank(pattern, patterns_used_) * 7 % 16 + 0.5) / patterns + (slice + 1) * plastic);
+        const double spread = fraction((rank(pattern, jitter_) * 7 % 16 + 0.5) / patterns + (slice + 1) * plastic);
         const double alone = fraction(
             (slice + 0.5) *
             golden); // with a single pattern the shift of the angle is constant, so each slice gets its own fraction
-        const double rounding = patterns_used_ > 1 ? fraction(spread * 7) : 0.5;
-        return {std::cos(angle), std::sin(angle), 1 - falloff_ * (patterns_used_ > 1 ? spread : alone),
+        const double rounding = jitter_ > 1 ? fraction(spread * 7) : 0.5;
+        return {std::cos(angle), std::sin(angle), 1 - falloff_ * (jitter_ > 1 ? spread : alone),
                 1.0 / 16 + rounding * 7 / 8};
     }
 
@@ -103,8 +102,8 @@ private:
     static constexpr double golden = 0.618033988749895, plastic = 0.7548776662466927;
 
     std::vector<double> distances(double radius, int pattern, int number) const {
-        const double shifted = (rank(pattern, patterns_used_) * 5 % 16 + 0.5) / patterns + number * golden;
-        const double shift = patterns_used_ == 1 ? 0.5 : fraction(shifted);
+        const double shifted = (rank(pattern, jitter_) * 5 % 16 + 0.5) / patterns + number * golden;
+        const double shift = jitter_ == 1 ? 0.5 : fraction(shifted);
         std::vector<double> distance{0};
         for (int i = 0; i <= count(radius); ++i)
             distance.push_back(std::max(i + 1.0, radius * std::pow((i + shift) / count(radius), tap_power)));
@@ -130,19 +129,19 @@ private:
                 .inverse_inner = inverse(inner)};
     }
 
-    int slices_, steps_, patterns_used_;
+    int slices_, steps_, jitter_;
     double falloff_, scramble_;
     PlaneLayout place_;
 };
 
 } // namespace
 
-SliceTable slice_table(int slices, int samples, int largest_radius, int patterns_used, double falloff,
-                       std::uint32_t seed, PlaneLayout place) {
+SliceTable slice_table(int slices, int samples, int largest_radius, int jitter, double falloff, std::uint32_t seed,
+                       PlaneLayout place) {
     SliceTable table{.slices = slices, .samples = samples, .levels = 1, .taps = {}, .turns = {}, .counts = {0}};
     while (std::exp2(table.levels / 2.0) < largest_radius)
         ++table.levels;
-    const Maker maker(slices, samples, patterns_used, falloff, seed, place);
+    const Maker maker(slices, samples, jitter, falloff, seed, place);
     for (int i = 0; i < patterns * slices; ++i) {
         const Turn turn = maker.turn(i / slices, i % slices);
         table.turns.insert(table.turns.end(),

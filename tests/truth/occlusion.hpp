@@ -71,7 +71,7 @@ double screen_visibility(const fathom::scene::Scene& scene, const fathom::Camera
 /// the nearest pixel.
 class DepthLayer {
 public:
-    /// View depth of each pixel, row-major; anything not finite is no surface.
+    /// View depth of each pixel, row-major; anything not finite is invalid.
     DepthLayer(const fathom::Camera& camera, std::span<const double> z);
     DepthLayer(const fathom::Camera& camera, std::span<const float> z);
 
@@ -90,7 +90,7 @@ public:
     };
     const Sight& sight() const { return sight_; }
 
-    /// Inverse depth of a pixel, NaN where there is no surface.
+    /// Inverse depth of a pixel, NaN if it is invalid.
     double inverse_depth(int x, int y) const { return inverse_depth_[index(x, y)]; }
 
     /// Inverse depth where a line crosses the middle of column `across`, at the position `along` in rows (centres at +½).
