@@ -10,9 +10,10 @@ mkdir -p "$logs"
 export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$root/build/pocl-cache}
 mkdir -p "$POCL_CACHE_DIR"
 
-packages=(g++ cmake ninja-build clang clang-format pocl-opencl-icd ocl-icd-opencl-dev opencl-clhpp-headers
-    opencl-c-headers libopencv-core-dev libopencv-imgcodecs-dev libopenexr-dev libtiff-dev zlib1g-dev
-    libeigen3-dev libcli11-dev nlohmann-json3-dev libfmt-dev catch2 oclgrind)
+# What the program and the demo need. A script that needs more sets `more_packages` and `parts` before it reads this file.
+packages=(g++ cmake ninja-build pocl-opencl-icd ocl-icd-opencl-dev opencl-clhpp-headers opencl-c-headers
+    libopencv-core-dev libopencv-imgcodecs-dev libopenexr-dev libtiff-dev zlib1g-dev libeigen3-dev
+    libcli11-dev nlohmann-json3-dev libfmt-dev "${more_packages[@]}")
 
 fail() {
     echo "${0##*/}: $*" >&2
@@ -59,7 +60,7 @@ install_packages() {
 
 # build [TARGET...]: everything when none is named.
 build() {
-    step "configuring" configure.log cmake --preset release -S "$root" -B "$build"
+    step "configuring" configure.log cmake --preset release -S "$root" -B "$build" "${parts[@]}"
     step "building" build.log cmake --build "$build" "${@/#/--target=}"
 }
 
