@@ -251,6 +251,15 @@ void add_dof(Rows& rows) {
     const Place place = room(rows.device, {1920, 1080});
     rows.charted(rgb, "copy depth and RGB", rgb, place);
     rows.charted(rgb + std::string(" (control)"), "copy depth and RGB (control)", rgb, place);
+    const auto add_fog = [&](std::string name, const FogOptions& options) {
+        rows.add(std::move(name), rgb, place, [options](Case& on) {
+            StoredDepth depth = on.stored();
+            depth.camera.view = Eigen::Matrix4d::Identity();
+            fog(depth, on.color(), on.floats(3), options);
+        });
+    };
+    add_fog("fog uniform", {.density = 0.05});
+    add_fog("fog height", {.density = 0.2, .height_falloff = 0.5});
     const auto circles_to = [](Case& on, double largest) {
         on.focus = 4.5;
         on.max_coc_px = largest;
@@ -349,7 +358,8 @@ Figures described(const Row& row, const Case& on) {
     const std::string word = name.substr(0, name.find_first_of(" ,"));
     const bool formula = row.decoded && word != "linearize";
     const bool own =
-        word == "linearize" || word == "unproject" || word == "normals" || word.starts_with("dof") || word == "ssao";
+        word == "linearize" || word == "unproject" || word == "normals" || word.starts_with("dof") || word == "ssao" ||
+        word == "fog";
     return {.operation = formula ? "linearize"
                          : own   ? word
                                  : "copy",
