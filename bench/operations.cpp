@@ -357,9 +357,8 @@ Figures described(const Row& row, const Case& on) {
     const std::string& name = row.name;
     const std::string word = name.substr(0, name.find_first_of(" ,"));
     const bool formula = row.decoded && word != "linearize";
-    const bool own =
-        word == "linearize" || word == "unproject" || word == "normals" || word.starts_with("dof") || word == "ssao" ||
-        word == "fog";
+    const bool own = word == "linearize" || word == "unproject" || word == "normals" || word.starts_with("dof") ||
+                     word == "ssao" || word == "fog";
     return {.operation = formula ? "linearize"
                          : own   ? word
                                  : "copy",

@@ -33,7 +33,7 @@ void check_color(const Image& color, const StoredDepth& stored, const char* what
 
 void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored, const Image& color) {
     check_stored(clean_plate.depth);
-    check_color(clean_plate.color, stored, "plate");
+    check_color(clean_plate.color, stored, "clean plate");
     const Image& depth = clean_plate.depth.image;
     check_device(stored, {"the clean plate's depth", depth});
     require(depth.width() == stored.image.width() && depth.height() == stored.image.height(),
