@@ -69,19 +69,6 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
             text("max_coc_px = ", options.max_coc_px, " must be 1 to 512"));
 }
 
-int element_define(Element element) {
-    switch (element) {
-    case Element::f16:
-        return ELEMENT_HALF;
-    case Element::u16:
-        return ELEMENT_U16;
-    case Element::u8:
-        return ELEMENT_U8;
-    default:
-        return ELEMENT_FLOAT;
-    }
-}
-
 params::blur_params blur_parameters(const StoredDepth& stored, const LayerScale& scale, double largest) {
     const int left = stored.x % params::dof_tile_columns, top = stored.y % params::dof_tile_rows;
     const auto whole = [](int size, int tile) { return (size + tile - 1) / tile * tile; };

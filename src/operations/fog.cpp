@@ -55,19 +55,6 @@ void check(const StoredDepth& stored, const Image& color, const FogOptions& opti
             "height fog needs the camera's view matrix, and it has none");
 }
 
-int element_define(Element element) {
-    switch (element) {
-    case Element::f16:
-        return ELEMENT_HALF;
-    case Element::u16:
-        return ELEMENT_U16;
-    case Element::u8:
-        return ELEMENT_U8;
-    default:
-        return ELEMENT_FLOAT;
-    }
-}
-
 // The rays counted from the eye, in the form that the camera's own have.
 Rays from_eye(const Rays& rays) {
     const EyeRays eye = eye_rays(rays);

@@ -208,6 +208,19 @@ void check_result(const StoredDepth& stored, const Image& result, int channels) 
                  {{"the stored depth", stored.image}});
 }
 
+int element_define(Element element) {
+    switch (element) {
+    case Element::f16:
+        return ELEMENT_HALF;
+    case Element::u16:
+        return ELEMENT_U16;
+    case Element::u8:
+        return ELEMENT_U8;
+    default:
+        return ELEMENT_FLOAT;
+    }
+}
+
 params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end) {
     const auto u32 = [](auto value) { return static_cast<params::u32>(value); };
     return {stored.image.offset(),

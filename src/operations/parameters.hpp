@@ -51,6 +51,9 @@ void check_enum(const char* option, MeasuredMethod value, const char* const (&na
     check_enum(option, static_cast<int>(value), std::span<const char* const>(names));
 }
 
+/// A picture's element, as kernels are built for it: ELEMENT of params.h.
+int element_define(Element element);
+
 /// Columns [begin, end) of the images, and the vector width to work on them with: never more than there are columns.
 params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end);
 int vector_width_for(const Device& device, int columns);
