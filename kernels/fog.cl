@@ -3,11 +3,11 @@
 //   HEIGHT 0: the density is the same everywhere,             tau = density L
 //   HEIGHT 1: density(h) = density exp(-falloff (h - h0)),    tau = density(lower end) (1 - exp(-kappa L)) / kappa
 // L is the distance along the ray beyond `start`, and kappa = falloff |up . ray| > 0. Counted from the lower end, every factor
-// is positive and no exponential overflows, whichever way the ray goes. Near kappa = 0 the quotient is L (1 - kappa L / 2).
-// Of the sky L is infinite: upwards the quotient is 1 / kappa, level or downwards the fog is complete.
+// is positive and no exponential overflows, whichever way the ray goes. Of the sky L is infinite: upwards the quotient is
+// 1 / kappa, level or downwards the fog is complete.
 // All exponents are powers of two, summed in double (or two floats) where an error of theirs would be one of the density.
 // Closed form: Wenzel 2006, "Real-time Atmospheric Effects in Games".
-// Built for: HEIGHT = 0 1; PREMULTIPLIED = 0 1
+// Built for: HEIGHT = 0 1; PREMULTIPLIED = 0 1; START = 0 1
 
 #include "camera.h"
 #include "pixels.h"
@@ -19,85 +19,100 @@
 #ifndef PREMULTIPLIED
 #error "PREMULTIPLIED is not defined: 1 where a colour holds its alpha multiplied in, 0 otherwise"
 #endif
+#ifndef START
+#error "START is not defined: 1 where the fog begins at a distance, 0 where it begins at the eye"
+#endif
 
 #define LOG2_E 1.44269504f
-#define HALF_LN_2 0.34657359f
 
-// Below this kappa L / ln 2, what the series leaves out is less than 5e-9 of the quotient.
-#define SERIES 0x1p-12f
+// A slope this small is as good as none, and one of 0 divides nothing.
+#define LEVEL 1e-30f
 
-// (2^r - 1) / r for |r| <= 1/2, off by less than 2^-24 of it: the polynomial of wide_exponential, in floats.
+// (2^r - 1) / r for |r| <= 1/2, off by less than 2^-24 of it: the polynomial of wide_exponential, in floats. In pairs of
+// terms (Estrin): this kernel waits for its longest chain of operations, not for their number.
 INLINE floatV power_quotient(floatV r) {
-    floatV q = (floatV)0x1.00a582p-16f;
-    q = fma(q, r, (floatV)0x1.444p-13f);
-    q = fma(q, r, (floatV)0x1.5d879ep-10f);
-    q = fma(q, r, (floatV)0x1.3b2a1cp-7f);
-    q = fma(q, r, (floatV)0x1.c6b08ep-5f);
-    q = fma(q, r, (floatV)0x1.ebfbep-3f);
-    return fma(q, r, (floatV)0x1.62e43p-1f);
+    const floatV square = r * r;
+    const floatV first = fma(r, (floatV)0x1.ebfbep-3f, (floatV)0x1.62e43p-1f);
+    const floatV second = fma(r, (floatV)0x1.3b2a1cp-7f, (floatV)0x1.c6b08ep-5f);
+    const floatV third = fma(r, (floatV)0x1.444p-13f, (floatV)0x1.5d879ep-10f);
+    const floatV high = fma(square, fma(square, (floatV)0x1.00a582p-16f, third), second);
+    return fma(square, high, first);
 }
 
-INLINE floatV nearest_whole(floatV v) { // |v| < 2^22
-    return (v + 0x1.8p23f) - 0x1.8p23f;
-}
+// Adding this rounds a float to the nearest integer and leaves that in the low bits.
+#define WHOLE 0x1.8p23f
 
-// 1 - 2^-v for v >= 0, within three roundings of itself: small ones keep their digits.
+// 1 - 2^-v for v >= 0, within three roundings of itself: small ones keep their digits. 1 for NaN.
 INLINE floatV one_less_power(floatV v) {
-    const floatV least = min(v, 64.0f), n = nearest_whole(least), r = n - least;
-    const floatV scale = as_floatV((127 - convert_intV(n)) << 23);
-    return fma(-scale, r * power_quotient(r), 1.0f - scale);
+    const floatV least = min((floatV)64.0f, v), rounded = least + WHOLE;
+    const floatV r = (rounded - WHOLE) - least, scale = as_floatV(0x3f800000 - (as_intV(rounded) << 23));
+    return fma(-scale * r, power_quotient(r), 1.0f - scale);
 }
 
 #if HEIGHT
-// 2^e, within three roundings; 0 below 2^-126.
-INLINE floatV power(wideV e) {
-    const floatV n = nearest_whole(min(max(wide_to_float(e), -200.0f), 127.0f));
-    const floatV r = min(max(wide_to_float(wide_add(e, wide_negative(wide_from(n)))), -1.0f), 0.5f);
-    const floatV scale = as_floatV((convert_intV(n) + 127) << 23);
-    return select((floatV)0.0f, scale * fma(r, power_quotient(r), (floatV)1.0f), n >= -126.0f);
-}
-
-INLINE wideV wide_select(wideV a, wideV b, intV second) {
+INLINE wideV at_least_0(wideV a) {
 #if FP64
-    return select(a, b, JOIN(convert_, LANES(long))(second));
+    return max(a, (wideV)0.0);
 #else
-    return (wideV){select(a.high, b.high, second), select(a.low, b.low, second)};
+    const intV positive = a.high > 0.0f;
+    return (wideV){select((floatV)0.0f, a.high, positive), select((floatV)0.0f, a.low, positive)};
 #endif
+}
+
+// 2^e, within three roundings; 0 below 2^-126. Infinite or NaN from 2^51 on.
+INLINE floatV power(wideV e) {
+#if FP64
+    const wideV whole = (e + 0x1.8p52) - 0x1.8p52;
+    const floatV n = wide_to_float(whole), r = wide_to_float(e - whole);
+#else
+    const floatV n = (max(wide_to_float(e), -0x1p22f) + WHOLE) - WHOLE;
+    const floatV r = wide_to_float(wide_add(e, wide_from(-n)));
+#endif
+    const floatV scale = as_floatV((as_intV(min(max(n, -126.0f), 127.0f) + WHOLE) << 23) + 0x3f800000);
+    return select((floatV)0.0f, fma(scale * r, power_quotient(r), scale), n >= -126.0f);
 }
 #endif
 
-// tau / ln 2. NaN for an invalid depth.
+// tau / ln 2 of what has a depth.
 INLINE floatV optical_depth(floatV z, uint x, uint y, const ray_params* eye, const fog_params* p) {
     const intV sky = z == INFINITY;
-    const floatV finite = select(z, (floatV)0.0f, sky);
     // The length of a direction is that of a triangular matrix, see camera.h.
     const wideV first = wide_at_pixel(eye->length[0], x, y);
     const wideV second = wide_at_row(eye->length[1] + 1, y), third = wide_constant(eye->length[2][2]);
     const wideV of_row = wide_add(wide_product(second, second), wide_product(third, third));
+    // The way to the surface is so many steps of the direction.
+    wideV way = wide_add(wide_from(z), wide_negative(wide_constant(eye->eye_depth)));
+#if !W_IS_DEPTH
+    const wideV per_step = wide_at_pixel(eye->depth, x, y);
+    const floatV whole = wide_quotient(way, per_step);
+    const wideV rest = wide_add(way, wide_negative(wide_multiply(per_step, whole)));
+    way = wide_add(wide_from(whole), wide_from(wide_quotient(rest, per_step)));
+#endif
+#if START
     const wideV square = wide_add(wide_product(first, first), of_row);
     const wideV inverse = wide_over_root(wide_from((floatV)1.0f), square);
-    wideV steps = wide_add(wide_from(finite), wide_negative(wide_constant(eye->eye_depth)));
-#if !W_IS_DEPTH
-    steps = wide_from(wide_quotient(steps, wide_at_pixel(eye->depth, x, y)));
-#endif
-    const wideV distance = wide_product(wide_product(steps, square), inverse);
-    const wideV beyond = wide_add(distance, wide_negative(wide_constant(p->start)));
-#if HEIGHT
-    const wideV rate = wide_product(wide_at_pixel(p->per_step, x, y), inverse); // of log2 of the density, per length
-    const floatV gains = wide_to_float(rate), kappa = fabs(gains);
-    const intV down = gains > 0.0f;
-    const wideV to_lower_end = wide_select(wide_constant(p->start), distance, down);
-    const floatV density = power(wide_add(wide_at_pixel(p->at_eye, x, y), wide_product(rate, to_lower_end)));
-    const floatV length = max(wide_to_float(beyond), 0.0f), falls = kappa * length;
-    const floatV series = length * fma((floatV)-HALF_LN_2, falls, (floatV)1.0f);
-    const floatV quotient = LOG2_E * (one_less_power(falls) / kappa);
-    const floatV to_surface = density * select(quotient, series, falls < SERIES);
-    const floatV to_sky = select((floatV)p->sky, density * (LOG2_E / kappa), gains < 0.0f);
+    const floatV length = wide_to_float(wide_product(square, inverse));
+    const wideV clear = wide_product(wide_constant(p->start), inverse);
+    way = wide_add(way, wide_negative(clear));
 #else
-    const floatV to_surface = wide_to_float(wide_product(wide_constant(p->density), beyond));
-    const floatV to_sky = p->sky;
+    const floatV across = wide_to_float(first), square = fma(across, across, wide_to_float(of_row));
+    const floatV inverse = inverse_root_guess(square), guess = square * inverse;
+    const floatV length = fma(0.5f * guess, fma(-guess, inverse, (floatV)1.0f), guess);
 #endif
-    return select(select(max(to_surface, 0.0f), to_sky, sky), (floatV)NAN, z != z);
+    const floatV steps = max(wide_to_float(way), 0.0f);
+#if HEIGHT
+    const wideV slope = wide_at_pixel(p->per_step, x, y); // of log2 of the density
+    wideV lower_end = wide_add(wide_at_pixel(p->at_eye, x, y), at_least_0(wide_product(slope, way)));
+#if START
+    lower_end = wide_add(lower_end, wide_product(slope, clear));
+#endif
+    const floatV gain = wide_to_float(slope), loss = fabs(gain) + LEVEL;
+    const floatV falls = select(loss * steps, (floatV)INFINITY, sky);
+    const floatV tau = power(lower_end) * (LOG2_E * one_less_power(falls) * (length / loss));
+    return select(tau, (floatV)p->sky, sky & (gain >= 0.0f));
+#else
+    return select(p->density * (length * steps), (floatV)p->sky, sky);
+#endif
 }
 
 // What the pixels of V elements have, the j-th V of CHANNELS V of them.
@@ -124,10 +139,9 @@ INLINE floatV of_elements(floatV of_pixels, int j) {
 
 // The fog's colour, and which elements are an alpha, which no fog changes.
 INLINE floatV color_of(const fog_params* p, int j) {
-    float elements[V];
-    for (int i = 0; i < V; ++i)
-        elements[i] = p->color[(j * V + i) % CHANNELS];
-    return *(const float_lanes*)elements;
+    const uintV channel = (LANE_INDEX(uint) + (uint)(j * V)) % CHANNELS;
+    const floatV red_green = select((floatV)p->color[0], (floatV)p->color[1], channel == 1);
+    return select(red_green, (floatV)p->color[2], channel == 2);
 }
 #if CHANNELS == 4
 INLINE intV is_alpha(int j) {
@@ -201,6 +215,7 @@ __kernel void fog(__global const STORED* source, __global const ELEMENT_TYPE* co
     __global const ELEMENT_TYPE* from = color + color_source.offset + (size_t)y * color_source.stride + CHANNELS * x;
     __global ELEMENT_TYPE* to = target + grid.target_offset + (size_t)y * grid.target_stride + CHANNELS * x;
     floatV colors[CHANNELS];
+#pragma unroll
     for (int j = 0; j < CHANNELS; ++j) {
         READ_AHEAD(from + j * V);
         colors[j] = load_elements(from + j * V);
@@ -209,14 +224,13 @@ __kernel void fog(__global const STORED* source, __global const ELEMENT_TYPE* co
     for (int j = 0; j < CHANNELS; ++j) {
         const floatV c = colors[j], share = of_elements(f, j);
         floatV fog_color = color_of(&p, j);
-        intV fogged = (share > 0.0f) & (fabs(c) < INFINITY);
+        intV fogged = fabs(c) < INFINITY;
 #if CHANNELS == 4
         fogged &= ~is_alpha(j);
 #if PREMULTIPLIED
         fog_color *= alpha_of(colors, j);
 #endif
 #endif
-        const floatV mixed = select(fma(share, fog_color - c, c), fog_color, share == 1.0f); // complete fog is exact
-        store_elements(select(c, mixed, fogged), to + j * V);
+        store_elements(select(c, fma(share, fog_color, c * (1.0f - share)), fogged), to + j * V);
     }
 }

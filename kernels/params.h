@@ -321,14 +321,14 @@ PARAMS(behind_params, 16)
 typedef struct {
     wide at_eye[3];   // log2 of the density where the ray starts, over ln 2: affine in (x, y, 1)
     wide per_step[3]; // what one step of the direction adds to it
-    wide density;     // over ln 2, where it is the same everywhere
     wide start;       // distance along the ray at which the fog begins
-    float color[4];
+    float color[3];
+    float density; // over ln 2, where it is the same everywhere
     float max_opacity;
     float sky;    // optical depth to the sky along a level ray: infinite, or 0 without any fog
     u32 keep_sky; // all ones to leave the sky as it is
 } fog_params;
-PARAMS(fog_params, 96)
+PARAMS(fog_params, 88)
 
 #ifndef __OPENCL_C_VERSION__
 } // namespace fathom::params

@@ -36,7 +36,8 @@ const Device& device() {
 struct View {
     Camera camera;
     bool perspective;
-    double half_width, half_height; // at distance one, or anywhere
+    double half_width, half_height;                       // at distance one, or anywhere
+    Eigen::Matrix3d turned = Eigen::Matrix3d::Identity(); // from the screen's axes to those of view space
 
     Eigen::Vector2d place(int x, int y) const {
         return {((x + 0.5) / camera.width * 2 - 1) * half_width, (1 - (y + 0.5) / camera.height * 2) * half_height};
@@ -47,7 +48,8 @@ struct View {
     }
     Eigen::Vector3d direction(int x, int y) const {
         const Eigen::Vector2d at = place(x, y);
-        return perspective ? Eigen::Vector3d(at.x(), at.y(), -1) : Eigen::Vector3d(0, 0, -1);
+        const Eigen::Vector3d along = turned * Eigen::Vector3d(at.x(), at.y(), -1);
+        return perspective ? Eigen::Vector3d(along / -along.z()) : Eigen::Vector3d(0, 0, -1);
     }
 };
 
@@ -215,6 +217,21 @@ TEST_CASE("fog: level rays and those nearly level lose nothing", "[fog]") {
                 worst = std::max(worst, worst_error(view_of(perspective_camera, 33, 9, view_matrix(1.5, pitch, 0)),
                                                     height_fog(0.05, falloff), 3));
     check_error("level rays", worst);
+}
+
+TEST_CASE("fog: a screen that is turned from the view axis loses nothing", "[fog]") {
+    double worst = 0;
+    for (const double falloff : {0.0, 0.05, 3.0})
+        for (const double start : {0.0, 3.0}) {
+            View view = view_of(true, 35, 13, view_matrix(2, -0.4, 0.3));
+            view.turned = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 0).normalized()).toRotationMatrix();
+            Eigen::Matrix4d from_view = Eigen::Matrix4d::Identity();
+            from_view.topLeftCorner<3, 3>() = view.turned.transpose();
+            const Eigen::Matrix4d straight = perspective(60 * radians, 1.5, {0.1, 1000}).matrix.cast<double>();
+            view.camera.projection = from_matrix(straight * from_view);
+            worst = std::max(worst, worst_error(view, height_fog(0.05, falloff, start), 3));
+        }
+    check_error("turned screen", worst);
 }
 
 TEST_CASE("fog: a device without double has the same accuracy", "[fog]") {

@@ -5,6 +5,7 @@
 
 #include <opencv2/core.hpp>
 
+#include <array>
 #include <cstring>
 #include <functional>
 #include <utility>
@@ -72,6 +73,10 @@ static_assert(!goes_to_device<cv::Mat> && !goes_to_device<const cv::Mat> && !goe
 namespace {
 
 constexpr CircleOfConfusion lens{6, 12};
+
+FogOptions fog_of(std::array<double, 3> color) {
+    return {.density = 0.3, .color = color};
+}
 
 cv::Mat depths() {
     cv::Mat stored(20, 30, CV_32FC1);
@@ -150,6 +155,10 @@ std::vector<Given> forms(const Device& device, const cv::Mat& stored, const cv::
          }},
         {"dof", to_mat(dof(depth, to_device(device, color), lens)),
          [=](const cv::Mat& s, const cv::Mat& c, cv::OutputArray r) { dof(device, s, seen, c, lens, r); }},
+        {"fog", to_mat(fog(depth, to_device(device, color), fog_of({0.2, 0.5, 1}))), // the picture's order: B, G, R
+         [=](const cv::Mat& s, const cv::Mat& c, cv::OutputArray r) {
+             fog(device, s, seen, c, r, fog_of({1, 0.5, 0.2}));
+         }},
     };
 }
 

@@ -25,7 +25,7 @@ struct FogOptions {
     double density = 0;                         ///< part of the light that a short way takes, per scene unit; from 0
     double max_opacity = 1;                     ///< no pixel is fogged more than this, 0 to 1
     double start = 0;                           ///< distance along the ray at which the fog begins, scene units; from 0
-    std::array<double, 3> color{0.5, 0.6, 0.7}; ///< of the fog, in the picture's own (linear) values
+    std::array<double, 3> color{0.5, 0.6, 0.7}; ///< of the fog, in the picture's (linear) values and order
 
     /// Height fog: density(h) = density · exp(−height_falloff · (h − reference_height)), h the height along `up` in the
     /// world. 0: the same density everywhere. Needs the camera's view matrix otherwise.

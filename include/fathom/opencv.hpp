@@ -2,6 +2,7 @@
 
 #include <fathom/dof.hpp>
 #include <fathom/dof_masks.hpp>
+#include <fathom/fog.hpp>
 #include <fathom/image.hpp>
 #include <fathom/launch.hpp>
 #include <fathom/linearize.hpp>
@@ -82,5 +83,10 @@ void dof_masks(const Device& device, cv::InputArray stored, const Camera& camera
 void dof(const Device& device, cv::InputArray stored, const Camera& camera, cv::InputArray color,
          const CircleOfConfusion& coc, cv::OutputArray result, const DofOptions& options = {},
          std::optional<Storage> storage = {}, const Launch& launch = {});
+
+/// A picture with fog, of the type of `color`, which is any that `dof` takes; see fog.hpp. `FogOptions::color` is R, G, B.
+void fog(const Device& device, cv::InputArray stored, const Camera& camera, cv::InputArray color,
+         cv::OutputArray result, const FogOptions& options, std::optional<Storage> storage = {},
+         const Launch& launch = {});
 
 } // namespace fathom

@@ -8,6 +8,7 @@
 #include <fathom/opencv.hpp>
 
 #include <cmath>
+#include <utility>
 
 namespace fathom::cli {
 namespace {
@@ -83,12 +84,16 @@ cv::Mat fogged(const Options& options, const StoredDepth& stored, const Job& job
         color = read_color(job.companions.front(), options.color_layer);
     }
     check_same_size(job.companions.front(), color, stored, job);
-    return to_mat(fog(stored, to_device(stored.image.device(), color), options.fog));
+    FogOptions asked = options.fog;
+    std::swap(asked.color[0], asked.color[2]); // a matrix is B, G, R
+    return to_mat(fog(stored, to_device(stored.image.device(), color), asked));
 }
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product{
-        .extensions = {".exr", ".tif", ".pfm", ".png"}, .channels = {"R", "G", "B", "A"}, .png_scale = 1};
+    const Product product{.extensions = {".exr", ".tif", ".pfm", ".png"},
+                          .channels = {"R", "G", "B", "A"},
+                          .png_scale = 1,
+                          .kind = ImageKind::color};
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, product);
     app.add_option("--color", options->color, "the clear picture, of the depth's size: EXR, PNG, TIFF or PFM")

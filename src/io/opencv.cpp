@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fathom {
@@ -267,6 +268,18 @@ void dof(const Device& device, cv::InputArray stored, const Camera& camera, cv::
     const Image image = to_device(device, picture);
     Result onto(device, result, picture.size(), picture.type());
     dof(input.depth, image, onto.image(), coc, options, launch);
+    onto.fetch();
+}
+
+void fog(const Device& device, cv::InputArray stored, const Camera& camera, cv::InputArray color,
+         cv::OutputArray result, const FogOptions& options, std::optional<Storage> storage, const Launch& launch) {
+    const Stored input(device, stored, camera, storage);
+    const cv::Mat picture = color.getMat();
+    const Image image = to_device(device, picture);
+    Result onto(device, result, picture.size(), picture.type());
+    FogOptions in_order = options;
+    std::swap(in_order.color[0], in_order.color[2]); // a matrix is B, G, R
+    fog(input.depth, image, onto.image(), in_order, launch);
     onto.fetch();
 }
 

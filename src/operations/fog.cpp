@@ -84,11 +84,10 @@ params::fog_params fog_parameters(const Camera& camera, const Rays& eye, const F
             p.per_step[i] = pack_wide(per_step(i), arithmetic);
         }
     }
-    p.density = pack_wide(density, arithmetic);
+    p.density = static_cast<float>(density);
     p.start = pack_wide(options.start, arithmetic);
     for (std::size_t i = 0; i < 3; ++i)
         p.color[i] = static_cast<float>(options.color[i]);
-    p.color[3] = 1;
     p.max_opacity = static_cast<float>(options.max_opacity);
     p.sky = options.density > 0 ? std::numeric_limits<float>::infinity() : 0;
     p.keep_sky = options.sky == FogSky::keep ? ~params::u32{0} : 0;
@@ -113,6 +112,7 @@ void fog(const StoredDepth& stored, const Image& color, const Image& result, con
     defines.insert(defines.end(), {{"CHANNELS", color.channels()},
                                    {"ELEMENT", element_define(color.element())},
                                    {"HEIGHT", options.height_falloff > 0},
+                                   {"START", options.start > 0},
                                    {"PREMULTIPLIED", options.alpha == FogAlpha::premultiplied}});
     const auto u32 = [](auto value) { return static_cast<params::u32>(value); };
     const runtime::Launched launched(device, launch);

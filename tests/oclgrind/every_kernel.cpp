@@ -159,6 +159,25 @@ int run_blur(const Device& device, Camera camera) {
     return images;
 }
 
+/// Uniform and height fog, from the eye and from a distance, in pictures of every element.
+int run_fog(const Device& device, const Camera& camera) {
+    const StoredDepth part = StoredDepth{filled(device, Storage::float32), camera}.region(1, 1, width - 2, height - 1);
+    int images = 0;
+    for (const auto& [element, channels] :
+         {std::tuple{Element::f32, 3}, {Element::f32, 4}, {Element::f16, 3}, {Element::u16, 4}, {Element::u8, 3}}) {
+        const Layout layout{part.image.width(), part.image.height(), channels};
+        const std::vector<std::uint8_t> content(Image::allocation(element, layout), 0x3e);
+        const Image color(device, element, layout);
+        runtime::queue_of(device).enqueueWriteBuffer(runtime::buffer_of(color), CL_TRUE, 0, content.size(),
+                                                     content.data());
+        fog(part, color, {.density = 0.1});
+        fog(part, color, {.density = 0.1, .start = 1, .height_falloff = 0.5, .alpha = FogAlpha::straight});
+        images += 2;
+    }
+    device.finish();
+    return images;
+}
+
 /// Stores past the cache, which only images larger than it get, on an image small enough to simulate.
 int run_streamed(const Device& device, const Camera& camera) {
     const int vector_width = device.options().vector_width;
@@ -194,6 +213,8 @@ int main(int count, char** arguments) {
             images += run(device, cameras().front(), storage);
         images += run_normals(device, cameras().front());
         images += run_normals(device, cameras()[2]);
+        images += run_fog(device, cameras().front());
+        images += run_fog(device, cameras()[3]);
         if (arithmetic == Arithmetic::fp64) { // these kernels read what the others have decoded: one code for both
             images += run_occlusion(device, cameras().front());
             images += run_occlusion(device, cameras()[2]);

@@ -1,0 +1,110 @@
+// fathom fog: the options reach the library, the files hold what it gives, and what is wrong is told in one line.
+#include "program.hpp"
+
+#include <fathom/fog.hpp>
+#include <fathom/opencv.hpp>
+
+#include <functional>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+const std::string view_key = R"(, "view": [[1, 0, 0, 0], [0, 0.8, 0.6, -1], [0, -0.6, 0.8, 0], [0, 0, 0, 1]])";
+
+// A ramp of depths and a picture as the program and as the library see them.
+struct Scene {
+    Folder folder;
+    std::string camera, input, picture_file;
+    cv::Mat depth = ramp(), color;
+
+    explicit Scene(int channels = 3)
+        : camera(camera_file(folder, view_key)), picture_file(folder / "colour.exr"),
+          color(height, width, CV_32FC(channels)) {
+        input = depth_file(folder, "frame.exr", depth);
+        cv::randu(color.reshape(1), 0, 1);
+        write_color(picture_file, color);
+    }
+
+    Arguments arguments(const std::string& output, const Arguments& more) const {
+        return joined({"fog", input, "--color", picture_file, "--camera", camera, "-o", output}, more);
+    }
+
+    cv::Mat expected(const FogOptions& options) const {
+        cv::Mat result;
+        fog(Device::open(), depth, camera_for(read_camera(camera), width, height), color, result, options);
+        return result;
+    }
+};
+
+} // namespace
+
+TEST_CASE("fog program: writes what the library computes, red in R") {
+    for (const int channels : {3, 4}) {
+        const Scene scene(channels);
+        const std::string out = scene.folder / "out/foggy.exr";
+        check_done(run(scene.arguments(out, {"--density", "0.4", "--fog-color", "1,0.5,0"})));
+        CHECK(same(read_color(out), scene.expected({.density = 0.4, .color = {1, 0.5, 0}})));
+        check_done(run(scene.arguments(out, {"--density", "1e6", "--fog-color", "1,0.5,0"})));
+        const cv::Mat red = channel(out, "R"), green = channel(out, "G"), blue = channel(out, "B");
+        if (channels == 3) {
+            CHECK(cv::countNonZero(red != 1) == 0);
+            CHECK(cv::countNonZero(green != 0.5) == 0);
+            CHECK(cv::countNonZero(blue) == 0);
+        }
+    }
+}
+
+TEST_CASE("fog program: every option reaches the library") {
+    const Scene scene(4);
+    struct {
+        Arguments arguments;
+        FogOptions options;
+    } const cases[] = {
+        {{"--density", "0.2", "--start", "1.5"}, {.density = 0.2, .start = 1.5}},
+        {{"--density", "3", "--max-opacity", "0.25"}, {.density = 3, .max_opacity = 0.25}},
+        {{"--density", "0.2", "--alpha", "straight"}, {.density = 0.2, .alpha = FogAlpha::straight}},
+        {{"--density", "0.2", "--height-falloff", "0.5"}, {.density = 0.2, .height_falloff = 0.5}},
+        {{"--density", "0.2", "--height-falloff", "0.5", "--reference-height", "2", "--up", "0,0,3"},
+         {.density = 0.2, .height_falloff = 0.5, .reference_height = 2, .up = {0, 0, 3}}},
+    };
+    const cv::Mat plain = scene.expected({.density = 0.2});
+    for (const auto& one : cases) {
+        const std::string out = scene.folder / "out/foggy.exr";
+        INFO(one.arguments[2] << ' ' << one.arguments[3]);
+        check_done(run(scene.arguments(out, one.arguments)));
+        CHECK(same(read_color(out), scene.expected(one.options)));
+        CHECK(!same(read_color(out), plain));
+    }
+}
+
+TEST_CASE("fog program: the sky is hidden or kept") {
+    const Scene scene; // the last pixel is the background
+    const std::string out = scene.folder / "out/foggy.exr";
+    const auto corner = [&] { return read_color(out).at<cv::Vec3f>(height - 1, width - 1); };
+    check_done(run(scene.arguments(out, {"--density", "0.01", "--fog-color", "3,4,5"})));
+    CHECK(corner() == cv::Vec3f(5, 4, 3));
+    check_done(run(scene.arguments(out, {"--density", "0.01", "--sky", "keep"})));
+    CHECK(corner() == scene.color.at<cv::Vec3f>(height - 1, width - 1));
+}
+
+TEST_CASE("fog program: what is wrong is told in one line") {
+    const Scene scene;
+    const std::string out = scene.folder / "out/foggy.exr";
+    check_refused(run(scene.arguments(out, {})), 2, "--density");
+    check_refused(run(scene.arguments(out, {"--density", "-1"})), 2, "--density");
+    check_refused(run(scene.arguments(out, {"--density", "nan"})), 2, "--density");
+    check_refused(run(scene.arguments(out, {"--density", "1", "--max-opacity", "2"})), 2, "--max-opacity");
+    check_refused(run(scene.arguments(out, {"--density", "1", "--fog-color", "1,2"})), 2, "three numbers");
+    check_refused(run(scene.arguments(out, {"--density", "1", "--up", "0,1,0"})), 2, "--height-falloff");
+    const std::string plain = camera_file(scene.folder);
+    check_refused(run({"fog", scene.input, "--color", scene.picture_file, "--camera", plain, "-o", out, "--density",
+                       "1", "--height-falloff", "1"}),
+                  1, "view");
+    const std::string small = scene.folder / "small.exr";
+    write_color(small, scene.color(cv::Rect(0, 0, 3, 3)));
+    check_refused(run({"fog", scene.input, "--color", small, "--camera", scene.camera, "-o", out, "--density", "1"}), 1,
+                  "small.exr");
+    CHECK(scene.folder.results().empty());
+}
