@@ -120,7 +120,7 @@ private:
 
     // OpenCV turns a normal by the sign of its z, which on walls along the axis is noise: it is not charged for that.
     Deviation normal_error(const Method& method, const std::vector<float>& got) const {
-        const bool either_side = method.kind == Method::Kind::peer;
+        const bool either_side = method.kind == Method::Kind::opencv;
         return summary("degrees", over_surfaces(3, [&](int x, int y) {
                            const std::size_t i = index(x, y);
                            const Eigen::Vector3d n = Eigen::Vector3f(&got[3 * i]).cast<double>();

@@ -189,8 +189,8 @@ const char* kind_name(Kind kind) {
         return "library";
     case Kind::baseline:
         return "baseline";
-    case Kind::peer:
-        return "peer";
+    case Kind::opencv:
+        return "opencv";
     case Kind::floor:
         return "floor";
     }

@@ -4,7 +4,7 @@
 # out [slow] and four subjects that take long. With -DCHECK=ON and -DCATCH_VERSION=... it fails unless each case of the program is in one group.
 cmake_minimum_required(VERSION 3.25)
 
-set(slow_tags [slow] [stability] [same-bits] [real] [rivals])
+set(slow_tags [slow] [stability] [same-bits] [real])
 
 # Files that no tag calls slow, but that take more than about eight seconds: scripts/test --quick leaves them out, too.
 set(long_files cli_dof cli_dof_masks cli_program cli_ssao dof dof_masks fog inverse_depth linearize normals ssao

@@ -671,7 +671,7 @@ TEST_CASE("dof_masks: bad options are refused in one line", "[dof_masks]") {
     CHECK(message_of({1, 1, 0, true}, {}, camera) == "a telecentric circle does not belong to a perspective camera");
     Camera is_orthographic = camera;
     is_orthographic.projection = orthographic({-1, 1, -1, 1}, {0, 10});
-    CHECK(message_of(circle, {}, is_orthographic) == "a camera of an orthographic camera needs a telecentric circle");
+    CHECK(message_of(circle, {}, is_orthographic) == "an orthographic camera needs a telecentric circle");
     Camera larger = camera;
     larger.width = 3; // than the image says
     std::vector<float> values(12, 0.5f);

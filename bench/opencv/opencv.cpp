@@ -1,4 +1,4 @@
-// fathom_peers: what OpenCV offers for the same purposes beside Fathom's methods, in one run, on the same frames.
+// fathom_bench_opencv: what OpenCV offers for the same purposes beside Fathom's methods, in one run, on the same frames.
 //
 // OpenCV starts from metric depth, which is handed to it as it wants it and not charged for. Its positions and normals have
 // its own axes, so the cameras here have them too. Filters have no counterpart of their own in Fathom: they stand for
@@ -84,10 +84,10 @@ const cv::Mat& in_place(const cv::Mat& result, const void* data) {
     return result;
 }
 
-std::vector<Method> peers(const std::shared_ptr<Frames>& frames) {
+std::vector<Method> opencv_methods(const std::shared_ptr<Frames>& frames) {
     std::vector<Method> list;
     const auto add = [&](const char* operation, std::string name, const char* floor, auto work) {
-        list.push_back({operation, std::move(name), Method::Kind::peer, Storage::float32, floor,
+        list.push_back({operation, std::move(name), Method::Kind::opencv, Storage::float32, floor,
                         [=](Case& on) {
                             Frame& frame = frames->of(on);
                             return frame.image_of(work(frame, on));
@@ -151,7 +151,7 @@ std::vector<View> opencv_views(int width, int height) {
 
 // OpenCV's and those of the library that they are compared with.
 std::vector<Method> compared(Baselines& kernels) {
-    std::vector<Method> list = peers(std::make_shared<Frames>());
+    std::vector<Method> list = opencv_methods(std::make_shared<Frames>());
     for (const Method& method : methods(kernels)) {
         const bool own =
             method.kind == Method::Kind::library && method.storage == Storage::float32 &&
@@ -163,7 +163,7 @@ std::vector<Method> compared(Baselines& kernels) {
 }
 
 constexpr const char* help =
-    "usage: fathom_peers [--size WxH] [--rounds N] [--seconds S] [--processor-time] [--csv FILE]\n"
+    "usage: fathom_bench_opencv [--size WxH] [--rounds N] [--seconds S] [--processor-time] [--csv FILE]\n"
     "OpenCV's methods beside Fathom's, on the CPU: times at WxH (1920x1080), errors at 960x540.\n"
     "Options as those of fathom_bench.\n";
 
@@ -206,7 +206,7 @@ int main(int argc, char** argv) {
         if (!csv.empty())
             table_of(device, rows, effort.clock).write_csv(csv);
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "fathom_peers: %s\n", error.what());
+        std::fprintf(stderr, "fathom_bench_opencv: %s\n", error.what());
         return 1;
     }
     return 0;

@@ -1,0 +1,45 @@
+// A Kinect's 16-bit PNG to points and normals in cv::Mat, and a foggy picture.
+
+#include <fathom/opencv.hpp>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <cmath>
+#include <iostream>
+
+int main(int argc, char* argv[]) {
+    if (argc != 2 && argc != 4) {
+        std::cerr << "usage: kinect DEPTH.png [PICTURE.png FOGGY.png]\n";
+        return 2;
+    }
+    const cv::Mat millimetres = cv::imread(argv[1], cv::IMREAD_UNCHANGED); // 0 where nothing was measured
+    if (millimetres.type() != CV_16UC1) {
+        std::cerr << "kinect: " << argv[1] << " is no image of 16-bit depth\n";
+        return 1;
+    }
+
+    fathom::Camera camera;
+    // The calibration counts from the middle of the first pixel, Fathom from its corner: hence the halves.
+    camera.projection = fathom::perspective(
+        fathom::Intrinsics{.fx = 525, .fy = 525, .cx = 319.5 + 0.5, .cy = 239.5 + 0.5, .width = 640, .height = 480},
+        {.near_plane = 0.1, .far_plane = 100}, {.view_axes = fathom::ViewAxes::opencv}); // x right, y down, z ahead
+    camera.encoding = fathom::Encoding::view_z;
+    camera.scale = 0.001; // metres
+    camera.width = millimetres.cols;
+    camera.height = millimetres.rows;
+
+    const fathom::Device device = fathom::Device::open();
+    cv::Mat points, normals; // CV_32FC3, NaN where nothing was measured
+    fathom::unproject(device, millimetres, camera, points);
+    fathom::normals(device, millimetres, camera, normals);
+    const int x = points.cols / 2, y = points.rows / 2;
+    std::cout << "the middle lies at " << points.at<cv::Vec3f>(y, x) << ", its normal is "
+              << normals.at<cv::Vec3f>(y, x) << '\n';
+
+    if (argc == 4) {
+        const cv::Mat picture = cv::imread(argv[2]);
+        cv::Mat foggy;
+        fathom::fog(device, millimetres, camera, picture, foggy, {.density = 0.3});
+        cv::imwrite(argv[3], foggy);
+    }
+}

@@ -1,0 +1,78 @@
+// The circle of confusion as a function of the stored value and the pixel.
+//   z = (n·q)/(m·q),  q = (v, x, y, 1)
+//   c = k − g/(z − lens) = k − g (m·q)/(n'·q),  n' = n − lens m                 under a perspective
+//   c = g z − k          = ((g n − k m)·q)/(m·q)                                under an orthographic projection
+// where n' or m is constant that is affine in q. Potmesil and Chakravarty 1981; 1/z is affine by Popov 2016, eq. 5, 6.
+
+#include "camera/circle_form.hpp"
+
+#include "require.hpp"
+
+#include <cmath>
+
+namespace fathom {
+namespace {
+
+using Real = long double;
+
+// What the rounding of the eye's depth leaves of a coefficient that is zero.
+constexpr Real noise = 0x1p-48L;
+
+// factor_a a + factor_b b, coefficients that all but cancel being none.
+Affine combined(Real factor_a, const Affine& a, Real factor_b, const Affine& b) {
+    Affine row;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const Real first = factor_a * a[i], second = factor_b * b[i];
+        row[i] = first + second;
+        if (std::abs(row[i]) < noise * (std::abs(first) + std::abs(second)))
+            row[i] = 0;
+    }
+    return row;
+}
+
+// Of the depth from the lens, which is numerator / denominator for all forms but the last two.
+Affine from_lens(const DepthForm& form, const CircleOfConfusion& circle) {
+    return combined(1, form.numerator, -circle.lens_depth, form.denominator);
+}
+
+} // namespace
+
+bool is_constant(const Affine& row) {
+    return row[0] == 0 && row[1] == 0 && row[2] == 0;
+}
+
+void check_circle(const CircleOfConfusion& circle, const DepthForm& form) {
+    require(std::isfinite(circle.k) && circle.k >= 0, text("the circle's k = ", circle.k, " must be 0 or greater"));
+    require(std::isfinite(circle.g) && circle.g >= 0, text("the circle's g = ", circle.g, " must be 0 or greater"));
+    require(std::isfinite(circle.lens_depth), text("the circle's lens_depth = ", circle.lens_depth, " must be finite"));
+    require(circle.telecentric != form.perspective,
+            circle.telecentric ? "a telecentric circle does not belong to a perspective camera"
+                               : "an orthographic camera needs a telecentric circle");
+}
+
+void count_from_lens(DepthForm& form, Rays& rays, const CircleOfConfusion& circle) {
+    if (circle_form(form, circle) != CircleForm::of_depth)
+        return;
+    rays.eye_depth -= circle.lens_depth;
+    form.offset -= circle.lens_depth;
+    const Real least = form.least_depth - circle.lens_depth; // itself a float
+    form.least_depth = std::abs(least) <= 0x1p-23L * std::abs(circle.lens_depth) ? 0.0f : static_cast<float>(least);
+}
+
+CircleForm circle_form(const DepthForm& form, const CircleOfConfusion& circle) {
+    if (form.form == Form::exponential || form.form == Form::ray_distance)
+        return CircleForm::of_depth;
+    if (!is_constant(circle.telecentric ? form.denominator : from_lens(form, circle)))
+        return CircleForm::quotient;
+    return form.form == Form::reciprocal && !circle.telecentric ? CircleForm::recentred : CircleForm::sum;
+}
+
+CircleQuotient circle_quotient(const DepthForm& form, const CircleOfConfusion& circle) {
+    const Affine &n = form.numerator, &m = form.denominator;
+    if (circle.telecentric)
+        return {combined(circle.g, n, -circle.k, m), m};
+    const Affine denominator = from_lens(form, circle);
+    return {combined(circle.k, denominator, -circle.g, m), denominator};
+}
+
+} // namespace fathom
