@@ -28,7 +28,7 @@ struct Arguments {
 
 constexpr const char* help =
     "usage: fathom_bench [--table NAME] [--device WHAT] [--size WxH] [--rounds N] [--frames N] [--only TEXT]\n"
-    "                    [--seconds S] [--megapixels N] [--two-float] [--vector width V] [--group N] "
+    "                    [--seconds S] [--megapixels N] [--two-float] [--vector-width V] [--group N] "
     "[--processor-time]\n"
     "                    [--csv FILE]\n"
     "  --table operations  every operation, camera and formula on random depths (3840x2160, the default table)\n"
@@ -68,7 +68,7 @@ Arguments parse(int argc, char** argv) {
          }},
         {"--rounds", [&](Value v) { a.effort.rounds = std::stoi(v); }},
         {"--frames", [&](Value v) { a.frames = std::stoi(v); }},
-        {"--vector width", [&](Value v) { a.options.vector_width = std::stoi(v); }},
+        {"--vector-width", [&](Value v) { a.options.vector_width = std::stoi(v); }},
         {"--group", [&](Value v) { a.options.group_size = std::stoi(v); }},
         {"--csv", [&](Value v) { a.csv = v; }},
         {"--table", [&](Value v) { a.table = v; }},
@@ -120,7 +120,7 @@ int main(int argc, char** argv) {
     try {
         const Arguments a = parse(argc, argv);
         const Device device = Device::open(a.device, a.options);
-        std::printf("%s, %s, %d vector width, %s; commit %s\n", device.info().name.c_str(),
+        std::printf("%s, %s, vector width %d, %s; commit %s\n", device.info().name.c_str(),
                     device.info().platform.c_str(), device.options().vector_width,
                     device.options().arithmetic == Arithmetic::fp64 ? "fp64" : "two-float", commit().c_str());
         const std::vector<Figures> rows = made(device, a);

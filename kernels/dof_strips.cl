@@ -19,7 +19,7 @@
 #define HIGHLIGHTS (2 + CHANNELS + FILL * (2 + CHANNELS))
 #define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + MOMENT)
 
-// Sums over the vector width before each one, and over all of them, always in the same order.
+// Sums over the lanes before each one, and over all of them, always in the same order.
 #ifdef __has_builtin
 #if __has_builtin(__builtin_shufflevector)
 #define LATER(v, ...) __builtin_shufflevector(v, (float16)0.0f, __VA_ARGS__)

@@ -78,12 +78,12 @@ INLINE void results_at(__global const float* results, const grid_params* grid, i
     }
 #endif
     for (int c = 0; c < CHANNELS; ++c) {
-        float vector_width[V];
+        float lanes[V];
         for (int i = 0; i < V; ++i) {
             const bool inside = there && column + i >= 0 && column + i < (int)grid->x_end;
-            vector_width[i] = inside ? from[(column + i) * CHANNELS + c] : NAN;
+            lanes[i] = inside ? from[(column + i) * CHANNELS + c] : NAN;
         }
-        values[c] = *(const float_lanes*)vector_width;
+        values[c] = *(const float_lanes*)lanes;
     }
 }
 

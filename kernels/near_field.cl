@@ -20,22 +20,22 @@ INLINE float gap(uint first, uint last, uint other_first, uint other_last) {
 
 #if OUTPUT != 1
 INLINE float least_lane(floatV v) {
-    float vector_width[V];
-    *(float_lanes*)vector_width = v;
-    float result = vector_width[0];
+    float lanes[V];
+    *(float_lanes*)lanes = v;
+    float result = lanes[0];
     for (int i = 1; i < V; ++i)
-        result = min(result, vector_width[i]);
+        result = min(result, lanes[i]);
     return result;
 }
 #endif
 
-// The vector width' pixels, and what is known of them so far.
+// The lanes' pixels, and what is known of them so far.
 typedef struct {
     uint x, y;
     floatV own;     // hidden: diameters of the pixels' own discs
     float own_most; // the largest
     floatV found;   // reach: the largest; coverage: the sum; hidden: 1 or 0
-    float least;    // of `found` of all vector width
+    float least;    // of `found` of all lanes
 } gathered;
 
 // May anything in a square of pixels matter, whose least circle is known?

@@ -1,4 +1,4 @@
-// An image split into 4 x 4 planes, see split_params. Loads are contiguous when all vector width look in the same direction.
+// An image split into 4 x 4 planes, see split_params. Loads are contiguous when all lanes look in the same direction.
 
 #ifndef FATHOM_SPLIT_H
 #define FATHOM_SPLIT_H

@@ -42,13 +42,13 @@ INLINE floatV row_at(__global const float* image, const grid_params* grid, int x
     const int width = (int)grid->x_end, height = (int)grid->height;
     if (y >= 0 && y < height && x >= 0 && x + V + EVERY - 1 <= width)
         return load_every(image + grid->source_offset + (size_t)y * grid->source_stride + EVERY * x);
-    float vector_width[V];
+    float lanes[V];
     for (int i = 0; i < V; ++i) {
         const int column = clamp(x + i, 0, width - 1), row = clamp(y, 0, height - 1);
         const bool inside = CLAMP || (column == x + i && row == y);
-        vector_width[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + EVERY * column] : outside;
+        lanes[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + EVERY * column] : outside;
     }
-    return *(const float_lanes*)vector_width;
+    return *(const float_lanes*)lanes;
 }
 
 #if GIVEN_NORMALS != 1
@@ -57,12 +57,12 @@ INLINE floatV neighbours_at(__global const float* image, const grid_params* grid
     const int width = (int)grid->x_end, height = (int)grid->height;
     if (y >= 0 && y < height && x >= 0 && x + V + EVERY - 1 <= width)
         return surface_only(load_every(image + grid->source_offset + (size_t)y * grid->source_stride + EVERY * x));
-    float vector_width[V];
+    float lanes[V];
     for (int i = 0; i < V; ++i) {
         const bool inside = y >= 0 && y < height && x + i >= 0 && x + i < width;
-        vector_width[i] = inside ? image[grid->source_offset + (size_t)y * grid->source_stride + EVERY * (x + i)] : NAN;
+        lanes[i] = inside ? image[grid->source_offset + (size_t)y * grid->source_stride + EVERY * (x + i)] : NAN;
     }
-    return surface_only(*(const float_lanes*)vector_width);
+    return surface_only(*(const float_lanes*)lanes);
 }
 
 // The slope where the pixels next to this one are missing, as in every second row of a frame: from those beyond them.
@@ -85,13 +85,13 @@ INLINE void slopes_of(__global const float* normals, const source_params* source
                       floatV* down) {
     floatV n[3];
     for (int c = 0; c < 3; ++c) {
-        float vector_width[V];
+        float lanes[V];
         for (int i = 0; i < V; ++i) {
             const bool inside = y >= 0 && y < (int)split->height && x + i >= 0 && x + i < (int)split->width;
             const size_t at = source->offset + (size_t)y * source->stride;
-            vector_width[i] = inside ? normals[at + (size_t)(EVERY * (x + i)) * source->channels + c] : 0;
+            lanes[i] = inside ? normals[at + (size_t)(EVERY * (x + i)) * source->channels + c] : 0;
         }
-        n[c] = *(const float_lanes*)vector_width;
+        n[c] = *(const float_lanes*)lanes;
     }
     const floatV given[3] = {n[0], n[1], n[2]};
     for (int c = 0; c < 3; ++c)

@@ -1,6 +1,6 @@
 // V neighbouring pixels per work-item: vector types, loads, stores, and sums that keep more than a float.
 //
-// PoCL vectorises straight-line kernels only, so vector width are explicit: V = 16 or 8 on a CPU, 1 on a GPU, one source.
+// PoCL vectorises straight-line kernels only, so the lanes are explicit: V = 16 or 8 on a CPU, 1 on a GPU, one source.
 // No transcendental builtin is used, and products are fused only where `fma` says so: the same bits come out for
 // every V and host.
 // Built for: V = 1 4 8 16; FP64 = 0 1; STREAM = 0 1

@@ -26,12 +26,12 @@ INLINE floatV neighbour(const window* w, int inside, int dx, int dy) {
     __global const float* const source = w->source + (long)dy * w->stride;
     if (inside)
         return LOAD(float, source + first);
-    float vector_width[V];
+    float lanes[V];
     for (int i = 0; i < V; ++i) {
         const int there = row >= 0 && row < w->height && first + i >= 0 && first + i < w->width;
-        vector_width[i] = there ? source[first + i] : NAN;
+        lanes[i] = there ? source[first + i] : NAN;
     }
-    return *(const float_lanes*)vector_width;
+    return *(const float_lanes*)lanes;
 }
 
 #endif

@@ -1,4 +1,4 @@
-// The same bits for every number of vector width, group size, sub-image and region, in place or not; and nothing written
+// The same bits for every vector width, group size, sub-image and region, in place or not; and nothing written
 // beside the destination.
 
 #include "catch.hpp"

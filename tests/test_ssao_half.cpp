@@ -169,7 +169,7 @@ TEST_CASE("ssao at half resolution: the same bits whatever the vector width and 
             if (!devices.contains({vector_width, group}))
                 devices[{vector_width, group}] = Device::open("cpu", {Arithmetic::fp64, vector_width, group});
             SsaoCall options = half(0.5);
-            // All outputs for the ends of the vector width only: these kernels are long to build.
+            // All outputs for the smallest and the largest vector width only: these kernels are long to build.
             options.confidence = options.bent_normal =
                 depth_form(camera).perspective && vector_width % 15 == 1 && group == 64;
             const Occlusion all = ssao(stored_of(values, camera, devices[{vector_width, group}]), options);

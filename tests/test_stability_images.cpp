@@ -135,8 +135,8 @@ TEST_CASE("stability: images of 1 x 1, 1 x N, N x 1 and of widths around the vec
                 const auto all = through(device, camera, stored, 0, 0, width, height, channels);
                 for (const auto& [w, h] :
                      {std::pair{1, 1}, {1, 33}, {33, 1}, {3, 2}, {15, 2}, {16, 2}, {17, 2}, {31, 2}, {33, 2}}) {
-                    INFO(to_string(depth_form(camera).form) << ' ' << w << " x " << h << ' ' << channels
-                                                            << " channels, " << vector_width << " vector width");
+                    INFO(to_string(depth_form(camera).form)
+                         << ' ' << w << " x " << h << ' ' << channels << " channels, vector width " << vector_width);
                     std::vector<float> expected;
                     for (int row = y; row < y + h; ++row) {
                         const auto* from = all.data() + static_cast<std::size_t>(row * width + x) * c;
@@ -162,8 +162,7 @@ TEST_CASE("stability: decoding in place touches every pixel once and nothing bes
                 const Image image = Image::from_host(device, Element::f32, memory.data(), memory.layout());
                 linearize({image, camera}, image);
                 device.finish();
-                INFO(to_string(depth_form(camera).form)
-                     << ", width " << width << ", " << vector_width << " vector width");
+                INFO(to_string(depth_form(camera).form) << ", width " << width << ", vector width " << vector_width);
                 CHECK(memory.intact());
                 CHECK(bits_of(memory.content()) == bits_of(through(device, camera, stored, 0, 0, width, 3, 1)));
             }

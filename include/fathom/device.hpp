@@ -47,7 +47,7 @@ public:
 
     /// Opens a device: "cpu", "gpu", its index in `list_devices`, or a part of its name.
     /// Empty: a GPU where there is one, the CPU otherwise.
-    /// Throws: NoDevice, naming what is there; std::invalid_argument for vector width or a group size that do not exist.
+    /// Throws: NoDevice, naming what is there; std::invalid_argument for a vector width or a group size that does not exist.
     static Device open(const std::string& wanted = {}, const DeviceOptions& options = {});
 
     /// Takes part in a program that already has a context and an in-order queue. All three are retained.

@@ -45,9 +45,9 @@ void check_circle(const CircleOfConfusion& circle, const DepthForm& form) {
     require(std::isfinite(circle.k) && circle.k >= 0, text("the circle's k = ", circle.k, " must be 0 or greater"));
     require(std::isfinite(circle.g) && circle.g >= 0, text("the circle's g = ", circle.g, " must be 0 or greater"));
     require(std::isfinite(circle.lens_depth), text("the circle's lens_depth = ", circle.lens_depth, " must be finite"));
-    require(circle.telecentric != form.perspective,
-            circle.telecentric ? "a telecentric circle does not belong to a perspective camera"
-                               : "an orthographic camera needs a telecentric circle");
+    require(circle.telecentric != form.perspective, circle.telecentric
+                                                        ? "a telecentric circle does not belong to a perspective camera"
+                                                        : "an orthographic camera needs a telecentric circle");
 }
 
 void count_from_lens(DepthForm& form, Rays& rays, const CircleOfConfusion& circle) {

@@ -12,7 +12,7 @@
 namespace fathom {
 namespace {
 
-constexpr int tile_px = 16; // a tile as wide as the most vector width
+constexpr int tile_px = 16; // a tile as wide as the widest vector
 
 enum class Output { reach = 0, coverage = 1, hidden = 2 };
 

@@ -20,7 +20,7 @@ using namespace fathom;
 
 namespace {
 
-constexpr int width = 35; // two whole groups of 16 vector width and a tail that overlaps
+constexpr int width = 35; // two whole vectors of 16 lanes and a tail that overlaps
 constexpr int height = 3;
 
 Camera camera_with(const Projection& projection) {
