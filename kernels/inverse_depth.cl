@@ -1,6 +1,7 @@
 // Inverse depth from stored depth: what planes are affine in on the screen, greater the nearer a surface is.
 //   q = depth(x, y) / (z - eye_depth)   under a perspective,      q = -z   for an orthographic camera
-// 1/z of the plain perspective. Background becomes 0 or -infinity, an invalid pixel NaN. docs/camera.md.
+// 1/z of the plain perspective. Background becomes 0 or -infinity, an invalid pixel NaN, and so does the margin around the
+// image: depth_margin_rows above it, one more below it, and the columns between its rows. docs/camera.md.
 // Built for: PERSPECTIVE = 0 1
 
 #include "camera.h"
@@ -12,9 +13,21 @@
 __kernel void inverse_depth(__global const STORED* source, __global float* target, const grid_params grid,
                      const depth_params depth, const ray_params rays) {
     const uint x = first_column(grid.x_begin, grid.x_end);
-    const uint y = get_global_id(1);
-    if (x >= grid.x_end || y >= grid.height)
+    const uint row = get_global_id(1), y = row - depth_margin_rows;
+    if (x >= grid.x_end || row > grid.height + 2 * depth_margin_rows)
         return;
+    __global float* const start =
+        target + (grid.target_offset + (size_t)row * grid.target_stride - depth_margin_rows * (size_t)grid.target_stride);
+    if (x == grid.x_begin) {
+        for (uint i = 1; i <= depth_margin_columns; ++i)
+            start[-(int)i] = NAN;
+        for (uint i = grid.x_end; i + depth_margin_columns < grid.target_stride; ++i)
+            start[i] = NAN;
+    }
+    if (y >= grid.height) {
+        store_float((floatV)NAN, start + x);
+        return;
+    }
 
     const uint px = grid.pixel_x + x, py = grid.pixel_y + y;
     const floatV z = view_depth(load_stored(source, &grid, x, y, &depth), px, py, &depth, &rays);
@@ -28,5 +41,5 @@ __kernel void inverse_depth(__global const STORED* source, __global float* targe
 #else
     const floatV q = -z;
 #endif
-    store_float(q, target + grid.target_offset + (size_t)y * grid.target_stride + x);
+    store_float(q, start + x);
 }

@@ -30,8 +30,8 @@ typedef struct {
     floatV even, odd;
 } columnsV;
 
-INLINE columnsV columns_at(const window* w, int inside, int dx, int dy) {
-    const floatV a = neighbour(w, inside, dx, dy), b = neighbour(w, inside, dx + V, dy);
+INLINE columnsV columns_at(const window* w, int dx, int dy) {
+    const floatV a = neighbour(w, dx, dy), b = neighbour(w, dx + V, dy);
 #if V == 1
     return (columnsV){a, b};
 #else
@@ -39,8 +39,8 @@ INLINE columnsV columns_at(const window* w, int inside, int dx, int dy) {
 #endif
 }
 
-INLINE columnsV surfaces_at(const window* w, int inside, int dx, int dy) {
-    const columnsV q = columns_at(w, inside, dx, dy);
+INLINE columnsV surfaces_at(const window* w, int dx, int dy) {
+    const columnsV q = columns_at(w, dx, dy);
     return (columnsV){surface_only(q.even), surface_only(q.odd)};
 }
 
@@ -144,12 +144,11 @@ __kernel void joint_upsample(__global const float* depth, __global const float* 
     if (x >= (int)target_grid.x_end || x + 2 * V <= (int)target_grid.x_begin)
         return;
     const window w = window_at(depth, &grid, x, y);
-    const int inside = x >= 2 && x + 2 * V + 2 <= w.width && y >= 2 && y + 2 < w.height;
-    const columnsV here = columns_at(&w, inside, 0, 0);
+    const columnsV here = columns_at(&w, 0, 0);
     const columnsV surface = {surface_only(here.even), surface_only(here.odd)};
-    const columnsV before = surfaces_at(&w, inside, -2, 0), after = surfaces_at(&w, inside, 2, 0);
-    const columnsV up = surfaces_at(&w, inside, 0, -1), down = surfaces_at(&w, inside, 0, 1);
-    const columnsV up2 = surfaces_at(&w, inside, 0, -2), down2 = surfaces_at(&w, inside, 0, 2);
+    const columnsV before = surfaces_at(&w, -2, 0), after = surfaces_at(&w, 2, 0);
+    const columnsV up = surfaces_at(&w, 0, -1), down = surfaces_at(&w, 0, 1);
+    const columnsV up2 = surfaces_at(&w, 0, -2), down2 = surfaces_at(&w, 0, 2);
 
     const float py = (float)(y + (int)grid.pixel_y) + 0.5f;
     const floatV px = convert_floatV((intV)(x + (int)grid.pixel_x) + 2 * LANE_INDEX(int)) + 0.5f;
@@ -167,7 +166,7 @@ __kernel void joint_upsample(__global const float* depth, __global const float* 
         results_at(results, &results_grid, column - left, row, of_left);
         results_at(results, &results_grid, column - left + 1, row, of_right);
         const floatV q_left = dy == 0 ? surface.even : dy < 0 ? up.even : down.even;
-        const floatV q_right = dy == 0 ? after.even : surfaces_at(&w, inside, 2, dy).even;
+        const floatV q_right = dy == 0 ? after.even : surfaces_at(&w, 2, dy).even;
         take(&even, q_left, of_left, 0, (float)dy);
         take(&odd, q_left, of_left, -1, (float)dy);
         take(&odd, q_right, of_right, 1, (float)dy);

@@ -24,18 +24,18 @@ INLINE intV mixed(floatV before2, floatV before1, floatV centre, floatV after1, 
            (size > widths) & (size < INFINITY);
 }
 
-INLINE floatV mixed_at(const window* w, int inside, const mixed_params* p) {
-    const floatV q = LOAD(float, w->source + w->x);
-    const floatV west = neighbour(w, inside, -1, 0), east = neighbour(w, inside, 1, 0);
-    const floatV north = neighbour(w, inside, 0, -1), south = neighbour(w, inside, 0, 1);
+INLINE floatV mixed_at(const window* w, const mixed_params* p) {
+    const floatV q = neighbour(w, 0, 0);
+    const floatV west = neighbour(w, -1, 0), east = neighbour(w, 1, 0);
+    const floatV north = neighbour(w, 0, -1), south = neighbour(w, 0, 1);
     const floatV size = max(max(fabs(west), fabs(east)), max(fabs(north), fabs(south)));
     const floatV error =
         fma(fma((floatV)p->error_quadratic, size, (floatV)p->error_linear), size, (floatV)p->error_constant);
     const floatV tolerance = 4.0f * error, widths = fma((floatV)p->step_linear, fabs(q), (floatV)p->step_constant);
     const intV in_row =
-        mixed(neighbour(w, inside, -2, 0), west, q, east, neighbour(w, inside, 2, 0), tolerance, widths, p->min_step);
+        mixed(neighbour(w, -2, 0), west, q, east, neighbour(w, 2, 0), tolerance, widths, p->min_step);
     const intV in_column =
-        mixed(neighbour(w, inside, 0, -2), north, q, south, neighbour(w, inside, 0, 2), tolerance, widths, p->min_step);
+        mixed(neighbour(w, 0, -2), north, q, south, neighbour(w, 0, 2), tolerance, widths, p->min_step);
     return select((floatV)0.0f, (floatV)1.0f, in_row | in_column);
 }
 
@@ -47,7 +47,5 @@ __kernel void mixed_pixels(__global const float* source, __global float* target,
         return;
 
     const window w = window_at(source, &grid, (int)x, (int)y);
-    const int inside = x >= 2 && x + V + 2 <= grid.x_end && y >= 2 && y + 2 < grid.height;
-    const floatV found = inside ? mixed_at(&w, 1, &p) : mixed_at(&w, 0, &p);
-    *(__global float_lanes*)(target + grid.target_offset + (size_t)y * grid.target_stride + x) = found;
+    *(__global float_lanes*)(target + grid.target_offset + (size_t)y * grid.target_stride + x) = mixed_at(&w, &p);
 }

@@ -13,8 +13,8 @@
 #include "store.h"
 #include "window.h"
 
-#if !defined(RADIUS) || RADIUS < 0
-#error "RADIUS is not defined: 0 for slopes of the nearest neighbours, or how far the window reaches"
+#if !defined(RADIUS) || RADIUS < 0 || RADIUS > 3
+#error "RADIUS is not defined: 0 for slopes of the nearest neighbours, or how far the window reaches, up to the margin's 3"
 #endif
 
 // What errors of one bound each make of the slope of five pixels in a row, sum |x| / sum x^2, and of that of seven.
@@ -26,19 +26,19 @@ typedef struct {
     floatV q, gx, gy;
 } plane;
 
-INLINE void nearest_plane(const window* w, int inside, floatV error, plane* p) {
+INLINE void nearest_plane(const window* w, floatV error, plane* p) {
     const floatV tolerance = 4.0f * error;
-    p->q = LOAD(float, w->source + w->x);
-    p->gx = slope(neighbour(w, inside, -2, 0), neighbour(w, inside, -1, 0), p->q, neighbour(w, inside, 1, 0),
-                  neighbour(w, inside, 2, 0), tolerance);
-    p->gy = slope(neighbour(w, inside, 0, -2), neighbour(w, inside, 0, -1), p->q, neighbour(w, inside, 0, 1),
-                  neighbour(w, inside, 0, 2), tolerance);
+    p->q = neighbour(w, 0, 0);
+    p->gx = slope(neighbour(w, -2, 0), neighbour(w, -1, 0), p->q, neighbour(w, 1, 0),
+                  neighbour(w, 2, 0), tolerance);
+    p->gy = slope(neighbour(w, 0, -2), neighbour(w, 0, -1), p->q, neighbour(w, 0, 1),
+                  neighbour(w, 0, 2), tolerance);
 }
 
 #if RADIUS > 0
 // The plane of least squares through the pixels that `p` predicts to within `margin` + `per_pixel` times the distance. Drawn
 // towards `p` by as much as one pixel beside it is worth, so that a lonely pixel keeps it.
-INLINE void refit(const window* w, int inside, floatV margin, floatV per_pixel, plane* p) {
+INLINE void refit(const window* w, floatV margin, floatV per_pixel, plane* p) {
     floatV n = (floatV)0.0f, sx = (floatV)0.0f, sy = (floatV)0.0f, sr = (floatV)0.0f;
     floatV sxx = (floatV)1.0f, sxy = (floatV)0.0f, syy = (floatV)1.0f, sxr = (floatV)0.0f, syr = (floatV)0.0f;
 #pragma unroll
@@ -48,7 +48,7 @@ INLINE void refit(const window* w, int inside, floatV margin, floatV per_pixel, 
         floatV row_n = (floatV)0.0f, row_x = (floatV)0.0f, row_xx = (floatV)0.0f, row_r = (floatV)0.0f;
 #pragma unroll
         for (int dx = -RADIUS; dx <= RADIUS; ++dx) {
-            const floatV rest = neighbour(w, inside, dx, dy) - fma(p->gx, (floatV)(float)dx, middle);
+            const floatV rest = neighbour(w, dx, dy) - fma(p->gx, (floatV)(float)dx, middle);
             const intV fits = fabs(rest) <= fma(per_pixel, (floatV)(float)abs(dx), limit);
             const floatV one = select((floatV)0.0f, (floatV)1.0f, fits), r = select((floatV)0.0f, rest, fits);
             row_n += one;
@@ -79,15 +79,6 @@ INLINE void refit(const window* w, int inside, floatV margin, floatV per_pixel, 
 }
 #endif
 
-// `inside` is the same for all work-items but those at the borders, and known where this is compiled.
-INLINE void tangent(const window* w, int inside, floatV error, plane* p) {
-    nearest_plane(w, inside, error, p);
-#if RADIUS > 0
-    refit(w, inside, 2.0f * error, GUESS_ERROR * error, p);
-    refit(w, inside, 2.0f * error, FIT_ERROR * error, p);
-#endif
-}
-
 INLINE floatV component(const normal_params* p, int i, const plane* plane, floatV along) {
     const floatV of_slopes = fma((floatV)p->of_slope_x[i], plane->gx, (floatV)p->of_slope_y[i] * plane->gy);
     return fma((floatV)p->of_depth[i], along, of_slopes);
@@ -101,8 +92,8 @@ __kernel void normals(__global const float* source, __global float* target, cons
         return;
 
     const window w = window_at(source, &grid, (int)x, (int)y);
-    READ_AHEAD(w.source + x + 2 * (size_t)grid.source_stride);
-    const floatV q = LOAD(float, w.source + x), size = fabs(q);
+    READ_AHEAD(w.here + 2 * w.stride);
+    const floatV q = neighbour(&w, 0, 0), size = fabs(q);
 #if PERSPECTIVE
     const intV surface = (size > 0.0f) & (size < INFINITY);
 #else
@@ -110,13 +101,12 @@ __kernel void normals(__global const float* source, __global float* target, cons
 #endif
     const floatV error =
         fma(fma((floatV)p.error_quadratic, size, (floatV)p.error_linear), size, (floatV)p.error_constant);
-    const uint reach = max(RADIUS, 2);
-    const int inside = x >= reach && x + V + reach <= grid.x_end && y >= reach && y + reach < grid.height;
     plane found;
-    if (inside)
-        tangent(&w, 1, error, &found);
-    else
-        tangent(&w, 0, error, &found);
+    nearest_plane(&w, error, &found);
+#if RADIUS > 0
+    refit(&w, 2.0f * error, GUESS_ERROR * error, &found);
+    refit(&w, 2.0f * error, FIT_ERROR * error, &found);
+#endif
 
 #if PERSPECTIVE
     const floatV column = (vector_from(grid.pixel_x + x) - p.centre_x[0]) - p.centre_x[1];

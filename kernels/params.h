@@ -129,6 +129,11 @@ typedef struct {
 } normal_params;
 PARAMS(normal_params, 64)
 
+// Invalid pixels around an image of inverse depth: columns before each row, which are also those behind the row before it,
+// and rows above and below. Kernels that look at neighbours need no case for the image's border.
+CONSTANT(depth_margin_columns, 16)
+CONSTANT(depth_margin_rows, 3)
+
 // Columns of a plane beyond the image on either side: the greatest vector width.
 CONSTANT(split_margin, 16)
 

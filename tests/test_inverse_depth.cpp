@@ -48,7 +48,7 @@ std::vector<Subject> subjects() {
     const Camera reversed = camera_of(perspective(1.0, 4.0 / 3, {0.5, infinity, DepthOrder::reversed}));
     const Camera deep = camera_of(perspective(1.0, 4.0 / 3, {0.1, 1e5}));
     const Camera oblique = camera_of(with_oblique_near_plane(plain.projection, {0.2, 0.1, -1, -1}));
-    const Camera is_orthographic = camera_of(orthographic({-4, 4, -3, 3}, {0.5, 500}));
+    const Camera orthographic_camera = camera_of(orthographic({-4, 4, -3, 3}, {0.5, 500}));
     Eigen::Matrix4d matrix = plain.projection.matrix.cast<double>();
     matrix.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
     const Camera tilted = camera_of(from_matrix(matrix));
@@ -68,8 +68,8 @@ std::vector<Subject> subjects() {
         {"tilted", tilted, f32, 0.6, 300},
         {"tilted, uint16", tilted, u16, 0.6, 300},
         {"tilted, view-z", with(tilted, Encoding::view_z), f32, 0.6, 300},
-        {"orthographic", is_orthographic, f32, 0.6, 400},
-        {"orthographic, uint16", is_orthographic, u16, 0.6, 400},
+        {"orthographic", orthographic_camera, f32, 0.6, 400},
+        {"orthographic, uint16", orthographic_camera, u16, 0.6, 400},
         {"view-z", with(plain, Encoding::view_z), f32, 0.6, 400},
         {"view-z, float16", with(plain, Encoding::view_z), f16, 0.6, 400},
         {"view-z, millimetres", with(plain, Encoding::view_z, 0.001), u16, 0.6, 60},
@@ -133,10 +133,9 @@ Found judge(const Subject& subject) {
     for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
         const Device& device = oracle::device(arithmetic);
         const Image image = Image::from_host(device, element_of(subject.storage), stored.data(), {width, height});
-        const Image result(device, Element::f32, {width, height});
-        inverse_depth({image, subject.camera, subject.storage}, eye, result);
+        runtime::Scratch scratch(device);
         std::vector<float> q(stored.size());
-        result.download(q.data());
+        inverse_depth(scratch, {image, subject.camera, subject.storage}, eye).download(q.data());
         for (std::size_t i = 0; i < q.size(); ++i) {
             if (exact[i] == 0)
                 continue;
@@ -173,17 +172,16 @@ TEST_CASE("planar: the error of inverse depth is within its bound, and not far b
 
 TEST_CASE("inverse depth: background is the farthest, and invalid pixels have none", "[planar]") {
     const Camera perspective_camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}));
-    const Camera is_orthographic = camera_of(orthographic({-4, 4, -3, 3}, {0.5, 500}));
-    for (Camera camera : {perspective_camera, is_orthographic}) {
+    const Camera orthographic_camera = camera_of(orthographic({-4, 4, -3, 3}, {0.5, 500}));
+    for (Camera camera : {perspective_camera, orthographic_camera}) {
         camera.width = 3;
         camera.height = 1;
         const EyeRays eye = eye_rays(camera_rays(camera));
         const float stored[] = {1.0f, std::numeric_limits<float>::quiet_NaN(), 0.5f};
         const Device& device = oracle::device(Arithmetic::fp64);
-        const Image result(device, Element::f32, {3, 1});
-        inverse_depth({Image::from_host(device, Element::f32, stored, {3, 1}), camera}, eye, result);
+        runtime::Scratch scratch(device);
         float q[3];
-        result.download(q);
+        inverse_depth(scratch, {Image::from_host(device, Element::f32, stored, {3, 1}), camera}, eye).download(q);
         CHECK(q[0] == (eye.perspective ? 0.0f : -std::numeric_limits<float>::infinity()));
         CHECK(std::isnan(q[1]));
         CHECK(q[2] == Approx(eye.perspective ? 1 / 0.999001 : -250.25).epsilon(1e-5));

@@ -6,22 +6,27 @@
 
 namespace fathom {
 
-void inverse_depth(const StoredDepth& stored, const EyeRays& eye, const Image& result, Background background) {
+Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const EyeRays& eye, Background background) {
     check_stored(stored);
-    check_result(stored, result, 1);
+    const int width = stored.image.width(), height = stored.image.height();
+    constexpr int columns = params::depth_margin_columns, rows = params::depth_margin_rows;
+    const int padded_rows = height + 2 * rows + 1; // the last one's margin lies behind the row before it
+    const Image result =
+        scratch.image(Element::f32, {width + columns, padded_rows}).region(columns, rows, width, height);
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
     const Rays view = camera_rays(stored.camera);
-    const int vector_width = vector_width_for(device, result.width());
+    const int vector_width = vector_width_for(device, width);
     runtime::Defines choices = decoder_defines(form, view, stored.storage, vector_width, false);
     choices.emplace_back("PERSPECTIVE", eye.perspective);
     runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", choices);
-    const auto columns = static_cast<std::size_t>((result.width() + vector_width - 1) / vector_width);
-    runtime::launch(device, kernel, {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
-                    grid_parameters(stored, result, 0, result.width()),
+    const auto vectors = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
+    runtime::launch(device, kernel, {vectors, static_cast<std::size_t>(padded_rows)}, stored.image, result,
+                    grid_parameters(stored, result, 0, width),
                     depth_parameters(form, stored.storage, background, arithmetic),
                     ray_parameters(view, form.scale, arithmetic));
+    return result;
 }
 
 } // namespace fathom

@@ -18,9 +18,8 @@ void mixed_pixels(const StoredDepth& stored, const Image& result) {
     const int width = result.width(), height = result.height();
     const EyeRays eye = eye_rays(camera_rays(stored.camera));
     runtime::Scratch scratch(device);
-    const Image depth = scratch.image(Element::f32, {width, height});
-    inverse_depth(stored, eye, depth,
-                  Background::decode); // where the far plane is finite its depth is averaged like any other
+    // Where the far plane is finite its depth is averaged like any other.
+    const Image depth = inverse_depth(scratch, stored, eye, Background::decode);
     const InverseDepthError error = inverse_depth_error(stored.camera, stored.storage);
     // A pixel's width is a share of its distance under a perspective, and 1/z changes by the share that z changes by.
     const auto& moving = eye.perspective ? eye.direction : eye.origin;

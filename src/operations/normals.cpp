@@ -100,8 +100,7 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
     const int width = result.width();
     const runtime::Launched launched(device, launch);
     runtime::Scratch scratch(device);
-    const Image depth = scratch.image(Element::f32, {width, result.height()});
-    inverse_depth(stored, eye, depth, Background::nan);
+    const Image depth = inverse_depth(scratch, stored, eye, Background::nan);
 
     const int vector_width = vector_width_for(device, width);
     const runtime::Defines choices{{"V", vector_width},

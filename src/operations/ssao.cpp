@@ -276,8 +276,7 @@ Planes split_into_planes(Call& call, const Image& depth) {
     const SsaoOptions& options = call.options;
     Image extra = depth;
     if (options.back_depth) {
-        extra = call.scratch.image(Element::f32, {depth.width(), depth.height()});
-        inverse_depth(*options.back_depth, eye_rays(camera_rays(options.back_depth->camera)), extra);
+        extra = inverse_depth(call.scratch, *options.back_depth, eye_rays(camera_rays(options.back_depth->camera)));
     } else if (options.thickness_map) {
         extra = options.thickness_map;
     }
@@ -373,9 +372,7 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     check_results(stored, options, wanted(options, results));
     Call call(stored, radius, options);
     const runtime::Launched launched(call.device, launch);
-    const int width = stored.image.width(), height = stored.image.height();
-    const Image depth = call.scratch.image(Element::f32, {width, height});
-    inverse_depth(stored, call.eye, depth);
+    const Image depth = inverse_depth(call.scratch, stored, call.eye);
     const Planes planes = split_into_planes(call, depth);
 
     constexpr params::u32 band = params::ssao_band;
