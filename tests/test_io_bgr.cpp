@@ -66,7 +66,7 @@ TEST_CASE("bgr: a CARLA PNG is the same depth through fathom_io, OpenCV and the 
         CHECK(depth.storage == Storage::bgr8_red_low);
         const cv::Mat by_io = to_mat(linearize({to_device(device, depth.values), sized, depth.storage}).image);
         cv::Mat by_opencv;
-        linearize(device, cv::imread(input), sized, by_opencv);
+        linearize(device, cv::imread(input), sized, by_opencv, {}, Storage::bgr8_red_low);
         check_done(run({"linearize", input, "--camera", camera, "-o", out}));
         const cv::Mat by_program = channel(out);
         CHECK(same(by_io, by_opencv));

@@ -35,8 +35,7 @@ TEST_CASE("opencv: a matrix's type says how depth is stored", "[opencv]") {
     CHECK(storage_of(cv::Mat(1, 1, CV_16FC1)) == Storage::float16);
     CHECK(storage_of(cv::Mat(1, 1, CV_16UC1)) == Storage::uint16);
     CHECK(storage_of(cv::Mat(1, 1, CV_32SC1)) == Storage::uint24);
-    CHECK(storage_of(cv::Mat(1, 1, CV_8UC3)) == Storage::bgr8_red_low);
-    for (const int type : {CV_8UC1, CV_64FC1, CV_32FC3, CV_16SC1})
+    for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_64FC1, CV_32FC3, CV_16SC1})
         CHECK_THROWS_AS(storage_of(cv::Mat(1, 1, type)), std::invalid_argument);
 }
 
@@ -240,8 +239,10 @@ TEST_CASE("opencv: three and four bytes are read alike, and another storage can 
     cv::randu(four, 0, 256);
     constexpr int from_to[] = {0, 0, 1, 1, 2, 2};
     cv::mixChannels(&three, 1, &four, 1, from_to, 3);
-    linearize(device, three, camera(), plain);
-    linearize(device, four, camera(), dropped);
+    linearize(device, three, camera(), plain, {}, Storage::bgr8_red_low);
+    linearize(device, four, camera(), dropped, {}, Storage::bgr8_red_low);
+    CHECK_THROWS_WITH(linearize(device, three, camera(), plain), Catch::Matchers::Contains("IMREAD_UNCHANGED"));
+    CHECK_THROWS_WITH(linearize(device, cv::Mat(), camera(), plain), Catch::Matchers::Contains("empty"));
     CHECK(same(plain, dropped));
     cv::Mat turned;
     linearize(device, three, camera(), turned, {}, Storage::rgb8_red_low);

@@ -17,15 +17,16 @@
 /// Every operation on OpenCV's matrices, with the options of its form on images. Each returns when its results are there.
 ///
 /// In: stored depth as `storage_of` reads it, or as `storage` says. A camera without a width and a height takes the matrix's.
-/// CV_8UC4 is read as B, G, R, and its fourth byte is dropped, which takes a copy.
+/// Packed depth (CV_8UC3, CV_8UC4) needs its storage, such as `Storage::bgr8_red_low`. A fourth byte is dropped, which takes a
+/// copy.
 /// Out: a matrix whose size and type fit is written where it lies, continuous or not; any other is made anew. On a CPU device
 /// results are computed in the matrix's memory, and no matrix is copied.
 /// Positions and normals are x, y, z. Pictures are B, G, R, and A with alpha multiplied in.
 /// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size.
 namespace fathom {
 
-/// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24), CV_8UC3 and CV_8UC4 (bgr8_red_low).
-/// Throws: std::invalid_argument for any other type.
+/// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24).
+/// Throws: std::invalid_argument for any other type. Bytes may be a picture by mistake, so packed depth has to be said.
 Storage storage_of(const cv::Mat& stored);
 
 /// The device's view of a matrix: shared memory on a CPU device, a copy on any other. The matrix must outlive it, so that a

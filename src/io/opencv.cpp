@@ -50,9 +50,11 @@ int mat_type(const Image& image) {
 }
 
 Layout layout_of(const cv::Mat& mat) {
-    if (mat.empty() || mat.dims != 2)
+    if (mat.empty())
+        throw std::invalid_argument("matrix: it is empty; did cv::imread find and read the file?");
+    if (mat.dims != 2)
         throw std::invalid_argument("matrix: " + std::to_string(mat.dims) + " dimensions, " +
-                                    std::to_string(mat.total()) + " elements; must be an image that is not empty");
+                                    std::to_string(mat.total()) + " elements; must be an image");
     if (mat.step[0] % mat.elemSize1() != 0)
         throw std::invalid_argument("matrix: rows " + std::to_string(mat.step[0]) +
                                     " bytes apart; must be whole elements");
@@ -150,12 +152,14 @@ Storage storage_of(const cv::Mat& stored) {
         return Storage::uint16;
     case CV_32SC1:
         return Storage::uint24;
+    case CV_8UC1:
     case CV_8UC3:
     case CV_8UC4:
-        return Storage::bgr8_red_low;
+        throw std::invalid_argument("stored depth: a matrix of 8 bits is a picture, or packed depth; read the file with "
+                                    "cv::IMREAD_UNCHANGED, or say the storage of packed depth (bgr8_red_low)");
     default:
         throw std::invalid_argument("stored depth: matrix of type " + std::to_string(stored.type()) +
-                                    "; must be CV_32FC1, CV_16FC1, CV_16UC1, CV_32SC1, CV_8UC3 or CV_8UC4");
+                                    "; must be CV_32FC1, CV_16FC1, CV_16UC1 or CV_32SC1");
     }
 }
 
