@@ -34,10 +34,10 @@ INLINE floatV circle_of_inverse(wideV s, const circle_params* p) {
     return wide_to_float(wide_add(wide_constant(p->k), wide_negative(wide_product(wide_constant(p->g), s))));
 }
 
-// The law itself, and whether the surface lies before the lens.
+// The circle of a stored value. Clears `surface` where the value does not lie in front of the lens.
 #if CIRCLE == CIRCLE_RECENTRED
-// At the far end 1/z is smallest, so at_end is no larger than k unless the focus lies beyond it, and neither term exceeds
-// |c| and k together: four roundings of these are all there is. t is exact in the far half of the range.
+// At the far end 1/z is smallest, so at_end is no larger than k unless the focus lies beyond it. Neither term exceeds
+// |c| + k, so the error is at most four roundings of that. t is exact in the far half of the range.
 INLINE floatV circle_law(floatV v, uint x, uint y, const depth_params* depth, const ray_params* rays,
                          const circle_params* p, intV* surface) {
     const floatV t = fma((floatV)p->sign, v, (floatV)p->end);
@@ -77,18 +77,18 @@ INLINE floatV circle_law(floatV v, uint x, uint y, const depth_params* depth, co
 }
 #endif
 
-// Circles of V pixels: the background's is what the host says, that of no surface NaN.
+// Circles of V pixels: the background has the circle that the host gives, an invalid pixel has NaN.
 INLINE floatV circle_of_confusion(sampleV sample, uint x, uint y, const depth_params* depth, const ray_params* rays,
                                   const circle_params* p) {
     const floatV v = sample.value;
     intV in_range = (v >= depth->lowest) & (v <= depth->highest);
-#if FORM >= FORM_AFFINE // metric values may be infinite, and sums of them are not a number
+#if FORM >= FORM_AFFINE // metric values may be infinite, and sums of them would be NaN
     in_range &= v > -INFINITY;
 #endif
     intV surface = in_range;
     floatV c = circle_law(v, x, y, depth, rays, p, &surface);
     c = select((floatV)-p->largest, min(c, (floatV)p->largest),
-               c > -p->largest); // beyond the floats it is not a number
+               c > -p->largest); // NaN where a float overflowed
 #if FORM >= FORM_AFFINE
     const intV infinite = v == INFINITY;
     c = select(c, (floatV)p->infinite, infinite);

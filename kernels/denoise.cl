@@ -1,9 +1,10 @@
-// Visibility, confidence or bent normals from the sums of every pixel's own slices, over the 16 sampling patterns around it.
+// Visibility, confidence or bent normals: the mean of the slices' sums over the pixels around, which have other jitter
+// patterns.
 //   visibility = 1 - sum_n w_n B_n / sum_n w_n G_n
-// A 5 x 5 window whose outermost rows and columns count half holds every pattern equally often; a 3 x 3 window does so for
-// four patterns, and there two opposite neighbours count only together: the mean is not drawn aside where one is missing.
-// A neighbour's weight falls with its distance from the pixel's tangent plane, and with the pixel's distance from the
-// neighbour's tangent plane, both in inverse depth. So nothing is mixed across an edge.
+// A 5 x 5 window whose outermost rows and columns count half holds each of 16 patterns equally often; a 3 x 3 window
+// does so for 4 patterns. There two opposite neighbours count only together, so that a missing one does not shift the
+// mean. A neighbour's weight falls with its distance from the pixel's tangent plane, and with the pixel's distance from
+// the neighbour's tangent plane, both in inverse depth. So nothing is mixed across an edge.
 // Built for: PERSPECTIVE = 0 1; REACH = 0 1 2; OUTPUT = 0 1 2; CLAMP = 0 1
 
 #include "ray.h"
@@ -34,7 +35,7 @@
 typedef struct {
     int x, y, v, column; // x in the split image's first plane
     floatV q, right, down;
-    floatV inverse; // of how far a neighbour may lie off
+    floatV inverse; // 1 / the distance that a neighbour may lie off the tangent plane
 } centreV;
 
 INLINE uint neighbour_at(const split_params* split, const centreV* c, int dx, int dy) {

@@ -1,5 +1,5 @@
-// The last pass of dof: what is left of T shows what was found behind the blurred foreground; where nothing was, what is
-// known stands for all. A pixel that nothing known reaches is NaN.
+// The last pass of dof. What is left of T shows the colour that was found behind the blurred foreground. Where none was
+// found, the known part stands for the whole pixel. A pixel that no known colour reaches is NaN.
 
 #include "vector.h"
 #include "pixels.h"

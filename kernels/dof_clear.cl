@@ -1,5 +1,5 @@
-// Before the first layer: all of the lens is left, and nothing seen. Of what is left to wide circles no foreground keeps
-// anything yet.
+// The state before the first layer: all of the lens is left, and no colour has been added. No foreground limits yet
+// what is left to wide circles.
 // Built for: PLANES = 10 12 13 15; WIDE = 0 1
 
 #include "tiles.h"

@@ -6,9 +6,10 @@
 // product telescopes. An alpha of the own sum alone, as painters have it, counts complementary coverage twice.
 // What a blurred foreground hides of something sharper is nowhere in the image. There the colour behind is the mean of what
 // lies behind within the foreground's own circle (FILL), used by dof.cl for what is left of T.
-// Nothing is summed where T is 0 or no aperture around has any of the layer's own, nor rows of tiles without what lies in the
-// layer or behind it, and no colours where nothing lies in the layer: all of that would add zeros, so the bits are the same.
-// Where pixels are read directly an item goes through several layers, so that what they have laid stays near.
+// Sums that would only add zeros are left out, so the bits are the same: where T is 0, where no aperture around holds a
+// pixel of the layer, rows of tiles without a pixel in the layer or behind it, and colours of rows without a pixel in
+// the layer. Where pixels are read directly, an item goes through several layers, so that their results stay in the
+// cache.
 // Built for: FILL = 0 1; BRIGHT = 0 1; DIRECT = 0 1; BEHIND = 0 1
 
 #include "tiles.h"
@@ -24,7 +25,7 @@
 
 #define ROWS dof_rows_at_once
 #if DIRECT
-#define WORDS 3 // of an entry of the list: SlicePass of dof_slices.hpp
+#define WORDS 3 // of an entry of the list: LayerPass of dof_layers.hpp
 #else
 #define WORDS 1
 #endif
@@ -74,7 +75,7 @@ INLINE void add_span(__global const float* from, const span_params* span, uint p
         sum[k] = fma(weight, LOAD(float, high + k * plane) - LOAD(float, low + k * plane), sum[k]);
 }
 
-// The same of a row without any of the layer's own.
+// The same for a row that has no pixel of the layer: only what lies behind is summed.
 INLINE void add_behind(__global const float* from, const span_params* span, uint plane, floatV* sum) {
     __global const float* here = from + plane;
     sum[1] = fma((floatV)span->weight, LOAD(float, here + span->high) - LOAD(float, here + span->low), sum[1]);
@@ -82,8 +83,8 @@ INLINE void add_behind(__global const float* from, const span_params* span, uint
 #endif
 
 // Lays the layer's share of a row of pixels over what was seen before it.
-// `wide` is not 0 where the pixel itself belongs to the foreground and its circle is smaller than the layer's, and no plate
-// shows what the foreground hides. It is 1 from one layer of difference on.
+// `wide` is not 0 where the pixel itself belongs to the foreground, its circle is smaller than the layer's, and no
+// clean plate shows what the foreground hides. It is 1 from one layer of difference on.
 INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* wide) {
     __global float* before = here + (2 * CHANNELS + 2) * plane;
     __global float* left_to_wide = before + plane;
@@ -136,7 +137,7 @@ typedef struct {
 INLINE void lay(const layer_at* s, __global float* state, size_t at, const floatV* sum) {
     const float middle = (float)s->p->middle;
     const floatV own = LOAD(float, s->planes + at), alike = 2.0f * middle - own;
-    intV unknown = own < middle; // what lies behind it
+    intV unknown = own < middle; // is it unknown what lies behind the pixel?
 #if BEHIND
     unknown &= LOAD(float, s->planes + (1 + CHANNELS) * s->p->plane + at) < 0.0f;
 #endif
@@ -249,7 +250,7 @@ INLINE bool lay_rows(const gather_from* from, __global const float* planes, __gl
 __kernel void dof_gather(__global const float* planes, __global const uint* tiles, __global const float* source,
                          __global const uint* list, __global const uint* starts, __global const float* spans,
                          __global float* state, const blur_params p, const layer_params s) {
-    // Neighbours share a group, and what they read its memory.
+    // Neighbouring items lie in one group, so that they read the same memory.
     const uint item = get_global_id(0), x = item % (dof_tile_columns / V) * V;
     const uint index = item / (dof_tile_columns / V) / (dof_tile_rows / ROWS);
     if (index >= s.tiles)

@@ -27,7 +27,7 @@
 #else
 #define EMPTY 1e-3f // what a cut leaves of running sums may be their rounding
 #endif
-#define LEAST 1e-4f // of the lens: what is left or gone of it is no part
+#define LEAST 1e-4f // of the lens: a smaller part, left or covered, is taken for none
 
 typedef struct {
     floatV share; // of what is left of the lens, 0 to 1

@@ -3,9 +3,9 @@
 // certainly behind and sharper, its colour, and what is behind the focus and no sharper; under BRIGHT what of the layer's
 // colour lies beyond the knee. A pixel counts for layer k by 1 - |s - k|, as behind it by s - k up to 1, and as certainly
 // behind, which the other share of a surface between two layers is not, by s - k - 1 up to 1.
-// Under BEHIND a pixel has a second surface, which counts like the first. Under MOMENT there is a last sum: of the columns of
-// the own.
-// Restarted, and with highlights summed apart, since what a running sum has met stays in its rounding.
+// Under BEHIND a pixel has a second surface, which counts like the first. Under MOMENT there is a last sum: the columns
+// of the layer's own pixels.
+// The sums are restarted, and highlights are summed apart, because large values leave their rounding in a running sum.
 // Built for: FILL = 0 1; BRIGHT = 0 1; BEHIND = 0 1; MOMENT = 0 1
 
 #include "tiles.h"
@@ -36,7 +36,7 @@
 #define LATER_8(v) (float16)((float8)0.0f, v.s01234567)
 #endif
 
-// Pixels at once, whatever V: the order of a running sum is part of its bits.
+// 16 pixels at once, whatever V is: the order of a running sum decides its bits.
 typedef float16 __attribute__((aligned(4))) float16_anywhere;
 
 // Stores the running sums up to each pixel of `value`, continued from `sum`.
@@ -50,7 +50,7 @@ INLINE void store_running(float16 value, float* sum, __global float* target) {
     *sum += before.sf + value.sf;
 }
 
-// Adds a channel of what `own` of a surface counts, beyond the knee apart.
+// Adds a channel of a surface, weighted by `own`; the part beyond the knee is summed apart.
 INLINE void add_color(float16* value, int k, float16 own, float16 color, float knee) {
 #if BRIGHT
     const float16 base = min(max(color, -knee), knee);
@@ -61,7 +61,7 @@ INLINE void add_color(float16* value, int k, float16 own, float16 color, float k
     value[2 + k] = fma(own, base, value[2 + k]);
 }
 
-// What a pixel counts that is so many layers behind this one, or in it.
+// The weight of a pixel that lies `off` layers behind this one, or in it.
 INLINE float16 behind_layer(float16 off) {
     return min(max(off + 2.0f, 0.0f), 1.0f);
 }

@@ -1,4 +1,5 @@
-// Which layers a tile's pixels lie in, a bit each, under BEHIND also what lies behind them, and in the last bit whether some colour lies beyond the knee.
+// Which layers a tile's pixels lie in, a bit each; under BEHIND also the layers of the surfaces behind them. The last
+// bit says whether some colour lies beyond the knee.
 // Built for: BEHIND = 0 1
 
 #include "tiles.h"
@@ -34,10 +35,10 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
     }
     found[dof_tile_words - 1] |= select((uintV)0, (uintV)0x80000000u, as_uintV(bright));
     for (int word = 0; word < dof_tile_words; ++word) {
-        const uint_lanes vector_width = found[word];
+        const uint_lanes lanes = found[word];
         uint all = 0;
         for (int i = 0; i < V; ++i)
-            all |= ((const uint*)&vector_width)[i];
+            all |= ((const uint*)&lanes)[i];
         tiles[dof_tile_words * (down * across + tile) + word] = all;
     }
 }

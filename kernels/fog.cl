@@ -3,8 +3,8 @@
 //   HEIGHT 0: the density is the same everywhere,             tau = density L
 //   HEIGHT 1: density(h) = density exp(-falloff (h - h0)),    tau = density(lower end) (1 - exp(-kappa L)) / kappa
 // L is the distance along the ray beyond `start`, and kappa = falloff |up . ray| > 0. Counted from the lower end, every factor
-// is positive and no exponential overflows, whichever way the ray goes. Of the sky L is infinite: upwards the quotient is
-// 1 / kappa, level or downwards the fog is complete.
+// is positive and no exponential overflows, whichever way the ray goes. L is infinite for the sky: upwards the quotient
+// is 1 / kappa, level or downwards the fog is complete.
 // All exponents are powers of two, summed in double (or two floats) where an error of theirs would be one of the density.
 // Closed form: Wenzel 2006, "Real-time Atmospheric Effects in Games".
 // Built for: HEIGHT = 0 1; PREMULTIPLIED = 0 1; START = 0 1
@@ -25,7 +25,7 @@
 
 #define LOG2_E 1.44269504f
 
-// A slope this small is as good as none, and one of 0 divides nothing.
+// Added to the slope, so that a level ray does not divide by 0; it is too small to change any other.
 #define LEVEL 1e-30f
 
 // (2^r - 1) / r for |r| <= 1/2, off by less than 2^-24 of it: the polynomial of wide_exponential, in floats. In pairs of
@@ -73,14 +73,14 @@ INLINE floatV power(wideV e) {
 }
 #endif
 
-// tau / ln 2 of what has a depth.
+// tau / ln 2 at view depth z, which may be infinite.
 INLINE floatV optical_depth(floatV z, uint x, uint y, const ray_params* eye, const fog_params* p) {
     const intV sky = z == INFINITY;
     // The length of a direction is that of a triangular matrix, see camera.h.
     const wideV first = wide_at_pixel(eye->length[0], x, y);
     const wideV second = wide_at_row(eye->length[1] + 1, y), third = wide_constant(eye->length[2][2]);
     const wideV of_row = wide_add(wide_product(second, second), wide_product(third, third));
-    // The way to the surface is so many steps of the direction.
+    // The way to the surface, counted in steps of the direction.
     wideV way = wide_add(wide_from(z), wide_negative(wide_constant(eye->eye_depth)));
 #if !W_IS_DEPTH
     const wideV per_step = wide_at_pixel(eye->depth, x, y);
@@ -115,7 +115,7 @@ INLINE floatV optical_depth(floatV z, uint x, uint y, const ray_params* eye, con
 #endif
 }
 
-// What the pixels of V elements have, the j-th V of CHANNELS V of them.
+// Repeats each pixel's value for its channels: the j-th vector of V elements out of CHANNELS.
 INLINE floatV of_elements(floatV of_pixels, int j) {
 #if V == 1
     return of_pixels;
@@ -137,7 +137,8 @@ INLINE floatV of_elements(floatV of_pixels, int j) {
 #endif
 }
 
-// The fog's colour, and which elements are an alpha, which no fog changes.
+// The fog's colour for the j-th vector of elements; is_alpha says which elements are an alpha, which fog does not
+// change.
 INLINE floatV color_of(const fog_params* p, int j) {
     const uintV channel = (LANE_INDEX(uint) + (uint)(j * V)) % CHANNELS;
     const floatV red_green = select((floatV)p->color[0], (floatV)p->color[1], channel == 1);
@@ -170,7 +171,7 @@ INLINE floatV alpha_of(const floatV* colors, int j) {
 #endif
 #endif
 
-// V elements from here on; integers count from 0 to 1. The same as pixels.h has them, one by one.
+// Reads V elements; integers count from 0 to 1. The values are those of read_element in pixels.h.
 INLINE floatV load_elements(__global const ELEMENT_TYPE* from) {
 #if ELEMENT == ELEMENT_FLOAT
     return LOAD(float, from);

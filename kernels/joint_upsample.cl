@@ -1,7 +1,7 @@
 // Joint upsampling: from a result for every second pixel of every second row to all of them.
-//   value = sum_n w_n value_n / sum_n w_n,   w = how near the pixel beside it lies to this one's tangent plane
-// Pixels without a result of their own take those on either side, two or four of them, as inverse depth says that they are of
-// the same surface; where none is, the nearest counts. So nothing is mixed across an edge, and nothing invented.
+//   value = sum_n w_n value_n / sum_n w_n,   w = how near neighbour n lies to this pixel's tangent plane
+// A pixel without a result of its own takes those of two or four neighbours, weighted by how well inverse depth says
+// that they lie on its surface. Where none does, the one closest in depth counts. So nothing is mixed across an edge.
 // Kopf et al. 2007, "Joint Bilateral Upsampling"; the plane, and what may lie off it, are those of denoise.cl.
 // Built for: OUTPUT = 0 1 2
 
@@ -87,7 +87,7 @@ INLINE void results_at(__global const float* results, const grid_params* grid, i
     }
 }
 
-// A result dx to the right and dy down, where a surface of inverse depth q has it.
+// Adds the result of the pixel dx to the right and dy down, whose inverse depth is q.
 INLINE void take(centreV* c, floatV q, const floatV* values, float dx, float dy) {
     const floatV off = fabs(fma(c->right, (floatV)dx, fma(c->down, (floatV)dy, c->q)) - q);
     const floatV weight = max(1.0f - off / c->edge, 0.0f) + NEAREST * c->edge / (c->edge + off);
@@ -107,7 +107,7 @@ INLINE void finish(const centreV* c, floatV q, floatV* values) {
     }
 #else
     const floatV mean = min(max(c->sum[0] / c->whole, 0.0f), 1.0f);
-    const floatV unknown = OUTPUT == 0 ? 1.0f : 0.0f; // nothing was looked at from here
+    const floatV unknown = OUTPUT == 0 ? 1.0f : 0.0f; // no neighbour has a result
     values[0] = select((floatV)NAN, select((floatV)1.0f, select(unknown, mean, c->whole > 0.0f), surface), known);
 #endif
 }

@@ -1,11 +1,11 @@
 // Pixels whose depth was averaged over an edge: they lie on neither of the surfaces beside them, but between these.
-//   left = 2 before1 - before2,  right = 2 after1 - after2       where the planes beside the pixel pass through it
+//   left = 2 before1 - before2,  right = 2 after1 - after2       inverse depth of the planes on both sides at the pixel
 // along a row or a column of inverse depth, which is affine on every plane: two-tap extrapolation as in slope.h (atyuwen 2020).
 // A pixel is mixed if it lies between left and right, and between its two neighbours, and is away from each by more than
 // min_step of the step from left to right and by more than rounding. The step must also be larger than the slopes beside it
 // make, as they do on a curve, and as deep as some pixels are wide, which the steps of a rough surface are not.
-// The neighbours themselves are asked too, since two taps on an object two pixels wide predict nothing. If one of the four
-// values is no number, the pixel is not mixed.
+// It must lie between its neighbours too, since two taps on an object two pixels wide predict nothing. If one of the
+// four values is NaN, the pixel is not mixed.
 
 #include "params.h"
 #include "window.h"

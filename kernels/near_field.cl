@@ -1,19 +1,20 @@
 // What the near field does to each pixel, from the discs of all near pixels around it:
-//   OUTPUT 0   reach     max |c_p| over p with c_p < 0 and |p - x| <= |c_p|/2
-//   OUTPUT 1   coverage  min(1, sum of share_p over p with |p - x| <= |c_p|/2)               see near_field_weight.cl
-//   OUTPUT 2   hidden    1 where a near pixel x is covered less than wholly (`share` holds the coverage), or where the disc of
-//                        another pixel x, of diameter |c_x|, holds a near pixel
-// A work-item skips every block and tile whose smallest circle cannot reach it. In the others it looks at each pixel for all
-// its own pixels at once. Tiles and their pixels are summed in a fixed order: the same bits for every V.
+//   OUTPUT 0   max near CoC  max |c_p| over p with c_p < 0 and |p - x| <= |c_p|/2
+//   OUTPUT 1   near alpha    min(1, sum of share_p over p with |p - x| <= |c_p|/2)            see near_field_weight.cl
+//   OUTPUT 2   disocclusion  1 where a near pixel x has a near alpha below 1 (`share` holds the near alpha), or where
+//   the disc
+//                            of another pixel x, of diameter |c_x|, holds a near pixel
+// A work-item skips every block and tile whose smallest circle cannot reach it. In the others it reads each pixel once
+// for all V pixels of its own. Tiles and their pixels are summed in a fixed order: the same bits for every V.
 // Built for: OUTPUT = 0 1 2
 
 #include "near_field.h"
 
 #if !defined(OUTPUT) || OUTPUT < 0 || OUTPUT > 2
-#error "OUTPUT is not defined: 0 reach, 1 coverage, 2 hidden"
+#error "OUTPUT is not defined: 0 max near CoC, 1 near alpha, 2 disocclusion"
 #endif
 
-// Pixels between two stretches of them.
+// Number of pixels between two ranges of columns or rows.
 INLINE float gap(uint first, uint last, uint other_first, uint other_last) {
     return other_first > last ? (float)(other_first - last) : first > other_last ? (float)(first - other_last) : 0.0f;
 }
@@ -32,13 +33,13 @@ INLINE float least_lane(floatV v) {
 // The lanes' pixels, and what is known of them so far.
 typedef struct {
     uint x, y;
-    floatV own;     // hidden: diameters of the pixels' own discs
-    float own_most; // the largest
-    floatV found;   // reach: the largest; coverage: the sum; hidden: 1 or 0
+    floatV own;     // disocclusion: diameters of the pixels' own discs
+    float own_most; // the largest of these
+    floatV found;   // max near CoC: the largest; near alpha: the sum; disocclusion: 1 or 0
     float least;    // of `found` of all lanes
 } gathered;
 
-// May anything in a square of pixels matter, whose least circle is known?
+// May any pixel of a square whose least circle is known change the result?
 INLINE int may_matter(const gathered* g, float least, uint left, uint top, uint across, const near_field_params* p) {
     const float aside = 2.0f * gap(g->x, g->x + (V - 1), left, left + (across - 1));
     const float down = 2.0f * p->vertical * gap(g->y, g->y, top, top + (across - 1));

@@ -5,7 +5,7 @@
 
 #include "vector.h"
 
-// Does a disc of that diameter reach so many half pixels aside and down? One expression for all who ask.
+// Does a disc of that diameter reach so many half pixels aside and down? All kernels use this one expression.
 INLINE intV reaches(floatV diameter, floatV twice_aside, floatV twice_down) {
     return fma(twice_aside, twice_aside, twice_down * twice_down) <= diameter * diameter;
 }

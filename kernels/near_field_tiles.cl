@@ -1,5 +1,5 @@
-// The least and the greatest circle of confusion in each tile of an image, or of each block in an image of tiles. What is
-// no number counts for nothing; a tile without any number has NaN.
+// The least and the greatest circle of confusion in each tile of an image, or of each block in an image of tiles. NaN
+// is left out; a tile of nothing but NaN has NaN.
 
 #include "vector.h"
 

@@ -36,8 +36,8 @@ INLINE void nearest_plane(const window* w, floatV error, plane* p) {
 }
 
 #if RADIUS > 0
-// The plane of least squares through the pixels that `p` predicts to within `margin` + `per_pixel` times the distance. Drawn
-// towards `p` by as much as one pixel beside it is worth, so that a lonely pixel keeps it.
+// The plane of least squares through the pixels that `p` predicts to within `margin` + `per_pixel` times the distance.
+// It is drawn towards `p` with the weight of one pixel, so that a pixel without any neighbour that fits keeps `p`.
 INLINE void refit(const window* w, floatV margin, floatV per_pixel, plane* p) {
     floatV n = (floatV)0.0f, sx = (floatV)0.0f, sy = (floatV)0.0f, sr = (floatV)0.0f;
     floatV sxx = (floatV)1.0f, sxy = (floatV)0.0f, syy = (floatV)1.0f, sxr = (floatV)0.0f, syr = (floatV)0.0f;
@@ -117,8 +117,8 @@ __kernel void normals(__global const float* source, __global float* target, cons
 #endif
     const floatV nx = component(&p, 0, &found, along), ny = component(&p, 1, &found, along),
                  nz = component(&p, 2, &found, along);
-    // Brought into [1, 2) by a power of two, so that squares neither overflow nor vanish, and made one long: a step of Newton
-    // on the guess leaves the roundings.
+    // The vector is brought into [1, 2) by a power of two, so that squares neither overflow nor vanish, and is made one
+    // long. After a step of Newton on the guess only roundings are left.
     const floatV largest = max(max(fabs(nx), fabs(ny)), fabs(nz));
     const floatV scale = as_floatV(0x7f000000 - (as_intV(largest) & 0x7f800000));
     const floatV sx = nx * scale, sy = ny * scale, sz = nz * scale;

@@ -3,7 +3,6 @@
 // A `wide` is a double as its bits, or two floats (high part in the low word) for a device without double:
 // `pack_wide` in src/operations/parameters.cpp writes it, `wide_*` in vector.h reads it.
 // An affine function of (v, x, y, 1) is four of them: v the stored value, (x, y) the pixel's centre.
-
 //
 // Every struct is followed by PARAMS(name, bytes): both compilers check its size, and the host learns the name that OpenCL
 // reports for an argument of it. Nothing else needs to know that a struct exists.
@@ -141,7 +140,7 @@ CONSTANT(split_margin, 16)
 CONSTANT(ssao_band, 256)
 
 // An image split into 4 x 4 planes: pixel (x, y) lies in plane 4 (y mod 4) + x mod 4 at column x / 4 and row y / 4, so
-// that pixels which share a sampling pattern are neighbours in memory. `margin` columns on both sides and one row above
+// that pixels which share a jitter pattern are neighbours in memory. `margin` columns on both sides and one row above
 // and below hold what lies outside.
 typedef struct {
     u32 width, height;   // of the image, pixels
@@ -152,7 +151,7 @@ typedef struct {
 } split_params;
 PARAMS(split_params, 32)
 
-// A sample of one sampling pattern along a slice: the pixel nearest to it, and the stretch of the slice that this pixel
+// A sample of one jitter pattern along a slice: the pixel nearest to it, and the stretch of the slice that this pixel
 // represents. Distances are in pixels along the slice, from the centre pixel unless said otherwise.
 typedef struct {
     int offset;               // elements from the centre pixel to the sample, in the split image
@@ -186,7 +185,7 @@ typedef struct {
 } occlusion_params;
 PARAMS(occlusion_params, 136)
 
-// The circle of confusion of a stored value: see Circle in include/fathom/lens.hpp and kernels/circle.h.
+// The circle of confusion of a stored value: see CircleOfConfusion in include/fathom/lens.hpp and kernels/circle.h.
 typedef struct {
     wide numerator[4];   // sum: c, or 1/(z - lens_depth) under a perspective; quotient: c = numerator / denominator
     wide denominator[4];
@@ -199,7 +198,7 @@ typedef struct {
     float infinite; // of a stored value that is infinite
     float largest;  // no circle is larger, on either side
     float sharp;    // up to this |c| all is in focus
-    float inverse_transition; // of the pixels from there to none
+    float inverse_transition; // 1 / the pixels from there to where nothing is in focus
 } circle_params;
 PARAMS(circle_params, 152)
 
@@ -228,7 +227,7 @@ typedef struct {
     float vertical;      // horizontal pixels that a vertical one is high
     float sharp;         // as in circle_params
     float inverse_transition;
-    float shows;         // a near layer that covers less than this lets something through
+    float shows;         // a near field whose alpha is less than this shows something behind it
 } near_field_params;
 PARAMS(near_field_params, 56)
 
@@ -247,7 +246,7 @@ CONSTANT(dof_direct_reach, 2)
 // Fractions of the aperture, from 0 to 1, that the table of half-planes holds.
 CONSTANT(dof_fractions, 256)
 
-// Pixels across and down of a block, of which the farthest slice is known.
+// Pixels across and down of a block, of which the farthest layer is known.
 CONSTANT(dof_behind_block, 8)
 
 // An entry of a list of tiles: a tile's column, its row, and two flags.
@@ -255,7 +254,7 @@ CONSTANT(dof_behind_block, 8)
 #define ENTRY_COLUMN_MASK 0xffffu
 #define ENTRY_ROW_MASK 0x3fffu
 #define ENTRY_FOREGROUND_BIT 30 // some pixels lie before the focus
-#define ENTRY_FOLLOWS_BIT 31    // the slice just before it reached this tile too
+#define ENTRY_FOLLOWS_BIT 31    // the layer just before it reached this tile too
 
 // An image cut into tiles of 64 x 8 pixels that are anchored at the camera's image. Planes hold whole tiles, with a margin of
 // 16 columns on either side.
@@ -265,14 +264,14 @@ typedef struct {
     u32 columns, rows; // of a plane, without margins
     u32 stride;        // elements from row to row of a plane
     u32 plane;         // elements from plane to plane
-    u32 middle;        // the slice of what is in focus
-    float per_octave;  // slices in which a circle doubles
+    u32 middle;        // the layer of what is in focus
+    float per_octave;  // layers in which a circle doubles
     float largest;     // circle, pixels
     float knee;        // colours beyond this are summed apart
 } blur_params;
 PARAMS(blur_params, 48)
 
-// One slice of circle of confusion, and the tiles that it is worked out for at once; of several the first.
+// One layer of circle of confusion, or the first of several, and the tiles that one launch computes.
 typedef struct {
     float layer;
     u32 tiles, list;  // how many there are, and where the list of them begins
@@ -304,12 +303,12 @@ typedef struct {
 } aperture_tap_params;
 PARAMS(aperture_tap_params, 20)
 
-// How a slice's pixels lie in the lens, and which tables its parts are read from. See kernels/dof_parts.cl.
+// How a layer's pixels lie in the lens, and which tables its parts are read from. See kernels/dof_parts.cl.
 typedef struct {
     float across, down;  // lens coordinates per column and row
     float radius;        // of the aperture, parts of a pixel
     u32 single;          // does the pixel alone show through all of the lens?
-    u32 taps, tap_count; // where the slice's own begin, where pixels are read directly
+    u32 taps, tap_count; // where the layer's own begin, if pixels are read directly
     u32 directions;      // of the table of half-planes: 1, or many all around
 } part_params;
 PARAMS(part_params, 28)
@@ -317,7 +316,7 @@ PARAMS(part_params, 28)
 // Where to look for what lies behind a pixel.
 typedef struct {
     u32 block_columns, block_rows; // of 8 x 8 pixels
-    float farthest;                // slice of any pixel
+    float farthest;                // layer of any pixel
     float vertical;                // horizontal pixels that a row is high
 } behind_params;
 PARAMS(behind_params, 16)

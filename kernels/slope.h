@@ -21,7 +21,7 @@
 
 #define THIN 0.25f // of the radius: what lies that far from its neighbours' planes is not part of them
 
-// Inverse depth of a neighbour, NaN for the background, which no slope may reach to.
+// Inverse depth of a neighbour; NaN for the background, because no slope may lead to it.
 INLINE floatV surface_only(floatV q) {
 #if PERSPECTIVE
     return select(q, (floatV)NAN, q == 0.0f);

@@ -5,7 +5,7 @@
 
 #include "vector.h"
 
-// Inverse depth of an invalid pixel: behind everything, and still a number.
+// Inverse depth where there is no surface: behind everything, and still a number.
 #define NOTHING -1e37f // background
 #define UNKNOWN -2e37f // invalid, or outside the image
 

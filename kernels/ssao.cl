@@ -1,4 +1,4 @@
-// Ambient occlusion from inverse depth, V pixels of one sampling pattern per work-item.
+// Ambient occlusion from inverse depth, V pixels of one jitter pattern per work-item.
 //   visibility = 1 - sum_slices w B / sum_slices w G,   w = dphi(view ray) / dphi(screen)
 // A slice is the plane through the view ray and a direction on the screen; B of its cosine-weighted measure
 //   G(t) = 1/2 [sin^2 t + nu (t - sin t cos t)],  nu = n.T / n.V,  t from the view ray to the tangent plane
@@ -100,7 +100,7 @@ typedef struct {
     floatV direction[3], length, inverse_length;
     floatV along[2]; // a step to the right and down, as far as it goes towards the eye
     floatV distance; // from the eye; 1 for an orthographic camera
-    floatV steepest; // slope that is followed on a surface that is no plane's
+    floatV steepest; // slope that a surface is followed along if it is not the tangent plane's
 } pixelV;
 
 // A slice: the direction (x, y) on the screen, the sphere's radius in it, and how its sectors are rounded.
@@ -351,7 +351,7 @@ INLINE sideV side_at(const pixelV* c, const sliceV* slice, float sign, float slo
     set_sphere(&side, c, slice, sign);
     side.scale = (PERSPECTIVE ? c->distance : c->length) * slice->inverse_across;
     const floatV flat = sign * slice->along * slice->inverse_across;
-    side.offset = flat - side.scale * (slope_errors * c->error); // what is higher for certain
+    side.offset = flat - side.scale * (slope_errors * c->error); // so that only what is certainly higher counts
     set_sectors(&side, fma(side.scale, side.tangent, flat), slice->rounding);
     return side;
 }

@@ -37,7 +37,7 @@ INLINE floatV load_every(__global const float* first) {
 #endif
 }
 
-// The same; `outside` where the image is not.
+// The same at (x, y); beyond the image the border's pixels under CLAMP, `outside` otherwise.
 INLINE floatV row_at(__global const float* image, const grid_params* grid, int x, int y, float outside) {
     const int width = (int)grid->x_end, height = (int)grid->height;
     if (y >= 0 && y < height && x >= 0 && x + V + EVERY - 1 <= width)
@@ -79,7 +79,7 @@ INLINE floatV across_gaps(floatV found, const floatV* nearby, floatV q, floatV s
 
 #if GIVEN_NORMALS
 // The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
-// factor for an orthographic camera. A normal that looks away from the eye is none: its surface is taken to face the eye.
+// factor for an orthographic camera. If a normal points away from the eye, its surface is taken to face the eye.
 INLINE void slopes_of(__global const float* normals, const source_params* source, const split_params* split,
                       const occlusion_params* p, int x, int y, floatV q, floatV fx, float fy, floatV* right,
                       floatV* down) {

@@ -19,7 +19,7 @@
 // The compilers of CPU devices, which alone take V > 1, are all clang.
 #define SHUFFLE __builtin_shufflevector
 
-// Lanes to neighbours in memory. `w` is written where there are four channels.
+// Stores the vectors of neighbouring lanes one after another. `w` is written where there are four channels.
 INLINE void store_vectors(floatV x, floatV y, floatV z, floatV w, __global float* target) {
 #if V == 1
     target[0] = x;

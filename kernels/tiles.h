@@ -7,20 +7,20 @@
 #include "vector.h"
 #include "params.h"
 
-#define NOWHERE -1e6f // the layer of what takes part in nothing
+#define NOWHERE -1e6f // the layer of a pixel that takes part in no layer
 #define JUMP 2.0f     // layers: a surface's neighbours in depth are not behind it
 
 #if !defined(CHANNELS) || CHANNELS < 3 || CHANNELS > 4
 #error "CHANNELS is not defined: 3 or 4, of a pixel's colour"
 #endif
 
-// Of a pixel's first plane: column x of tile `across`, row y of all.
+// The element of the first plane that holds column x of tile `across` and row y of the image.
 INLINE size_t in_planes(const blur_params* p, uint across, uint x, uint y) {
     return (size_t)y * p->stride + dof_margin + across * dof_tile_columns + x;
 }
 
-// What layer k finds in a row of tiles, `pad` columns around a tile: 2 pixels of its own, 1 only some that are not nearer,
-// 0 none.
+// What layer k finds in a row of tiles, `pad` columns around a tile. 2: pixels of its own; 1: only pixels that are not
+// nearer; 0: none.
 INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint across, uint down, uint pad, uint k) {
     const uint aside = (pad + dof_tile_columns - 1) / dof_tile_columns, count = p->columns / dof_tile_columns;
     const uint first = across > aside ? across - aside : 0, last = min(across + aside, count - 1);
@@ -44,7 +44,7 @@ INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint 
 #define ENTRY_FOREGROUND (1u << ENTRY_FOREGROUND_BIT)
 #define ENTRY_FOLLOWS (1u << ENTRY_FOLLOWS_BIT)
 
-// Layers that the pixels lie in of rows [begin, end), so many columns aside of V of them.
+// The range of layers that the pixels of rows [begin, end) lie in, up to `aside` columns beside V pixels.
 typedef struct {
     float least, greatest;
 } layer_range;

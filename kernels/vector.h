@@ -91,7 +91,7 @@ INLINE floatV vector_from(uint x) {
     return (floatV)((float)x) + LANE_INDEX(float) + 0.5f;
 }
 
-// Is it true of a lane? The builtin asks each in turn.
+// Is the condition true in any lane? The builtin would test each in turn.
 INLINE bool any_of(intV condition) {
 #if V == 1
     return condition != 0;
@@ -130,8 +130,9 @@ INLINE pairV renormalised(floatV high, floatV low) {
     return (pairV){sum, low - (sum - high)};
 }
 
-// numerator / (high + low), half an ulp and a bit: the float quotient and what is left of the numerator.
-// A zero denominator gives infinity, as the pole of a projection should, and so does a quotient beyond the floats.
+// numerator / (high + low), to little more than half an ulp: the float quotient, corrected by what is left of the
+// numerator. A zero denominator gives infinity, as the pole of a projection should, and so does a quotient beyond the
+// floats.
 INLINE floatV quotient_pair(pairV numerator, pairV denominator) {
     const floatV inverse = 1.0f / denominator.high;
     const floatV guess = numerator.high * inverse;

@@ -14,7 +14,7 @@ INLINE window window_at(__global const float* source, const grid_params* grid, i
     return (window){source + grid->source_offset + (size_t)y * grid->source_stride + x, (long)grid->source_stride};
 }
 
-// Those dx to the right and dy down: NaN where there is none, as far as the margin reaches.
+// The pixels dx to the right and dy down: NaN outside the image, as far as the margin reaches.
 INLINE floatV neighbour(const window* w, int dx, int dy) {
     return LOAD(float, w->here + dy * w->stride + dx);
 }

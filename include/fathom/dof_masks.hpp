@@ -64,8 +64,8 @@ struct DofMasks {
     Image near_alpha = {};
 
     /// 1 where a blur needs what the near field (c_p < −sharp_px) hides. Either x belongs to the near field and its near alpha is
-    /// below 1 by `disocclusion_min_transparency`, or x does not and some of the layer lies within the disc of x. 0 elsewhere,
-    /// and for invalid pixels.
+    /// below 1 by `disocclusion_min_transparency`, or x does not and a pixel of the near field lies within the disc of
+    /// x. 0 elsewhere, and for invalid pixels.
     Image disocclusion = {};
 
     /// 1 where depth was averaged over an edge: along a row or a column it lies between the surfaces on both sides, and neither

@@ -5,7 +5,7 @@
 
 namespace fathom {
 
-/// What the device, its driver or a file said when it would not do what was asked.
+/// A failure of the device, its driver or a file.
 /// Options out of range are `std::invalid_argument` instead, naming the option, the value and the range.
 class Error : public std::runtime_error {
 public:

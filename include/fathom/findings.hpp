@@ -65,7 +65,7 @@ struct CameraFindings {
     Camera camera;
     DepthForm form;
     std::size_t background = 0;                ///< pixels that hold the background's value
-    std::optional<DepthBits> bits;             ///< of the buffer whose precision is told; none for half floats
+    std::optional<DepthBits> bits;             ///< of the buffer whose precision is reported; none for half floats
     std::vector<RangePoint> range;             ///< near, middle, far; none where the stored values have no end
     std::optional<std::size_t> invalid;        ///< pixels whose value is no depth; none when the image was not decoded
     std::vector<SurfacePoint> surfaces;        ///< nearest, middle, farthest; none when no pixel shows a surface

@@ -55,8 +55,8 @@ struct Intrinsics {
 
 /// A projection: clip = matrix · view-space point (column vectors), with the conventions needed to read it.
 ///
-/// The matrix is kept in `long double`, because at far/near = 10⁹ a double alone shifts depth by 3e-8:
-/// the truth of a builder is its parameters, the truth of a given matrix is the doubles that were given.
+/// The matrix is kept in `long double`, because at far/near = 10⁹ a double alone shifts depth by 3e-8.
+/// A builder's projection is exact for its parameters, a given matrix for the doubles that were given.
 struct Projection {
     using Matrix = Eigen::Matrix<long double, 4, 4>;
 
@@ -66,8 +66,9 @@ struct Projection {
     Convention convention;
     DepthOrder order = DepthOrder::standard;
 
-    /// The third row without what it owes to one end of the volume: matrix.row(2) = clip_value · matrix.row(3) + row.
-    /// Builders know it; in the matrix, a far plane that is far away has rounded it off.
+    /// The third row without a multiple of the fourth, which belongs to one end of the volume: matrix.row(2) =
+    /// clip_value · matrix.row(3) + row. Builders know it; in the matrix, a far plane that is far away has rounded it
+    /// off.
     struct ThirdRow {
         long double clip_value; ///< clip_near() or clip_far()
         Row row;

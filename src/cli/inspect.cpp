@@ -45,7 +45,7 @@ cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption
     }
 }
 
-Findings look_at(const Options& options) {
+Findings inspected(const Options& options) {
     CameraFile camera_file;
     if (!options.camera.empty())
         camera_file = read_camera(options.camera);
@@ -220,7 +220,7 @@ void print_findings(const Options& options, const Findings& found) {
 }
 
 int inspect(const Options& options) {
-    const Findings found = look_at(options);
+    const Findings found = inspected(options);
     if (options.json)
         print_json(as_json(options, found));
     else

@@ -1,4 +1,4 @@
-// Signals: a flag that the work looks at between two steps.
+// Signals set a flag, which is tested between two steps of the work.
 #include "interrupt.hpp"
 
 #include <csignal>
@@ -20,7 +20,7 @@ void catch_interrupts() {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         struct sigaction action {};
         sigaction(signal, nullptr, &action);
-        if (action.sa_handler == SIG_IGN) // started with nohup or in the background: stays so
+        if (action.sa_handler == SIG_IGN) // started with nohup or in the background: stays ignored
             continue;
         action = {};
         action.sa_handler = remember;

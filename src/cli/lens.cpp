@@ -76,7 +76,7 @@ void use_default(std::optional<Value>& value, const std::optional<double>& from_
         return;
     if (!(*from_file > 0) || (std::isinf(*from_file) && !infinity_will_do))
         throw UsageError(
-            fmt::format("{}: \"{}\" is {}, which is none of a lens; it is above 0", file, key, number(*from_file)));
+            fmt::format("{}: \"{}\" is {}, which no lens has; it must be above 0", file, key, number(*from_file)));
     value = *from_file;
 }
 
@@ -168,7 +168,7 @@ void complete(LensOptions& lens, const std::string& camera_file) {
         missing("--focus", "focus_distance", "a length in scene units, or --focus-at X,Y");
     if (!perspective && !lens.focal_length_mm)
         missing("--focal-length-mm", "lens_mm",
-                "it: orthographic rays have none, and the aperture is F over the f-number");
+                "it: an orthographic projection has none, and the aperture is F over the f-number");
     if (!lens.focal_length_mm && !lens.sensor_mm)
         missing("--focal-length-mm", "lens_mm", "it or --sensor-mm, or both");
     if (perspective && lens.focus && lens.focal_length_mm && *lens.focus * lens.mm_per_unit <= *lens.focal_length_mm)

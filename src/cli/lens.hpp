@@ -29,12 +29,12 @@ struct LensOptions {
 
 void add_lens_options(CLI::App& app, LensOptions& lens);
 
-/// Takes what is not given from the camera file, and refuses what is then still missing or cannot be.
+/// Takes what is not given from the camera file, and refuses a lens that is still incomplete or impossible.
 /// Throws: UsageError, and Error for the camera file.
 void complete(LensOptions& lens, const std::string& camera_file);
 
-/// What the lens amounts to for this image, which may say what is in focus.
-/// Throws: Error, for a pixel without depth say.
+/// The circle of confusion of this lens for this image. The image gives the focus if the lens focuses on a pixel.
+/// Throws: Error, for instance for a pixel without depth.
 CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored);
 
 } // namespace fathom::cli

@@ -15,9 +15,9 @@ namespace fathom::cli {
 void add_max_error(CLI::App& app, std::optional<double>& max_error, bool& explain, const std::string& unit,
                    const std::vector<std::string>& chosen, const std::string& group);
 
-/// Sees that there is something that meets an input's --max-error, and on request prints on one line of stderr what that is,
-/// its error and its cost. Without --max-error nothing.
-/// Throws: Error where nothing meets it.
+/// Checks that some method meets an input's --max-error. On request prints on one line of stderr which method that is,
+/// its error and its time. Does nothing without --max-error.
+/// Throws: Error if no method meets it.
 void explain_method(fathom::Operation operation, const StoredDepth& stored, const Job& job,
                     std::optional<double> max_error, bool explain);
 

@@ -16,7 +16,7 @@ void complain(std::string_view message);
 std::string about(const std::filesystem::path& subject, std::string_view message,
                   const std::vector<std::filesystem::path>& already_named = {});
 
-/// Prints a line of JSON on stdout. Bytes that are no UTF-8 (in file names) are replaced.
+/// Prints a line of JSON on stdout. Bytes that are not UTF-8 (in file names) are replaced.
 void print_json(const nlohmann::ordered_json& value);
 
 /// A number for JSON, which has neither NaN nor infinity: those are the strings "nan", "inf" and "-inf".

@@ -21,7 +21,7 @@ struct DeviceOption {
     Device open() const;
 };
 
-/// How the program speaks on stdout about what went well.
+/// What the program prints on stdout about its successes.
 enum class Report { line, json, nothing };
 
 /// What every operation on depth images takes.

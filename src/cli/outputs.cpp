@@ -79,7 +79,7 @@ fs::path place(const DepthOptions& options, const Output& output, const fs::path
     return file;
 }
 
-// Where it should be, when it is nowhere: reading it then says so.
+// The file of a companion. If there is none, the name that it should have: reading that reports the missing file.
 fs::path find(const DepthOptions& options, const Companion& companion, const fs::path& input) {
     std::error_code ignored;
     if (companion.source.empty())

@@ -102,8 +102,8 @@ params::grid_params grid(const Image& source, const Image& target) {
             .y_begin = 0};
 }
 
-// T, colour, what is hidden and its colour, T before; then what of T is left to wide circles, or the moments of T and of T
-// before.
+// Planes of the state: T, colour, what is hidden and its colour, T before the layer. Then follow the part of T that is
+// left to wide circles or, where accurate, the moments of T now and before the layer.
 int state_planes(int channels, Quality quality) {
     return 2 * channels + 3 + (quality == Quality::accurate ? 4 : 1);
 }
@@ -149,7 +149,7 @@ int farthest_layer(std::span<const TileBits> tiles) {
     return 0;
 }
 
-// Gives every pixel what lies behind it.
+// Gives every pixel its second surface: what lies behind it.
 void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
     constexpr u32 side = params::dof_behind_block;
     const params::behind_params b{.block_columns = blur.p.columns / side,
@@ -238,7 +238,7 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
     blur.device.finish(); // the tables are the host's
 }
 
-// Blurs what has a circle anywhere.
+// Blurs a picture that has a circle somewhere.
 void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
           const DofOptions& options, const Image& circles, runtime::Scratch& scratch) {
     const Device& device = stored.image.device();

@@ -1,6 +1,6 @@
 // Apertures as spans of columns. An aperture is cut into fine horizontal lines; each is one chord, for it is convex. A small
-// one keeps the share of every pixel, as nested spans whose weights add up to it; a large one has one span of whole pixels a
-// row, whose rounding is carried from row to row, so that no edge across many rows sees it.
+// one keeps the share of every pixel, as nested spans whose weights add up to it. A large one has one span of whole
+// pixels a row; its rounding is carried from row to row, so that it averages out along an edge.
 
 #include "operations/dof_aperture.hpp"
 
@@ -38,8 +38,8 @@ struct Point {
 // A polygon's corners, or an ellipse's axes; y up.
 struct ApertureShape {
     std::vector<Point> corners;
-    double across = 1, up = 1;   // half the axes, before
-    double cosine = 1, sine = 0; // the ellipse is turned
+    double across = 1, up = 1;   // half the axes of the ellipse before it is turned
+    double cosine = 1, sine = 0; // of the angle by which it is turned
 };
 
 std::vector<Point> corners_of(const Aperture& aperture) {
@@ -108,7 +108,7 @@ std::optional<Interval> chord(const ApertureShape& aperture_shape, double y) {
 // Chords of one row of a strip, in pixels around the pixel's centre, evenly spaced, only those that there are.
 struct Row {
     std::vector<Interval> chords;
-    int lines; ///< that were tried
+    int lines; ///< as many as there could be; the aperture may miss some
 };
 
 // How an aperture lies around a pixel.
@@ -210,7 +210,7 @@ double thinnest(const Aperture& aperture) {
 ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch,
                              Quality quality) {
     const double radius = std::abs(circle) / 2, height = radius * aspect;
-    if (radius <= 0.5) // nothing is seen but the pixel
+    if (radius <= 0.5) // the circle is within the pixel
         return {0, 0, {0, 1}, {{0, 1, 1}}};
     const Placed placed{aperture_shape_of(aperture), radius, height, circle > 0, upright};
     const Point far = reach_of(placed.aperture_shape);
@@ -319,7 +319,7 @@ ApertureShape turned(const ApertureShape& aperture_shape, double angle) { // so 
     return result;
 }
 
-// For every share of the aperture the half-plane that has it, its normal at an angle.
+// For every fraction of the aperture, the half-plane that leaves it open and whose normal is at this angle.
 std::vector<HalfPlane> half_planes(const ApertureShape& aperture, double angle) {
     constexpr int lines = 1024;
     const ApertureShape aperture_shape = turned(aperture, angle);

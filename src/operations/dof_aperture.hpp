@@ -24,7 +24,7 @@ struct ApertureSpans {
 /// Does the aperture look alike however it is turned?
 bool is_round(const Aperture& aperture);
 
-/// Half the shorter axis of the unit aperture: 1 of all but an ellipse.
+/// Half the shorter axis of the unit aperture: 1 except for an ellipse.
 double thinnest(const Aperture& aperture);
 
 /// `circle` in horizontal pixels, its sign that of the circle of confusion: before the focus the aperture is upside down.
@@ -33,10 +33,12 @@ double thinnest(const Aperture& aperture);
 ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch,
                              Quality quality = Quality::balanced);
 
-/// Parts across and down that a pixel is cut into, so that its own parts of a lens that it shows most of are told apart.
+/// Parts across and down that a pixel is cut into, so that a small circle is resolved even if one pixel covers most of
+/// it.
 int parts_of_pixel(const Aperture& aperture, double circle, double aspect);
 
-/// Parts of the pixels of a small aperture, row by row: shares that sum to 1, and the middle of what of the lens each shows.
+/// Parts of the pixels of a small aperture, row by row: shares that sum to 1, and the middle of the part of the lens
+/// that each shows through.
 /// Lens coordinates go from -1 to 1, to the right and down an image of what lies behind the focus.
 std::vector<params::aperture_tap_params> aperture_taps(const Aperture& aperture, double circle, double aspect,
                                                        bool upright);

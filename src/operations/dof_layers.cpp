@@ -15,7 +15,8 @@ using params::u32;
 // Floats that strips may take; a layer that needs more is done in bands of rows.
 constexpr std::size_t strip_budget = std::size_t{24} << 20;
 
-// With every pixel's own place in the lens: for small circles a pixel's middle is not that of what shows through it.
+// Up to this reach `accurate` reads pixels with their own places in the lens: in small circles the middle of a pixel's
+// part of the lens is not at the pixel's middle.
 constexpr int most_taps = 8;
 
 struct Grid {
@@ -30,7 +31,7 @@ struct Grid {
     bool any() const { return std::ranges::find(marked, true) != marked.end(); }
 };
 
-// Every tile within so many of a marked one.
+// Every tile within so many columns and rows of a marked one.
 Grid widened(const Grid& grid, int columns, int rows) {
     Grid wide(grid.across, grid.down), result(grid.across, grid.down);
     for (int y = 0; y < grid.down; ++y)
@@ -80,7 +81,7 @@ int divided_up(int a, int b) {
     return (a + b - 1) / b;
 }
 
-// What a layer does, wherever its pixels are.
+// A layer's circle and aperture, which do not depend on where its pixels are.
 struct Layer {
     int number;
     double circle;

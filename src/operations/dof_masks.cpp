@@ -1,5 +1,5 @@
-// Masks for depth of field: one pass of kernels/dof_masks.cl, those of near_field.cpp
-// and mixed_pixels.cpp where they are asked for.
+// Masks for depth of field: one pass of kernels/dof_masks.cl, and the passes of near_field.cpp and mixed_pixels.cpp if
+// they are asked for.
 
 #include <fathom/dof_masks.hpp>
 
@@ -75,7 +75,8 @@ std::size_t fresh_stride(int width) {
     return (bytes_of(2) - bytes_of(1)) / sizeof(float);
 }
 
-// Where the kernels write: into the images themselves, if they all lie in their memory as the kernels count.
+// Where the kernels write: into the caller's images if their layout is the one that the kernels assume, otherwise into
+// scratch images.
 DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, runtime::Scratch& scratch) {
     const auto one_pass = [](const Result& result) {
         return result.image == &DofMasks::coc || result.image == &DofMasks::near_weight ||

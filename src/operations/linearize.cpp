@@ -23,7 +23,7 @@ void run(const StoredDepth& stored, const Image& result, const LinearizeOptions&
                     ray_parameters(view, form.scale, arithmetic));
 }
 
-// Groups that overlap would decode a pixel twice: what is left of whole groups is done pixel by pixel.
+// Groups that overlap would decode a pixel twice, so the columns after the last whole group are done pixel by pixel.
 void run_in_place(const StoredDepth& stored, const LinearizeOptions& options) {
     const int width = stored.image.width();
     const int vector_width = vector_width_for(stored.image.device(), width);

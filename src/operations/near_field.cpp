@@ -14,7 +14,7 @@ namespace {
 
 constexpr int tile_px = 16; // a tile as wide as the widest vector
 
-enum class Output { reach = 0, coverage = 1, hidden = 2 };
+enum class Output { max_near_coc = 0, near_alpha = 1, disocclusion = 2 };
 
 int parts(int whole, int part) {
     return (whole - 1) / part + 1;
@@ -104,16 +104,16 @@ void near_field(const StoredDepth& stored, const DofMasksOptions& options, const
                         range_of(circle, vector_width), circle, share, tiles.least, blocks.least, result, p);
     };
     if (options.max_near_coc)
-        gather(Output::reach, circle, masks.max_near_coc);
+        gather(Output::max_near_coc, circle, masks.max_near_coc);
     if (!covered)
         return;
     const Image share = scratch.image(Element::f32, layout);
     runtime::launch(device, runtime::kernel(device, "near_field_weight", {{"V", vector_width}, {"STREAM", 0}}),
                     range_of(circle, vector_width), circle, share, p);
-    const Image coverage = options.near_alpha ? masks.near_alpha : scratch.image(Element::f32, layout);
-    gather(Output::coverage, share, coverage);
+    const Image alpha = options.near_alpha ? masks.near_alpha : scratch.image(Element::f32, layout);
+    gather(Output::near_alpha, share, alpha);
     if (options.disocclusion)
-        gather(Output::hidden, coverage, masks.disocclusion);
+        gather(Output::disocclusion, alpha, masks.disocclusion);
 }
 
 } // namespace fathom

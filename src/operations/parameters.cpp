@@ -16,10 +16,10 @@
 namespace fathom {
 namespace {
 
-// Results below this size stay in the cache for whoever reads them next.
+// Results below this size stay in the cache for their next reader.
 constexpr std::size_t streaming_bytes = std::size_t{16} << 20;
 
-int storage_choice(Storage storage) {
+int storage_define(Storage storage) {
     switch (storage) {
     case Storage::float32:
         return STORAGE_FLOAT32;
@@ -254,7 +254,7 @@ runtime::Defines decoder_defines(const DepthForm& form, const Rays& rays, Storag
     return {{"V", vector_width},
             {"STREAM", stream},
             {"FORM", static_cast<int>(form.form)},
-            {"STORAGE", storage_choice(storage)},
+            {"STORAGE", storage_define(storage)},
             {"PIXEL_TERMS", depends_on_pixel(form.numerator) || depends_on_pixel(form.denominator)},
             {"W_IS_DEPTH", rays.w_is_depth}};
 }

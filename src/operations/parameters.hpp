@@ -37,7 +37,8 @@ struct NamedImage {
 void check_result(const StoredDepth& stored, const NamedImage& result, Element element, const Layout& shape,
                   const std::vector<NamedImage>& others = {});
 
-/// The same of a result that has the size of the stored depth, a float in each channel, and may not share memory with it.
+/// The same for a result that has the size of the stored depth, a float in each channel, and may not share memory with
+/// it.
 void check_result(const StoredDepth& stored, const Image& result, int channels);
 
 /// Does another input lie on the device of the stored depth?
@@ -46,22 +47,24 @@ void check_device(const StoredDepth& stored, const NamedImage& other);
 /// Is the value one of its type's, whose names are given from 0 on?
 /// Throws: std::invalid_argument naming the option, the value and the names.
 void check_enum(const char* option, int value, std::span<const char* const> names);
-template <typename MeasuredMethod, std::size_t count>
-void check_enum(const char* option, MeasuredMethod value, const char* const (&names)[count]) {
+template <typename Enum, std::size_t count>
+void check_enum(const char* option, Enum value, const char* const (&names)[count]) {
     check_enum(option, static_cast<int>(value), std::span<const char* const>(names));
 }
 
 /// A picture's element, as kernels are built for it: ELEMENT of params.h.
 int element_define(Element element);
 
-/// Columns [begin, end) of the images, and the vector width to work on them with: never more than there are columns.
+/// Columns [begin, end) of the images.
 params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end);
+
+/// The device's vector width, or the largest that is no wider than that many columns.
 int vector_width_for(const Device& device, int columns);
 
 /// Should a result be written past the cache? Only aligned rows can be, and only large images gain.
 bool worth_streaming(const Image& result, int vector_width);
 
-/// Finite choices that every kernel which decodes depth is built for.
+/// What every kernel that decodes depth is built for.
 runtime::Defines decoder_defines(const DepthForm& form, const Rays& rays, Storage storage, int vector_width,
                                  bool stream);
 

@@ -6,7 +6,7 @@
 
 namespace fathom {
 
-/// The pixels that are looked at from: all of an image, or every second one of every second row of the camera's.
+/// The pixels that occlusion is computed for: all of an image, or every second one of every second row of the camera's.
 struct PixelLattice {
     int every;              ///< pixel of a row and row: 1 or 2
     int x, y;               ///< the first of them in the image

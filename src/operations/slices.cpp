@@ -1,5 +1,5 @@
-// Sampling jitter of the occlusion kernels: directions in equal steps over half a turn, shifted from pattern to
-// pattern, and distances that grow faster than linearly, shifted by the pattern's other half.
+// Jitter patterns of the occlusion kernels: directions in equal steps over half a turn, and distances that grow faster
+// than linearly. Each pattern shifts both by fractions of its own.
 
 #include "operations/slices.hpp"
 
@@ -53,7 +53,7 @@ float inverse(double value) {
 // Distances grow with this power of their number.
 constexpr double tap_power = 1.5;
 
-// A slice of one of the jitter: its direction on the screen, share of the radius, and rounding of its sectors.
+// A slice of one jitter pattern: its direction on the screen, fraction of the radius, and rounding of its sectors.
 struct Turn {
     double cosine, sine, share, rounding;
 };
@@ -61,22 +61,21 @@ struct Turn {
 class Maker {
 public:
     Maker(int slices, int samples, int jitter, double falloff, std::uint32_t seed, PlaneLayout place)
-        : slices_(slices), steps_(samples), jitter_(jitter), falloff_(falloff), scramble_(seed * plastic),
+        : slices_(slices), samples_(samples), jitter_(jitter), falloff_(falloff), scramble_(seed * plastic),
           place_(place) {}
 
     Turn turn(int pattern, int slice) const {
         const double shift = fraction((rank(pattern, jitter_) + 0.5) / jitter_ + scramble_);
         const double angle = std::numbers::pi * (slice + shift) / slices_;
         const double spread = fraction((rank(pattern, jitter_) * 7 % 16 + 0.5) / patterns + (slice + 1) * plastic);
-        const double alone = fraction(
-            (slice + 0.5) *
-            golden); // with a single pattern the shift of the angle is constant, so each slice gets its own fraction
+        const double alone =
+            fraction((slice + 0.5) * golden); // with a single pattern each slice gets its own fraction of the radius
         const double rounding = jitter_ > 1 ? fraction(spread * 7) : 0.5;
         return {std::cos(angle), std::sin(angle), 1 - falloff_ * (jitter_ > 1 ? spread : alone),
                 1.0 / 16 + rounding * 7 / 8};
     }
 
-    int count(double radius) const { return std::min(steps_, static_cast<int>(std::ceil(radius))); }
+    int count(double radius) const { return std::min(samples_, static_cast<int>(std::ceil(radius))); }
 
     /// Appends the pixel itself, a side's taps, and what lies beyond the last. Returns how many of a plane's rows or
     /// columns they reach.
@@ -129,7 +128,7 @@ private:
                 .inverse_inner = inverse(inner)};
     }
 
-    int slices_, steps_, jitter_;
+    int slices_, samples_, jitter_;
     double falloff_, scramble_;
     PlaneLayout place_;
 };

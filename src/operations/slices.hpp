@@ -7,7 +7,7 @@
 
 namespace fathom {
 
-/// Where the pixels of each of the 16 sampling jitter look, as kernels/ssao.cl reads it.
+/// Where the pixels of each of the 16 jitter patterns are sampled, as kernels/ssao.cl reads it.
 struct SliceTable {
     int slices;
     int samples;
@@ -31,8 +31,8 @@ struct PlaneLayout {
     int stride, plane;
 };
 
-/// Pure: no device. Even numbers of slices without noise are invariant under quarter turns and mirrors.
-SliceTable slice_table(int slices, int samples, int largest_radius, int patterns, double falloff, std::uint32_t seed,
+/// Pure: no device. Even numbers of slices without jitter are invariant under quarter turns and mirrors.
+SliceTable slice_table(int slices, int samples, int largest_radius, int jitter, double falloff, std::uint32_t seed,
                        PlaneLayout place);
 
 } // namespace fathom

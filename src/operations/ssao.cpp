@@ -1,5 +1,5 @@
-// Ambient occlusion from stored depth: inverse depth, planes, slices, and the filter over the jitter; at half resolution,
-// all of that from every second pixel of every second row, and joint upsampling.
+// Ambient occlusion from stored depth: inverse depth, planes, slices, and the filter over the jitter patterns. At half
+// resolution all of that is done for every second pixel of every second row, before joint upsampling.
 
 #include <fathom/ssao.hpp>
 
@@ -21,12 +21,12 @@
 namespace fathom {
 namespace {
 
-constexpr float slope_errors_fitted = 0.6f; // as slope_errors_neighbours, of a fit over a window of seven
+constexpr float slope_errors_fitted = 0.6f; // as slope_errors_neighbours, for a fit to seven pixels across
 
 // Pixels that a neighbour may lie off the tangent plane and still be of the same surface.
 constexpr float filter_edge = 0.5f;
 
-// Lengths are squared in floats. Whatever is seen is nearer.
+// Lengths are squared in floats. Every visible surface is nearer than this.
 constexpr double longest_length = 1e18;
 
 struct Preset {
@@ -46,7 +46,7 @@ void check_size(const Image& image, const StoredDepth& stored, const char* what)
     require(image.element() == Element::f32, text("the ", what, " must be floats"));
 }
 
-// What a second layer's rays may differ by from the first's, of their length: clip planes round them.
+// How far a second layer's rays may differ from the first's, relative to their length: other clip planes round them.
 constexpr long double rays_rounding = 1e-6L;
 
 bool same_rays(const StoredDepth& a, const StoredDepth& b) {
@@ -79,7 +79,7 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
     require(options.falloff >= 0 && options.falloff <= 1, text("falloff = ", options.falloff, " must be 0 to 1"));
     require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) + options.back_depth.has_value() <=
                 1,
-            "thickness, thickness_map and back exclude each other");
+            "thickness, thickness_map and back_depth exclude each other");
     if (options.thickness_map) {
         check_size(options.thickness_map, stored, "thicknesses");
         require(options.thickness_map.channels() == 1, "the thickness map must have one channel");
@@ -119,7 +119,8 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
     }
 }
 
-// Normals that the slopes come from: given ones, or fitted ones where single neighbours tell of the storage's steps only.
+// Normals that the slopes come from: the given ones, or fitted ones if differences of neighbours show mostly the
+// storage's steps.
 Image normals_for(const StoredDepth& stored, const SsaoOptions& options) {
     if (options.normals)
         return options.normals;

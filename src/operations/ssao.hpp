@@ -10,10 +10,10 @@
 
 namespace fathom {
 
-/// What a slope may be off by, in errors of inverse depth: one neighbour's difference.
+/// How far a slope from the difference of two neighbours may be off, in errors of inverse depth.
 inline constexpr float slope_errors_neighbours = 2;
 
-/// How the pixels lie when split into planes of one sampling pattern each. Pure: no device.
+/// How the pixels lie when split into planes of one jitter pattern each. Pure: no device.
 params::split_params split_parameters(const PixelLattice& lattice);
 
 /// Constants of the occlusion kernels, but for `slope_errors`. Of the table only its counts are used. Pure: no device.
