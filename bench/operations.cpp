@@ -95,9 +95,7 @@ struct Rows {
     oracle::Subject perspective(Encoding encoding = Encoding::window) const {
         return sized(oracle::from_field_of_view(1.0, 16.0 / 9, {near, far}), encoding);
     }
-    oracle::Subject is_orthographic() const {
-        return sized(oracle::from_orthographic({-8, 8, -4.5, 4.5}, {near, far}));
-    }
+    oracle::Subject orthographic() const { return sized(oracle::from_orthographic({-8, 8, -4.5, 4.5}, {near, far})); }
     oracle::Subject oblique() const { return oracle::with_oblique_near_plane(perspective(), {0.1, 0.2, -1, -2}); }
 };
 
@@ -129,7 +127,7 @@ void add_linearize(Rows& rows) {
             .decoded = subject;
     };
     add("linearize reciprocal", rows.perspective());
-    add("linearize affine", rows.is_orthographic());
+    add("linearize affine", rows.orthographic());
     add("linearize oblique", rows.oblique());
     add("linearize exponential", rows.perspective(Encoding::exponential));
     add("linearize logarithmic", rows.perspective(Encoding::logarithmic));
@@ -145,7 +143,7 @@ void add_linearize(Rows& rows) {
             .in_place = true;
     };
     add_in_place("linearize reciprocal, in place", rows.perspective());
-    add_in_place("linearize affine, in place", rows.is_orthographic());
+    add_in_place("linearize affine, in place", rows.orthographic());
     add_in_place("linearize oblique, in place", rows.oblique());
     rows.add("halve, in place (ceiling)", "copy", rows.frames,
              [&plain = rows.plain](Case& on) { plain.launch("rewrite", on.in_place(), on.in_place()); })
@@ -174,7 +172,7 @@ void add_points(Rows& rows) {
     moved.view->topRightCorner<3, 1>() = Eigen::Vector3d(1, 2, 3);
     add("unproject perspective", rows.perspective().camera);
     add("unproject perspective, world", moved, Space::world);
-    add("unproject orthographic", rows.is_orthographic().camera);
+    add("unproject orthographic", rows.orthographic().camera);
     add("unproject oblique", rows.oblique().camera);
     const auto add_normals = [&](std::string name, const Camera& camera, NormalMethod method) {
         rows.add(std::move(name), "spread", rows.frames, [=](Case& on) {
@@ -182,7 +180,7 @@ void add_points(Rows& rows) {
         });
     };
     add_normals("normals neighbours", rows.perspective().camera, NormalMethod::neighbours);
-    add_normals("normals neighbours, ortho.", rows.is_orthographic().camera, NormalMethod::neighbours);
+    add_normals("normals neighbours, ortho.", rows.orthographic().camera, NormalMethod::neighbours);
     add_normals("normals least squares", rows.perspective().camera, NormalMethod::least_squares);
 }
 

@@ -172,21 +172,23 @@ TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
     const Scene scene;
     const std::string file = scene.folder / "parallel.json", output = scene.folder / "out/masks.exr";
     write(file, R"({"orthographic": {"left": -2, "right": 2, "bottom": -1, "top": 1, "near": 1, "far": 9}})");
-    Scene is_orthographic;
-    is_orthographic.camera = file;
-    is_orthographic.stored.camera = camera_for(read_camera(file), width, height);
-    check_done(run(is_orthographic.with_lens(output, {"--max-coc-px", "30"})));
-    CHECK(holds(output, is_orthographic.expected(is_orthographic.lens, [](DofMasksOptions& o) { o.max_coc_px = 30; })));
-    check_done(run(is_orthographic.arguments(output, {"--circle", "20,4"})));
-    CHECK(holds(output, is_orthographic.expected(CircleOfConfusion{.k = 20, .g = 4, .telecentric = true})));
+    Scene orthographic_scene;
+    orthographic_scene.camera = file;
+    orthographic_scene.stored.camera = camera_for(read_camera(file), width, height);
+    check_done(run(orthographic_scene.with_lens(output, {"--max-coc-px", "30"})));
+    CHECK(holds(output,
+                orthographic_scene.expected(orthographic_scene.lens, [](DofMasksOptions& o) { o.max_coc_px = 30; })));
+    check_done(run(orthographic_scene.arguments(output, {"--circle", "20,4"})));
+    CHECK(holds(output, orthographic_scene.expected(CircleOfConfusion{.k = 20, .g = 4, .telecentric = true})));
     for (const Arguments& lens : {Arguments{"--sensor-mm", "36"}, Arguments{}}) {
-        Arguments all = is_orthographic.arguments(output, {"--focus", "3", "--f-stop", "2"});
+        Arguments all = orthographic_scene.arguments(output, {"--focus", "3", "--f-stop", "2"});
         all.insert(all.end(), lens.begin(), lens.end());
         check_refused(run(all), 2,
                       "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: orthographic");
     }
     // Rays that are parallel come to no focus: how near the lens is to what is sharp does not count.
-    check_done(run(is_orthographic.arguments(output, {"--focus", "0.01", "--f-stop", "2", "--focal-length-mm", "50"})));
+    check_done(
+        run(orthographic_scene.arguments(output, {"--focus", "0.01", "--f-stop", "2", "--focal-length-mm", "50"})));
 }
 
 TEST_CASE("dof-masks program: several inputs go into a folder") {

@@ -388,16 +388,17 @@ TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[do
             }
         }
     }
-    Camera is_orthographic;
-    is_orthographic.projection = orthographic({-1, 1, -1, 1}, {0, 10});
-    is_orthographic.width = 3;
-    is_orthographic.height = 1;
+    Camera orthographic_camera;
+    orthographic_camera.projection = orthographic({-1, 1, -1, 1}, {0, 10});
+    orthographic_camera.width = 3;
+    orthographic_camera.height = 1;
     std::vector<float> values{1, 0.5f, 0};
     const CircleOfConfusion telecentric{.k = 20, .g = 10, .telecentric = true};
-    const Planes infinite = masks_of(values, is_orthographic, telecentric);
+    const Planes infinite = masks_of(values, orthographic_camera, telecentric);
     CHECK(infinite.circle == std::vector<float>{HUGE_VALF, 30, -20});
     CHECK(infinite.far == std::vector<float>{1, 1, 0});
-    CHECK(masks_of(values, is_orthographic, telecentric, {.max_coc_px = 25}).circle == std::vector<float>{25, 25, -20});
+    CHECK(masks_of(values, orthographic_camera, telecentric, {.max_coc_px = 25}).circle ==
+          std::vector<float>{25, 25, -20});
 }
 
 TEST_CASE("dof_masks: an invalid pixel has no circle and no weight, and nothing spreads from it", "[dof_masks]") {
@@ -669,9 +670,9 @@ TEST_CASE("dof_masks: bad options are refused in one line", "[dof_masks]") {
     CHECK(message_of({1, infinity, 0, false}, {}, camera) == "the circle's g = inf must be 0 or greater");
     CHECK(message_of({1, 1, NAN, false}, {}, camera) == "the circle's lens_depth = nan must be finite");
     CHECK(message_of({1, 1, 0, true}, {}, camera) == "a telecentric circle does not belong to a perspective camera");
-    Camera is_orthographic = camera;
-    is_orthographic.projection = orthographic({-1, 1, -1, 1}, {0, 10});
-    CHECK(message_of(circle, {}, is_orthographic) == "an orthographic camera needs a telecentric circle");
+    Camera orthographic_camera = camera;
+    orthographic_camera.projection = orthographic({-1, 1, -1, 1}, {0, 10});
+    CHECK(message_of(circle, {}, orthographic_camera) == "an orthographic camera needs a telecentric circle");
     Camera larger = camera;
     larger.width = 3; // than the image says
     std::vector<float> values(12, 0.5f);

@@ -101,9 +101,9 @@ TEST_CASE("lens: pixel scales are the projection's, off-centre, cropped and tilt
     CHECK(same(static_cast<double>(pixel_scale(camera).y), 487));
     camera.projection = with_oblique_near_plane(camera.projection, {0.1, 0.2, 1, -0.5});
     CHECK(same(static_cast<double>(pixel_scale(camera).x), 612, 1e-12));
-    const PixelScale is_orthographic = pixel_scale(orthographic_camera());
-    CHECK(same(static_cast<double>(is_orthographic.x), 40));
-    CHECK(same(static_cast<double>(is_orthographic.y), 30));
+    const PixelScale orthographic_scale = pixel_scale(orthographic_camera());
+    CHECK(same(static_cast<double>(orthographic_scale.x), 40));
+    CHECK(same(static_cast<double>(orthographic_scale.y), 30));
     // A tilted image plane: how far the slope x/z moves from pixel to pixel at the middle.
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Zero();
     matrix(0, 0) = 2;
@@ -129,10 +129,10 @@ TEST_CASE("lens: a focus at infinity keeps the circles finite", "[lens]") {
         CHECK(at(infinite, infinity) == 0);
         CHECK(at(infinite, 10) < 0);
     }
-    const CircleOfConfusion is_orthographic =
+    const CircleOfConfusion orthographic_coc =
         circle_of_confusion({.f_number = 2, .focus = infinity, .focal_length_mm = 50}, orthographic_camera());
-    CHECK(at(is_orthographic, 1) == at(is_orthographic, 90));
-    CHECK(at(is_orthographic, infinity) == at(is_orthographic, 90));
+    CHECK(at(orthographic_coc, 1) == at(orthographic_coc, 90));
+    CHECK(at(orthographic_coc, infinity) == at(orthographic_coc, 90));
 }
 
 TEST_CASE("lens: a pinhole has no circles", "[lens]") {
@@ -148,11 +148,11 @@ TEST_CASE("lens: a pinhole has no circles", "[lens]") {
 
 TEST_CASE("lens: telecentric is the limit of a far narrow perspective", "[lens]") {
     const double focus = 9, focal_mm = 50, f_number = 0.5;
-    const CircleOfConfusion is_orthographic = circle_of_confusion(
+    const CircleOfConfusion orthographic_coc = circle_of_confusion(
         {.f_number = f_number, .focus = focus, .focal_length_mm = focal_mm}, orthographic_camera(12));
-    CHECK(is_orthographic.telecentric);
+    CHECK(orthographic_coc.telecentric);
     const double scale = 40, aperture = focal_mm / 1000 / f_number;
-    CHECK(same(at(is_orthographic, 12), aperture / focus * (12 - focus) * scale));
+    CHECK(same(at(orthographic_coc, 12), aperture / focus * (12 - focus) * scale));
     // From `away` behind: the same width of view at the focus, and an aperture that looks as large from there.
     double last = 1;
     for (const double away : {1e2, 1e4, 1e6}) {
@@ -165,7 +165,7 @@ TEST_CASE("lens: telecentric is the limit of a far narrow perspective", "[lens]"
         const double wide_aperture = aperture / focus * (away + focus), f = 240 / half * 36 / 480 / 1000;
         const CircleOfConfusion circle = circle_of_confusion(
             {.f_number = f / wide_aperture, .focus = away + focus, .sensor_width_mm = 36, .mm_per_unit = 1000}, camera);
-        const double off = std::abs(at(circle, away + 12) - at(is_orthographic, 12)) / at(is_orthographic, 12);
+        const double off = std::abs(at(circle, away + 12) - at(orthographic_coc, 12)) / at(orthographic_coc, 12);
         CHECK(off < 1.1 * (12 - focus) / away);
         CHECK(off < last);
         last = off;
@@ -216,9 +216,9 @@ TEST_CASE("lens: the sharp range and the hyperfocal distance are those of the te
     CHECK(same(
         static_cast<double>(circle_of_confusion({.f_number = f_number, .focus = h, .sensor_width_mm = 36}, camera).k),
         acceptable, 1e-13));
-    const SharpRange is_orthographic = sharp_range({.k = 20, .g = 4, .telecentric = true}, 2);
-    CHECK(is_orthographic.nearest == 4.5);
-    CHECK(is_orthographic.farthest == 5.5);
+    const SharpRange orthographic_range = sharp_range({.k = 20, .g = 4, .telecentric = true}, 2);
+    CHECK(orthographic_range.nearest == 4.5);
+    CHECK(orthographic_range.farthest == 5.5);
     CHECK(std::isnan(sharp_range({.k = 20, .g = 0, .telecentric = true}, 2).nearest));
     CHECK(sharp_range({.k = 1, .g = 0, .telecentric = true}, 2).nearest == -infinity);
 }

@@ -103,10 +103,10 @@ std::vector<Subject> cameras() {
     const DepthSpan span{0.5, 500}, reversed{0.5, std::numeric_limits<double>::infinity(), DepthOrder::reversed};
     const Convention opencv{ClipZ::zero_to_one, ClipY::down, ViewAxes::opencv};
     const Camera plain = sized(perspective(1.0, 4.0 / 3, span));
-    const Camera is_orthographic = sized(orthographic({-2, 2, -1.5, 1.5}, {0.5, 100}));
+    const Camera orthographic_camera = sized(orthographic({-2, 2, -1.5, 1.5}, {0.5, 100}));
     Eigen::Matrix4d tilt = plain.projection.matrix.cast<double>();
     tilt.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
-    Eigen::Matrix4d shear = is_orthographic.projection.matrix.cast<double>();
+    Eigen::Matrix4d shear = orthographic_camera.projection.matrix.cast<double>();
     shear(0, 2) = 0.2;
     shear(1, 2) = -0.1;
     Eigen::Matrix4d moved = plain.projection.matrix.cast<double>();
@@ -125,8 +125,8 @@ std::vector<Subject> cameras() {
         {"150 degrees", sized(perspective(150 * degree, 4.0 / 3, span))},
         {"tilted", sized(from_matrix(tilt))},
         {"eye moved", sized(from_matrix(moved)), 2.9},
-        {"orthographic", is_orthographic},
-        {"oblique orthographic", sized(with_oblique_near_plane(is_orthographic.projection, {0.2, -0.1, -1, -0.6}))},
+        {"orthographic", orthographic_camera},
+        {"oblique orthographic", sized(with_oblique_near_plane(orthographic_camera.projection, {0.2, -0.1, -1, -0.6}))},
         {"sheared orthographic", sized(from_matrix(shear))},
         {"view-z", with(plain, Encoding::view_z)},
         {"linear", with(plain, Encoding::linear)},
@@ -136,7 +136,7 @@ std::vector<Subject> cameras() {
         {"exponential", with(plain, Encoding::exponential)},
         {"median", with(plain, Encoding::median)},
         {"inverse", with(plain, Encoding::inverse)},
-        {"orthographic, view-z", with(is_orthographic, Encoding::view_z)},
+        {"orthographic, view-z", with(orthographic_camera, Encoding::view_z)},
     };
 }
 
@@ -522,10 +522,9 @@ TEST_CASE("stability: normals of deep buffers, and of units from 1e-20 to 1e20",
             const scene::Rendered scaled = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
             CHECK(score(normals_of(stored_of(scaled.stored, camera), {.method = method}), scaled).mean < 0.01);
             camera.projection = orthographic({-2 * unit, 2 * unit, -1.5 * unit, 1.5 * unit}, {0.1 * unit, 100 * unit});
-            const scene::Rendered is_orthographic = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
-            CHECK(
-                score(normals_of(stored_of(is_orthographic.stored, camera), {.method = method}), is_orthographic).mean <
-                0.01);
+            const scene::Rendered plane_image = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
+            CHECK(score(normals_of(stored_of(plane_image.stored, camera), {.method = method}), plane_image).mean <
+                  0.01);
         }
     }
 }

@@ -140,9 +140,9 @@ TEST_CASE("parameters: packed bytes and shifted codes", "[parameters]") {
 
 TEST_CASE("parameters: a perspective wants what is in front of its eye, orthographic rays take all", "[parameters]") {
     CHECK(parameters(camera()).least_depth == 0.0f);
-    Camera is_orthographic = camera();
-    is_orthographic.projection = orthographic({-1, 1, -1, 1}, {-5, 5});
-    CHECK(parameters(is_orthographic).least_depth == -std::numeric_limits<float>::infinity());
+    Camera orthographic_camera = camera();
+    orthographic_camera.projection = orthographic({-1, 1, -1, 1}, {-5, 5});
+    CHECK(parameters(orthographic_camera).least_depth == -std::numeric_limits<float>::infinity());
 }
 
 TEST_CASE("parameters: the triangular length is as long as the directions", "[parameters]") {

@@ -62,10 +62,10 @@ std::vector<Camera> cameras(int across = width, int down = height) {
     eye.width = across;
     eye.height = down;
     eye.projection = perspective(1.0, 1.0 * across / down, {0.5, 500});
-    Camera is_orthographic = eye;
+    Camera orthographic_camera = eye;
     const double y = 1.95, x = y * across / down;
-    is_orthographic.projection = orthographic({-x, x, -y, y}, {0.5, 500});
-    return {eye, is_orthographic};
+    orthographic_camera.projection = orthographic({-x, x, -y, y}, {0.5, 500});
+    return {eye, orthographic_camera};
 }
 
 const char* name_of(const Camera& camera) {

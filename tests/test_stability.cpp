@@ -193,7 +193,7 @@ TEST_CASE("stability: an oblique plane almost parallel to the view direction", "
         }
     }
     // Orthographic rays: the plane must cut them, however little.
-    const auto is_orthographic = [](double ahead) {
+    const auto orthographic_ahead = [](double ahead) {
         return oracle::named(
             oracle::with_oblique_near_plane(oracle::from_orthographic({-4, 4, -3, 3}, {0.5, 100}), {1, 0, ahead, 0}),
             "almost along orthographic rays", 96, 64);
@@ -201,10 +201,10 @@ TEST_CASE("stability: an oblique plane almost parallel to the view direction", "
     for (const double ahead : {-1.0, -1e-3, -1e-6, -1e-8}) {
         INFO("orthographic rays, ahead " << ahead);
         oracle::Worst worst;
-        CHECK(faults_of(is_orthographic(ahead), worst) == "");
+        CHECK(faults_of(orthographic_ahead(ahead), worst) == "");
     }
-    CHECK(contains(refusal([&] { is_orthographic(0); }), "must point ahead"));
-    CHECK(contains(refusal([&] { is_orthographic(1e-6); }), "must point ahead"));
+    CHECK(contains(refusal([&] { orthographic_ahead(0); }), "must point ahead"));
+    CHECK(contains(refusal([&] { orthographic_ahead(1e-6); }), "must point ahead"));
 }
 
 TEST_CASE("stability: an orthographic oblique plane may have the origin on its kept side", "[stability]") {
@@ -356,13 +356,14 @@ TEST_CASE("stability: an orthographic camera is the limit of narrow far perspect
         const Camera narrow = camera_of(
             perspective(FrustumEdges{-slope * near, slope * near, -slope * near, slope * near}, {near, distance + 10}),
             33, 1);
-        std::vector<float> is_orthographic, converging;
+        std::vector<float> orthographic_stored, perspective_stored;
         for (int i = 0; i < 33; ++i) {
             const double x = i + 0.5, offset = (i % 2 == 0 ? 1 : -1) * beyond;
-            is_orthographic.push_back(static_cast<float>(stored_depth(flat, Storage::float32, x, 0.5, offset)));
-            converging.push_back(static_cast<float>(stored_depth(narrow, Storage::float32, x, 0.5, distance + offset)));
+            orthographic_stored.push_back(static_cast<float>(stored_depth(flat, Storage::float32, x, 0.5, offset)));
+            perspective_stored.push_back(
+                static_cast<float>(stored_depth(narrow, Storage::float32, x, 0.5, distance + offset)));
         }
-        const auto a = unprojected(flat, is_orthographic), b = unprojected(narrow, converging);
+        const auto a = unprojected(flat, orthographic_stored), b = unprojected(narrow, perspective_stored);
         double sideways = 0, along = 0;
         for (std::size_t i = 0; i < 33; ++i) {
             sideways = std::max(sideways, std::abs(static_cast<double>(a[3 * i]) - b[3 * i]));

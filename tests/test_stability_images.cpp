@@ -28,15 +28,15 @@ namespace {
 /// A camera for each form, `unit` scene units to what was one.
 std::vector<Camera> of_every_form(int width, int height, double unit = 1) {
     const Projection wide = perspective(1.0, 1.5, {0.1 * unit, 100 * unit});
-    const Projection is_orthographic =
+    const Projection orthographic_projection =
         orthographic({-5 * unit, 6 * unit, -4 * unit, 3 * unit}, {0.5 * unit, 500 * unit});
     Eigen::Matrix4d tilt = wide.matrix.cast<double>();
     tilt.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
     std::vector<Camera> cameras{
         camera_of(wide, width, height),
         camera_of(with_oblique_near_plane(wide, {0.2, 0.1, -1, -3 * unit}), width, height),
-        camera_of(is_orthographic, width, height),
-        camera_of(with_oblique_near_plane(is_orthographic, {0.2, 0.1, -1, -3 * unit}), width, height),
+        camera_of(orthographic_projection, width, height),
+        camera_of(with_oblique_near_plane(orthographic_projection, {0.2, 0.1, -1, -3 * unit}), width, height),
         camera_of(from_matrix(tilt), width, height)};
     Camera logarithmic = camera_of(wide, width, height), distance = logarithmic, median = logarithmic;
     logarithmic.encoding = Encoding::logarithmic;
@@ -433,10 +433,10 @@ TEST_CASE("stability: metric depth that is infinite, zero or behind the eye", "[
             return decoded(camera, stored, Storage::float32, Background::inf, arithmetic);
         };
         const Projection eye = perspective(1.0, 1.5, {0.1, 100}),
-                         is_orthographic = orthographic({-1, 1, -1, 1}, {-10, 10});
+                         orthographic_projection = orthographic({-1, 1, -1, 1}, {-10, 10});
         for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance}) {
             INFO(to_string(encoding) << ' ' << oracle::name(arithmetic));
-            const auto z = decode(eye, encoding), flat = decode(is_orthographic, encoding);
+            const auto z = decode(eye, encoding), flat = decode(orthographic_projection, encoding);
             CHECK(z[0] == infinity);
             CHECK(flat[0] == infinity);
             CHECK(z[4] > 0);
@@ -446,8 +446,8 @@ TEST_CASE("stability: metric depth that is infinite, zero or behind the eye", "[
             CHECK(std::isnan(flat[1]));
             CHECK(std::isnan(flat[5]));
         }
-        CHECK(decode(is_orthographic, Encoding::view_z)[2] == -1); // orthographic rays have no eye to be behind
-        CHECK(decode(is_orthographic, Encoding::view_z)[3] == 0);
+        CHECK(decode(orthographic_projection, Encoding::view_z)[2] == -1); // orthographic rays have no eye to be behind
+        CHECK(decode(orthographic_projection, Encoding::view_z)[3] == 0);
         const auto inverse = decode(eye, Encoding::inverse);
         CHECK(std::isnan(inverse[0])); // z = 0
         CHECK(std::isnan(inverse[2]));

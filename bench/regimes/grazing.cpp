@@ -19,7 +19,7 @@ constexpr double degree = std::numbers::pi / 180, extent = 4, radius = 0.5; // 1
 constexpr const char* lost = "visibility lost by a plane, largest";
 constexpr const char* at_foot = "error of visibility at a wall's foot, rms";
 
-Camera is_orthographic(double near, double far) {
+Camera orthographic_camera(double near, double far) {
     return camera_over(orthographic({-extent / 2, extent / 2, -0.375 * extent, 0.375 * extent}, {near, far}), width,
                        height);
 }
@@ -31,7 +31,7 @@ double angle_degrees(const float* got, const Eigen::Vector3d& truth) {
 
 void sweep_planes(const Device& device, Regime& regime, double grazing) {
     const double deep = 0.625 * extent / std::tan(grazing * degree);
-    const Camera camera = is_orthographic(1, 3 + 2 * deep);
+    const Camera camera = orthographic_camera(1, 3 + 2 * deep);
     const scene::Rendered truth = scene::render(
         {scene::Plane{{0, 0, -2 - deep}, {std::cos(grazing * degree), 0, std::sin(grazing * degree)}}}, camera);
     const StoredDepth stored = stored_of(device, truth.stored, camera);
@@ -55,7 +55,7 @@ void sweep_planes(const Device& device, Regime& regime, double grazing) {
 // pixels of the foot.
 void sweep_foot(const Device& device, Regime& regime, double grazing) {
     const double s = std::sin(grazing * degree), c = std::cos(grazing * degree), nearer = 0.4 * extent * c / s;
-    const Camera camera = is_orthographic(1, 4 + nearer + 0.4 * extent * s / c);
+    const Camera camera = orthographic_camera(1, 4 + nearer + 0.4 * extent * s / c);
     const Eigen::Vector3d foot(0, 0.01, -2 - nearer); // between two rows
     const scene::Rendered truth =
         scene::render({scene::Plane{foot, {0, c, s}}, scene::Plane{foot, {0, -s, c}}}, camera);

@@ -293,8 +293,8 @@ private:
             return z / c.scale;
         case Encoding::ray_distance: {
             const Vector3d from_eye = position - eye_.head<3>().cast<double>();
-            const double is_orthographic = ahead_ * direction.z() / direction.norm();
-            return (perspective_ ? static_cast<long double>(from_eye.norm()) : z / is_orthographic) / c.scale;
+            const double cosine = ahead_ * direction.z() / direction.norm();
+            return (perspective_ ? static_cast<long double>(from_eye.norm()) : z / cosine) / c.scale;
         }
         case Encoding::linear:
         case Encoding::pseudo_linear:
