@@ -15,10 +15,10 @@ namespace {
 
 using Real = long double;
 
-// What the rounding of the eye's depth leaves of a coefficient that is zero.
+// A coefficient this small beside its terms is zero but for the rounding of the eye's depth.
 constexpr Real noise = 0x1p-48L;
 
-// factor_a a + factor_b b, coefficients that all but cancel being none.
+// factor_a a + factor_b b, where coefficients that all but cancel become 0.
 Affine combined(Real factor_a, const Affine& a, Real factor_b, const Affine& b) {
     Affine row;
     for (std::size_t i = 0; i < 4; ++i) {
@@ -30,7 +30,7 @@ Affine combined(Real factor_a, const Affine& a, Real factor_b, const Affine& b) 
     return row;
 }
 
-// Of the depth from the lens, which is numerator / denominator for all forms but the last two.
+// The numerator of the depth counted from the lens. Depth is numerator / denominator for all forms but the last two.
 Affine from_lens(const DepthForm& form, const CircleOfConfusion& circle) {
     return combined(1, form.numerator, -circle.lens_depth, form.denominator);
 }

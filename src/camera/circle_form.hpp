@@ -5,7 +5,7 @@
 
 namespace fathom {
 
-/// How kernels/circle.h comes by a circle; the values are the CIRCLE_ constants of params.h.
+/// How kernels/circle.h computes a circle; the values are the CIRCLE_ constants of params.h.
 enum class CircleForm {
     recentred, ///< affine in the stored value, in floats
     sum,       ///< affine in the stored value and the pixel, in double or two floats
@@ -28,7 +28,7 @@ bool is_constant(const Affine& row);
 /// Where the depth is decoded first, makes the decoder count it from the lens: the sum of the two would cancel again.
 void count_from_lens(DepthForm& form, Rays& rays, const CircleOfConfusion& circle);
 
-/// Throws: std::invalid_argument for a circle that is no lens, or none of this camera.
+/// Throws: std::invalid_argument for a circle that no lens has, or that does not belong to this kind of camera.
 void check_circle(const CircleOfConfusion& circle, const DepthForm& form);
 
 } // namespace fathom

@@ -18,7 +18,7 @@ struct EyeRays {
     long double eye_depth;
 };
 
-/// The same rays as `rays` gives, seen from the eye.
+/// The rays of `camera_rays`, counted from the eye.
 EyeRays eye_rays(const Rays& rays);
 
 } // namespace fathom

@@ -25,7 +25,7 @@ void visit_pixels(const HostDepth& stored, int channels, const Visit& visit) {
     }
 }
 
-// The stored values as numbers, and their bits, which the background is compared by.
+// The stored values as numbers, and their bits, which are compared with the background's.
 template <typename Visit>
 void visit_values(const HostDepth& stored, const Visit& visit) {
     const auto code = [&](std::uint32_t value) { visit(static_cast<float>(value), value); };

@@ -111,7 +111,7 @@ void end_at_infinity(DepthForm& form) {
         form.denominator[3] = -form.denominator[0] * form.highest;
 }
 
-// The largest float not above, the smallest not below: a limit never refuses the value that it was rounded from.
+// The largest float not above a limit and the smallest not below: rounding a limit never refuses the limit itself.
 float rounded_down(double value) {
     const float nearest = static_cast<float>(value);
     return nearest > value ? std::nextafter(nearest, -std::numeric_limits<float>::infinity()) : nearest;
@@ -275,7 +275,7 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         set_rational(form, {0, 0, 0, scale}, {1, 0, 0, 0});
         break;
     case Encoding::ray_distance:
-        camera_rays(camera); // refuses what has none
+        camera_rays(camera); // refuses a camera without rays
         form.form = Form::ray_distance;
         form.scale = scale;
         form.reason = "z is the stored length times the cosine of the pixel's ray";

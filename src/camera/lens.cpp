@@ -1,7 +1,7 @@
 // The circle of confusion of a thin lens.
 //   c = A f/(S − f) (1 − S/z)                      diameter on the sensor, z and S from the lens, positive behind the focus
-// affine in 1/z, so k and g say all of it. Potmesil and Chakravarty 1981. Orthographic rays are a lens moved away to −L with
-// A/L and A/(S + L)·fx kept: what is left is affine in z.
+// affine in 1/z, so k and g describe it completely. Potmesil and Chakravarty 1981. Orthographic rays are a lens moved
+// away to −L with A/L and A/(S + L)·fx kept: what is left is affine in z.
 
 #include <fathom/lens.hpp>
 

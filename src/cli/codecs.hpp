@@ -6,8 +6,8 @@ namespace fathom::cli {
 /// and turns OpenCV's log off.
 void prepare_streams();
 
-/// While it lives, what libraries print on stderr goes nowhere: libpng and libtiff announce a damaged file themselves,
-/// which would be more lines beside the one that the program prints.
+/// While it lives, output of libraries on stderr is dropped: libpng and libtiff report a damaged file themselves, but
+/// the program prints one line of its own.
 class StderrSilenced {
 public:
     StderrSilenced();

@@ -13,7 +13,7 @@
 namespace fathom::cli {
 namespace {
 
-nlohmann::ordered_json as_json(const DeviceInfo& device, int standard) {
+nlohmann::ordered_json as_json(const DeviceInfo& device, int default_index) {
     return {{"index", device.index},
             {"name", device.name},
             {"platform", device.platform},
@@ -22,15 +22,15 @@ nlohmann::ordered_json as_json(const DeviceInfo& device, int standard) {
             {"fp64", device.fp64},
             {"compute_units", device.compute_units},
             {"memory_bytes", device.memory_bytes},
-            {"default", device.index == standard}};
+            {"default", device.index == default_index}};
 }
 
-void print_table(const std::vector<DeviceInfo>& devices, int standard) {
+void print_table(const std::vector<DeviceInfo>& devices, int default_index) {
     std::size_t width = 0;
     for (const DeviceInfo& device : devices)
         width = std::max(width, device.name.size());
     for (const DeviceInfo& device : devices)
-        fmt::print("{} {}  {}  {:<{}}  {} units, {:.1f} GiB, {}  ({})\n", device.index == standard ? '*' : ' ',
+        fmt::print("{} {}  {}  {:<{}}  {} units, {:.1f} GiB, {}  ({})\n", device.index == default_index ? '*' : ' ',
                    device.index, device.cpu ? "cpu" : "gpu", device.name, width, device.compute_units,
                    static_cast<double>(device.memory_bytes) / (1 << 30), device.fp64 ? "fp64" : "no fp64",
                    device.version);

@@ -25,7 +25,7 @@ using Operation = std::function<std::vector<cv::Mat>(const StoredDepth&, const J
 /// Throws: UsageError, NoDevice and Interrupted, and Error for the camera file.
 int each_depth(const DepthOptions& options, const Product& product, const More& more, const Operation& operation);
 
-/// The same for an operation that needs nothing else and has one result.
+/// The same for an operation that reads only the depth and has one result.
 int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation);
 

@@ -48,7 +48,8 @@ void add_fog_options(CLI::App& app, FogOptions& fog) {
                          const char* description) {
         return app.add_option(name, target, description)->type_name(value)->check(check)->group("Fog");
     };
-    add("--density", "D", from_0, fog.density, "part of the light that a short way takes, per scene unit")->required();
+    add("--density", "D", from_0, fog.density, "fraction of the light lost per scene unit, over a short way")
+        ->required();
     add_three(
         app, "--fog-color", "R,G,B", [&fog](const auto& rgb) { fog.color = rgb; },
         "colour of the fog, linear as the picture\n(default: 0.5,0.6,0.7)");

@@ -133,7 +133,8 @@ std::shared_ptr<CLI::FormatterBase> help_layout() {
 
 std::string explain(const CLI::App& program, const CLI::ParseError& error) {
     const CLI::App& command = chosen(program);
-    // An unknown option is the cause of what else is amiss: its value was taken for an input, or what it meant is missing.
+    // An unknown option is reported first, because it causes other errors: its value was taken for an input, or the
+    // option that was meant is missing.
     for (const std::string& extra : command.remaining())
         if (extra.size() > 1 && extra.front() == '-')
             return unknown("option", extra.substr(0, extra.find('=')), option_names(command));

@@ -168,7 +168,7 @@ void complete(LensOptions& lens, const std::string& camera_file) {
         missing("--focus", "focus_distance", "a length in scene units, or --focus-at X,Y");
     if (!perspective && !lens.focal_length_mm)
         missing("--focal-length-mm", "lens_mm",
-                "it: an orthographic projection has none, and the aperture is F over the f-number");
+                "it: orthographic cameras have no focal length, and the aperture is F over the f-number");
     if (!lens.focal_length_mm && !lens.sensor_mm)
         missing("--focal-length-mm", "lens_mm", "it or --sensor-mm, or both");
     if (perspective && lens.focus && lens.focal_length_mm && *lens.focus * lens.mm_per_unit <= *lens.focal_length_mm)

@@ -1,4 +1,4 @@
-// OpenCV's codecs. They may report what they cannot decode on stderr as well, which programs can redirect.
+// OpenCV's codecs. They may also print on stderr what they cannot decode; programs can redirect that.
 #include "formats.hpp"
 
 #include <opencv2/core.hpp>

@@ -1,5 +1,5 @@
-// PNG. libpng accepts files that end too early and talks on stderr, so every chunk is checked against its own sum
-// first, and libpng is given the ones that make the picture only (PNG specification, section 5.3).
+// PNG. libpng accepts files that end too early and prints on stderr. So every chunk is checked against its own sum
+// first, and libpng is given only the chunks that make the picture (PNG specification, section 5.3).
 #include "formats.hpp"
 
 #include <fathom/error.hpp>

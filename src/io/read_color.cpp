@@ -29,7 +29,7 @@ std::optional<int> rank(const std::string& layer) {
     return io::place_of(layer, {"", "combined", "beauty", "rgba", "rgb", "color", "colour"});
 }
 
-// The layer that is called so but for the view in front of it, or that the name is a channel of.
+// The layer whose name ends so after a view's name, or that the named channel belongs to.
 std::string like(const std::string& name, const std::vector<std::string>& layers) {
     for (const std::string& layer : layers)
         if (!layer.empty() && (layer.ends_with("." + name) || name.starts_with(layer + ".")))

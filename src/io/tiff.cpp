@@ -1,5 +1,5 @@
 // TIFF, with libtiff. Depth comes in samples that OpenCV's reader does not know: unsigned 32-bit, which is what a D24 buffer
-// is, and half floats. OpenCV decodes what holds no such depth (8 bits, palettes), once libtiff could.
+// is, and half floats. OpenCV decodes the other files (8 bits, palettes) once libtiff has decoded them.
 #include "formats.hpp"
 
 #include <fathom/error.hpp>
@@ -21,7 +21,7 @@
 namespace fathom::io {
 namespace {
 
-/// What libtiff reads from or writes to, and what it had to say.
+/// What libtiff reads from or writes to, and the errors that it reported.
 struct Stream {
     std::span<const unsigned char> in = {};
     Bytes out = {};
@@ -75,7 +75,7 @@ int keep_error(TIFF*, void* stream, const char*, const char* format, va_list arg
     std::vsnprintf(text.data(), text.size(), format, arguments);
     if (auto& error = stream_of(stream).error; error.empty())
         error = text.data();
-    return 1; // nobody else needs to hear of it
+    return 1; // libtiff does not print it
 }
 
 int ignore_warning(TIFF*, void*, const char*, const char*, va_list) {

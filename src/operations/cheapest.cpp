@@ -19,9 +19,9 @@ std::optional<Value> named(std::string_view method, const std::pair<const char*,
     return std::nullopt;
 }
 
-constexpr std::string_view half_resolution = ", half resolution"; // behind what it is of
+constexpr std::string_view half_resolution = ", half resolution"; // follows the name of the method at full resolution
 
-// What the table calls "2 x 16" has no name of its own: so many slices and steps.
+// Sets the options that stand for a method of the table: a preset, or "2 x 16" for 2 slices of 16 samples.
 void set(const std::string& method, SsaoOptions& options) {
     options.half_resolution = method.ends_with(half_resolution);
     const std::string of = method.substr(0, method.size() - (options.half_resolution ? half_resolution.size() : 0));
@@ -116,7 +116,7 @@ MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, d
     require(max_error > 0, text("max_error = ", max_error, " must be greater than 0"));
     std::vector<MeasuredMethod> list = choices(measured_methods(), to_string(operation), storage_of(stored));
     const PixelLattice half = pixel_lattice(stored, 2);
-    if (half.width == 0 || half.height == 0) // a tile of an odd row or column alone
+    if (half.width == 0 || half.height == 0) // the tile is a single odd row or column
         std::erase_if(list, [](const MeasuredMethod& choice) { return choice.method.ends_with(half_resolution); });
     const std::optional<MeasuredMethod> found = cheapest_method(list, max_error);
     if (found)

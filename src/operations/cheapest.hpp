@@ -13,7 +13,7 @@
 
 namespace fathom {
 
-/// What was measured of a method on depth of one storage, in the scene where its error is greatest.
+/// A method's error on depth of one storage, in the scene where it is greatest, and its time.
 struct Measured {
     std::string_view operation, storage, method;
     double error;
@@ -25,15 +25,17 @@ struct Measured {
 /// The library's methods of ssao, dof and normals.
 std::span<const Measured> measured_methods();
 
-/// Of one operation, what is known of each method on depth of this storage; if there is nothing, the worst of any. Pure.
+/// The methods of one operation with their errors on depth of this storage. If none were measured, with the largest
+/// error of any storage. Pure: no device.
 std::vector<MeasuredMethod> choices(std::span<const Measured> measured, std::string_view operation,
                                     std::string_view storage);
 
-/// The least time among those within the error, and among equals the least error; nothing if there are none. Pure.
+/// The fastest of the methods within the error, and of equally fast ones the most exact; nothing if there is none.
+/// Pure: no device.
 std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> choices, double max_error);
 
-/// The options that `max_error` stands for, without it.
-/// Throws: std::invalid_argument where they also say themselves what it is to choose, and as `cheapest_method`.
+/// The options with the method that `max_error` chooses, and without `max_error`.
+/// Throws: std::invalid_argument if they also set what `max_error` chooses, and as `cheapest_method`.
 SsaoOptions chosen(const StoredDepth& stored, SsaoOptions options);
 DofOptions chosen(const StoredDepth& stored, DofOptions options);
 NormalsOptions chosen(const StoredDepth& stored, NormalsOptions options);

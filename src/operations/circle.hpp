@@ -11,14 +11,14 @@
 
 namespace fathom {
 
-/// Constants of kernels/circle.h; of the weights those of dof_masks.cl.
+/// Constants of kernels/circle.h, and of the weights of kernels/dof_masks.cl.
 params::circle_params circle_parameters(const DepthForm& form, const CircleOfConfusion& circle,
                                         const DofMasksOptions& options, Arithmetic arithmetic);
 
-/// 1 / transition_px, the largest float for 0.
+/// 1 / transition_px; the largest float for a transition of 0.
 float inverse_transition(const DofMasksOptions& options);
 
-/// Finite choices of a kernel that includes circle.h.
+/// What a kernel that includes circle.h is built for.
 runtime::Defines circle_defines(const DepthForm& form, const CircleOfConfusion& circle, const Rays& rays,
                                 Storage storage, int vector_width, bool stream);
 

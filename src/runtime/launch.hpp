@@ -32,7 +32,7 @@ inline std::string argument_type(const Image& image) {
 }
 template <typename Params>
 std::string argument_type(const Params& params) {
-    return type_name(params); // found where PARAMS of params.h has put it
+    return type_name(params); // defined by PARAMS in params.h
 }
 
 inline cl::Buffer argument_value(const Image& image) {

@@ -34,7 +34,7 @@ void Launched::done() const {
 
 Launched::~Launched() {
     if (std::uncaught_exceptions() > exceptions_)
-        clFinish(device_.queue()); // what it returns cannot be told beside the exception
+        clFinish(device_.queue()); // its error code is dropped: an exception is already on its way
 }
 
 } // namespace fathom::runtime

@@ -19,7 +19,7 @@ namespace {
 // An operation has fewer images than this between its passes; what is left over from other sizes is given back.
 constexpr std::size_t most_kept = 12;
 
-// Kernels that look far around themselves wait for address translation more than for data when pages are small.
+// Kernels that read far around their pixels wait for address translation more than for data if pages are small.
 constexpr std::size_t huge_page = std::size_t{2} << 20;
 
 void CL_CALLBACK free_memory(cl_mem, void* memory) {
