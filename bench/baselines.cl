@@ -71,8 +71,9 @@ __kernel void centre_gather(__global const float* circles, __global const float*
     vstore3(sum / count, (size_t)y * width + x, target);
 }
 
-// As engines do (Jimenez 2014): 49 places in three rings over the max CoC of the tiles around. One counts where its circle
-// reaches the pixel, that of what lies farther being no larger than the pixel's, and by its light's share of that circle.
+// As engines do (Jimenez 2014): 49 samples in three rings over the max CoC of the tiles around. A sample counts if its
+// circle reaches the pixel, weighted by 1 / the circle's area. A sample that lies farther has at most the pixel's own
+// circle.
 __kernel void ring_gather(__global const float* circles, __global const float* least, __global const float* greatest,
                           __global const float* color, __global float* target, const int width, const int height,
                           const int tile, const int stride) {

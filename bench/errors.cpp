@@ -118,7 +118,7 @@ private:
                        }));
     }
 
-    // OpenCV turns a normal by the sign of its z, which on walls along the axis is noise: it is not charged for that.
+    // OpenCV turns a normal by the sign of its z, which is noise on walls along the axis. That error does not count.
     Deviation normal_error(const Method& method, const std::vector<float>& got) const {
         const bool either_side = method.kind == Method::Kind::opencv;
         return summary("degrees", over_surfaces(3, [&](int x, int y) {

@@ -10,7 +10,7 @@
 namespace fathom::bench {
 
 /// Errors of every method against the truth in each of the views: a row for each, without times.
-/// ssao is asked with radii of a twentieth and two fifths of the width; dof with circles up to a thirtieth of it.
+/// ssao is run with radii of a twentieth and two fifths of the width; dof with circles up to a thirtieth of it.
 /// `report` is told of every row as soon as it is there.
 std::vector<Figures> errors(const Device& device, const std::vector<Method>& methods, const std::vector<View>& views,
                             const std::string& only, const std::function<void(const Figures&)>& report);

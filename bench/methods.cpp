@@ -123,12 +123,12 @@ void add_ssao(std::vector<Method>& list) {
         for (const auto& [name, quality] :
              {std::pair{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}})
             list.push_back(occlusion(text(name, suffix), {.quality = quality, .half_resolution = half}));
-        std::vector<std::pair<int, int>> samples{{1, 8}, {1, 16}, {2, 32}, {4, 32}, {4, 64}};
+        std::vector<std::pair<int, int>> explicit_counts{{1, 8}, {1, 16}, {2, 32}, {4, 32}, {4, 64}};
         if (half)
-            samples = {{1, 16}, {1, 64}, {4, 64}};
-        for (const auto& [slices, steps] : samples)
-            list.push_back(occlusion(text(slices, " x ", steps, suffix),
-                                     {.slices = slices, .samples = steps, .half_resolution = half}));
+            explicit_counts = {{1, 16}, {1, 64}, {4, 64}};
+        for (const auto& [slices, samples] : explicit_counts)
+            list.push_back(occlusion(text(slices, " x ", samples, suffix),
+                                     {.slices = slices, .samples = samples, .half_resolution = half}));
     }
 }
 

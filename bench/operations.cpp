@@ -28,7 +28,7 @@ struct Row {
     std::function<void(Case&)> run;
     int every = 1;                               ///< rounds from one run to the next: more for what takes long
     bool baseline = false;                       ///< does what the library does in another way
-    std::optional<oracle::Subject> decoded = {}; ///< the camera that the truth of a decoded depth is that of
+    std::optional<oracle::Subject> decoded = {}; ///< the camera whose exact depth the result is compared with
     bool in_place = false;                       ///< overwrites what it reads
 };
 
@@ -225,21 +225,21 @@ void add_masks(Rows& rows) {
             dof_masks({on.stored().image, camera}, on.masks(mixed), lens, {.mixed_pixels = mixed});
         });
     };
-    const Camera standard = rows.perspective().camera;
+    const Camera perspective_camera = rows.perspective().camera;
     const DepthSpan infinite{near, std::numeric_limits<double>::infinity(), DepthOrder::reversed};
-    add("dof_masks standard", standard);
+    add("dof_masks standard", perspective_camera);
     add("dof_masks reversed infinite",
         rows.sized(oracle::from_field_of_view(1.0, 16.0 / 9, infinite, Convention::direct3d())).camera);
     add("dof_masks oblique", rows.oblique().camera);
     add("dof_masks view-z", rows.perspective(Encoding::view_z).camera);
-    add("dof_masks and mixed pixels", standard, true);
+    add("dof_masks and mixed pixels", perspective_camera, true);
     rows.add("dof_masks standard, new images", "fan out", rows.frames, [=](Case& on) {
-        dof_masks({on.stored().image, standard}, lens);
+        dof_masks({on.stored().image, perspective_camera}, lens);
     });
     rows.add("linearize, then dof_masks", "fan out", rows.frames,
              [=](Case& on) {
-                 linearize({on.stored().image, standard}, on.floats(1), {Background::decode});
-                 dof_masks(ViewDepth{on.floats(1), standard}.stored(), on.masks(), lens);
+                 linearize({on.stored().image, perspective_camera}, on.floats(1), {Background::decode});
+                 dof_masks(ViewDepth{on.floats(1), perspective_camera}.stored(), on.masks(), lens);
              })
         .baseline = true;
 }

@@ -69,7 +69,7 @@ void append(std::vector<Figures>& rows, std::vector<Figures> more) {
     rows.insert(rows.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
-// Names of methods that take too long to be asked for more.
+// Names of the methods that take too long to be run again.
 class Slow {
 public:
     void learn(const std::vector<Figures>& rows, Clock clock) {
@@ -84,7 +84,7 @@ private:
     std::set<std::string> names_;
 };
 
-// One row each of what the charts against pixels show.
+// The methods that the chart against pixels shows, one for each operation.
 bool swept(const Method& method) {
     static const std::pair<const char*, const char*> names[] = {
         {"linearize", "fathom"}, {"unproject", "fathom"}, {"normals", "neighbours"},

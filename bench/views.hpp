@@ -18,7 +18,7 @@ struct View {
     std::string name;
     scene::Scene scene;
     oracle::Subject subject; ///< the camera, and the truth about its depth
-    double check;            ///< how long the checks on its surfaces are, scene units
+    double check;            ///< side of a square of its checkered surfaces, scene units
     bool closed;             ///< no pixel is background
 
     const Camera& camera() const { return subject.camera; }
@@ -31,7 +31,8 @@ std::vector<View> views(int width, int height);
 /// The first of them.
 View room_view(int width, int height);
 
-/// Linear red, green and blue of a surface, world space: checks, lit from above. No primitive has a colour of its own.
+/// Linear red, green and blue of a surface in world space: a checker pattern, lit from above. No primitive has its own
+/// colour.
 Eigen::Vector3d color_of(const View& view, const Eigen::Vector3d& position, const Eigen::Vector3d& normal);
 Eigen::Vector3d sky_color();
 

@@ -1,5 +1,5 @@
-// The depth buffer that a renderer would leave of one of the analytic scenes, for a camera file; and on request its picture,
-// linear: checks a share of the scene's size across, lit from above, with small lamps where they meet.
+// The depth buffer that a renderer would leave of one of the analytic scenes, for a camera file. On request also its
+// linear picture: a checker pattern, lit from above, with small lamps at the corners of its squares.
 
 #include "scene/scene.hpp"
 
@@ -19,7 +19,7 @@ namespace {
 
 using fathom::scene::Rendered;
 
-// B, G, R. `check`: how long they are. Lamps are much brighter than white, so that a lens draws them as discs.
+// B, G, R. `check`: side of a square. Lamps are much brighter than white, so that a lens draws them as discs.
 cv::Vec3f color_at(const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double check) {
     const Eigen::Array3d place = position.array() / check;
     const Eigen::Array3d corner = (place / 2).round() * 2;
@@ -54,7 +54,7 @@ int main(int argc, char* argv[]) {
     if (argc != 4 && argc != 6) {
         std::cerr
             << "usage: demo_scene SCENE CAMERA.json DEPTH.png|.tif|.exr [PICTURE.exr CHECK]\n       depth of 16 bits "
-               "in a .png, 32-bit floats otherwise; checks CHECK scene units long\n";
+               "in a .png, 32-bit floats otherwise; a checker pattern of squares CHECK scene units wide\n";
         return 2;
     }
     try {

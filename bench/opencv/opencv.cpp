@@ -1,6 +1,6 @@
 // fathom_bench_opencv: what OpenCV offers for the same purposes beside Fathom's methods, in one run, on the same frames.
 //
-// OpenCV starts from metric depth, which is handed to it as it wants it and not charged for. Its positions and normals have
+// OpenCV starts from metric depth; converting to it is not timed. Its positions and normals have
 // its own axes, so the cameras here have them too. Filters have no counterpart of their own in Fathom: they stand for
 // what smoothing one channel costs.
 

@@ -28,7 +28,8 @@ std::vector<float> visibility_of(const Device& device, int width, int height, in
     return floats_of(ssao(stored_of(device, depth, camera), radius, options).visibility);
 }
 
-// The image begins at the wall's foot. Rows of the middle; `overscan` columns more are looked at on the wall's side.
+// The image begins at the wall's foot. Rows of the middle are judged; the depth has `overscan` more columns on the
+// wall's side.
 void sweep_beyond(const Device& device, Panel& panel, const char* name, int overscan) {
     constexpr int seen = 64, height = 3 * radius;
     const int width = seen + overscan;

@@ -77,7 +77,7 @@ double depth_bound(const DepthForm& form, long double half, int x, int y, double
     return std::max(moved(half), moved(-half)) + linearize_ulp_fp64 * 0x1p-23 * z;
 }
 
-/// At most 90 degrees, which is also what no normal counts as.
+/// At most 90 degrees; a missing normal counts as 90 degrees too.
 double angle_degrees(const Vector3d& got, const Vector3d& truth) {
     if (got.isZero())
         return 90;

@@ -1,5 +1,5 @@
-// Grazing surfaces: planes and the foot of a wall under an orthographic projection, which meet all of a plane at one angle, and a floor
-// up to its horizon.
+// Grazing surfaces: planes and the foot of a wall under an orthographic projection, whose rays meet a plane at one
+// angle everywhere, and a floor up to its horizon.
 
 #include "regimes/corner.hpp"
 #include "regimes/images.hpp"

@@ -33,9 +33,9 @@ struct Panel {
     Curve& curve(const std::string& name);
 };
 
-/// To where a curve stays within a limit, and from where it does not: at parameters up to `holds` the error is at most
-/// `limit`, from `breaks` on it is more. Where `breaks` is the lesser of the two the method fails towards 0; where it is
-/// `none` the limit holds wherever the sweep went.
+/// Where a curve leaves a limit: at parameters up to `holds` the error is at most `limit`, from `breaks` on it is more.
+/// Where `breaks` is the lesser of the two the method fails towards 0; where it is `none` the limit holds wherever the
+/// sweep went.
 struct Boundary {
     std::string quantity, curve;
     double limit, holds, breaks;

@@ -1,5 +1,5 @@
-// The charts of docs/camera.md, docs/ambient-occlusion.md and docs/articles.md: fathom_charts FOLDER. Every curve is what the library
-// answers.
+// The charts of docs/camera.md, docs/ambient-occlusion.md and docs/articles.md: fathom_charts FOLDER. The library
+// computes every curve.
 
 #include "article_pictures.hpp"
 #include "chart.hpp"
@@ -55,7 +55,7 @@ Series segment(std::string label, int color, std::vector<std::pair<double, doubl
     return {std::move(label), std::move(points), color, look};
 }
 
-// Seen from above, depth to the right: what `rays` says of a row of pixels.
+// Seen from above, depth to the right: what `camera_rays` gives for a row of pixels.
 Chart rays_from_above(const char* title, const Projection& projection, double farthest) {
     Chart chart{title, {"depth z", -0.6, 5, {0, 1, 2, 3, 4}}, {"x", -2.6, 2.6, {-2, -1, 0, 1, 2}}, {}, 24};
     const Camera camera = camera_of(projection);
