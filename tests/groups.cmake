@@ -1,7 +1,8 @@
 # Writes CTest's list of groups: all test cases of one file and one tier are one CTest test, which is one process.
 #   cmake -DPROGRAM=fathom_tests -DOUTPUT=tests.cmake -P groups.cmake
 # A tag says which tier a case belongs to: [exhaustive] runs in scripts/test --all only, and scripts/test --quick leaves
-# out [slow] and four subjects that take long. With -DCHECK=ON and -DCATCH_VERSION=... it fails unless each case of the program is in one group.
+# out the tags of slow_tags and the files of long_files. With -DCHECK=ON and -DCATCH_VERSION=... it fails unless each
+# case of the program is in one group.
 cmake_minimum_required(VERSION 3.25)
 
 set(slow_tags [slow] [stability] [same-bits] [real])

@@ -68,7 +68,8 @@ std::vector<bench::View> other_views() {
             seen("railings, aside", scene::railings(), 0.8, standing({2.5, 0.3, -0.5}, 35, 8))};
 }
 
-// The least error that is met at all, the greatest that anything has, and one between; at least `spread` times the least.
+// The smallest error that any method meets, the largest that any has, and one between; at least `spread` times the
+// smallest.
 std::vector<double> tolerances(const char* operation, Storage storage) {
     constexpr double spread = 2;
     const std::vector<MeasuredMethod> list = choices(measured_methods(), operation, to_string(storage));

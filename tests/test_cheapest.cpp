@@ -1,4 +1,4 @@
-// What max_error chooses: from a table made up here, and that the options stand for it.
+// What max_error chooses, from a table made up here, and that the options then stand for the chosen method.
 
 #include "catch.hpp"
 #include "images.hpp"
@@ -81,7 +81,8 @@ std::string name_of(const SsaoOptions& options) {
 
 TEST_CASE("choice: the cheapest within the error of its worst scene") {
     CHECK(choice("ssao", "float32", 1) == "fast");
-    CHECK(choice("ssao", "float32", 0.2) == "fast"); // its worst scene, neither first nor last; equal is enough
+    // The error counts in the worst scene, which is neither the first nor the last; an equal error is enough.
+    CHECK(choice("ssao", "float32", 0.2) == "fast");
     CHECK(choice("ssao", "float32", 0.19) == "3 x 5");
     CHECK(choice("ssao", "float32", 0.0625) == "accurate");
     const MeasuredMethod fast = *cheapest_method(known("ssao", "float32"), 1);

@@ -24,7 +24,7 @@ struct Scene {
     Lens lens{.f_number = 0.4, .focus = 3, .focal_length_mm = 50, .sensor_width_mm = 36};
 
     explicit Scene(const std::string& more = {}) : camera(camera_file(folder, more)) {
-        depth.at<float>(0, 1) = NAN; // no surface
+        depth.at<float>(0, 1) = NAN; // invalid
         for (int x = 0; x < width; ++x)
             depth.at<float>(7, x) = 0.1f + 0.004f * static_cast<float>(x); // before the focus
         for (int x = 0; x < width; ++x)
@@ -186,7 +186,7 @@ TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
         check_refused(run(all), 2,
                       "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: orthographic");
     }
-    // Rays that are parallel come to no focus: how near the lens is to what is sharp does not count.
+    // An orthographic camera has no lens at a finite depth, so the focus may be nearer than the focal length.
     check_done(
         run(orthographic_scene.arguments(output, {"--focus", "0.01", "--f-stop", "2", "--focal-length-mm", "50"})));
 }

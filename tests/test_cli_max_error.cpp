@@ -12,7 +12,7 @@ using namespace fathom::test;
 
 namespace {
 
-// An error that the cheapest of all meets, whatever the tables say.
+// An error that the cheapest method meets, whatever the tables hold.
 constexpr double anything = 180;
 
 std::string printed(const char* form, double value) {

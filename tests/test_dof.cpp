@@ -119,7 +119,8 @@ const Shape shapes[] = {{"circle", {}, {}},
                         {"anamorphic", {0, 0, 2}, {0, 0, 2}},
                         {"ellipse", {0, 30, 0.4}, {0, 30, 0.4}}};
 
-// What fast may differ by along a straight edge of a round aperture: three layers an octave, rows summed by two and more.
+// The error allowed to fast along a straight edge of a round aperture: it has three layers an octave and sums two or
+// more rows at once.
 constexpr double fast_rms_error = 0.01;
 
 const std::pair<const char*, Quality> qualities[] = {
@@ -145,7 +146,7 @@ struct Stack {
     }
 };
 
-/// How a stack's middle row (column) differs from the truth, where that is not plain, and by how much elsewhere.
+/// How a stack's middle row (column) differs from the truth where that changes, and by how much elsewhere.
 Off judge(const Stack& stack, bool across, const DofOptions& options, const std::function<double(double)>& truth,
           int reach) {
     const Picture picture = stack.picture(across);
@@ -184,7 +185,7 @@ Off judge(const Stack& stack, Quality quality, int reach, const Shape& shape = s
     return off;
 }
 
-/// Prints what was measured. What is promised is held; the rest is known to be off by at most so much.
+/// Prints the measured errors. Checks the promised bound where there is one, otherwise the known size of the error.
 void check(const Off& off, bool promised, double largest, double rms) {
     std::printf("  %.4f %.4f", off.largest, off.rms());
     CHECK(off.largest <= (promised ? dof_edge_error : largest));
@@ -631,7 +632,7 @@ namespace {
 
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
 
-/// A picture with every circle from -30 to 30 pixels, sky, holes, edges and highlights.
+/// A picture with every circle from -30 to 30 pixels, sky, invalid pixels, edges and highlights.
 Picture mixed(int width = 150, int height = 70) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> any(0, 1);

@@ -17,7 +17,7 @@ using namespace fathom;
 
 namespace {
 
-/// What each pixel around one counts, of a pixel that is the n-th of its strip's rows.
+/// The weight of each pixel around one that is the n-th of its strip's rows.
 std::map<std::pair<int, int>, double> shares(const ApertureSpans& aperture, int phase, int pitch) {
     std::map<std::pair<int, int>, double> found;
     const int height = 2 * aperture.reach + 1;
@@ -155,7 +155,7 @@ TEST_CASE("dof plan: a layer knows where the one just before it was") {
     CHECK(follow(1) == 1);
     CHECK(follow(2) == 0);
 
-    // The same of layers that are read directly, which share a launch, and of the first one with strips.
+    // The same for layers that are read directly, which share a launch, and for the first one with strips.
     std::vector<TileBits> small(7 * 9);
     for (const int away : {1, 2, 4, 18, 19})
         put(small, 0, scale.middle + away);

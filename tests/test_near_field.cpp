@@ -42,7 +42,8 @@ struct Picture {
     std::size_t size() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
 };
 
-// Near blobs and single pixels before a background, holes and sky among them. Circles of the near ones to `widest`.
+// Near blobs and single pixels before a background, with invalid pixels and sky among them. Near circles go up to
+// `widest`.
 Picture blobs(int width, int height, double widest, unsigned seed, double aspect = 1) {
     Picture picture{width, height, aspect};
     std::mt19937 random(seed);

@@ -1,5 +1,5 @@
-// ssao against the truth: planes that nothing rises above, height fields under five cameras, the same bits on every
-// device, and the symmetries of its jitter.
+// ssao against the truth: planes that nothing rises above, height fields under five cameras, the same bits whatever the
+// device's options, and symmetry without jitter.
 
 #include "catch.hpp"
 #include "images.hpp"
@@ -74,7 +74,7 @@ bool has_slopes(const scene::Rendered& image, int x, int y) {
     return (seen(x - 1, y) || seen(x + 1, y)) && (seen(x, y - 1) || seen(x, y + 1));
 }
 
-/// The same of all surface pixels that are averaged over.
+/// The same for all surface pixels that the filter averages over.
 bool all_have_slopes(const scene::Rendered& image, int x, int y) {
     for (int at_y = std::max(y - 2, 0); at_y <= std::min(y + 2, height - 1); ++at_y)
         for (int at_x = std::max(x - 2, 0); at_x <= std::min(x + 2, width - 1); ++at_x)
@@ -324,10 +324,10 @@ TEST_CASE("ssao: the same bits whatever the vector width on a terrain, where tap
     camera.height = height;
     const auto stored = scene::render(scene::named("terrain"), camera).stored;
     for (const int slices : {1, 4, 16}) {
-        for (const int patterns : {1, 16}) {
+        for (const int jitter : {1, 16}) {
             SsaoCall options = options_of(5, Quality::balanced);
             options.slices = slices;
-            options.jitter = patterns;
+            options.jitter = jitter;
             std::vector<float> first;
             for (const int vector_width : {16, 8, 4, 1}) {
                 const Device device = Device::open("cpu", {Arithmetic::fp64, vector_width, 64});
@@ -402,11 +402,11 @@ TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
           {"orthographic", orthographic({-2, 2, -2, 2}, {0.5, 500})}}) {
         const Room room = ::room(projection, side, side);
         for (const int slices : {2, 4}) {
-            for (const auto& [steps, thickness] :
+            for (const auto& [samples, thickness] :
                  {std::pair{8, 0.125}, {8, oracle::infinite}, {256, 0.125}, {256, oracle::infinite}}) {
                 SsaoCall options = options_of(0.5, Quality::balanced, thickness);
                 options.slices = slices;
-                options.samples = steps;
+                options.samples = samples;
                 options.jitter = 1;
                 const auto straight = visibility_of(stored_of(room.stored, room.camera), options);
                 for (const auto& [turn, from] : turns) {
@@ -414,8 +414,8 @@ TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
                     const auto got = visibility_of(stored_of(stored, room.camera), options);
                     const auto expected = moved(straight, side, from);
                     const Difference off = difference(got, expected);
-                    std::printf("  %-12s %d slices, %3d steps, thickness %-5.3g %-13s %.1e  %.2e  %.3f\n",
-                                projection_name, slices, steps, thickness, turn, off.worst, off.mean,
+                    std::printf("  %-12s %d slices, %3d samples, thickness %-5.3g %-13s %.1e  %.2e  %.3f\n",
+                                projection_name, slices, samples, thickness, turn, off.worst, off.mean,
                                 static_cast<double>(off.pixels) / (side * side));
                     INFO(projection_name << ", " << slices << " slices, thickness " << thickness << ", " << turn);
                     CHECK(off.same_kind);

@@ -98,7 +98,7 @@ Camera camera_of(const std::string& scene, bool is_orthographic, int width, int 
 }
 
 constexpr double bars[] = {0.06, 0.03, 0.01}; // fast, balanced, accurate: what is aimed at
-constexpr double many_bar = 0.005;            // with many slices and steps
+constexpr double many_bar = 0.005;            // with many slices and samples
 
 /// Measured and 5% more, where that aim is missed: a fault to mend, not a promise.
 struct Missed {
@@ -221,9 +221,9 @@ std::pair<double, double> thickness_bars_of(const std::string& scene, const std:
 
 } // namespace
 
-TEST_CASE("ssao: brute force at every thickness, balanced and with many slices and steps", "[ssao]") {
+TEST_CASE("ssao: brute force at every thickness, balanced and with many slices and samples", "[ssao]") {
     std::printf("ssao and brute force, thickness in radii: root of the mean square error (mean, 99%%), balanced | many "
-                "slices and steps, no jitter\n");
+                "slices and samples, no jitter\n");
     for (const char* name : {"room", "railings"}) {
         for (const auto& [camera_name, is_orthographic] : cameras) {
             const Seen seen(scene::named(name), camera_of(name, is_orthographic, 480, 270));

@@ -29,7 +29,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 constexpr double reach = 1; // radius of the rays, about 40 pixels
 
-// Off-centre is the same picture moved by 79 and 46 pixels, oblique with its rows turned about: other jitter.
+// Off-centre is the same picture moved by 79 and 46 pixels, oblique has its rows turned about: their jitter differs.
 constexpr int width = 316, height = 230;
 
 /// A scene as one camera sees it.

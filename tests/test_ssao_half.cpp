@@ -72,7 +72,7 @@ const char* name_of(const Camera& camera) {
     return depth_form(camera).perspective ? "perspective" : "orthographic";
 }
 
-/// The room with sky, a hole, and lone pixels missing.
+/// The room with sky, an invalid area and single invalid pixels.
 std::vector<float> pierced_room(const Camera& camera) {
     std::vector<float> stored = scene::render(scene::room(), camera).stored;
     for (int y = 30; y < 37; ++y)
@@ -125,16 +125,16 @@ TEST_CASE("ssao at half resolution: a plane is open at every tilt under five cam
 
 TEST_CASE("ssao at half resolution: nothing leaks over an edge", "[ssao][half]") {
     // Something open before or behind something dark, whose edges lie on even and odd pixels.
-    const scene::Scene clean_plate_before_crease{scene::Plane{{0, -3, -20}, {0, 1, 0.5}},
-                                                 scene::Plane{{0, -3, -20}, {0, -0.5, 1}},
-                                                 scene::Box{{0.4, -0.93, -5}, {0.53, 0.61, 0.01}}};
+    const scene::Scene plate_before_crease{scene::Plane{{0, -3, -20}, {0, 1, 0.5}},
+                                           scene::Plane{{0, -3, -20}, {0, -0.5, 1}},
+                                           scene::Box{{0.4, -0.93, -5}, {0.53, 0.61, 0.01}}};
     const scene::Scene corner_before_plane{scene::Plane{{0, 0, -40}, {0.2, 0.1, 1}},
                                            scene::Box{{0.11, -0.9, -5}, {0.8, 0.1, 0.8}},
                                            scene::Box{{0.11, -0.2, -5.7}, {0.8, 0.6, 0.1}}};
     const auto near = [](double z) { return z < 8; };
     const auto far = [](double z) { return z > 20 && z < 100; };
     for (const auto& [what, scene, is_open] :
-         {std::tuple{"an open plate before a crease", clean_plate_before_crease, std::function<bool(double)>(near)},
+         {std::tuple{"an open plate before a crease", plate_before_crease, std::function<bool(double)>(near)},
           {"a corner before an open plane", corner_before_plane, std::function<bool(double)>(far)}}) {
         const Camera camera = cameras()[0];
         const auto image = scene::render(scene, camera);
@@ -449,16 +449,16 @@ namespace {
 
 constexpr double large = 0.4; // radius, in widths of the image
 
-/// Half resolution at a large radius: the preset's own steps, or more.
+/// Half resolution at a large radius: the preset's own number of samples, or more.
 struct Way {
     const char* name;
     Quality quality;
-    int steps;
+    int samples;
     double aim; ///< root of the mean square
 };
-constexpr Way ways[] = {{"fast, 16 steps", Quality::fast, 16, 0.06},
-                        {"balanced, 64 steps", Quality::balanced, 64, 0.03},
-                        {"accurate, 60 steps", Quality::accurate, 60, 0.01}};
+constexpr Way ways[] = {{"fast, 16 samples", Quality::fast, 16, 0.06},
+                        {"balanced, 64 samples", Quality::balanced, 64, 0.03},
+                        {"accurate, 60 samples", Quality::accurate, 60, 0.01}};
 
 /// Measured and 5% more where the aim is missed: a fault to mend, not a promise.
 struct Pinned {
@@ -487,7 +487,7 @@ TEST_CASE("ssao at half resolution: brute force for a radius of 40 % of the widt
         CHECK(points.size() > 100);
         for (std::size_t i = 0; i < std::size(ways); ++i) {
             SsaoCall options = half(radius, ways[i].quality);
-            options.samples = ways[i].steps;
+            options.samples = ways[i].samples;
             oracle::Off off[2];
             for (const bool whole : {false, true}) {
                 options.half_resolution = !whole;

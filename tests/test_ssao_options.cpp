@@ -101,7 +101,7 @@ void check_rounding(const Difference& off, const std::string& what) {
     CHECK(off.worst <= rounding_worst);
 }
 
-/// Where rays say what is right: position and normal in the world.
+/// A point at which rays give the true visibility: position and normal in the world.
 struct Point {
     std::size_t index;
     Vector3d position, normal;
@@ -489,7 +489,7 @@ TEST_CASE("ssao: a constant map of thicknesses is the thickness", "[ssao]") {
 }
 
 TEST_CASE("ssao: a clamped border is the image with its border repeated", "[ssao]") {
-    constexpr int margin = 64; // a multiple of the jitter' 4
+    constexpr int margin = 64; // a multiple of 4, so that every pixel keeps its jitter pattern
     constexpr int across = 160, down = 120, all_across = across + 2 * margin, all_down = down + 2 * margin;
     for (const bool is_orthographic : {false, true}) {
         const auto projection = [&](double more_x, double more_y) {
@@ -628,7 +628,7 @@ TEST_CASE("ssao: a device without double gives the same", "[ssao]") {
 
 namespace {
 
-// What is left of the noise of 19481 pixels of one slice, which neighbours share: measured 0.0012.
+// How far the mean may move: the jitter of 19481 pixels with one slice each averages out to this. Measured 0.0012.
 constexpr double seed_mean = 0.002;
 
 } // namespace

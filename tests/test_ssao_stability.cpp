@@ -1,5 +1,5 @@
-// ssao where it is easily unstable: images of a few pixels, sky, holes, radii of no or many pixels, few bits of depth,
-// grazing surfaces, thin railings, things that leave the image.
+// ssao where it is easily unstable: images of a few pixels, sky, invalid pixels, radii of no or many pixels, few bits
+// of depth, grazing surfaces, thin railings, things that leave the image.
 
 #include "catch.hpp"
 #include "images.hpp"
@@ -320,7 +320,7 @@ double by_rays(const scene::Scene& scene, const Vector3d& position, const Vector
 
 /// Root of the mean square difference from brute force with the same thickness: the bars' own, a quarter of the radius,
 /// infinite; then of the bars' own thickness from rays, and from brute force with true normals. Measured and 5% more,
-/// where 0.03 is aimed at: a bar of one or two pixels has no slope of its own in the image, and some steps miss it.
+/// where 0.03 is aimed at: a bar of one or two pixels has no slope of its own in the image, and some samples miss it.
 struct Railing {
     int pixels;
     double own, quarter, infinite, own_by_rays, own_with_normals;
@@ -402,7 +402,7 @@ TEST_CASE("stability: ssao of railings of one to three pixels against thickness"
 
 namespace {
 
-// Steps that leave the image count alike, whatever they would have met: measured 0.059.
+// Samples outside the image count alike, whatever they would have met: measured 0.059.
 constexpr double lost_beyond_confidence = 0.07;
 
 } // namespace

@@ -405,7 +405,7 @@ TEST_CASE("stability: a background of every storage", "[stability]") {
     check(Storage::uint16, 65535, std::uint16_t{65535}, std::uint16_t{65534});
     check(Storage::uint16, 0, std::uint16_t{0}, std::uint16_t{1});
     check(Storage::uint24, 16777215, std::uint32_t{0xffffff}, std::uint32_t{0xfffffe});
-    check(Storage::uint24, 5, std::uint32_t{0xff000005}, std::uint32_t{0x00000006}); // the stencil is not looked at
+    check(Storage::uint24, 5, std::uint32_t{0xff000005}, std::uint32_t{0x00000006}); // the stencil is not compared
     check(Storage::uint24_high, 5, std::uint32_t{0x000005ff}, std::uint32_t{0x000006ff});
     check(Storage::rgb8_red_low, 0x030201, std::array<std::uint8_t, 3>{1, 2, 3}, std::array<std::uint8_t, 3>{3, 2, 1});
     check(Storage::rgb8_red_high, 0x030201, std::array<std::uint8_t, 3>{3, 2, 1}, std::array<std::uint8_t, 3>{1, 2, 3});

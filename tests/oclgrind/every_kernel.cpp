@@ -1,5 +1,5 @@
 // Runs every kernel once for each form, storage and channel count, small: what Oclgrind watches.
-//   every_kernel LANES
+//   every_kernel VECTOR_WIDTH
 // Prints the device's name and how many images it made. Oclgrind's log says whether any of them was made wrongly.
 
 #include "operations/parameters.hpp"

@@ -225,7 +225,8 @@ struct Line {
     Vector2d direction_at(double k) const { return direction + k * direction_step; }
 };
 
-/// What a tap sees: a column, or nothing. Planar is 1/w, or w for an orthographic camera: affine in k along a plane.
+/// What a tap sees: a column, or nothing. Its inverse depth is 1/w, or w for an orthographic camera: affine in k along
+/// a plane.
 struct Tap {
     double k = 0;
     std::optional<Column> column;
@@ -253,7 +254,7 @@ Line line_of(const Sight& sight, const Vector2d& pixel, const Vector3d& position
             in_slice(step.x() * sight.direction_x + step.y() * sight.direction_y)};
 }
 
-/// Does a ray come within the radius of the point? From the eye on, or anywhere if rays are parallel.
+/// Does a ray come within the radius of the point? From the eye on, or anywhere for an orthographic camera.
 bool within_reach(const Line& line, double k, bool is_orthographic, double radius) {
     const Vector2d origin = line.origin_at(k), direction = line.direction_at(k);
     const double nearest = -origin.dot(direction) / direction.squaredNorm();

@@ -78,7 +78,8 @@ public:
     int width() const { return width_; }
     int height() const { return height_; }
 
-    /// Lines of sight, affine in the pixel position: origin + w · direction. Planar is 1/w, or w of an orthographic camera.
+    /// Lines of sight, affine in the pixel position: origin + w · direction. Inverse depth is 1/w, or w for an
+    /// orthographic camera.
     struct Sight {
         Eigen::Vector3d origin, origin_x, origin_y, direction, direction_x, direction_y;
         bool is_orthographic;
