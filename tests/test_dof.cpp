@@ -435,7 +435,7 @@ double variance_of_disc(double radius) {
 
 namespace {
 
-/// Of the picture's own memory.
+/// A picture and its depth as a clean plate; the images use the memory of the picture.
 CleanPlate clean_plate_of(const Picture& picture, const Device& device = default_device()) {
     const Layout pixels{picture.width, picture.height};
     return {Image::from_host(device, Element::f32, picture.color.data(), {pixels.width, pixels.height, 3}),
@@ -443,7 +443,7 @@ CleanPlate clean_plate_of(const Picture& picture, const Device& device = default
              camera_of(picture.width, picture.height)}};
 }
 
-/// A stack's picture, blurred with what lies behind its first layer given.
+/// A stack blurred with a clean plate that shows what lies behind its first layer.
 std::vector<float> with_clean_plate(const Stack& stack, bool across, DofOptions options) {
     const Picture clean_plate = Stack{{stack.layers.begin() + 1, stack.layers.end()}, stack.half}.picture(across);
     options.clean_plate = clean_plate_of(clean_plate);

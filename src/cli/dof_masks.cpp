@@ -157,8 +157,8 @@ extern const Command dof_masks_command{
     .summary = "Computes the size of each pixel's blur, and masks of what is near, in focus and far.",
     .notes =
         R"(An EXR holds four channels. coc is the diameter of the circle of confusion (CoC) in pixels, positive behind the focus.
-near, focus and far are weights that sum to 1. Invalid pixels have a coc of NaN and no weight. A .png of a weight holds
-round(value × 65535). A coc has no such range: it needs --png-scale and loses its negative values.
+near, focus and far are weights that sum to 1. Invalid pixels have a CoC of NaN and no weight. A .png of a weight holds
+round(value × 65535). The CoC has no such range: it needs --png-scale and loses its negative values.
 
 Give the lens by its focal length and sensor. With one of them the projection gives the other. For an orthographic
 camera the CoC grows with the distance from the focus without end (telecentric). --max-coc-px ends it.

@@ -35,11 +35,11 @@ struct Findings {
 };
 
 // What linearize makes of the image; nothing without a device, unless one was asked for.
-cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption& choice) {
+cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption& device) {
     try {
-        return to_mat(linearize({to_device(choice.open(), depth.values), camera, depth.storage}).image);
+        return to_mat(linearize({to_device(device.open(), depth.values), camera, depth.storage}).image);
     } catch (const NoDevice&) {
-        if (!choice.wanted.empty())
+        if (!device.wanted.empty())
             throw;
         return {};
     }

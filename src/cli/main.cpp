@@ -28,8 +28,8 @@ constexpr const char* exit_codes_in_short =
 
 // Runs what the arguments ask for.
 int run(int argc, char** argv) {
-    CLI::App program("fathom: exact depth, positions, normals, ambient occlusion and depth of field from\n"
-                     "depth images, on any OpenCL device",
+    CLI::App program("fathom: exact depth, positions, normals, ambient occlusion, depth of field and fog\n"
+                     "from depth images, on any OpenCL device",
                      "fathom");
     program.formatter(help_layout());
     program.set_help_flag("-h,--help", "print this help, or that of a command");

@@ -32,9 +32,9 @@ void explain_method(fathom::Operation operation, const StoredDepth& stored, cons
                     std::optional<double> max_error, bool explain) {
     if (!max_error)
         return;
-    MeasuredMethod choice;
+    MeasuredMethod cheapest;
     try {
-        choice = cheapest_method(operation, stored, *max_error);
+        cheapest = cheapest_method(operation, stored, *max_error);
     } catch (const std::invalid_argument& error) {
         const std::string message = error.what(), option = "max_error = ";
         throw Error(message.starts_with(option) ? "--max-error " + message.substr(option.size()) : message);
@@ -42,8 +42,8 @@ void explain_method(fathom::Operation operation, const StoredDepth& stored, cons
     if (explain)
         complain(fmt::format("{}: {} {}: error up to {} (in the scene {}), {:.3g} ns per pixel at 1920 × 1080 (all "
                              "threads of {})",
-                             job.input.native(), fathom::to_string(operation), choice.method, number(choice.error),
-                             choice.scene, choice.ns_per_pixel, choice.device));
+                             job.input.native(), fathom::to_string(operation), cheapest.method, number(cheapest.error),
+                             cheapest.scene, cheapest.ns_per_pixel, cheapest.device));
 }
 
 } // namespace fathom::cli

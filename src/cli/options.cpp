@@ -45,13 +45,13 @@ void add_channel_option(CLI::App& app, std::string& channel) {
         ->group("Input");
 }
 
-void add_device_options(CLI::App& app, DeviceOption& choice) {
-    app.add_option("--device", choice.wanted,
+void add_device_options(CLI::App& app, DeviceOption& device) {
+    app.add_option("--device", device.wanted,
                    "where to compute: cpu, gpu, or an index or part of a name\n"
                    "as `fathom devices` lists them (default: a GPU if there is one)")
         ->type_name("DEVICE")
         ->group("Device");
-    app.add_option("--threads", choice.threads, "number of threads of a CPU device (PoCL; default: all cores)")
+    app.add_option("--threads", device.threads, "number of threads of a CPU device (PoCL; default: all cores)")
         ->type_name("N")
         ->check(is_a_number("whole number from 1 to 4096",
                             [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }))

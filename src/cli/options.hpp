@@ -49,7 +49,7 @@ struct Product {
 void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product);
 
 void add_channel_option(CLI::App& app, std::string& channel);
-void add_device_options(CLI::App& app, DeviceOption& choice);
+void add_device_options(CLI::App& app, DeviceOption& device);
 
 /// Adds an option whose value is one of a few names.
 template <typename Value>

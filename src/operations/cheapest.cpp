@@ -96,13 +96,13 @@ std::vector<MeasuredMethod> choices(std::span<const Measured> measured, std::str
     return list;
 }
 
-std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> choices, double max_error) {
+std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> methods, double max_error) {
     std::optional<MeasuredMethod> best;
-    for (const MeasuredMethod& choice : choices) {
+    for (const MeasuredMethod& each : methods) {
         const bool cheaper =
-            !best || std::pair(choice.ns_per_pixel, choice.error) < std::pair(best->ns_per_pixel, best->error);
-        if (choice.error <= max_error && cheaper)
-            best = choice;
+            !best || std::pair(each.ns_per_pixel, each.error) < std::pair(best->ns_per_pixel, best->error);
+        if (each.error <= max_error && cheaper)
+            best = each;
     }
     return best;
 }
@@ -117,7 +117,7 @@ MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, d
     std::vector<MeasuredMethod> list = choices(measured_methods(), to_string(operation), storage_of(stored));
     const PixelLattice half = pixel_lattice(stored, 2);
     if (half.width == 0 || half.height == 0) // the tile is a single odd row or column
-        std::erase_if(list, [](const MeasuredMethod& choice) { return choice.method.ends_with(half_resolution); });
+        std::erase_if(list, [](const MeasuredMethod& each) { return each.method.ends_with(half_resolution); });
     const std::optional<MeasuredMethod> found = cheapest_method(list, max_error);
     if (found)
         return *found;

@@ -32,7 +32,7 @@ std::vector<MeasuredMethod> choices(std::span<const Measured> measured, std::str
 
 /// The fastest of the methods within the error, and of equally fast ones the most exact; nothing if there is none.
 /// Pure: no device.
-std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> choices, double max_error);
+std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> methods, double max_error);
 
 /// The options with the method that `max_error` chooses, and without `max_error`.
 /// Throws: std::invalid_argument if they also set what `max_error` chooses, and as `cheapest_method`.

@@ -107,10 +107,10 @@ float inverse_transition(const DofMasksOptions& options) {
 
 runtime::Defines circle_defines(const DepthForm& form, const CircleOfConfusion& circle, const Rays& rays,
                                 Storage storage, int vector_width, bool stream) {
-    runtime::Defines choices = decoder_defines(form, rays, storage, vector_width, stream);
-    choices.emplace_back("CIRCLE", static_cast<int>(circle_form(form, circle)));
-    choices.emplace_back("TELECENTRIC", circle.telecentric);
-    return choices;
+    runtime::Defines defines = decoder_defines(form, rays, storage, vector_width, stream);
+    defines.emplace_back("CIRCLE", static_cast<int>(circle_form(form, circle)));
+    defines.emplace_back("TELECENTRIC", circle.telecentric);
+    return defines;
 }
 
 } // namespace fathom

@@ -120,9 +120,9 @@ struct Blur {
     bool upright;
     Image planes, state, tiles;
 
-    runtime::Kernel& kernel(const char* name, runtime::Defines choices) const {
-        choices.insert(choices.end(), {{"V", vector_width}, {"STREAM", 0}, {"CHANNELS", channels}});
-        return runtime::kernel(device, name, choices);
+    runtime::Kernel& kernel(const char* name, runtime::Defines defines) const {
+        defines.insert(defines.end(), {{"V", vector_width}, {"STREAM", 0}, {"CHANNELS", channels}});
+        return runtime::kernel(device, name, defines);
     }
     bool behind() const { return clean_plate || accurate(); } // have pixels a second surface?
     bool accurate() const { return quality == Quality::accurate; }
@@ -173,8 +173,8 @@ Image circles_of(const StoredDepth& stored, const CircleOfConfusion& coc, const 
 }
 
 void cut_into_planes(const Blur& blur, const Image& circles, const Image& color, bool clean_plate) {
-    const runtime::Defines choices{{"ELEMENT", element_define(color.element())}, {"CLEAN_PLATE", clean_plate}};
-    runtime::launch(blur.device, blur.kernel("dof_planes", choices), {blur.vectors(blur.p.stride), blur.p.rows},
+    const runtime::Defines defines{{"ELEMENT", element_define(color.element())}, {"CLEAN_PLATE", clean_plate}};
+    runtime::launch(blur.device, blur.kernel("dof_planes", defines), {blur.vectors(blur.p.stride), blur.p.rows},
                     circles, color, blur.planes, grid(circles, circles), grid(color, color), blur.p);
 }
 

@@ -103,10 +103,10 @@ void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc
     const Arithmetic arithmetic = device.options().arithmetic;
     const int width = stored.image.width(), height = stored.image.height();
     const int vector_width = vector_width_for(device, width);
-    runtime::Defines choices =
+    runtime::Defines defines =
         circle_defines(form, coc, view, stored.storage, vector_width, worth_streaming(masks.coc, vector_width));
-    choices.emplace_back("WEIGHTS", options.weights);
-    runtime::Kernel& kernel = runtime::kernel(device, "dof_masks", choices);
+    defines.emplace_back("WEIGHTS", options.weights);
+    runtime::Kernel& kernel = runtime::kernel(device, "dof_masks", defines);
     const runtime::Range range{static_cast<std::size_t>((width + vector_width - 1) / vector_width),
                                static_cast<std::size_t>(height)};
     const auto launch = [&](const auto&... results) { // which all have the same layout

@@ -18,9 +18,9 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const 
     const DepthForm form = depth_form(stored.camera, stored.storage);
     const Rays view = camera_rays(stored.camera);
     const int vector_width = vector_width_for(device, width);
-    runtime::Defines choices = decoder_defines(form, view, stored.storage, vector_width, false);
-    choices.emplace_back("PERSPECTIVE", eye.perspective);
-    runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", choices);
+    runtime::Defines defines = decoder_defines(form, view, stored.storage, vector_width, false);
+    defines.emplace_back("PERSPECTIVE", eye.perspective);
+    runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", defines);
     const auto vectors = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::launch(device, kernel, {vectors, static_cast<std::size_t>(padded_rows)}, stored.image, result,
                     grid_parameters(stored, result, 0, width),

@@ -103,13 +103,13 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
     const Image depth = inverse_depth(scratch, stored, eye, Background::nan);
 
     const int vector_width = vector_width_for(device, width);
-    const runtime::Defines choices{{"V", vector_width},
+    const runtime::Defines defines{{"V", vector_width},
                                    {"STREAM", worth_streaming(result, vector_width)},
                                    {"PERSPECTIVE", eye.perspective},
                                    {"CHANNELS", options.channels},
                                    {"RADIUS", radius_of(chosen_method(options.method, stored))}};
     const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
-    runtime::launch(device, runtime::kernel(device, "normals", choices),
+    runtime::launch(device, runtime::kernel(device, "normals", defines),
                     {columns, static_cast<std::size_t>(result.height())}, depth, result,
                     grid_parameters({depth, stored.camera, Storage::float32, stored.x, stored.y}, result, 0, width),
                     normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options.tolerance));

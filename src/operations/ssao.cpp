@@ -253,10 +253,10 @@ struct Call {
                                     inverse_depth_error(stored.camera, stored.storage), radius, options, table);
     }
 
-    runtime::Kernel& kernel(const char* name, runtime::Defines choices) const {
-        choices.insert(choices.end(),
+    runtime::Kernel& kernel(const char* name, runtime::Defines defines) const {
+        defines.insert(defines.end(),
                        {{"V", device.options().vector_width}, {"STREAM", 0}, {"PERSPECTIVE", eye.perspective}});
-        return runtime::kernel(device, name, choices);
+        return runtime::kernel(device, name, defines);
     }
 
     std::size_t vectors(params::u32 columns) const {

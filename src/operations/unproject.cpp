@@ -35,10 +35,10 @@ void unproject(const StoredDepth& stored, const Image& result, const UnprojectOp
     const runtime::Launched launched(device, launch);
     const int width = result.width();
     const int vector_width = vector_width_for(device, width);
-    auto choices = decoder_defines(form, view, stored.storage, vector_width, worth_streaming(result, vector_width));
-    choices.emplace_back("CHANNELS", options.channels);
+    auto defines = decoder_defines(form, view, stored.storage, vector_width, worth_streaming(result, vector_width));
+    defines.emplace_back("CHANNELS", options.channels);
     const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
-    runtime::launch(device, runtime::kernel(device, "unproject", choices),
+    runtime::launch(device, runtime::kernel(device, "unproject", defines),
                     {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
                     grid_parameters(stored, result, 0, width),
                     depth_parameters(form, stored.storage, options.background, arithmetic),

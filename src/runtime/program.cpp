@@ -33,9 +33,9 @@ void append(std::string& source, const std::string& file, std::set<std::string>&
     }
 }
 
-std::string build_options(const Defines& choices) {
+std::string build_options(const Defines& defines) {
     std::string options = "-cl-std=CL1.2 -cl-kernel-arg-info";
-    for (const auto& [name, value] : choices)
+    for (const auto& [name, value] : defines)
         options += text(" -D", name, "=", value);
     return options;
 }
@@ -49,10 +49,10 @@ std::string assembled_source(const std::string& file) {
     return source;
 }
 
-Kernel& kernel(const Device& device, const std::string& name, Defines choices) {
+Kernel& kernel(const Device& device, const std::string& name, Defines defines) {
     Device::State& state = device.state();
-    choices.emplace_back("FP64", state.options.arithmetic == Arithmetic::fp64);
-    const std::string options = build_options(choices);
+    defines.emplace_back("FP64", state.options.arithmetic == Arithmetic::fp64);
+    const std::string options = build_options(defines);
     const std::string key = name + ' ' + options;
     if (const auto found = state.kernels.find(key); found != state.kernels.end())
         return found->second;

@@ -31,6 +31,6 @@ struct Kernel {
 
 /// The kernel `name` of kernels/<name>.cl, built when it is first asked for and kept with the device.
 /// Throws: Error with the build log.
-Kernel& kernel(const Device& device, const std::string& name, Defines choices);
+Kernel& kernel(const Device& device, const std::string& name, Defines defines);
 
 } // namespace fathom::runtime
