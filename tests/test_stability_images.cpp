@@ -279,7 +279,7 @@ std::optional<std::size_t> wrong_at_the_end(Storage storage, std::size_t source_
 } // namespace
 
 TEST_CASE("stability: 16384 x 16384 pixels whose offsets lie beyond 2^32", "[stability]") {
-    // 5.4e9 bytes of floats to 4.3e9; 6.6e9 elements of one byte to 8.6e9 bytes of positions. None of it is memory.
+    // 5.4e9 bytes of floats to 4.3e9; 6.6e9 elements of one byte to 8.6e9 bytes of positions. The address space has no memory behind it.
     const auto linear = wrong_at_the_end(Storage::float32, 81921, 1, 65537);
     const auto packed = wrong_at_the_end(Storage::rgb8_red_low, 400003, 3, 131001);
     if (!linear || !packed)

@@ -96,7 +96,7 @@ std::vector<RangePoint> range_of(const Camera& camera, std::optional<DepthBits> 
     const bool float_image = image == Storage::float32 || image == Storage::float16;
     using enum Encoding;
     if (float_image && (camera.encoding == view_z || camera.encoding == ray_distance || camera.encoding == inverse))
-        return {}; // metric floats have no end
+        return {}; // the range of metric floats has no end
     const double lowest = form.lowest, highest = form.highest, half_way = (lowest + highest) / 2;
     const double x = camera.width / 2.0, y = camera.height / 2.0;
     const auto point = [&](const char* name, double stored) {

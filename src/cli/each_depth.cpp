@@ -27,7 +27,7 @@ DepthFile read(const std::filesystem::path& file, const ReadOptions& options) {
     return read_depth(file, options);
 }
 
-// Those that an image has: an alpha may be missing.
+// The names of the channels that an image has: an alpha may be missing.
 std::vector<std::string> channels_of(const Product& product, const cv::Mat& image) {
     const auto there = std::min(product.channels.size(), static_cast<std::size_t>(image.channels()));
     return {product.channels.begin(), product.channels.begin() + static_cast<std::ptrdiff_t>(there)};
@@ -49,14 +49,14 @@ void write(const DepthOptions& options, const std::vector<Output>& outputs, cons
     write_images(images);
 }
 
-// --bent-normal as a key of JSON.
+// An option as a key of JSON: bent_normal for --bent-normal.
 std::string key_of(const std::string& option) {
     std::string key = option.substr(option.find_first_not_of('-'));
     std::replace(key.begin(), key.end(), '-', '_');
     return key;
 }
 
-// What an input took, from one mark to the next.
+// The seconds that each step of an input took.
 struct Times {
     Clock::time_point start = Clock::now();
     Clock::time_point was_read = {}, was_computed = {}, was_written = {};

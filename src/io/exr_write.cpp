@@ -48,7 +48,7 @@ Bytes exr_bytes(const cv::Mat& image, const std::vector<std::string>& channels) 
     Bytes bytes;
     Memory memory(bytes);
     {
-        Imf::OutputFile exr(memory, header); // completes its table of rows when it goes
+        Imf::OutputFile exr(memory, header); // its destructor completes the table of rows
         exr.setFrameBuffer(frame);
         exr.writePixels(image.rows);
     }

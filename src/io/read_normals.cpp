@@ -83,7 +83,7 @@ cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
     return normals;
 }
 
-// Files round, and renderers average over a pixel: lengths are made 1, and what has none is none.
+// Files round, and renderers average over a pixel, so lengths are made 1. A vector without a length is no normal.
 void make_unit(cv::Mat& normals) {
     constexpr double least = 1e-3;
     for (int y = 0; y < normals.rows; ++y) {
