@@ -56,7 +56,7 @@ std::string key_of(const std::string& option) {
     return key;
 }
 
-// The seconds that each step of an input took.
+// When the work on an input began, and when it was read, computed and written.
 struct Times {
     Clock::time_point start = Clock::now();
     Clock::time_point was_read = {}, was_computed = {}, was_written = {};
