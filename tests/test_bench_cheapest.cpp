@@ -72,7 +72,7 @@ std::vector<bench::View> other_views() {
 // smallest.
 std::vector<double> tolerances(const char* operation, Storage storage) {
     constexpr double spread = 2;
-    const std::vector<MeasuredMethod> list = choices(measured_methods(), operation, to_string(storage));
+    const std::vector<MeasuredMethod> list = measured_for(measured_methods(), operation, to_string(storage));
     const auto [least, most] = std::ranges::minmax(list, {}, &MeasuredMethod::error);
     const double greatest = std::max(most.error, spread * least.error);
     return {least.error, std::sqrt(least.error * greatest), greatest};
@@ -118,7 +118,7 @@ void check_kept(const std::vector<bench::Method>& asked, const std::vector<bench
 
 } // namespace
 
-TEST_CASE("choice: the max_error of ssao and normals is kept twice over where it was not measured", "[bench][slow]") {
+TEST_CASE("max_error: that of ssao and normals is kept twice over where it was not measured", "[bench][slow]") {
     std::vector<bench::Method> asked;
     add_asked(asked, "ssao", Storage::float32);
     add_asked(asked, "normals", Storage::float32);
@@ -126,7 +126,7 @@ TEST_CASE("choice: the max_error of ssao and normals is kept twice over where it
     check_kept(asked, other_views());
 }
 
-TEST_CASE("choice: the max_error of dof is kept twice over where it was not measured", "[bench][slow]") {
+TEST_CASE("max_error: that of dof is kept twice over where it was not measured", "[bench][slow]") {
     std::vector<bench::Method> asked;
     add_asked(asked, "dof", Storage::float32);
     std::vector<bench::View> others = other_views();

@@ -32,7 +32,7 @@ constexpr Measured table[] = {
 };
 
 std::vector<MeasuredMethod> known(const char* operation, const char* storage) {
-    return choices(table, operation, storage);
+    return measured_for(table, operation, storage);
 }
 
 std::string choice(const char* operation, const char* storage, double max_error) {
@@ -79,7 +79,7 @@ std::string name_of(const SsaoOptions& options) {
 
 } // namespace
 
-TEST_CASE("choice: the cheapest within the error of its worst scene") {
+TEST_CASE("max_error: the cheapest within the error of its worst scene") {
     CHECK(choice("ssao", "float32", 1) == "fast");
     // The error counts in the worst scene, which is neither the first nor the last; an equal error is enough.
     CHECK(choice("ssao", "float32", 0.2) == "fast");
@@ -92,18 +92,18 @@ TEST_CASE("choice: the cheapest within the error of its worst scene") {
     CHECK(fast.device == "chip, small");
 }
 
-TEST_CASE("choice: half resolution is a way of its own") {
+TEST_CASE("max_error: half resolution is a way of its own") {
     constexpr Measured halves[] = {{"ssao", "float32", "fast", 0.2, "bars", 5, "chip"},
                                    {"ssao", "float32", "fast, half resolution", 0.25, "bars", 2, "chip"},
                                    {"ssao", "float32", "3 x 5, half resolution", 0.15, "bars", 7, "chip"}};
-    const std::vector<MeasuredMethod> list = choices(halves, "ssao", "float32");
+    const std::vector<MeasuredMethod> list = measured_for(halves, "ssao", "float32");
     CHECK(list.size() == 3);
     CHECK(cheapest_method(list, 0.3)->method == "fast, half resolution");
     CHECK(cheapest_method(list, 0.2)->method == "fast");
     CHECK(cheapest_method(list, 0.15)->method == "3 x 5, half resolution");
 }
 
-TEST_CASE("choice: not half resolution for a row that it does not look from") {
+TEST_CASE("max_error: not half resolution for a row that it does not look from") {
     const StoredDepth stored = ramp(), row = stored.region(0, 5, 64, 1), two = stored.region(0, 5, 64, 2);
     for (const double max_error : {0.06, 0.08, 0.1, 0.15, 0.2, 0.25, 0.3, 0.5, 1.0}) {
         CHECK(chosen(two, SsaoOptions{.max_error = max_error}).half_resolution ==
@@ -113,17 +113,17 @@ TEST_CASE("choice: not half resolution for a row that it does not look from") {
     CHECK(chosen(stored, SsaoOptions{.max_error = 1}).half_resolution); // the cheapest of all
 }
 
-TEST_CASE("choice: among equally cheap ones the more exact") {
+TEST_CASE("max_error: among equally cheap ones the more exact") {
     CHECK(choice("ssao", "float32", 0.1) == "3 x 5"); // as cheap as balanced, which comes first
 }
 
-TEST_CASE("choice: nothing, where nothing meets it") {
+TEST_CASE("max_error: nothing, where nothing meets it") {
     CHECK(choice("ssao", "float32", 0.0599).empty());
     CHECK(choice("linearize", "float32", 1e9).empty());
     CHECK(!cheapest_method(std::vector<MeasuredMethod>{}, 1));
 }
 
-TEST_CASE("choice: errors are those of the storage, or the worst of any") {
+TEST_CASE("max_error: errors are those of the storage, or the worst of any") {
     CHECK(choice("normals", "float32", 0.45) == "neighbours"); // of the mean, not the root of the mean square
     CHECK(choice("normals", "float32", 0.39).empty());
     CHECK(choice("normals", "uint16", 2) == "least squares");
@@ -138,11 +138,11 @@ TEST_CASE("choice: errors are those of the storage, or the worst of any") {
     CHECK(worst[1].ns_per_pixel == Approx(20));
 }
 
-TEST_CASE("choice: the library chooses by its table") {
+TEST_CASE("max_error: the library chooses by its table") {
     for (const Operation operation : {Operation::ssao, Operation::dof, Operation::normals}) {
         for (const Storage storage : {Storage::float32, Storage::uint16}) {
             const std::vector<MeasuredMethod> list =
-                choices(measured_methods(), to_string(operation), to_string(storage));
+                measured_for(measured_methods(), to_string(operation), to_string(storage));
             REQUIRE(list.size() >= 2);
             for (const MeasuredMethod& each : list) {
                 const MeasuredMethod expected = *cheapest_method(list, each.error),
@@ -157,7 +157,7 @@ TEST_CASE("choice: the library chooses by its table") {
     }
 }
 
-TEST_CASE("choice: depth of 16 bits is judged as such in floats too") {
+TEST_CASE("max_error: depth of 16 bits is judged as such in floats too") {
     StoredDepth stored = ramp();
     const double of_floats = cheapest_method(Operation::normals, stored, 90).error;
     stored.camera.depth_bits = 16;
@@ -166,9 +166,9 @@ TEST_CASE("choice: depth of 16 bits is judged as such in floats too") {
     CHECK(cheapest_method(Operation::normals, stored, 90).error > of_floats);
 }
 
-TEST_CASE("choice: an operation with max_error has the bits of what is chosen", "[slow]") {
+TEST_CASE("max_error: an operation with max_error has the bits of what is chosen", "[slow]") {
     const StoredDepth stored = ramp();
-    const std::vector<MeasuredMethod> list = choices(measured_methods(), "ssao", "float32");
+    const std::vector<MeasuredMethod> list = measured_for(measured_methods(), "ssao", "float32");
     for (const MeasuredMethod& each : list) {
         SsaoOptions asked;
         asked.max_error = each.error;
@@ -195,13 +195,13 @@ TEST_CASE("choice: an operation with max_error has the bits of what is chosen", 
     CHECK(same_bits(floats(normals(stored, any)), floats(normals(stored, chosen(stored, any)))));
 }
 
-TEST_CASE("choice: max_error is refused where nothing meets it, where it is no error, and beside what it chooses") {
+TEST_CASE("max_error: it is refused where nothing meets it, where it is no error, and beside what it chooses") {
     const StoredDepth stored = ramp();
     const auto said = [](const std::string& message, const char* part) {
         INFO(message);
         CHECK(message.find(part) != std::string::npos);
     };
-    const std::vector<MeasuredMethod> list = choices(measured_methods(), "ssao", "float32");
+    const std::vector<MeasuredMethod> list = measured_for(measured_methods(), "ssao", "float32");
     const MeasuredMethod& best = *std::ranges::min_element(list, {}, &MeasuredMethod::error);
     const std::string none = refusal([&] { ssao(stored, 1, {.max_error = 1e-6}); });
     said(none, "max_error = 1e-06");

@@ -154,14 +154,14 @@ Found judge(const Subject& subject) {
 
 } // namespace
 
-TEST_CASE("planar: the error of inverse depth is within its bound, and not far below", "[planar]") {
+TEST_CASE("inverse depth: its error is within its bound, and not far below", "[inverse_depth]") {
     for (const Subject& subject : subjects()) {
         const Element element = element_of(subject.storage);
         const Found found = element == Element::f32   ? judge<float>(subject)
                             : element == Element::u32 ? judge<std::uint32_t>(subject)
                                                       : judge<std::uint16_t>(subject);
         const InverseDepthError error = inverse_depth_error(subject.camera, subject.storage);
-        std::printf("planar, %-32s %.2e + %.2e q + %.2e q^2: worst %.3f of the bound, far away %.3f\n", subject.name,
+        std::printf("inverse depth, %-32s %.2e + %.2e q + %.2e q^2: worst %.3f of the bound, far away %.3f\n", subject.name,
                     static_cast<double>(error.constant), static_cast<double>(error.linear),
                     static_cast<double>(error.quadratic), found.worst, found.typical);
         INFO(subject.name);
@@ -170,7 +170,7 @@ TEST_CASE("planar: the error of inverse depth is within its bound, and not far b
     }
 }
 
-TEST_CASE("inverse depth: background is the farthest, and invalid pixels have none", "[planar]") {
+TEST_CASE("inverse depth: background is the farthest, and invalid pixels have none", "[inverse_depth]") {
     const Camera perspective_camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}));
     const Camera orthographic_camera = camera_of(orthographic({-4, 4, -3, 3}, {0.5, 500}));
     for (Camera camera : {perspective_camera, orthographic_camera}) {

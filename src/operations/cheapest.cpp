@@ -78,7 +78,7 @@ Options with_choice(Operation operation, const StoredDepth& stored, Options opti
 
 } // namespace
 
-std::vector<MeasuredMethod> choices(std::span<const Measured> measured, std::string_view operation,
+std::vector<MeasuredMethod> measured_for(std::span<const Measured> measured, std::string_view operation,
                                     std::string_view storage) {
     const bool has_storage = std::ranges::any_of(
         measured, [&](const Measured& m) { return m.operation == operation && m.storage == storage; });
@@ -114,7 +114,7 @@ const char* to_string(Operation operation) {
 MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, double max_error) {
     check_enum("operation", operation, operations);
     require(max_error > 0, text("max_error = ", max_error, " must be greater than 0"));
-    std::vector<MeasuredMethod> list = choices(measured_methods(), to_string(operation), storage_of(stored));
+    std::vector<MeasuredMethod> list = measured_for(measured_methods(), to_string(operation), storage_of(stored));
     const PixelLattice half = pixel_lattice(stored, 2);
     if (half.width == 0 || half.height == 0) // the tile is a single odd row or column
         std::erase_if(list, [](const MeasuredMethod& each) { return each.method.ends_with(half_resolution); });
