@@ -161,8 +161,8 @@ TEST_CASE("inverse depth: its error is within its bound, and not far below", "[i
                             : element == Element::u32 ? judge<std::uint32_t>(subject)
                                                       : judge<std::uint16_t>(subject);
         const InverseDepthError error = inverse_depth_error(subject.camera, subject.storage);
-        std::printf("inverse depth, %-32s %.2e + %.2e q + %.2e q^2: worst %.3f of the bound, far away %.3f\n", subject.name,
-                    static_cast<double>(error.constant), static_cast<double>(error.linear),
+        std::printf("inverse depth, %-32s %.2e + %.2e q + %.2e q^2: worst %.3f of the bound, far away %.3f\n",
+                    subject.name, static_cast<double>(error.constant), static_cast<double>(error.linear),
                     static_cast<double>(error.quadratic), found.worst, found.typical);
         INFO(subject.name);
         CHECK(found.worst <= second_order);

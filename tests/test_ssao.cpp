@@ -335,7 +335,7 @@ TEST_CASE("ssao: the same bits whatever the vector width on a terrain, where tap
                 if (first.empty())
                     first = got;
                 const Difference off = difference(got, first);
-                INFO(slices << " slices, jitter " << patterns << ", vector width " << vector_width << ": " << off.pixels
+                INFO(slices << " slices, jitter " << jitter << ", vector width " << vector_width << ": " << off.pixels
                             << " pixels differ, by " << off.worst);
                 CHECK(same_bits(got, first));
             }

@@ -63,7 +63,8 @@ DepthSpan read_span(const JsonObject& own, Camera& camera, DepthSpan otherwise) 
     if (near && far)
         return {*near, *far};
     if (camera.encoding == Encoding::window)
-        own.refuse_missing(near ? "far" : "near", "the encoding \"window\", which is the default, needs near and far; for distances say \"encoding\": \"view-z\"");
+        own.refuse_missing(near ? "far" : "near", "the encoding \"window\", which is the default, needs near and far; "
+                                                  "for distances say \"encoding\": \"view-z\"");
     return otherwise;
 }
 

@@ -87,7 +87,8 @@ More more_of(const Options& options) {
     };
     add("--max-near-coc", options.max_near_coc, {.extensions = {".exr", ".tif", ".pfm"}, .channels = {"coc"}});
     add("--near-alpha", options.near_alpha, {.extensions = extensions, .channels = {"near"}, .png_scale = 1});
-    add("--disocclusion", options.disocclusion, {.extensions = extensions, .channels = {"disocclusion"}, .png_scale = 1});
+    add("--disocclusion", options.disocclusion,
+        {.extensions = extensions, .channels = {"disocclusion"}, .png_scale = 1});
     add("--mixed-pixels", options.mixed_pixels, {.extensions = extensions, .channels = {"mixed"}, .png_scale = 1});
     add("--tiles", options.tiles, {.extensions = {".exr"}, .channels = {"min", "max"}});
     return more;

@@ -67,6 +67,7 @@ CLI::Option* add_enum_option(CLI::App& app, const std::string& name, Value& valu
                              const std::vector<std::pair<std::string, Value>>& choices,
                              const std::string& description) {
     std::vector<std::string> names;
+    names.reserve(choices.size());
     for (const auto& choice : choices)
         names.push_back(choice.first);
     const auto choose = [&value, choices](const std::string& text) {

@@ -155,8 +155,9 @@ Storage storage_of(const cv::Mat& stored) {
     case CV_8UC1:
     case CV_8UC3:
     case CV_8UC4:
-        throw std::invalid_argument("stored depth: a matrix of 8 bits is a picture, or packed depth; read the file with "
-                                    "cv::IMREAD_UNCHANGED, or say the storage of packed depth (bgr8_red_low)");
+        throw std::invalid_argument(
+            "stored depth: a matrix of 8 bits is a picture, or packed depth; read the file with "
+            "cv::IMREAD_UNCHANGED, or say the storage of packed depth (bgr8_red_low)");
     default:
         throw std::invalid_argument("stored depth: matrix of type " + std::to_string(stored.type()) +
                                     "; must be CV_32FC1, CV_16FC1, CV_16UC1 or CV_32SC1");

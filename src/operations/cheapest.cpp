@@ -79,7 +79,7 @@ Options with_choice(Operation operation, const StoredDepth& stored, Options opti
 } // namespace
 
 std::vector<MeasuredMethod> measured_for(std::span<const Measured> measured, std::string_view operation,
-                                    std::string_view storage) {
+                                         std::string_view storage) {
     const bool has_storage = std::ranges::any_of(
         measured, [&](const Measured& m) { return m.operation == operation && m.storage == storage; });
     std::vector<MeasuredMethod> list;

@@ -28,7 +28,7 @@ std::span<const Measured> measured_methods();
 /// The methods of one operation with their errors on depth of this storage. If none were measured, with the largest
 /// error of any storage. Pure: no device.
 std::vector<MeasuredMethod> measured_for(std::span<const Measured> measured, std::string_view operation,
-                                    std::string_view storage);
+                                         std::string_view storage);
 
 /// The fastest of the methods within the error, and of equally fast ones the most exact; nothing if there is none.
 /// Pure: no device.
