@@ -4,6 +4,7 @@
 #include "each_depth.hpp"
 #include "lens.hpp"
 #include "max_error.hpp"
+#include "picture.hpp"
 
 #include <fathom/dof.hpp>
 #include <fathom/error.hpp>
@@ -21,7 +22,7 @@ struct Options : DepthOptions {
     LensOptions lens;
     DofOptions dof;
     bool explain = false;
-    std::string color, color_layer;
+    PictureOptions picture;
     std::optional<std::string> clean_plate, clean_plate_depth;
     std::optional<Storage> packing; // of the depths, as the camera file says
 };
@@ -89,17 +90,6 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
         dof.max_coc_px, "largest blur, on either side of the focus, pixels (default: 512)");
 }
 
-cv::Mat picture_of(const std::filesystem::path& file, const Options& options, const StoredDepth& stored,
-                   const Job& job) {
-    cv::Mat color;
-    {
-        const StderrSilenced silenced;
-        color = read_color(file, options.color_layer);
-    }
-    check_same_size(file, color, stored, job);
-    return color;
-}
-
 DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options& options, const StoredDepth& stored,
                                const Job& job) {
     const StderrSilenced silenced;
@@ -117,13 +107,13 @@ DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options&
 
 cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) {
     explain_method(fathom::Operation::dof, stored, job, options.dof.max_error, options.explain);
-    const cv::Mat color = picture_of(job.companions.front(), options, stored, job);
+    const cv::Mat color = picture_of(job.companions.front(), options.picture, stored, job);
     DofOptions asked = options.dof;
     cv::Mat clean_plate; // read by the device until the result is there
     DepthFile depth;
     if (options.clean_plate) {
         const std::filesystem::path& file = job.companions[1];
-        clean_plate = picture_of(file, options, stored, job);
+        clean_plate = picture_of(file, options.picture, stored, job);
         if (clean_plate.channels() != color.channels())
             throw Error(fmt::format("{}: has {} channels, but {} has {}; both must have an alpha, or none",
                                     file.native(), clean_plate.channels(), job.companions.front().native(),
@@ -150,20 +140,10 @@ void add_clean_plate_options(CLI::App& app, Options& options) {
 }
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product{.extensions = {".exr", ".tif", ".pfm", ".png"},
-                          .channels = {"R", "G", "B", "A"},
-                          .png_scale = 1,
-                          .kind = ImageKind::color};
+    const Product product = picture_product();
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, product);
-    app.add_option("--color", options->color, "the sharp picture, of the depth's size: EXR, PNG, TIFF or PFM")
-        ->type_name("IMAGE")
-        ->required()
-        ->group("Input");
-    app.add_option("--color-layer", options->color_layer,
-                   "EXR layer that holds the picture\n(default: R, G, B, or *.Combined, *.beauty, or the only one)")
-        ->type_name("NAME")
-        ->group("Input");
+    add_picture_options(app, options->picture, "the sharp picture");
     add_clean_plate_options(app, *options);
     add_lens_options(app, options->lens);
     add_blur_options(app, options->dof);
@@ -171,7 +151,7 @@ std::function<int()> configure(CLI::App& app) {
     return [=] {
         complete(options->lens, options->camera);
         More more;
-        more.companions.push_back({"--color", options->color});
+        more.companions.push_back({"--color", options->picture.color});
         if (options->clean_plate) {
             options->packing = read_camera(options->camera).packing;
             more.companions.push_back({"--clean-plate", *options->clean_plate});

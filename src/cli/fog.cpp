@@ -1,10 +1,9 @@
 // fathom fog
-#include "codecs.hpp"
 #include "command.hpp"
 #include "each_depth.hpp"
+#include "picture.hpp"
 
 #include <fathom/fog.hpp>
-#include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 
 #include <cmath>
@@ -15,7 +14,7 @@ namespace {
 
 struct Options : DepthOptions {
     FogOptions fog;
-    std::string color, color_layer;
+    PictureOptions picture;
 };
 
 // Three finite numbers "A,B,C"; nothing otherwise.
@@ -79,36 +78,21 @@ void add_fog_options(CLI::App& app, FogOptions& fog) {
 }
 
 cv::Mat fogged(const Options& options, const StoredDepth& stored, const Job& job) {
-    cv::Mat color;
-    {
-        const StderrSilenced silenced;
-        color = read_color(job.companions.front(), options.color_layer);
-    }
-    check_same_size(job.companions.front(), color, stored, job);
+    const cv::Mat color = picture_of(job.companions.front(), options.picture, stored, job);
     FogOptions asked = options.fog;
     std::swap(asked.color[0], asked.color[2]); // a matrix is B, G, R
     return to_mat(fog(stored, to_device(stored.image.device(), color), asked));
 }
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product{.extensions = {".exr", ".tif", ".pfm", ".png"},
-                          .channels = {"R", "G", "B", "A"},
-                          .png_scale = 1,
-                          .kind = ImageKind::color};
+    const Product product = picture_product();
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, product);
-    app.add_option("--color", options->color, "the clear picture, of the depth's size: EXR, PNG, TIFF or PFM")
-        ->type_name("IMAGE")
-        ->required()
-        ->group("Input");
-    app.add_option("--color-layer", options->color_layer,
-                   "EXR layer that holds it\n(default: R, G, B, or *.Combined, *.beauty, or the only one)")
-        ->type_name("NAME")
-        ->group("Input");
+    add_picture_options(app, options->picture, "the clear picture");
     add_fog_options(app, options->fog);
     return [=] {
         More more;
-        more.companions.push_back({"--color", options->color});
+        more.companions.push_back({"--color", options->picture.color});
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector{fogged(*options, stored, job)};
         });

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "options.hpp"
+
+#include <fathom/image.hpp>
+#include <fathom/io.hpp>
+
+#include <opencv2/core/mat.hpp>
+
+#include <filesystem>
+#include <string>
+
+namespace fathom::cli {
+
+struct Job;
+
+/// The picture that an operation changes.
+struct PictureOptions {
+    std::string color, color_layer;
+};
+
+/// A picture as a result.
+Product picture_product();
+
+/// Adds --color and --color-layer. `what` names the picture: "the sharp picture".
+void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what);
+
+/// Reads a picture of the depth's size.
+/// Throws: Error for a file that is none, or one of another size.
+cv::Mat picture_of(const std::filesystem::path& file, const PictureOptions& options, const StoredDepth& stored,
+                   const Job& job);
+
+} // namespace fathom::cli
