@@ -59,6 +59,8 @@ foreach(tier quick slow exhaustive)
     endif()
     if(NOT tier STREQUAL quick)
       string(APPEND name "_${tier}")
+    endif()
+    if(NOT label STREQUAL quick)
       set(cost "COST 100") # long ones first, so that no core waits for the last of them
     endif()
     string(APPEND text "add_test([[${name}]] [[${PROGRAM}]] --filenames-as-tags --durations yes [=[${spec}]=])\n"

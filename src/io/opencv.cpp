@@ -49,9 +49,13 @@ int mat_type(const Image& image) {
     return CV_32FC(image.channels());
 }
 
-Layout layout_of(const cv::Mat& mat) {
+void check_not_empty(const cv::Mat& mat) {
     if (mat.empty())
         throw std::invalid_argument("matrix: it is empty; did cv::imread find and read the file?");
+}
+
+Layout layout_of(const cv::Mat& mat) {
+    check_not_empty(mat);
     if (mat.dims != 2)
         throw std::invalid_argument("matrix: " + std::to_string(mat.dims) + " dimensions, " +
                                     std::to_string(mat.total()) + " elements; must be an image");
@@ -68,6 +72,7 @@ struct Stored {
 
     Stored(const Device& device, cv::InputArray array, Camera camera, std::optional<Storage> storage)
         : values(array.getMat()) {
+        check_not_empty(values);
         if (values.type() == CV_8UC4)
             values = three_channels(values);
         if (camera.width == 0 && camera.height == 0) {
