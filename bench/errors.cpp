@@ -22,7 +22,7 @@ constexpr int blur_stride = 23;                 // between the pixels whose lens
 
 struct BlurSample {
     int x, y;
-    Eigen::Vector3d color;
+    Eigen::Vector3d color = Eigen::Vector3d::Zero();
 };
 
 // A view, its truth and the results of methods in it. Truths that take long are made when they are first asked for.
@@ -150,7 +150,7 @@ private:
         const int margin = static_cast<int>(on_.max_coc_px / 2) + 1;
         for (int y = margin; y < on_.height() - margin; y += blur_stride)
             for (int x = margin; x < on_.width() - margin; x += blur_stride)
-                blur_.push_back({x, y, {}});
+                blur_.push_back({.x = x, .y = y});
         const LensTruth truth(view_, on_.lens());
         oracle::in_parallel(blur_.size(), [&](std::size_t i) { blur_[i].color = truth.at(blur_[i].x, blur_[i].y); });
     }

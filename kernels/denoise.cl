@@ -73,7 +73,7 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
     const int y = (int)get_global_id(1) + (int)grid.y_begin;
     if (column >= (int)split.columns)
         return;
-    const uint all = 16 * split.plane;
+    const uint all = split_planes * split.plane;
 
 #if OUTPUT == 0
     const uint which[SUMS] = {0, all};

@@ -136,6 +136,9 @@ CONSTANT(depth_margin_rows, 3)
 // Columns of a plane beyond the image on either side: the greatest vector width.
 CONSTANT(split_margin, 16)
 
+// Planes that an image is split into, 4 x 4: as many as there are jitter patterns.
+CONSTANT(split_planes, 16)
+
 // Columns of a plane that the occlusion kernel works through before it goes on to the next: its samples stay in the cache.
 CONSTANT(ssao_band, 256)
 

@@ -167,9 +167,9 @@ typedef struct {
 } itemV;
 
 INLINE itemV item_of(const split_params* split) {
-    const uint item = (uint)get_global_id(0), wide = ssao_band / V, band_items = wide * 16 * split->rows;
+    const uint item = (uint)get_global_id(0), wide = ssao_band / V, band_items = wide * split_planes * split->rows;
     const uint band = item / band_items, in_band = item % band_items;
-    return (itemV){(int)(in_band / wide % 16), (int)(band * ssao_band + in_band % wide * V), (int)(in_band / wide / 16)};
+    return (itemV){(int)(in_band / wide % split_planes), (int)(band * ssao_band + in_band % wide * V), (int)(in_band / wide / split_planes)};
 }
 
 INLINE uint at_tap(const placeV* place, const split_params* split, __global const tap_params* tap) {
@@ -447,7 +447,7 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
     if (column >= (int)split.columns)
         return;
 
-    const uint here = in_plane(&split, pattern, column, row), all = 16 * split.plane;
+    const uint here = in_plane(&split, pattern, column, row), all = split_planes * split.plane;
     const pixelV c = pixel_at(fronts, slopes, &split, &p, here, pattern, column, row);
     const sourceV from = {fronts, backs, slopes, &split};
     floatV blocked = 0.0f, whole = 0.0f;

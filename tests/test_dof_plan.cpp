@@ -2,7 +2,7 @@
 
 #include "catch.hpp"
 
-#include "operations/dof_layers.hpp"
+#include "sampling/dof_layers.hpp"
 
 #include <algorithm>
 #include <cmath>

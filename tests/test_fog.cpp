@@ -362,16 +362,18 @@ TEST_CASE("fog: options out of range and images that do not fit are refused by n
     };
     refused({.density = -1}, "density = -1");
     refused({.density = NAN}, "density = ");
-    refused({.max_opacity = 1.5}, "max_opacity = 1.5");
-    refused({.start = -2}, "start = -2");
-    refused({.color = {1, NAN, 1}}, "colour");
-    refused({.height_falloff = -0.5}, "height_falloff = -0.5");
-    refused({.height_falloff = 1, .up = {0, 0, 0}}, "up = ");
+    refused({.density = 0, .max_opacity = 1.5}, "max_opacity = 1.5");
+    refused({.density = 0, .start = -2}, "start = -2");
+    refused({.density = 0, .color = {1, NAN, 1}}, "colour");
+    refused({.density = 0, .height_falloff = -0.5}, "height_falloff = -0.5");
+    refused({.density = 0, .height_falloff = 1, .up = {0, 0, 0}}, "up = ");
     view.camera.view.reset();
-    refused({.height_falloff = 1}, "view matrix");
+    refused({.density = 0, .height_falloff = 1}, "view matrix");
     const StoredDepth depth = stored_of(device(), given.depth, view.camera);
-    CHECK_THROWS_AS(fathom::fog(depth, Image(device(), Element::f32, {4, 3, 3}), {}), std::invalid_argument);
-    CHECK_THROWS_AS(fathom::fog(depth, Image(device(), Element::f32, {4, 2, 2}), {}), std::invalid_argument);
+    CHECK_THROWS_AS(fathom::fog(depth, Image(device(), Element::f32, {4, 3, 3}), {.density = 0}),
+                    std::invalid_argument);
+    CHECK_THROWS_AS(fathom::fog(depth, Image(device(), Element::f32, {4, 2, 2}), {.density = 0}),
+                    std::invalid_argument);
     const Image color(device(), Element::f32, {4, 2, 3});
-    CHECK_THROWS_AS(fathom::fog(depth, color, color, {}), std::invalid_argument);
+    CHECK_THROWS_AS(fathom::fog(depth, color, color, {.density = 0}), std::invalid_argument);
 }

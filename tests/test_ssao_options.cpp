@@ -760,7 +760,7 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
          },
          {"second layer", "other rays"}},
         {[&](auto& o) { o.normals = image(121, 161, 3); }, {"normals", "121 x 161", "161 x 121"}},
-        {[&](auto& o) { o.normals = image(width, height, 2); }, {"normals", "three or four"}},
+        {[&](auto& o) { o.normals = image(width, height, 2); }, {"normals", "3 or 4"}},
         {[&](auto& o) { o.normals = image(width, height, 3, Element::f16); }, {"normals", "float"}},
         {[&](auto& o) { o.normals = image(width, height, 3), o.normals_space = Space::world; }, {"normals", "view"}},
         {[](auto& o) {

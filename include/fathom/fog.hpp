@@ -2,6 +2,7 @@
 
 #include <fathom/image.hpp>
 #include <fathom/launch.hpp>
+#include <fathom/required.hpp>
 
 #include <Eigen/Core>
 
@@ -22,7 +23,7 @@ enum class FogAlpha {
 };
 
 struct FogOptions {
-    double density = 0;                         ///< fraction of the light lost per scene unit, over a short way; from 0
+    Required density;                           ///< fraction of the light lost per scene unit, over a short way; from 0
     double max_opacity = 1;                     ///< no pixel is fogged more than this, 0 to 1
     double start = 0;                           ///< distance along the ray at which the fog begins, scene units; from 0
     std::array<double, 3> color{0.5, 0.6, 0.7}; ///< of the fog, in the picture's (linear) values and order

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fathom/camera.hpp>
+#include <fathom/required.hpp>
 
 #include <optional>
 
@@ -10,8 +11,8 @@ namespace fathom {
 /// the other: its horizontal focal length in pixels is focal_length_mm · width / sensor_width_mm. With both the projection's
 /// focal length does not count.
 struct Lens {
-    double f_number = 0; ///< focal length over the diameter of the aperture. Must be given; infinity: a pinhole
-    double focus = 0;    ///< depth that is sharp, along the view axis, scene units. Must be given; infinity allowed
+    Required f_number; ///< focal length over the diameter of the aperture; infinity: a pinhole
+    Required focus;    ///< depth that is sharp, along the view axis, scene units; infinity allowed
     std::optional<double> focal_length_mm = {}; ///< default: the projection's, which then needs the sensor's width
     std::optional<double> sensor_width_mm =
         {};                    ///< of the whole image; default: the projection's, from the focal length

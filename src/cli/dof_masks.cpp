@@ -165,7 +165,7 @@ Give the lens by its focal length and sensor. With one of them the projection gi
 camera the CoC grows with the distance from the focus without end (telecentric). --max-coc-px ends it.
 
 With several inputs, OUT and every FILE above are folders. The EXR channels are coc (--max-near-coc), near
-(--near-alpha), hidden (--disocclusion), mixed (--mixed-pixels), least and greatest (--tiles).
+(--near-alpha), disocclusion (--disocclusion), mixed (--mixed-pixels), min and max (--tiles).
 docs/depth-of-field.md explains each mask.
 
 Example:

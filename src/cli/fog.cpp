@@ -13,7 +13,7 @@ namespace fathom::cli {
 namespace {
 
 struct Options : DepthOptions {
-    FogOptions fog;
+    FogOptions fog{.density = 0}; // --density is required
     PictureOptions picture;
 };
 
@@ -47,7 +47,7 @@ void add_fog_options(CLI::App& app, FogOptions& fog) {
                          const char* description) {
         return app.add_option(name, target, description)->type_name(value)->check(check)->group("Fog");
     };
-    add("--density", "D", from_0, fog.density, "fraction of the light lost per scene unit, over a short way")
+    add("--density", "D", from_0, fog.density.value, "fraction of the light lost per scene unit, over a short way")
         ->required();
     add_three(
         app, "--fog-color", "R,G,B", [&fog](const auto& rgb) { fog.color = rgb; },

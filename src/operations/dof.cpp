@@ -3,12 +3,12 @@
 #include <fathom/dof.hpp>
 
 #include "operations/cheapest.hpp"
-#include "operations/dof_layers.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
+#include "sampling/dof_layers.hpp"
 
 #include <cmath>
 
@@ -20,20 +20,9 @@ using params::u32;
 // Running sums of colours up to this are off by 2^-24 of it times some hundred pixels at most.
 constexpr float knee = 4;
 
-void check_color(const Image& color, const StoredDepth& stored, const char* what) {
-    const Image& depth = stored.image;
-    require(color.width() == depth.width() && color.height() == depth.height(),
-            text("the ", what, " is ", color.width(), " x ", color.height(), " pixels, the depth ", depth.width(),
-                 " x ", depth.height()));
-    check_device(stored, {text("the ", what).c_str(), color});
-    require(color.channels() == 3 || color.channels() == 4,
-            text("the ", what, " has ", color.channels(), " channels; it must have 3, or 4 with an alpha"));
-    require(color.element() != Element::u32, text("the ", what, " must be floats, halves, or of 8 or 16 bits"));
-}
-
 void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored, const Image& color) {
     check_stored(clean_plate.depth);
-    check_color(clean_plate.color, stored, "clean plate");
+    check_picture(stored, {"the clean plate", clean_plate.color});
     const Image& depth = clean_plate.depth.image;
     check_device(stored, {"the clean plate's depth", depth});
     require(depth.width() == stored.image.width() && depth.height() == stored.image.height(),
@@ -47,7 +36,7 @@ void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored,
 
 void check(const StoredDepth& stored, const Image& color, const DofOptions& options) {
     check_stored(stored);
-    check_color(color, stored, "colour");
+    check_picture(stored, {"the colour", color});
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);
     check_enum("quality", options.quality, {"fast", "balanced", "accurate"});

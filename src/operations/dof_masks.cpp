@@ -26,9 +26,9 @@ void check(const CircleOfConfusion& coc, const DofMasksOptions& options, const D
     check_circle(coc, form);
     check_enum("sky", options.sky, {"blur", "sharp", "exclude"});
     require(std::isfinite(options.sharp_px) && options.sharp_px >= 0,
-            text("sharp_px = ", options.sharp_px, " must be 0 or greater"));
+            text("sharp_px = ", options.sharp_px, " must be finite and 0 or greater"));
     require(std::isfinite(options.transition_px) && options.transition_px >= 0,
-            text("transition_px = ", options.transition_px, " must be 0 or greater"));
+            text("transition_px = ", options.transition_px, " must be finite and 0 or greater"));
     require(options.max_coc_px > 0, text("max_coc_px = ", options.max_coc_px, " must be greater than 0"));
     require(options.tile_px >= 0 && options.tile_px <= 65536,
             text("tile_px = ", options.tile_px, " must be 1 to 65536, or 0 for no tiles"));

@@ -21,20 +21,9 @@ using Real = long double;
 // log2 of no density: so far below any other that the kernel makes 0 of it.
 constexpr Real nothing = -1e6L;
 
-void check_color(const Image& color, const StoredDepth& stored) {
-    require(static_cast<bool>(color), "the colour has no image");
-    require(color.width() == stored.image.width() && color.height() == stored.image.height(),
-            text("the colour is ", color.width(), " x ", color.height(), " pixels, the depth ", stored.image.width(),
-                 " x ", stored.image.height()));
-    check_device(stored, {"the colour", color});
-    require(color.channels() == 3 || color.channels() == 4,
-            text("the colour has ", color.channels(), " channels; it must have 3, or 4 with an alpha"));
-    require(color.element() != Element::u32, "the colour must be floats, halves, or of 8 or 16 bits");
-}
-
 void check(const StoredDepth& stored, const Image& color, const FogOptions& options) {
     check_stored(stored);
-    check_color(color, stored);
+    check_picture(stored, {"the colour", color});
     check_enum("sky", options.sky, {"fog", "keep"});
     check_enum("alpha", options.alpha, {"premultiplied", "straight"});
     const auto from_0 = [](const char* name, double value) {

@@ -5,6 +5,7 @@
 #include "camera/world_rays.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
+#include "require.hpp"
 #include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 
@@ -13,7 +14,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
@@ -22,17 +22,13 @@ using Vector = Eigen::Matrix<long double, 3, 1>;
 
 void check(const StoredDepth& stored, const NormalsOptions& options) {
     check_stored(stored);
-    if (options.channels != 3 && options.channels != 4) {
-        throw std::invalid_argument(text("channels = ", options.channels, " must be 3 or 4"));
-    }
+    require(options.channels == 3 || options.channels == 4, text("channels = ", options.channels, " must be 3 or 4"));
     check_enum("method", options.method, {"automatic", "neighbours", "least_squares"});
     check_enum("space", options.space, {"view", "world"});
-    if (!(options.tolerance > 0 && std::isfinite(options.tolerance))) {
-        throw std::invalid_argument(text("tolerance = ", options.tolerance, " must be a number above 0"));
-    }
-    if (options.space == Space::world && !stored.camera.view) {
-        throw std::invalid_argument("normals in the world need the camera's view matrix, and it has none");
-    }
+    require(std::isfinite(options.tolerance) && options.tolerance > 0,
+            text("tolerance = ", options.tolerance, " must be finite and greater than 0"));
+    require(options.space == Space::view || stored.camera.view,
+            "normals in the world need the camera's view matrix, and it has none");
 }
 
 // The pixel position where the third column's ray is perpendicular to the other two.

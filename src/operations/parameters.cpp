@@ -189,6 +189,17 @@ void check_device(const StoredDepth& stored, const NamedImage& other) {
             text(other.name, " lies on another device than the stored depth"));
 }
 
+void check_picture(const StoredDepth& stored, const NamedImage& picture) {
+    const auto& [name, image] = picture;
+    require(static_cast<bool>(image), text(name, " has no image"));
+    require(image.width() == stored.image.width() && image.height() == stored.image.height(),
+            text(name, " is ", size_of(image), " pixels, the depth ", size_of(stored.image)));
+    check_device(stored, picture);
+    require(image.channels() == 3 || image.channels() == 4,
+            text(name, " has ", image.channels(), " channels; it must have 3, or 4 with an alpha"));
+    require(image.element() != Element::u32, text(name, " must be floats, halves, or of 8 or 16 bits"));
+}
+
 void check_result(const StoredDepth& stored, const NamedImage& result, Element element, const Layout& shape,
                   const std::vector<NamedImage>& others) {
     const auto& [name, image] = result;

@@ -44,6 +44,10 @@ void check_result(const StoredDepth& stored, const Image& result, int channels);
 /// Does another input lie on the device of the stored depth?
 void check_device(const StoredDepth& stored, const NamedImage& other);
 
+/// Is it a picture of the depth's size: three channels, or four with an alpha?
+/// Throws: std::invalid_argument naming the picture, what it is and what it must be.
+void check_picture(const StoredDepth& stored, const NamedImage& picture);
+
 /// Is the value one of its type's, whose names are given from 0 on?
 /// Throws: std::invalid_argument naming the option, the value and the names.
 void check_enum(const char* option, int value, std::span<const char* const> names);

@@ -74,8 +74,8 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
     require(jitter == 1 || jitter == 4 || jitter == 16, text("jitter = ", jitter, " must be 1, 4 or 16"));
     const double thickness = options.thickness.value_or(1);
     require(thickness >= 0, text("thickness = ", thickness, " must be 0 or greater, infinity included"));
-    require(options.tolerance > 0 && std::isfinite(options.tolerance),
-            text("tolerance = ", options.tolerance, " must be a number above 0"));
+    require(std::isfinite(options.tolerance) && options.tolerance > 0,
+            text("tolerance = ", options.tolerance, " must be finite and greater than 0"));
     require(options.falloff >= 0 && options.falloff <= 1, text("falloff = ", options.falloff, " must be 0 to 1"));
     require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) + options.back_depth.has_value() <=
                 1,
@@ -99,7 +99,7 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
     if (options.normals) {
         check_size(options.normals, stored, "normals");
         require(options.normals.channels() == 3 || options.normals.channels() == 4,
-                "normals must have three or four channels");
+                text("the normals have ", options.normals.channels(), " channels; they must have 3 or 4"));
         require(options.normals_space == Space::view || stored.camera.view,
                 "normals in the world need the camera's view matrix, and it has none");
     }
@@ -264,8 +264,8 @@ struct Call {
     }
 
     Image planes(int count) {
-        return scratch.image(Element::f32,
-                             {static_cast<int>(split.stride), count * 16 * static_cast<int>(split.rows + 2)});
+        return scratch.image(Element::f32, {static_cast<int>(split.stride),
+                                            count * params::split_planes * static_cast<int>(split.rows + 2)});
     }
 };
 
@@ -381,10 +381,10 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     const Image taps = runtime::table(call.device, Element::f32, call.table.taps);
     const Image turns = runtime::table(call.device, Element::f32, call.table.turns);
     const Image counts = runtime::table(call.device, Element::u32, call.table.counts);
-    runtime::launch(call.device,
-                    call.kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}}),
-                    {call.vectors((call.split.columns + band - 1) / band * band) * 16 * call.split.rows, 1},
-                    planes.fronts, planes.backs, planes.slopes, taps, turns, counts, sums, call.split, call.occlusion);
+    runtime::launch(
+        call.device, call.kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}}),
+        {call.vectors((call.split.columns + band - 1) / band * band) * params::split_planes * call.split.rows, 1},
+        planes.fronts, planes.backs, planes.slopes, taps, turns, counts, sums, call.split, call.occlusion);
 
     const Region region = region_of(stored, options);
     for (const auto& [output, name, result] : wanted(options, results)) {

@@ -2,9 +2,9 @@
 
 #include "camera/eye_rays.hpp"
 #include "operations/inverse_depth.hpp"
-#include "operations/pixel_lattice.hpp"
-#include "operations/slices.hpp"
 #include "params.h"
+#include "sampling/pixel_lattice.hpp"
+#include "sampling/slices.hpp"
 
 #include <fathom/ssao.hpp>
 

@@ -4,21 +4,19 @@
 
 #include "camera/world_rays.hpp"
 #include "operations/parameters.hpp"
+#include "require.hpp"
 #include "runtime/launched.hpp"
-
-#include <stdexcept>
 
 namespace fathom {
 namespace {
 
 void check(const StoredDepth& stored, const UnprojectOptions& options) {
     check_stored(stored);
-    if (options.channels != 3 && options.channels != 4) {
-        throw std::invalid_argument(text("channels = ", options.channels, " must be 3 or 4"));
-    }
-    if (options.space == Space::world && !stored.camera.view) {
-        throw std::invalid_argument("positions in the world need the camera's view matrix, and it has none");
-    }
+    require(options.channels == 3 || options.channels == 4, text("channels = ", options.channels, " must be 3 or 4"));
+    check_enum("space", options.space, {"view", "world"});
+    check_enum("background", options.background, {"inf", "decode", "nan"});
+    require(options.space == Space::view || stored.camera.view,
+            "positions in the world need the camera's view matrix, and it has none");
 }
 
 } // namespace

@@ -1,7 +1,7 @@
 // Jitter patterns of the occlusion kernels: directions in equal steps over half a turn, and distances that grow faster
 // than linearly. Each pattern shifts both by fractions of its own.
 
-#include "operations/slices.hpp"
+#include "sampling/slices.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -11,7 +11,7 @@
 namespace fathom {
 namespace {
 
-constexpr int patterns = 16;
+constexpr int patterns = params::split_planes;
 
 // Order of the 4 × 4 pixels in which any 2 × 2 of them are far apart.
 constexpr int rank_of[patterns] = {0, 9, 6, 15, 4, 13, 10, 3, 8, 1, 14, 7, 12, 5, 2, 11};

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "operations/dof_aperture.hpp"
+#include "sampling/dof_aperture.hpp"
 
 #include "params.h"
 

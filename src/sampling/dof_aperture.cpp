@@ -2,7 +2,7 @@
 // one keeps the share of every pixel, as nested spans whose weights add up to it. A large one has one span of whole
 // pixels a row; its rounding is carried from row to row, so that it averages out along an edge.
 
-#include "operations/dof_aperture.hpp"
+#include "sampling/dof_aperture.hpp"
 
 #include <algorithm>
 #include <cmath>
