@@ -88,7 +88,7 @@ private:
 
     Deviation position_error(const std::vector<float>& got) const {
         const oracle::Truth truth(view_.subject, Storage::float32);
-        const oracle::Point eye = truth.eye();
+        const oracle::Point centre = truth.centre();
         return summary("2^-24", over_surfaces(stride, [&](int x, int y) {
                            const std::size_t i = index(x, y);
                            const auto v = static_cast<double>(rendered_.stored[i]);
@@ -97,7 +97,7 @@ private:
                            double off = 0, distance = 0;
                            for (std::size_t k = 0; k < 3; ++k) {
                                const auto wrong = static_cast<double>(static_cast<Quad>(got[3 * i + k]) - exact[k]);
-                               const auto away = static_cast<double>(exact[k] - eye[k]);
+                               const auto away = static_cast<double>(exact[k] - centre[k]);
                                off += wrong * wrong;
                                distance += away * away;
                            }

@@ -30,8 +30,9 @@ std::optional<std::array<cv::Mat, 3>> position_pass(const std::string& file) {
     }
 }
 
-/// Distances between two sets of positions, relative to the distance from the eye, in ascending order.
-std::vector<double> differences(const cv::Mat& ours, const std::array<cv::Mat, 3>& theirs, const Eigen::Vector3d& eye) {
+/// Distances between two sets of positions, relative to the distance from the camera centre, in ascending order.
+std::vector<double> differences(const cv::Mat& ours, const std::array<cv::Mat, 3>& theirs,
+                                const Eigen::Vector3d& centre) {
     std::vector<double> result;
     for (int y = 0; y < ours.rows; ++y) {
         for (int x = 0; x < ours.cols; ++x) {
@@ -39,7 +40,7 @@ std::vector<double> differences(const cv::Mat& ours, const std::array<cv::Mat, 3
             const Eigen::Vector3d a(p[0], p[1], p[2]);
             const Eigen::Vector3d b(theirs[0].at<float>(y, x), theirs[1].at<float>(y, x), theirs[2].at<float>(y, x));
             if (a.allFinite()) {
-                result.push_back((a - b).norm() / (a - eye).norm());
+                result.push_back((a - b).norm() / (a - centre).norm());
             }
         }
     }
@@ -61,11 +62,11 @@ void run(const std::string& exr, const std::string& camera_file, const std::stri
               << '\n';
 
     if (const auto theirs = position_pass(exr); theirs && camera.view) {
-        const Eigen::Vector3d eye = camera.view->inverse().topRightCorner<3, 1>();
+        const Eigen::Vector3d centre = camera.view->inverse().topRightCorner<3, 1>();
         // What is left at the worst pixels is Blender's own rounding on long thin triangles.
-        if (const auto all = differences(positions, *theirs, eye); !all.empty()) {
-            std::cout << "difference to Blender's Position pass, of the distance from the eye: " << all[all.size() / 2]
-                      << " at half of the pixels, at most " << all.back() << '\n';
+        if (const auto all = differences(positions, *theirs, centre); !all.empty()) {
+            std::cout << "difference to Blender's Position pass, of the distance from the camera centre: "
+                      << all[all.size() / 2] << " at half of the pixels, at most " << all.back() << '\n';
         }
     }
     if (!output.empty()) {

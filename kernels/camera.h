@@ -120,7 +120,7 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
     return wide_exponential(exponent, p->amplitude, p->offset);
 }
 #else
-// z = scale v depth / |direction| + eye_depth. The length is that of three components of which the second depends on
+// z = scale v depth / |direction| + centre_depth. The length is that of three components of which the second depends on
 // the row alone and the third on nothing: a triangular matrix that is as long as the directions (QR).
 INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
     const wideV first = wide_at_pixel(rays->length[0], x, y);
@@ -131,7 +131,7 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
 #if !W_IS_DEPTH
     length = wide_product(wide_at_pixel(rays->depth, x, y), length);
 #endif
-    return wide_to_float(wide_add(wide_over_root(length, square), wide_constant(rays->eye_depth)));
+    return wide_to_float(wide_add(wide_over_root(length, square), wide_constant(rays->centre_depth)));
 }
 #endif
 

@@ -11,7 +11,7 @@
 #include "split.h"
 
 #ifndef PERSPECTIVE
-#error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
+#error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 #ifndef REACH
 #error "REACH is not defined: pixels on either side that hold every pattern: 2 for 16 of them, 1 for 4, 0 for one"

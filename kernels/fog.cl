@@ -20,7 +20,7 @@
 #error "PREMULTIPLIED is not defined: 1 where a colour holds its alpha multiplied in, 0 otherwise"
 #endif
 #ifndef START
-#error "START is not defined: 1 where the fog begins at a distance, 0 where it begins at the eye"
+#error "START is not defined: 1 where the fog begins at a distance, 0 where it begins at the camera centre"
 #endif
 
 #define LOG2_E 1.44269504f
@@ -74,16 +74,16 @@ INLINE floatV power(wideV e) {
 #endif
 
 // tau / ln 2 at view depth z, which may be infinite.
-INLINE floatV optical_depth(floatV z, uint x, uint y, const ray_params* eye, const fog_params* p) {
+INLINE floatV optical_depth(floatV z, uint x, uint y, const ray_params* centred, const fog_params* p) {
     const intV sky = z == INFINITY;
     // The length of a direction is that of a triangular matrix, see camera.h.
-    const wideV first = wide_at_pixel(eye->length[0], x, y);
-    const wideV second = wide_at_row(eye->length[1] + 1, y), third = wide_constant(eye->length[2][2]);
+    const wideV first = wide_at_pixel(centred->length[0], x, y);
+    const wideV second = wide_at_row(centred->length[1] + 1, y), third = wide_constant(centred->length[2][2]);
     const wideV of_row = wide_add(wide_product(second, second), wide_product(third, third));
     // The way to the surface, counted in steps of the direction.
-    wideV way = wide_add(wide_from(z), wide_negative(wide_constant(eye->eye_depth)));
+    wideV way = wide_add(wide_from(z), wide_negative(wide_constant(centred->centre_depth)));
 #if !W_IS_DEPTH
-    const wideV per_step = wide_at_pixel(eye->depth, x, y);
+    const wideV per_step = wide_at_pixel(centred->depth, x, y);
     const floatV whole = wide_quotient(way, per_step);
     const wideV rest = wide_add(way, wide_negative(wide_multiply(per_step, whole)));
     way = wide_add(wide_from(whole), wide_from(wide_quotient(rest, per_step)));
@@ -102,7 +102,7 @@ INLINE floatV optical_depth(floatV z, uint x, uint y, const ray_params* eye, con
     const floatV steps = max(wide_to_float(way), 0.0f);
 #if HEIGHT
     const wideV slope = wide_at_pixel(p->per_step, x, y); // of log2 of the density
-    wideV lower_end = wide_add(wide_at_pixel(p->at_eye, x, y), at_least_0(wide_product(slope, way)));
+    wideV lower_end = wide_add(wide_at_pixel(p->at_centre, x, y), at_least_0(wide_product(slope, way)));
 #if START
     lower_end = wide_add(lower_end, wide_product(slope, clear));
 #endif
@@ -202,7 +202,7 @@ INLINE void store_elements(floatV value, __global ELEMENT_TYPE* to) {
 
 __kernel void fog(__global const STORED* source, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
                   const grid_params grid, const source_params color_source, const depth_params depth,
-                  const ray_params rays, const ray_params eye, const fog_params p) {
+                  const ray_params rays, const ray_params centred, const fog_params p) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint y = get_global_id(1);
     if (x >= grid.x_end || y >= grid.height)
@@ -210,7 +210,7 @@ __kernel void fog(__global const STORED* source, __global const ELEMENT_TYPE* co
 
     const uint px = grid.pixel_x + x, py = grid.pixel_y + y;
     const floatV z = view_depth(load_stored(source, &grid, x, y, &depth), px, py, &depth, &rays);
-    floatV f = min(one_less_power(optical_depth(z, px, py, &eye, &p)), p.max_opacity);
+    floatV f = min(one_less_power(optical_depth(z, px, py, &centred, &p)), p.max_opacity);
     f = select(f, (floatV)0.0f, (z != z) | ((z == INFINITY) & (intV)(int)p.keep_sky));
 
     __global const ELEMENT_TYPE* from = color + color_source.offset + (size_t)y * color_source.stride + CHANNELS * x;

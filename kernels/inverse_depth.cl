@@ -1,5 +1,5 @@
 // Inverse depth from stored depth: what planes are affine in on the screen, greater the nearer a surface is.
-//   q = depth(x, y) / (z - eye_depth)   under a perspective,      q = -z   for an orthographic camera
+//   q = depth(x, y) / (z - centre_depth)   under a perspective,      q = -z   for an orthographic camera
 // 1/z of the plain perspective. Background becomes 0 or -infinity, an invalid pixel NaN, and so does the margin around the
 // image: depth_margin_rows above it, one more below it, and the columns between its rows. docs/camera.md.
 // Built for: PERSPECTIVE = 0 1
@@ -7,7 +7,7 @@
 #include "camera.h"
 
 #ifndef PERSPECTIVE
-#error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
+#error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 
 __kernel void inverse_depth(__global const STORED* source, __global float* target, const grid_params grid,
@@ -32,11 +32,11 @@ __kernel void inverse_depth(__global const STORED* source, __global float* targe
     const uint px = grid.pixel_x + x, py = grid.pixel_y + y;
     const floatV z = view_depth(load_stored(source, &grid, x, y, &depth), px, py, &depth, &rays);
 #if PERSPECTIVE
-    const wideV beyond_eye = wide_add(wide_from(z), wide_negative(wide_constant(rays.eye_depth)));
+    const wideV beyond_centre = wide_add(wide_from(z), wide_negative(wide_constant(rays.centre_depth)));
 #if W_IS_DEPTH
-    const floatV q = 1.0f / wide_to_float(beyond_eye);
+    const floatV q = 1.0f / wide_to_float(beyond_centre);
 #else
-    const floatV q = wide_to_float(wide_at_pixel(rays.depth, px, py)) / wide_to_float(beyond_eye);
+    const floatV q = wide_to_float(wide_at_pixel(rays.depth, px, py)) / wide_to_float(beyond_centre);
 #endif
 #else
     const floatV q = -z;

@@ -10,7 +10,7 @@
 #include "window.h"
 
 #ifndef PERSPECTIVE
-#error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
+#error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 #ifndef OUTPUT
 #error "OUTPUT is not defined: 0 visibility, 1 confidence, 2 bent normal"

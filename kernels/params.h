@@ -104,13 +104,13 @@ typedef struct {
 } depth_params;
 PARAMS(depth_params, 160)
 
-// position = origin + w direction; w is the depth, or (z - eye_depth) / depth(x, y). Columns multiply (x, y, 1).
+// position = origin + w direction; w is the depth, or (z - centre_depth) / depth(x, y). Columns multiply (x, y, 1).
 typedef struct {
     wide origin[3][3];
     wide direction[3][3];
     wide length[3][3]; // upper triangular, as long as direction for every pixel
     wide depth[3];
-    wide eye_depth;
+    wide centre_depth;
     wide scale; // ray distance: scene units per stored unit
 } ray_params;
 PARAMS(ray_params, 256)
@@ -171,7 +171,7 @@ typedef struct {
 } tap_params;
 PARAMS(tap_params, 56)
 
-// How positions lie around a pixel, for the occlusion kernels. See EyeRays in src/camera/eye_rays.hpp.
+// How positions lie around a pixel, for the occlusion kernels. See CentreRays in src/camera/centre_rays.hpp.
 typedef struct {
     float direction[3][3]; // of the ray through pixel (x, y): rows x, y, z; columns multiply (x, y, 1)
     float step[3][2];      // what one pixel to the right and one down adds: to the direction (perspective), to the
@@ -326,9 +326,9 @@ PARAMS(behind_params, 16)
 
 // Fog, see kernels/fog.cl. The exponents are those of two.
 typedef struct {
-    wide at_eye[3];   // log2 of the density where the ray starts, over ln 2: affine in (x, y, 1)
-    wide per_step[3]; // what one step of the direction adds to it
-    wide start;       // distance along the ray at which the fog begins
+    wide at_centre[3]; // log2 of the density where the ray starts, over ln 2: affine in (x, y, 1)
+    wide per_step[3];  // what one step of the direction adds to it
+    wide start;        // distance along the ray at which the fog begins
     float color[3];
     float density; // over ln 2, where it is the same everywhere
     float max_opacity;

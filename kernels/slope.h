@@ -12,7 +12,7 @@
 #include "vector.h"
 
 #ifndef PERSPECTIVE
-#error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
+#error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 
 // Both sides count when the worse one is off by no more than this many times the better one. From 2 to 8 the mean error

@@ -14,7 +14,7 @@
 #include "split.h"
 
 #ifndef PERSPECTIVE
-#error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
+#error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 
 #ifndef CONFIDENCE
@@ -98,29 +98,29 @@ typedef struct {
     floatV q, error;
     floatV right, down; // slopes of q
     floatV direction[3], length, inverse_length;
-    floatV along[2]; // a step to the right and down, as far as it goes towards the eye
-    floatV distance; // from the eye; 1 for an orthographic camera
+    floatV along[2]; // a step to the right and down, as far as it goes towards the camera
+    floatV distance; // from the camera centre; 1 for an orthographic camera
     floatV steepest; // slope that a surface is followed along if it is not the tangent plane's
 } pixelV;
 
 // A slice: the direction (x, y) on the screen, the sphere's radius in it, and how its sectors are rounded.
 typedef struct {
     float x, y, radius, rounding;
-    floatV along, across_square, inverse_across; // a step's length towards the eye, and across the view ray
+    floatV along, across_square, inverse_across; // a step's length towards the camera, and across the view ray
     floatV slope;
 } sliceV;
 
 // One side of a slice: cot t = scale (q - q_c) / s + offset, see the head.
 typedef struct {
     float across_x, across_y, along_x, along_y; // a pixel's step across and along it
-    floatV q;                                   // of the pixel, moved towards the eye by what its depth may be off
+    floatV q;                                   // of the pixel, moved towards the camera by what its depth may be off
     floatV slack;                               // what depths may be off by
     floatV across, tangent;                     // slopes of the tangent plane across the slice and along it
     floatV scale, offset;                       // of the cotangent
     floatV middle, middle_step;                 // where the sphere's centre lies on the ray s pixels away, less q
     floatV reach, reach_step, cut; // its half length there is root((reach - s reach_step)^2 - s^2 cut) / per_depth
     floatV per_depth;
-    floatV nearest;      // the sphere's near end is at least here: the eye may be inside
+    floatV nearest;      // the sphere's near end is at least here: the camera centre may be inside
     floatV extent;       // pixels that the sphere covers on the screen
     floatV rises, falls; // steepest slopes that a tap's surface is followed along
     floatV first;        // (q - q_c) / s from which on the first sector may be blocked
@@ -296,7 +296,7 @@ INLINE void set_sphere(sideV* side, const pixelV* c, const sliceV* slice, float 
 #if PERSPECTIVE
     const float square = slice->radius * slice->radius;
     const floatV beyond = fma(c->distance, c->distance, (floatV)-square), least = 1e-5f * square;
-    const floatV outside = select(beyond, least, fabs(beyond) < least); // of the eye from the sphere
+    const floatV outside = select(beyond, least, fabs(beyond) < least); // of the camera centre from the sphere
     side->per_depth = 1.0f / outside;
     side->nearest = select((floatV)-1e30f, (floatV)1e30f, outside < 0.0f);
     side->cut = outside * slice->across_square;

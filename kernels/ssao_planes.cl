@@ -10,7 +10,7 @@
 #include "split.h"
 
 #ifndef PERSPECTIVE
-#error "PERSPECTIVE is not defined: 1 where rays meet in an eye, 0 where they are parallel"
+#error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 #ifndef THICKNESS
 #error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 inverse depth of the back"
@@ -79,7 +79,7 @@ INLINE floatV across_gaps(floatV found, const floatV* nearby, floatV q, floatV s
 
 #if GIVEN_NORMALS
 // The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
-// factor for an orthographic camera. If a normal points away from the eye, its surface is taken to face the eye.
+// factor for an orthographic camera. If a normal points away from the camera, its surface is taken to face the camera.
 INLINE void slopes_of(__global const float* normals, const source_params* source, const split_params* split,
                       const occlusion_params* p, int x, int y, floatV q, floatV fx, float fy, floatV* right,
                       floatV* down) {

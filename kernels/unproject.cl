@@ -24,8 +24,8 @@ __kernel void unproject(__global const STORED* source, __global float* target, c
 #if W_IS_DEPTH
     const floatV along = z;
 #else
-    const wideV beyond_eye = wide_add(wide_from(z), wide_negative(wide_constant(rays.eye_depth)));
-    const floatV along = wide_quotient(beyond_eye, wide_at_pixel(rays.depth, px, py));
+    const wideV beyond_centre = wide_add(wide_from(z), wide_negative(wide_constant(rays.centre_depth)));
+    const floatV along = wide_quotient(beyond_centre, wide_at_pixel(rays.depth, px, py));
 #endif
     const floatV w = select(along, (floatV)NAN, isinf(along)); // the background lies at no place
     const floatV position_z = along_ray(rays.origin[2], rays.direction[2], w, px, py);

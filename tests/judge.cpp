@@ -118,7 +118,7 @@ std::string judge(const Subject& subject, const Truth& truth, Form form, const P
         return truth.in_front(exact - margin) ? fault("the exact depth is " + text_of(exact)) : std::string();
     }
     if (!truth.in_front(exact + slack + promise.ulps * ulp(exact)))
-        return fault("the exact depth, " + text_of(exact) + ", is not in front of the eye");
+        return fault("the exact depth, " + text_of(exact) + ", is not in front of the camera");
     const double error = error_in_ulp(got, exact);
     worst.add(error, bound, condition_ulp, static_cast<double>(condition), subject.name, v, x, y);
     if (error <= bound)

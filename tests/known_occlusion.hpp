@@ -15,7 +15,8 @@ struct Known {
     fathom::scene::Scene scene;
     double visibility;
     double radius = infinite;
-    Eigen::Vector3d from{0, 0, 1}; ///< where an eye sees all that blocks: the scene is a height field from there
+    Eigen::Vector3d from{0, 0,
+                         1}; ///< where a camera centre sees all that blocks: the scene is a height field from there
     Eigen::Vector3d position{0, 0, 0}, normal{0, 0, 1};
 };
 

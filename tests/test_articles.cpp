@@ -281,12 +281,12 @@ TEST_CASE("Lengyel: the plane becomes the near value, the far plane touches the 
     int planes = 0;
     for (const Kind& kind : kinds()) {
         const Projection& p = kind.projection;
-        const bool eye = p.is_perspective();
+        const bool has_centre = p.is_perspective();
         for (int i = 0; i < 100; ++i) {
             const Point normal = unit(uniform(-0.7, 0.7), uniform(-0.7, 0.7), -1);
             // Legal orthographic planes may have the origin on either side.
             const Eigen::Vector4d plane =
-                plane_of(p.convention.view_axes, normal, eye ? uniform(-20, -0.6) : uniform(-20, 5));
+                plane_of(p.convention.view_axes, normal, has_centre ? uniform(-20, -0.6) : uniform(-20, 5));
             const Eigen::Matrix<Real, 4, 1> c = plane.cast<Real>();
             Projection oblique;
             const std::string refused = refusal([&] { oblique = with_oblique_near_plane(p, plane); });
@@ -324,8 +324,8 @@ TEST_CASE("Lengyel: the plane becomes the near value, the far plane touches the 
             worst_corner = std::max(worst_corner, closest);
             REQUIRE(closest <= on_plane_tolerance);
 
-            // Near and far plane meet in the plane through the eye that is parallel to the screen, where w = 0.
-            if (eye) {
+            // Near and far plane meet where w = 0: in the plane through the camera centre, parallel to the screen.
+            if (has_centre) {
                 const Point ahead = p.matrix.row(3).head<3>().transpose();
                 const Point line = n.cross(ahead);
                 const Eigen::Matrix<Real, 4, 1> far_plane =
@@ -342,8 +342,8 @@ TEST_CASE("Lengyel: the plane becomes the near value, the far plane touches the 
 }
 
 TEST_CASE("Lengyel: the depth attainable in a direction", "[articles]") {
-    // With a plane of unit normal N at distance δ from the eye, kept points ahead, D the ray that covers a depth of one
-    // and D_Q the ray of the corner that the far plane touches:
+    // With a plane of unit normal N at distance δ from the camera centre, kept points ahead, D the ray that covers a depth
+    // of one and D_Q the ray of the corner that the far plane touches:
     //   1/z_far(D) = 1/f − N·(D_Q − D)/δ          where the far plane cuts the ray; never, when that is ≤ 0
     //   v(z, D) = v_n + (v_f − v_n)(N·D − δ/z)/(N·D_Q − δ/f)      the clip value of depth z
     Real worst_far = 0, worst_value = 0;
@@ -390,7 +390,7 @@ TEST_CASE("Lengyel: the depth attainable in a direction", "[articles]") {
 
 TEST_CASE("Pranckevicius: the same plane cuts an orthographic volume", "[articles]") {
     const Projection box = orthographic({-9, 12, -7, 8}, {0.5, 100});
-    for (const double offset : {-8.0, 0.0, 8.0}) { // the origin on either side is legal: there is no eye
+    for (const double offset : {-8.0, 0.0, 8.0}) { // the origin on either side is legal: there is no centre
         const Camera camera = camera_of(with_oblique_near_plane(box, {0.4, -0.3, -0.8, offset}));
         const DepthForm form = depth_form(camera);
         REQUIRE(form.form == Form::affine);
@@ -402,7 +402,7 @@ TEST_CASE("Pranckevicius: the same plane cuts an orthographic volume", "[article
     }
 }
 
-TEST_CASE("Kooima: median depth is -1 at the eye, 0 at the median and goes to 1", "[articles]") {
+TEST_CASE("Kooima: median depth is -1 at the camera centre, 0 at the median and goes to 1", "[articles]") {
     Camera camera = camera_of(perspective(centred, {0.5, infinity}));
     camera.encoding = Encoding::median;
     camera.median = 5;
@@ -539,7 +539,7 @@ TEST_CASE("Lenaerts: a position lies on the pixel's ray, perspective or parallel
             continue;
         for (const bool shifted : {false, true}) {
             Projection p = kind.projection;
-            if (shifted) // an eye beside the origin, as in stereo pairs
+            if (shifted) // a camera centre beside the origin, as in stereo pairs
                 p.matrix.col(3) += p.matrix.leftCols<3>() * Point(-0.5L, 0.25L, 0);
             const Camera camera = camera_of(p);
             const Rays ray = camera_rays(camera), world = rays_in_world(ray, view, origin);
@@ -552,12 +552,12 @@ TEST_CASE("Lenaerts: a position lies on the pixel's ray, perspective or parallel
                 return (1 - t) * ((1 - s) * corner(-1, top, z) + s * corner(1, top, z)) +
                        t * ((1 - s) * corner(-1, -top, z) + s * corner(1, -top, z));
             };
-            INFO(kind.name << (shifted ? ", eye shifted" : ""));
+            INFO(kind.name << (shifted ? ", centre shifted" : ""));
             REQUIRE(ray.w_is_depth);
             if (p.is_perspective()) {
                 // One place for all rays.
-                const Point eye(shifted ? 0.5L : 0, shifted ? -0.25L : 0, 0);
-                REQUIRE((ray.origin.col(2) - eye).norm() <= position_tolerance);
+                const Point centre(shifted ? 0.5L : 0, shifted ? -0.25L : 0, 0);
+                REQUIRE((ray.origin.col(2) - centre).norm() <= position_tolerance);
                 REQUIRE(ray.origin.leftCols<2>().norm() <= position_tolerance);
             } else {
                 REQUIRE(ray.direction.leftCols<2>().isZero(0)); // one direction

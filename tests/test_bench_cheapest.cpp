@@ -22,11 +22,11 @@ namespace {
 constexpr int width = 960, height = 540; // as the tables' scenes
 constexpr double allowed = 2;            // times the error that was asked for
 
-// Where the eye stands in the world, turned about the y axis and then down, degrees.
-Eigen::Matrix4d standing(const Eigen::Vector3d& eye, double turned, double down) {
+// Where the camera centre stands in the world, turned about the y axis and then down, degrees.
+Eigen::Matrix4d standing(const Eigen::Vector3d& centre, double turned, double down) {
     constexpr double degree = std::numbers::pi / 180;
     Eigen::Isometry3d camera = Eigen::Isometry3d::Identity();
-    camera.translate(eye);
+    camera.translate(centre);
     camera.rotate(Eigen::AngleAxisd(turned * degree, Eigen::Vector3d::UnitY()));
     camera.rotate(Eigen::AngleAxisd(-down * degree, Eigen::Vector3d::UnitX()));
     return camera.inverse().matrix();
@@ -54,7 +54,7 @@ scene::Scene town() {
     return scene;
 }
 
-// Poles close to the eye in the room, whose circles cover what is in focus.
+// Poles close to the camera centre in the room, whose circles cover what is in focus.
 scene::Scene poles() {
     scene::Scene scene = scene::room();
     for (int i = -3; i <= 3; ++i)

@@ -68,8 +68,8 @@ CircleOfConfusion lens_of(const Camera& camera, const DepthForm& form, double fo
     const bool infinite = std::isinf(focus);
     if (!form.perspective)
         return {k, infinite ? 0 : k / focus, 0, true};
-    const long double eye = static_cast<long double>(camera_rays(camera).eye_depth);
-    return {infinite ? 0 : k, infinite ? 1.8 * k : k * focus, eye, false};
+    const long double centre = static_cast<long double>(camera_rays(camera).centre_depth);
+    return {infinite ? 0 : k, infinite ? 1.8 * k : k * focus, centre, false};
 }
 
 // Just above and just below a power of two, where an ulp is largest and smallest against its number.
@@ -123,7 +123,7 @@ std::string judge(const Subject& subject, const oracle::Truth& truth, const Dept
     if (std::isnan(got))
         return in_front ? fault("the exact depth is " + oracle::text_of(z)) : std::string();
     if (!circle.telecentric && !truth.in_front(z + slack_z))
-        return fault("the exact depth, " + oracle::text_of(z) + ", is not in front of the eye");
+        return fault("the exact depth, " + oracle::text_of(z) + ", is not in front of the camera");
     const Quad exact = exact_circle(circle, z), k = circle.k;
     const Quad terms = k + fabsq(circle.telecentric ? circle.g * z : k - exact); // k and g z, or g/(z − lens_depth)
     const double unit = oracle::ulp(fabsq(exact) > k ? exact : k);
@@ -239,9 +239,9 @@ TEST_CASE("dof_masks: circles from given matrices are within their bound", "[dof
             subjects.push_back(oracle::named(oracle::from_matrix(matrix), name));
             subjects.push_back(oracle::named(oracle::from_matrix(oracle::tilted(matrix, 0.2, -0.1)), name + " tilted"));
             subjects.push_back(oracle::named(oracle::from_matrix(oracle::moved(matrix, {3 * near, near, -2 * near})),
-                                             name + " eye moved ahead"));
+                                             name + " centre moved ahead"));
             subjects.push_back(oracle::named(oracle::from_matrix(oracle::moved(matrix, {0, near, 0.3 * near})),
-                                             name + " eye moved back"));
+                                             name + " centre moved back"));
         }
     check("circles, matrices", subjects);
 }
@@ -253,8 +253,9 @@ TEST_CASE("dof_masks: circles from every encoding are within their bound", "[dof
             subjects.push_back(encoded(encoding, scale));
     const Eigen::Matrix4d moved = oracle::moved(oracle::perspective_matrix(0.7, 0.5, 0.1, 1e4), {1, 2, 3});
     for (const Encoding encoding : {Encoding::linear, Encoding::ray_distance, Encoding::logarithmic})
-        subjects.push_back(encoded(
-            oracle::named(oracle::from_matrix(moved), std::string("eye moved, ") + to_string(encoding)), encoding, 1));
+        subjects.push_back(
+            encoded(oracle::named(oracle::from_matrix(moved), std::string("centre moved, ") + to_string(encoding)),
+                    encoding, 1));
     check("circles, encodings", subjects);
 }
 

@@ -64,9 +64,9 @@ TEST_CASE("form: every kind of camera gets the simplest exact one", "[form]") {
     const auto d3d = Convention::direct3d(), vulkan = Convention::vulkan();
     const Projection box = orthographic({-3, 5, -2, 7}, {0.5, 100});
     Projection moved = perspective(edges, {0.5, 100});
-    moved.matrix.col(3) += moved.matrix.leftCols<3>() * Point(0, 0, -3); // the eye is at (0, 0, 3)
+    moved.matrix.col(3) += moved.matrix.leftCols<3>() * Point(0, 0, -3); // the centre is at (0, 0, 3)
     Projection aside = perspective(edges, {0.5, 100});
-    aside.matrix.col(3) += aside.matrix.leftCols<3>() * Point(-0.5L, 0.25L, 0); // the eye is at (0.5, −0.25, 0)
+    aside.matrix.col(3) += aside.matrix.leftCols<3>() * Point(-0.5L, 0.25L, 0); // the centre is at (0.5, −0.25, 0)
 
     const std::vector<Expected> cases{
         {"centred", perspective(1.0, 4.0 / 3, {0.1, 1000}), Form::reciprocal, reciprocal},
@@ -75,7 +75,7 @@ TEST_CASE("form: every kind of camera gets the simplest exact one", "[form]") {
         {"reversed", perspective(edges, {0.1, 1000, reversed}, d3d), Form::reciprocal, reciprocal},
         {"reversed infinite", perspective(edges, {0.1, infinity, reversed}, vulkan), Form::reciprocal, reciprocal},
         {"reversed −1..1", perspective(edges, {0.1, 1000, reversed}), Form::reciprocal, reciprocal},
-        {"eye aside", aside, Form::reciprocal, reciprocal},
+        {"centre aside", aside, Form::reciprocal, reciprocal},
         {"oblique", with_oblique_near_plane(perspective(edges, {0.1, 1000}), slanted), Form::reciprocal_affine,
          oblique},
         {"oblique infinite", with_oblique_near_plane(perspective(edges, {0.1, infinity}), slanted),
@@ -86,7 +86,7 @@ TEST_CASE("form: every kind of camera gets the simplest exact one", "[form]") {
         {"orthographic reversed", orthographic({-3, 5, -2, 7}, {-4, 9, reversed}, vulkan), Form::affine, affine},
         {"orthographic oblique", with_oblique_near_plane(box, slanted), Form::affine, oblique_affine},
         {"tilt", tilted(perspective(edges, {0.1, 1000})), Form::rational, rational},
-        {"eye ahead", moved, Form::rational, "z is a quotient of two affine functions of the stored value"},
+        {"centre ahead", moved, Form::rational, "z is a quotient of two affine functions of the stored value"},
     };
     for (const Expected& expected : cases) {
         for (const bool rounded : {false, true}) {
@@ -290,7 +290,7 @@ TEST_CASE("form: what counts as background and as a surface", "[form]") {
     told.background = 1e10;
     REQUIRE(contains(refusal([&] { depth_form(told, Storage::float16); }), "is not a float16 value"));
 
-    // A surface lies in front of the eye, wherever that is; orthographic rays have none.
+    // A surface lies in front of the camera, wherever that is; orthographic rays have none.
     REQUIRE(depth_form(camera_of(standard)).least_depth == 0);
     REQUIRE(depth_form(camera_of(orthographic(edges, {-5, 5}))).least_depth == -infinity);
     Projection moved = standard;

@@ -113,7 +113,7 @@ struct Found {
 
 template <typename Value>
 Found judge(const Subject& subject) {
-    const EyeRays eye = eye_rays(camera_rays(subject.camera));
+    const CentreRays rays = centre_rays(camera_rays(subject.camera));
     const DepthForm form = depth_form(subject.camera, subject.storage);
     const InverseDepthError error = inverse_depth_error(subject.camera, subject.storage);
     std::vector<Value> stored(width * height);
@@ -125,9 +125,9 @@ Found judge(const Subject& subject) {
         const double z = subject.near * std::pow(subject.far / subject.near, uniform(random));
         const long double value = stored_depth(subject.camera, subject.storage, x, y, z);
         stored[i] = rounded<Value>(subject, value);
-        const long double covered = eye.depth(0) * x + eye.depth(1) * y + eye.depth(2);
+        const long double covered = rays.depth(0) * x + rays.depth(1) * y + rays.depth(2);
         if (value >= form.lowest && value < form.highest)
-            exact[i] = static_cast<double>(eye.perspective ? covered / (z - eye.eye_depth) : -z);
+            exact[i] = static_cast<double>(rays.perspective ? covered / (z - rays.centre_depth) : -z);
     }
     Found found;
     for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
@@ -135,7 +135,7 @@ Found judge(const Subject& subject) {
         const Image image = Image::from_host(device, element_of(subject.storage), stored.data(), {width, height});
         runtime::Scratch scratch(device);
         std::vector<float> q(stored.size());
-        inverse_depth(scratch, {image, subject.camera, subject.storage}, eye).download(q.data());
+        inverse_depth(scratch, {image, subject.camera, subject.storage}, rays).download(q.data());
         for (std::size_t i = 0; i < q.size(); ++i) {
             if (exact[i] == 0)
                 continue;
@@ -144,7 +144,7 @@ Found judge(const Subject& subject) {
                                  static_cast<double>(error.quadratic) * size * size;
             const double share = std::abs(static_cast<double>(q[i]) - exact[i]) / bound;
             found.worst = std::max(found.worst, std::isfinite(share) ? share : infinity);
-            const double z = eye.perspective ? 1 / size : size;
+            const double z = rays.perspective ? 1 / size : size;
             if (z > subject.near * std::pow(subject.far / subject.near, 0.9))
                 found.typical = std::max(found.typical, share);
         }
@@ -176,14 +176,14 @@ TEST_CASE("inverse depth: background is the farthest, and invalid pixels have no
     for (Camera camera : {perspective_camera, orthographic_camera}) {
         camera.width = 3;
         camera.height = 1;
-        const EyeRays eye = eye_rays(camera_rays(camera));
+        const CentreRays rays = centre_rays(camera_rays(camera));
         const float stored[] = {1.0f, std::numeric_limits<float>::quiet_NaN(), 0.5f};
         const Device& device = oracle::device(Arithmetic::fp64);
         runtime::Scratch scratch(device);
         float q[3];
-        inverse_depth(scratch, {Image::from_host(device, Element::f32, stored, {3, 1}), camera}, eye).download(q);
-        CHECK(q[0] == (eye.perspective ? 0.0f : -std::numeric_limits<float>::infinity()));
+        inverse_depth(scratch, {Image::from_host(device, Element::f32, stored, {3, 1}), camera}, rays).download(q);
+        CHECK(q[0] == (rays.perspective ? 0.0f : -std::numeric_limits<float>::infinity()));
         CHECK(std::isnan(q[1]));
-        CHECK(q[2] == Approx(eye.perspective ? 1 / 0.999001 : -250.25).epsilon(1e-5));
+        CHECK(q[2] == Approx(rays.perspective ? 1 / 0.999001 : -250.25).epsilon(1e-5));
     }
 }

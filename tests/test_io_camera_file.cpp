@@ -215,7 +215,7 @@ TEST_CASE("camera file: what the projection's builder refuses names the file", "
     refused(R"("perspective": {"fov_y_deg": 60, "aspect": 1.5, "near": -1, "far": 100})");
     refused(R"("perspective": {"fov_y_deg": 60, "aspect": 1.5, "near": 1, "far": 1})");
     refused(R"("orthographic": {"left": 1, "right": 1, "bottom": -3, "top": 4, "near": -5, "far": 6})");
-    refused(lens + R"(, "oblique_near_plane": [0, 0, 1, 2])"); // keeps what is behind the eye
+    refused(lens + R"(, "oblique_near_plane": [0, 0, 1, 2])"); // keeps what is behind the camera
 }
 
 TEST_CASE("camera file: JSON that is none says where", "[io]") {

@@ -230,7 +230,7 @@ TEST_CASE("lens: a distance along a ray becomes one depth", "[lens]") {
     CHECK(same(depth_along_ray(camera, 100.5, 200.5, 7), 7 / std::sqrt(1 + slope_x * slope_x + slope_y * slope_y)));
     CHECK(depth_along_ray(camera, 0.5, 0.5, infinity) == infinity);
     CHECK(same(depth_along_ray(orthographic_camera(), 3.5, 7.5, -2), -2));
-    // An eye moved back by 3: the distance is counted from there.
+    // A camera centre moved back by 3: the distance is counted from there.
     Eigen::Matrix4d matrix = camera.projection.matrix.cast<double>(), shift = Eigen::Matrix4d::Identity();
     shift(2, 3) = -3;
     Camera moved = camera;

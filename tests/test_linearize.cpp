@@ -210,9 +210,9 @@ TEST_CASE("linearize: a given matrix is decoded as its doubles say", "[linearize
             reciprocal.push_back(oracle::named(oracle::from_matrix(matrix), name));
             rational.push_back(oracle::named(oracle::from_matrix(oracle::tilted(matrix, 0.2, -0.1)), name + " tilted"));
             rational.push_back(oracle::named(oracle::from_matrix(oracle::moved(matrix, {3 * near, near, -2 * near})),
-                                             name + " eye moved ahead"));
+                                             name + " centre moved ahead"));
             rational.push_back(oracle::named(oracle::from_matrix(oracle::moved(matrix, {0, near, 0.3 * near})),
-                                             name + " eye moved back"));
+                                             name + " centre moved back"));
         }
     }
     check("reciprocal of a matrix", reciprocal);
@@ -297,9 +297,9 @@ TEST_CASE("linearize: ray distance is within its bound", "[linearize][exact]") {
     add(oracle::from_orthographic({-5, 7, -4, 3}, span), "orthographic");
     add(oracle::from_matrix(matrix), "matrix");
     add(oracle::from_matrix(oracle::tilted(matrix, 0.2, -0.1)), "tilted");
-    add(oracle::from_matrix(oracle::moved(matrix, {3, 1, 0})), "eye moved sideways");
-    add(oracle::from_matrix(oracle::moved(matrix, {3, 1, -2})), "eye moved ahead");
-    add(oracle::from_matrix(oracle::moved(matrix, {3, 1, 2})), "eye moved back");
+    add(oracle::from_matrix(oracle::moved(matrix, {3, 1, 0})), "centre moved sideways");
+    add(oracle::from_matrix(oracle::moved(matrix, {3, 1, -2})), "centre moved ahead");
+    add(oracle::from_matrix(oracle::moved(matrix, {3, 1, 2})), "centre moved back");
     check("ray distance", subjects);
 }
 

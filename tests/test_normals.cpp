@@ -124,7 +124,7 @@ std::vector<Subject> cameras() {
         {"oblique", sized(with_oblique_near_plane(plain.projection, {0.2, 0.1, -1, -0.6}))},
         {"150 degrees", sized(perspective(150 * degree, 4.0 / 3, span))},
         {"tilted", sized(from_matrix(tilt))},
-        {"eye moved", sized(from_matrix(moved)), 2.9},
+        {"centre moved", sized(from_matrix(moved)), 2.9},
         {"orthographic", orthographic_camera},
         {"oblique orthographic", sized(with_oblique_near_plane(orthographic_camera.projection, {0.2, -0.1, -1, -0.6}))},
         {"sheared orthographic", sized(from_matrix(shear))},

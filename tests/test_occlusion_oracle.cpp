@@ -97,7 +97,7 @@ std::vector<Named> closed_forms() {
     return list;
 }
 
-/// Scenes that an eye in the direction `from` sees as height fields.
+/// Scenes that a camera centre in the direction `from` sees as height fields.
 std::vector<Named> height_fields() {
     return {{"crease 60", crease(60 * degree, 0.5)},
             {"crease 90", crease(90 * degree, 0.5)},
@@ -318,7 +318,7 @@ TEST_CASE("occlusion oracle: columns block what their definition in space says",
                                       {scene::room(), 250, 90},
                                       {scene::spheres(), 170, 120},
                                       {scene::railings(), 140, 100}}) {
-        // From the eye of the named scenes, as far as the axes allow.
+        // From the camera centre of the named scenes, as far as the axes allow.
         for (auto [name, camera] : views({.target = {0, 0, -6}, .extent = 5})) {
             const scene::Caster caster(scene, camera);
             const auto surface = caster.at(x + 0.5, y + 0.5);
@@ -377,9 +377,9 @@ TEST_CASE("occlusion oracle: invalid pixels block nothing", "[ssao][oracle]") {
     z[index(camera, 3, 4)] = std::numeric_limits<double>::quiet_NaN();
     z[index(camera, 7, 4)] = infinite;
     const DepthLayer layer(camera, z);
-    const Vector3d towards_eye(0, 0, 1);
-    CHECK(std::isnan(screen_visibility(layer, 3, 4, towards_eye)));
-    CHECK(screen_visibility(layer, 7, 4, towards_eye) == 1);
-    CHECK(screen_visibility(layer, 5, 4, towards_eye) == Approx(1).margin(no_occluder));
+    const Vector3d towards_camera(0, 0, 1);
+    CHECK(std::isnan(screen_visibility(layer, 3, 4, towards_camera)));
+    CHECK(screen_visibility(layer, 7, 4, towards_camera) == 1);
+    CHECK(screen_visibility(layer, 5, 4, towards_camera) == Approx(1).margin(no_occluder));
     CHECK(screen_visibility(scene::Scene{}, camera, 7, 4) == 1);
 }

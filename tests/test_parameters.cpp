@@ -138,7 +138,8 @@ TEST_CASE("parameters: packed bytes and shifted codes", "[parameters]") {
     CHECK(parameters(camera(), Storage::uint24_high).code_shift == 8);
 }
 
-TEST_CASE("parameters: a perspective wants what is in front of its eye, orthographic rays take all", "[parameters]") {
+TEST_CASE("parameters: a perspective wants what is in front of its camera centre, orthographic rays take all",
+          "[parameters]") {
     CHECK(parameters(camera()).least_depth == 0.0f);
     Camera orthographic_camera = camera();
     orthographic_camera.projection = orthographic({-1, 1, -1, 1}, {-5, 5});
@@ -169,7 +170,7 @@ TEST_CASE("parameters: the triangular length is as long as the directions", "[pa
     }
 }
 
-TEST_CASE("parameters: rays in the world start at the eye, counted from the origin", "[parameters]") {
+TEST_CASE("parameters: rays in the world start at the camera centre, counted from the origin", "[parameters]") {
     Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
     view.topRightCorner<3, 1>() = Eigen::Vector3d(-1e6, 2, 3);
     const Rays world = rays_in_world(camera_rays(camera()), view, {1e6, 0, 0});

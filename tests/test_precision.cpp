@@ -184,12 +184,12 @@ TEST_CASE("precision: known orders of magnitude", "[precision]") {
     const Camera infinite = camera_of(perspective(edges, {0.5, infinity}));
     REQUIRE(depth_spacing(infinite, DepthBits::d16, 1, 1, 1e6) == infinity);
     REQUIRE(depth_error_bound(infinite, DepthBits::d16, 1, 1, 1e6) == infinity);
-    // Near the eye a logarithm is almost linear: one step of log(C z + 1) / log(C f + 1).
+    // Near the camera centre a logarithm is almost linear: one step of log(C z + 1) / log(C f + 1).
     REQUIRE(depth_spacing(encoded(Encoding::logarithmic), DepthBits::d16, 1, 1, 1e-6) ==
             Approx(std::log(101.0) / 65535).epsilon(0.001));
 }
 
-TEST_CASE("precision: the bound is finite down to the eye and at both ends of the range", "[precision]") {
+TEST_CASE("precision: the bound is finite down to the camera centre and at both ends of the range", "[precision]") {
     for (const Encoding encoding : {Encoding::logarithmic, Encoding::median}) {
         for (const DepthBits bits : all_bits) {
             const double bound = depth_error_bound(encoded(encoding), bits, 1, 1, 1e-7);

@@ -193,8 +193,8 @@ TEST_CASE("projection: a matrix says by itself whether depth is reversed", "[pro
                                     static_cast<double>(ahead.z()), -0.75);
         check(with_oblique_near_plane(p, plane), "oblique");
 
-        // A fourth row with x and y, and an eye that is not the origin, on both sides of it. A matrix of floats keeps near
-        // and far apart only where the shift leaves them digits.
+        // A fourth row with x and y, and a camera centre that is not the origin, on both sides of it. A matrix of floats
+        // keeps near and far apart only where the shift leaves them digits.
         if (p.is_perspective()) {
             Projection tilted = p;
             tilted.matrix(3, 0) = 0.06L;
@@ -203,14 +203,14 @@ TEST_CASE("projection: a matrix says by itself whether depth is reversed", "[pro
         } else {
             Projection keystone = p;
             keystone.matrix(3, 0) = 0.02L;
-            check(keystone, "keystone without an eye");
+            check(keystone, "keystone without a camera centre");
         }
         for (const Real shift : {-100.0L, -5.0L, 5.0L, 100.0L}) {
             Projection shifted = p;
             Projection::Matrix move = Projection::Matrix::Identity();
             move.topRightCorner<3, 1>() << 0.3L, -0.2L, shift;
             shifted.matrix = p.matrix * move;
-            check(shifted, text("eye shifted by ", shift, ", ", built.name, ", far ", built.far, "\n", p.matrix));
+            check(shifted, text("centre shifted by ", shift, ", ", built.name, ", far ", built.far, "\n", p.matrix));
         }
     }
 }
@@ -332,15 +332,15 @@ TEST_CASE("projection: what cannot be one is refused with its reason", "[project
         {[&] {
              return with_oblique_near_plane(good, {0, 0, -1, 0.5});
          },
-         "the eye is on the kept side"},
+         "the camera centre is on the kept side"},
         {[&] {
              return with_oblique_near_plane(good, {0, 0, -1, 0});
          },
-         "the eye is on the kept side"},
+         "the camera centre is on the kept side"},
         {[&] {
              return with_oblique_near_plane(good, {0, 0, 1, 2});
          },
-         "the eye is on the kept side"},
+         "the camera centre is on the kept side"},
         {[&] {
              return with_oblique_near_plane(good, {0, 0, -1, -101});
          },

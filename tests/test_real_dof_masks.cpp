@@ -44,8 +44,8 @@ TEST_CASE("real inputs: circles from an OpenGL depth buffer are those of the dep
         const StoredDepth stored{to_device(Device::open("cpu"), depth.values), camera, depth.storage};
         const cv::Mat decoded = to_mat(linearize(stored).image);
         const bool perspective = depth_form(camera, depth.storage).perspective;
-        const CircleOfConfusion circle{20, perspective ? 100.0 : 4.0, perspective ? camera_rays(camera).eye_depth : 0,
-                                       !perspective};
+        const CircleOfConfusion circle{20, perspective ? 100.0 : 4.0,
+                                       perspective ? camera_rays(camera).centre_depth : 0, !perspective};
         const cv::Mat found = to_mat(dof_masks(stored, circle, {.weights = false}).coc);
         double worst = 0, worst_px = 0;
         long surfaces = 0, sky = 0;

@@ -49,7 +49,7 @@ constexpr double pseudo_linear_relative = 1.0 / 48;
 // 1.1 %, to the digits given.
 constexpr double median_position_relative = 0.0115;
 
-// Blender computes a hit in float32 from the ray's start, so its rounding is that of the distance plus the eye's own
+// Blender computes a hit in float32 from the ray's start, so its rounding is that of the distance plus the camera centre's
 // coordinates: a triangle's two edges, a determinant and its quotients, the three products of the interpolated position,
 // the float32 matrices of the camera.
 constexpr double renderer_roundings = 16;
@@ -271,7 +271,7 @@ struct Hit {
     double z_error, error, footprint_error;
 };
 
-/// Blender's Position pass against ours, in roundings of the distance plus the eye's own coordinates, and in pixels.
+/// Blender's Position pass against ours, in roundings of the distance plus the camera centre's coordinates, and in pixels.
 std::vector<Hit> compare_blender(const fs::path& folder) {
     const fs::path file = folder / "sharp.exr";
     const cv::Mat depth = read_depth(file).values;
@@ -283,7 +283,7 @@ std::vector<Hit> compare_blender(const fs::path& folder) {
         truth[i] = read_depth(file, {.channel = std::string("ViewLayer.Position.") + "XYZ"[i]}).values;
 
     const Eigen::Matrix4d view = *camera.view;
-    const Vector3d eye = view.inverse().topRightCorner<3, 1>();
+    const Vector3d centre = view.inverse().topRightCorner<3, 1>();
     const bool perspective = camera.projection.is_perspective();
     const double pixel = 2 / (static_cast<double>(camera.projection.matrix(0, 0)) * camera.width);
     std::vector<Hit> hits;
@@ -291,7 +291,7 @@ std::vector<Hit> compare_blender(const fs::path& folder) {
         for (int x = 0; x < depth.cols; ++x) {
             const auto& ours = positions.at<cv::Vec3f>(y, x);
             const Vector3d theirs(truth[0].at<float>(y, x), truth[1].at<float>(y, x), truth[2].at<float>(y, x));
-            const double size = rounding * ((theirs - eye).norm() + eye.norm());
+            const double size = rounding * ((theirs - centre).norm() + centre.norm());
             const double z = -(view * theirs.homogeneous()).z();
             const double error = (Vector3d(ours[0], ours[1], ours[2]) - theirs).norm();
             hits.push_back(

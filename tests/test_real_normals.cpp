@@ -131,7 +131,7 @@ TEST_CASE("real: Blender's depth gives the path tracer's normals", "[real][norma
 
         cv::Mat positions;
         unproject(device, frame.depth.values, frame.camera, positions, {.space = Space::world});
-        const Vector3d eye = frame.camera.view->inverse().topRightCorner<3, 1>();
+        const Vector3d centre = frame.camera.view->inverse().topRightCorner<3, 1>();
         const Vector3d ahead = -frame.camera.view->row(2).head<3>().transpose();
         const auto position = [&](int x, int y) {
             const auto& p =
@@ -140,7 +140,7 @@ TEST_CASE("real: Blender's depth gives the path tracer's normals", "[real][norma
         };
         const Means naive = judge(frame, [&](int x, int y) {
             const Vector3d n = (position(x + 1, y) - position(x - 1, y)).cross(position(x, y + 1) - position(x, y - 1));
-            const Vector3d ray = frame.camera.projection.is_perspective() ? Vector3d(position(x, y) - eye) : ahead;
+            const Vector3d ray = frame.camera.projection.is_perspective() ? Vector3d(position(x, y) - centre) : ahead;
             return Vector3d((n.dot(ray) > 0 ? -n : n).normalized());
         });
         print("(naive cross product)", naive);

@@ -95,7 +95,7 @@ TEST_CASE("stability: where the angle of an oblique plane ends z, normals, visib
     check(oblique_angle);
 }
 
-TEST_CASE("stability: where an oblique plane near the eye ends z, normals, visibility and circles",
+TEST_CASE("stability: where an oblique plane near the camera centre ends z, normals, visibility and circles",
           "[regimes][stability]") {
     check(oblique_distance);
 }

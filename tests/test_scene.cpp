@@ -126,7 +126,7 @@ TEST_CASE("scene: hills are met where the ray's height is theirs", "[scene]") {
 }
 
 TEST_CASE("scene: a bowl is the part of a sphere below its rim", "[scene]") {
-    // Open towards the eye, its lowest point at z = 7, its rim 1.5 above.
+    // Open towards the camera, its lowest point at z = 7, its rim 1.5 above.
     const scene::Bowl bowl{{0, 0, -5}, 2, {0, 0, 1}, 1.5};
     const double rim = std::sqrt(2 * 2 - 0.5 * 0.5);
     const auto seen = [&](double x) {

@@ -185,7 +185,7 @@ std::vector<Sample> samples_of(const scene::Scene& scene, const Camera& camera, 
 constexpr double balanced_bar = 0.01, accurate_bar = 0.004; // root of the mean square error that is aimed at
 
 /// Measured and rounded up, where that aim is missed: a fault to mend, not a promise. `horizon` and `trench` off-centre
-/// hide from the eye, or between two pixels, most of what they are off by; the other errors are the kernel's own.
+/// hide from the camera centre, or between two pixels, most of what they are off by; the other errors are the kernel's own.
 struct Missed {
     const char *scene, *camera;
     double balanced, accurate;

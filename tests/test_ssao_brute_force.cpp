@@ -76,7 +76,7 @@ Off error_of(const Seen& seen, const std::vector<Point>& points, SsaoCall option
     return error_of(points, [&](const Point& p) { return static_cast<double>(got[seen.index(p.x, p.y)]); });
 }
 
-/// The eye's own height for a perspective; orthographic rays look down at 35 degrees, past the ceilings.
+/// The camera centre's own height for a perspective; orthographic rays look down at 35 degrees, past the ceilings.
 Camera camera_of(const std::string& scene, bool is_orthographic, int width, int height) {
     Camera camera;
     camera.width = width;

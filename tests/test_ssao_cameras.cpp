@@ -168,8 +168,8 @@ struct Way {
 };
 
 constexpr double camera_bar = 0.005, camera_largest = 0.02;
-// Without jitter the same eye sees the same, but for a tap in a thousand that rounding moves to another sector.
-constexpr double same_eye_bar = 0.001, same_eye_largest = 0.01;
+// Without jitter the same camera centre sees the same, but for a tap in a thousand that rounding moves to another sector.
+constexpr double same_centre_bar = 0.001, same_centre_largest = 0.01;
 
 std::vector<Way> ways() {
     SsaoCall fast, balanced, accurate, plain;
@@ -181,7 +181,7 @@ std::vector<Way> ways() {
     return {{"fast", fast, camera_bar, camera_largest},
             {"balanced", balanced, camera_bar, camera_largest},
             {"accurate", accurate, camera_bar, camera_largest},
-            {"no jitter", plain, same_eye_bar, same_eye_largest}};
+            {"no jitter", plain, same_centre_bar, same_centre_largest}};
 }
 
 struct Difference {
@@ -261,16 +261,16 @@ TEST_CASE("ssao: the same scene through different cameras", "[ssao]") {
         for (std::size_t i = 1; i < views.size(); ++i) {
             const Seen other(known.scene, views[i]);
             const auto pairs = pairs_of(one, other);
-            const bool same_eye = other.name != "orthographic";
+            const bool same_centre = other.name != "orthographic";
             REQUIRE(pairs.size() > 300);
             for (const double thickness : thicknesses) {
                 // Walls that orthographic rays see edge-on are other solids, if they end somewhere.
-                if (!same_eye && std::isfinite(thickness) && seen_edge_on(name))
+                if (!same_centre && std::isfinite(thickness) && seen_edge_on(name))
                     continue;
                 std::printf("  %-12s %-17s thickness %-4.3g", name, other.name.c_str(), thickness);
                 double darkest = 1;
                 for (const Way& way : ways()) {
-                    if (way.options.jitter && !same_eye)
+                    if (way.options.jitter && !same_centre)
                         continue; // few slices in other directions see other bands
                     const Difference off =
                         difference(pairs, seen_by_one[{thickness, way.name}], other.visibility(way.at(thickness)));

@@ -154,11 +154,11 @@ TEST_CASE("stability: an oblique plane that grazes a frustum corner", "[stabilit
         CHECK(contains(refusal([&] { with_share(share); }), "leaves nothing of the view volume"));
 }
 
-TEST_CASE("stability: an oblique plane that passes near the eye", "[stability]") {
+TEST_CASE("stability: an oblique plane that passes near the camera centre", "[stability]") {
     const auto with_distance = [](double distance) {
         return oracle::named(oracle::with_oblique_near_plane(oracle::from_field_of_view(1.0, 1.5, {0.1, 100}),
                                                              {0.1, 0.2, -1, -distance}),
-                             "near the eye", 96, 64);
+                             "near the camera centre", 96, 64);
     };
     for (const double distance : {1e-1, 1e-4, 1e-8, 1e-12, 1e-30}) {
         INFO("distance " << distance);
@@ -167,13 +167,13 @@ TEST_CASE("stability: an oblique plane that passes near the eye", "[stability]")
         CHECK(faults_of(subject, worst) == "");
         // What it costs is precision: a surface at 1 is stored 1/distance away from the plane's own 0.
         const double spacing = depth_spacing(subject.camera, DepthBits::d32f, 48, 32, 1);
-        std::printf("plane %.0e from the eye: worst %.2f ulp, D32F spacing at z = 1: %.1e\n", distance, worst.ulps,
-                    spacing);
+        std::printf("plane %.0e from the camera centre: worst %.2f ulp, D32F spacing at z = 1: %.1e\n", distance,
+                    worst.ulps, spacing);
         CHECK(spacing > 0.1 * std::min(1.0, 0x1p-24 / distance));
         CHECK((distance < 1e-6 || spacing < 10 * 0x1p-24 / distance));
     }
-    CHECK(contains(refusal([&] { with_distance(0); }), "the eye is on the kept side"));
-    CHECK(contains(refusal([&] { with_distance(-1e-12); }), "the eye is on the kept side"));
+    CHECK(contains(refusal([&] { with_distance(0); }), "the camera centre is on the kept side"));
+    CHECK(contains(refusal([&] { with_distance(-1e-12); }), "the camera centre is on the kept side"));
 }
 
 TEST_CASE("stability: an oblique plane almost parallel to the view direction", "[stability]") {
@@ -220,7 +220,7 @@ TEST_CASE("stability: an orthographic oblique plane may have the origin on its k
     CHECK(contains(refusal([&] {
                        with_oblique_near_plane(perspective(1.0, 1.5, {0.1, 100}), plane);
                    }),
-                   "the eye is on the kept side"));
+                   "the camera centre is on the kept side"));
 }
 
 TEST_CASE("stability: stored depth exactly 0 and 1, one ulp inside and one outside", "[stability]") {
@@ -253,7 +253,7 @@ TEST_CASE("stability: stored depth exactly 0 and 1, one ulp inside and one outsi
     }
 }
 
-TEST_CASE("stability: median depth at the eye and at infinity", "[stability]") {
+TEST_CASE("stability: median depth at the camera centre and at infinity", "[stability]") {
     Camera camera = camera_of(perspective(1.0, 1.5, {0.1, 100}));
     camera.encoding = Encoding::median;
     camera.median = 5;
@@ -261,7 +261,7 @@ TEST_CASE("stability: median depth at the eye and at infinity", "[stability]") {
     for (const Arithmetic arithmetic : arithmetics) {
         const auto z = decoded(camera, std::vector<float>{0, 0x1p-149f, 0x1p-126f, 0.5f, below_one, 1.0f},
                                Storage::float32, Background::inf, arithmetic);
-        CHECK(std::isnan(z[0])); // the eye itself is invalid
+        CHECK(std::isnan(z[0])); // the camera centre itself is invalid
         CHECK(z[1] == 5 * 0x1p-149f);
         CHECK(z[2] == 5 * 0x1p-126f);
         CHECK(z[3] == 5);
@@ -369,7 +369,7 @@ TEST_CASE("stability: an orthographic camera is the limit of narrow far perspect
             sideways = std::max(sideways, std::abs(static_cast<double>(a[3 * i]) - b[3 * i]));
             along = std::max(along, std::abs(a[3 * i + 2] - (b[3 * i + 2] + distance)));
         }
-        std::printf("eye at %.0e: x off by %.3e, z by %.1e\n", distance, sideways, along);
+        std::printf("centre at %.0e: x off by %.3e, z by %.1e\n", distance, sideways, along);
         // x = slope · z: off by half · beyond / distance. z: two floats' steps near the distance, and the stored ones'.
         const double outermost = half * (1 - 1.0 / 33);
         CHECK(sideways == Approx(outermost * beyond / distance).epsilon(0.02));

@@ -424,7 +424,7 @@ TEST_CASE("stability: a background of every storage", "[stability]") {
     CHECK(contains(refused(Storage::float32, std::nan("")), "must be a number"));
 }
 
-TEST_CASE("stability: metric depth that is infinite, zero or behind the eye", "[stability]") {
+TEST_CASE("stability: metric depth that is infinite, zero or behind the camera centre", "[stability]") {
     const std::vector<float> stored{infinity, -infinity, -1.0f, 0.0f, 2.0f, not_a_number};
     for (const Arithmetic arithmetic : arithmetics) {
         const auto decode = [&](const Projection& p, Encoding encoding) {
@@ -432,23 +432,24 @@ TEST_CASE("stability: metric depth that is infinite, zero or behind the eye", "[
             camera.encoding = encoding;
             return decoded(camera, stored, Storage::float32, Background::inf, arithmetic);
         };
-        const Projection eye = perspective(1.0, 1.5, {0.1, 100}),
+        const Projection perspective_projection = perspective(1.0, 1.5, {0.1, 100}),
                          orthographic_projection = orthographic({-1, 1, -1, 1}, {-10, 10});
         for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance}) {
             INFO(to_string(encoding) << ' ' << oracle::name(arithmetic));
-            const auto z = decode(eye, encoding), flat = decode(orthographic_projection, encoding);
+            const auto z = decode(perspective_projection, encoding), flat = decode(orthographic_projection, encoding);
             CHECK(z[0] == infinity);
             CHECK(flat[0] == infinity);
             CHECK(z[4] > 0);
             CHECK(flat[4] == 2);
             for (const std::size_t none : {1u, 2u, 3u, 5u})
-                CHECK(std::isnan(z[none])); // the eye, behind it, and no number
+                CHECK(std::isnan(z[none])); // the camera centre, behind it, and no number
             CHECK(std::isnan(flat[1]));
             CHECK(std::isnan(flat[5]));
         }
-        CHECK(decode(orthographic_projection, Encoding::view_z)[2] == -1); // orthographic rays have no eye to be behind
+        // Orthographic rays have no camera centre to be behind.
+        CHECK(decode(orthographic_projection, Encoding::view_z)[2] == -1);
         CHECK(decode(orthographic_projection, Encoding::view_z)[3] == 0);
-        const auto inverse = decode(eye, Encoding::inverse);
+        const auto inverse = decode(perspective_projection, Encoding::inverse);
         CHECK(std::isnan(inverse[0])); // z = 0
         CHECK(std::isnan(inverse[2]));
         CHECK(inverse[3] == infinity); // no disparity: nothing there

@@ -1,5 +1,5 @@
 // unproject against __float128: every kind of camera, in view and in world space.
-// The tolerance is unproject_relative_error of the distance from the eye, and of the eye from the origin.
+// The tolerance is unproject_relative_error of the distance from the camera centre, and of that from the origin.
 
 #include "catch.hpp"
 #include "judge.hpp"
@@ -73,8 +73,8 @@ std::vector<Subject> cameras() {
             "oblique orthographic"),
         oracle::named(oracle::from_matrix(orthographic_matrix(1, 100, 0.3)), "sheared orthographic"),
         oracle::named(oracle::from_matrix(matrix), "matrix"),
-        oracle::named(oracle::from_matrix(oracle::moved(matrix, {0.03, 0, 0})), "eye moved sideways"),
-        oracle::named(oracle::from_matrix(oracle::moved(matrix, {3, -1, 2})), "eye moved"),
+        oracle::named(oracle::from_matrix(oracle::moved(matrix, {0.03, 0, 0})), "centre moved sideways"),
+        oracle::named(oracle::from_matrix(oracle::moved(matrix, {3, -1, 2})), "centre moved"),
         oracle::named(oracle::from_matrix(oracle::tilted(matrix, 0.2, -0.1)), "tilted"),
         oracle::named(oracle::from_matrix(oracle::tilted(oracle::moved(matrix, {0.3, -0.1, 0.2}), 0.2, -0.1)),
                       "tilted and moved"),
@@ -92,8 +92,8 @@ struct Placing {
 std::vector<Placing> placings() {
     Eigen::Isometry3d view = Eigen::Isometry3d::Identity();
     view.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -0.5).normalized()));
-    const Eigen::Vector3d eye(1e6 + 0.1, -1e6 + 0.7, 2e6);
-    view.translate(-eye);
+    const Eigen::Vector3d centre(1e6 + 0.1, -1e6 + 0.7, 2e6);
+    view.translate(-centre);
     return {
         {"view", std::nullopt}, {"world", view.matrix()}, {"world about its camera", view.matrix(), {1e6, -1e6, 2e6}}};
 }
@@ -110,8 +110,8 @@ void check(const Subject& plain, const Placing& placing, Arithmetic arithmetic, 
     const oracle::Truth truth(subject, Storage::float32);
     const Form form = depth_form(subject.camera).form;
     const oracle::Promise promise = oracle::promise(form, arithmetic);
-    const Point eye = placing.view ? truth.in_world(truth.eye(), placing.origin) : truth.eye();
-    const Quad eye_away = distance(eye, {});
+    const Point centre = placing.view ? truth.in_world(truth.centre(), placing.origin) : truth.centre();
+    const Quad centre_away = distance(centre, {});
     const Space space = placing.view ? Space::world : Space::view;
     oracle::Faults faults;
     long judged = 0;
@@ -152,9 +152,10 @@ void check(const Subject& plain, const Placing& placing, Arithmetic arithmetic, 
             }
             const Point view = truth.position(depth, x, y);
             const Point exact = placing.view ? truth.in_world(view, placing.origin) : view;
-            const Quad away = distance(exact, eye) + eye_away;
+            const Quad away = distance(exact, centre) + centre_away;
             const Quad error = distance({got[0], got[1], got[2]}, exact);
-            const Quad bound = unproject_relative_error * away + promise.condition * condition * distance(exact, eye);
+            const Quad bound =
+                unproject_relative_error * away + promise.condition * condition * distance(exact, centre);
             ++judged;
             const auto share = static_cast<double>(error / bound);
             if (share > worst.share) {

@@ -97,7 +97,8 @@ double circle_of(const CircleOfConfusion& lens, double z) {
     return static_cast<double>(coc_at(lens, z));
 }
 
-/// What is moved to the eye may have any circle; what is moved to the far plane is background, and infinitely far.
+/// What is moved to the camera centre may have any circle; what is moved to the far plane is background, and infinitely
+/// far.
 double circle_bound(const CircleOfConfusion& lens, double z, double moved, bool background) {
     const double towards = moved < z ? circle_of(lens, z) - circle_of(lens, z - moved) : infinity;
     const double away = background ? circle_of(lens, infinity) - circle_of(lens, z) : 0; // otherwise less than towards

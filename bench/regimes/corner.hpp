@@ -18,7 +18,7 @@ namespace fathom::regimes {
 inline constexpr int corner_width = 160, corner_height = 120;
 inline constexpr double corner_depth = 20, corner_radius = 3;
 
-/// Two planes that meet at a right angle in an upright edge, 20 before the eye, and face it: z = 20 - |x - edge|.
+/// Two planes that meet at a right angle in an upright edge, 20 before the camera, and face it: z = 20 - |x - edge|.
 /// The truth is the ray caster's z and normals; V = 1 - (a - sin a cos a)/pi with cos a = d/radius at the distance d
 /// from the edge.
 class Corner {

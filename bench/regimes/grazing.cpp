@@ -79,7 +79,7 @@ void sweep_foot(const Device& device, Regime& regime, double grazing) {
     }
 }
 
-// A floor one below the eye. Rows below the horizon are met at their own angle of depression.
+// A floor one below the camera centre. Rows below the horizon are met at their own angle of depression.
 void sweep_floor(const Device& device, Regime& regime) {
     for (const auto& [name, field] : {std::pair{"floor, 69 degrees high", 1.2}, {"floor, 7 degrees high", 0.12}}) {
         const Camera camera = camera_over(perspective(field, 4.0 / 3, {0.5, 1e4}), width, height);

@@ -2,7 +2,7 @@
 
 // What `normals_slope_error` and the bound of stored depth's error do to a plane's normal.
 
-#include "camera/eye_rays.hpp"
+#include "camera/centre_rays.hpp"
 #include "operations/inverse_depth.hpp"
 
 #include <fathom/fathom.hpp>
@@ -20,31 +20,31 @@ namespace fathom::regimes {
 class NormalBound {
 public:
     explicit NormalBound(const Camera& camera, Storage storage = Storage::float32, double tolerance = 1)
-        : eye_(eye_rays(camera_rays(camera))), error_(inverse_depth_error(camera, storage)), tolerance_(tolerance),
-          direction_(eye_.direction.cast<double>()),
-          moving_(eye_.perspective ? direction_ : Eigen::Matrix3d(eye_.origin.cast<double>())),
+        : rays_(centre_rays(camera_rays(camera))), error_(inverse_depth_error(camera, storage)), tolerance_(tolerance),
+          direction_(rays_.direction.cast<double>()),
+          moving_(rays_.perspective ? direction_ : Eigen::Matrix3d(rays_.origin.cast<double>())),
           of_q_(moving_.col(0).cross(moving_.col(1))) {}
 
     double degrees(int x, int y, double z, const Eigen::Vector3d& normal) const {
         const Eigen::Vector3d pixel(x + 0.5, y + 0.5, 1);
         const Eigen::Vector3d d =
-            eye_.perspective ? Eigen::Vector3d(direction_ * pixel) : Eigen::Vector3d(direction_.col(2));
+            rays_.perspective ? Eigen::Vector3d(direction_ * pixel) : Eigen::Vector3d(direction_.col(2));
         const Eigen::Vector3d of_x = moving_.col(1).cross(d), of_y = d.cross(moving_.col(0));
-        const double covered = eye_.depth.cast<double>().dot(pixel);
-        const double q = eye_.perspective ? covered / (z - static_cast<double>(eye_.eye_depth)) : -z;
+        const double covered = rays_.depth.cast<double>().dot(pixel);
+        const double q = rays_.perspective ? covered / (z - static_cast<double>(rays_.centre_depth)) : -z;
         const double size = std::abs(q),
                      off = tolerance_ *
                            (static_cast<double>(error_.constant) +
                             (static_cast<double>(error_.linear) + static_cast<double>(error_.quadratic) * size) * size);
         // n.d is q, or 1, times the volume of the three; the kernel's own arithmetic is a few roundings of all that.
-        const double length = std::abs((eye_.perspective ? q : 1) * of_q_.dot(d) / normal.dot(d));
+        const double length = std::abs((rays_.perspective ? q : 1) * of_q_.dot(d) / normal.dot(d));
         const double moved = normals_slope_error * off * (of_x.norm() + of_y.norm()) +
-                             (eye_.perspective ? off * of_q_.norm() : 0) + 16 * 0x1p-24 * length;
+                             (rays_.perspective ? off * of_q_.norm() : 0) + 16 * 0x1p-24 * length;
         return std::asin(std::min(1.0, moved / length)) * 180 / std::numbers::pi;
     }
 
 private:
-    EyeRays eye_;
+    CentreRays rays_;
     InverseDepthError error_;
     double tolerance_;
     Eigen::Matrix3d direction_, moving_;

@@ -1,6 +1,7 @@
-// An oblique near plane spends the depth's steps between two planes that meet at the eye's depth: what is left of them as
-// it turns along the view direction, and as it comes near the eye.
-//   the step of 1/z is N.D_Q / delta steps of the stored value,  delta: from the eye to the plane, D_Q: Lengyel's corner
+// An oblique near plane spends the depth's steps between two planes that meet at the camera centre's depth: what is left
+// of them as it turns along the view direction, and as it comes near the camera centre.
+//   the step of 1/z is N.D_Q / delta steps of the stored value
+//   delta: from the camera centre to the plane,  D_Q: Lengyel's corner
 
 #include "regimes/corner.hpp"
 #include "regimes/images.hpp"
@@ -23,7 +24,7 @@ struct Kind {
 };
 constexpr Kind kinds[] = {{"D16", {16}}, {"D24", {24}}, {"D32F", {32}}, {"D32F reversed", {32}, DepthOrder::reversed}};
 
-// The plane, turned by an angle from the view direction, at a distance from the eye.
+// The plane, turned by an angle from the view direction, at a distance from the camera centre.
 Corner behind(double angle, double distance, DepthOrder order) {
     const Projection wide = perspective(1.0, static_cast<double>(corner_width) / corner_height, {0.1, 100, order});
     const Eigen::Vector4d plane(std::cos(angle), 0, -std::sin(angle), -distance);
@@ -55,7 +56,7 @@ Regime oblique_angle(const Device& device) {
 }
 
 Regime oblique_distance(const Device& device) {
-    Regime regime{"oblique-distance", "distance of the eye from the near plane, scene units"};
+    Regime regime{"oblique-distance", "distance of the camera centre from the near plane, scene units"};
     for (const Kind& kind : kinds) {
         for (double power = 0.5; power >= -6; power -= 0.5) {
             const double distance = std::pow(10.0, power);

@@ -1,5 +1,5 @@
 // One ray per pixel: the line of view-space points whose clip coordinates lie at the pixel, cut to the view volume.
-//   E = P⁻¹ (0, 0, 1, 0)                    the eye; at infinity (E_w = 0) for an orthographic projection
+//   E = P⁻¹ (0, 0, 1, 0)                    the camera centre; at infinity (E_w = 0) for an orthographic projection
 //   C = P⁻¹ (x_c, y_c, z_c, 1)              a point that the pixel sees, any z_c
 //   ray = E + t (C_xyz − C_w E)             perspective; C + t E_xyz otherwise, turned so that it runs from near to far
 // Inside the volume w, the distance past the near plane and the one to the far plane are positive, and each is linear
@@ -184,20 +184,20 @@ std::optional<Hit> intersect(const Primitive& primitive, const Ray& ray) {
 }
 
 /// Takes a camera apart once, for all its pixels.
-class Eye {
+class CameraView {
 public:
-    explicit Eye(const Camera& camera)
+    explicit CameraView(const Camera& camera)
         : camera_(camera), p_(camera.projection.matrix), inverse_(p_.inverse()), to_world_(to_world(camera)) {
         const bool symmetric = camera.projection.convention.clip_z == ClipZ::negative_one_to_one;
         const bool reversed = camera.projection.order == DepthOrder::reversed;
         low_ = symmetric ? -1 : 0;
         near_ = reversed ? 1 : low_;
         far_ = reversed ? low_ : 1;
-        eye_ = inverse_ * Vector4(0, 0, 1, 0);
+        centre_ = inverse_ * Vector4(0, 0, 1, 0);
         // An affine projection has an exact zero here but for the rounding of the inverse.
-        perspective_ = std::abs(eye_.w()) * p_.norm() > 1e-15L * eye_.norm();
+        perspective_ = std::abs(centre_.w()) * p_.norm() > 1e-15L * centre_.norm();
         if (perspective_) {
-            eye_ /= eye_.w();
+            centre_ /= centre_.w();
         }
 
         ahead_ = camera.projection.convention.view_axes == ViewAxes::opengl ? -1 : 1;
@@ -209,11 +209,11 @@ public:
         const long double up = camera_.projection.convention.clip_y == ClipY::up ? 1 : -1;
         const Vector4 seen = inverse_ * Vector4(2 * static_cast<long double>(x) / camera_.width - 1,
                                                 up * (1 - 2 * row / camera_.height), (near_ + far_) / 2, 1);
-        Vector4 origin = eye_;
-        Vector4 direction = seen - seen.w() * eye_;
+        Vector4 origin = centre_;
+        Vector4 direction = seen - seen.w() * centre_;
         if (!perspective_) {
             origin = seen / seen.w();
-            direction = eye_;
+            direction = centre_;
         }
         direction.w() = 0;
         const Vector4 start = p_ * origin;
@@ -292,9 +292,9 @@ private:
         case Encoding::view_z:
             return z / c.scale;
         case Encoding::ray_distance: {
-            const Vector3d from_eye = position - eye_.head<3>().cast<double>();
+            const Vector3d from_centre = position - centre_.head<3>().cast<double>();
             const double cosine = ahead_ * direction.z() / direction.norm();
-            return (perspective_ ? static_cast<long double>(from_eye.norm()) : z / cosine) / c.scale;
+            return (perspective_ ? static_cast<long double>(from_centre.norm()) : z / cosine) / c.scale;
         }
         case Encoding::linear:
         case Encoding::pseudo_linear:
@@ -315,7 +315,7 @@ private:
     const Camera& camera_;
     Matrix4 p_, inverse_;
     long double low_, near_, far_;
-    Vector4 eye_;
+    Vector4 centre_;
     bool perspective_;
     double ahead_;
     Eigen::Matrix4d to_world_;
@@ -332,10 +332,10 @@ std::optional<Hit> first_hit(const Scene& scene, const Ray& world) {
     return nearest;
 }
 
-std::optional<Surface> cast(const Scene& scene, const Eye& eye, double x, double y) {
-    const Ray ray = eye.ray(x, y);
-    const auto nearest = first_hit(scene, eye.in_world(ray));
-    return nearest ? std::optional(eye.surface(ray, *nearest)) : std::nullopt;
+std::optional<Surface> cast(const Scene& scene, const CameraView& view, double x, double y) {
+    const Ray ray = view.ray(x, y);
+    const auto nearest = first_hit(scene, view.in_world(ray));
+    return nearest ? std::optional(view.surface(ray, *nearest)) : std::nullopt;
 }
 
 bool metric(Encoding encoding) {
@@ -355,16 +355,16 @@ std::vector<Code> codes(const Rendered& image, const Camera& camera, double high
 } // namespace
 
 std::optional<Surface> cast(const Scene& scene, const Camera& camera, double x, double y) {
-    return cast(scene, Eye(camera), x, y);
+    return cast(scene, CameraView(camera), x, y);
 }
 
 struct Caster::Parts {
     Parts(Scene&& whole_scene, Camera&& whole_camera)
-        : scene(std::move(whole_scene)), camera(std::move(whole_camera)), eye(camera) {}
+        : scene(std::move(whole_scene)), camera(std::move(whole_camera)), view(camera) {}
 
     Scene scene;
     Camera camera;
-    Eye eye; // refers to `camera`
+    CameraView view; // refers to `camera`
 };
 
 Caster::Caster(Scene scene, Camera camera)
@@ -379,11 +379,11 @@ const Camera& Caster::camera() const {
 }
 
 Ray Caster::ray(double x, double y) const {
-    return parts_->eye.ray(x, y);
+    return parts_->view.ray(x, y);
 }
 
 std::optional<Surface> Caster::at(double x, double y) const {
-    return cast(parts_->scene, parts_->eye, x, y);
+    return cast(parts_->scene, parts_->view, x, y);
 }
 
 bool blocked(const Scene& scene, const Vector3d& origin, const Vector3d& direction, double length, double least) {
@@ -410,16 +410,16 @@ Eigen::Matrix4d to_world(const Camera& camera) {
 }
 
 double clear_value(const Camera& camera) {
-    return Eye(camera).clear();
+    return CameraView(camera).clear();
 }
 
 Rendered render(const Scene& scene, const Camera& camera) {
     const auto pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-    const Eye eye(camera);
+    const CameraView view(camera);
     Rendered image{.width = camera.width,
                    .height = camera.height,
                    .stored = {},
-                   .exact = std::vector(pixels, eye.clear()),
+                   .exact = std::vector(pixels, view.clear()),
                    .z = std::vector(pixels, infinity),
                    .position = std::vector<Vector3d>(pixels, Vector3d::Constant(nan)),
                    .normal = std::vector<Vector3d>(pixels, Vector3d::Zero())};
@@ -429,7 +429,7 @@ Rendered render(const Scene& scene, const Camera& camera) {
             for (int x = 0; x < camera.width; ++x) {
                 const auto i =
                     static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
-                if (const auto surface = cast(scene, eye, x + 0.5, y + 0.5)) {
+                if (const auto surface = cast(scene, view, x + 0.5, y + 0.5)) {
                     image.exact[i] = surface->stored;
                     image.z[i] = surface->z;
                     image.position[i] = surface->position;

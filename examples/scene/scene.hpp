@@ -76,8 +76,8 @@ Scene named(const std::string& name);
 /// What one pixel's ray sees.
 struct Surface {
     Eigen::Vector3d position; ///< view space, in the projection's own axes
-    Eigen::Vector3d normal;   ///< unit length, towards the eye, same axes
-    double z;                 ///< distance along the view axis, positive in front of the eye
+    Eigen::Vector3d normal;   ///< unit length, towards the camera, same axes
+    double z;                 ///< distance along the view axis, positive in front of the camera
     double stored;            ///< value that the camera's encoding gives it, before rounding
 };
 
@@ -86,8 +86,8 @@ struct Surface {
 std::optional<Surface> cast(const Scene& scene, const Camera& camera, double x, double y);
 
 /// A line of sight: the points origin + t · direction, in the view volume while first ≤ t ≤ last.
-/// Direction is not of unit length. Under a perspective all rays start in the eye and the direction is affine in the
-/// pixel position; orthographic rays have one direction, and an origin within the view volume that is affine.
+/// Direction is not of unit length. Under a perspective all rays start in the camera centre and the direction is affine in
+/// the pixel position; orthographic rays have one direction, and an origin within the view volume that is affine.
 struct Ray {
     Eigen::Vector3d origin, direction;
     double first, last;
@@ -103,7 +103,7 @@ public:
     const Scene& scene() const;
     const Camera& camera() const;
 
-    /// The ray of a pixel position: view space, in the projection's own axes, from the eye into the scene.
+    /// The ray of a pixel position: view space, in the projection's own axes, from the camera centre into the scene.
     Ray ray(double x, double y) const;
 
     /// As `scene::cast`.

@@ -1,4 +1,4 @@
-// The named scenes. Lengths in metres, the eye at the origin looking along −z unless a camera has a view matrix.
+// The named scenes. Lengths in metres, the camera at the origin looking along −z unless it has a view matrix.
 
 #include "scene/scene.hpp"
 

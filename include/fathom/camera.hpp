@@ -105,14 +105,14 @@ struct DepthForm {
 /// Where the pixels look: position = origin(x, y) + w · direction(x, y), both affine in the pixel's centre (x, y).
 ///
 /// `w_is_depth`: w is the view depth itself, as under every camera whose fourth row has no x and y.
-/// Otherwise w = (z − eye_depth) / depth(x, y), and origin is the camera centre.
+/// Otherwise w = (z − centre_depth) / depth(x, y), and origin is the camera centre.
 struct Rays {
     using Matrix = Eigen::Matrix<long double, 3, 3>;
     Matrix origin = Matrix::Zero();    ///< rows x, y, z in the projection's own axes; columns multiply (x, y, 1)
     Matrix direction = Matrix::Zero(); ///< likewise
     bool w_is_depth = true;
     Eigen::Matrix<long double, 1, 3> depth{0, 0, 1}; ///< view depth that one step of `direction` covers
-    long double eye_depth = 0;
+    long double centre_depth = 0;
 };
 
 /// Derives the simplest form that is exact for this camera and storage.

@@ -79,7 +79,7 @@ struct Projection {
     long double clip_near() const;
     long double clip_far() const;
 
-    /// A projection with an eye at a finite place: w varies in front of it.
+    /// A projection with a camera centre at a finite place: w varies in front of it.
     bool is_perspective() const;
 
     /// The same projection for the OpenGL axes (x right, y up, −z ahead), whatever axes it was written for.
@@ -103,7 +103,7 @@ Projection perspective(Intrinsics intrinsics, DepthSpan span, Convention convent
 Projection orthographic(FrustumEdges edges, DepthSpan span, Convention convention = {});
 
 /// Any 4 × 4 matrix, rows of P with clip = P · view. It must be finite and invertible.
-/// The order (reversed or not) is read off the matrix: which clip value lies nearer to the eye.
+/// The order (reversed or not) is read off the matrix: which clip value lies nearer to the camera centre.
 /// Throws: std::invalid_argument, with the condition number, when the matrix is singular.
 Projection from_matrix(const Eigen::Matrix4d& matrix, Convention convention = {});
 
@@ -114,8 +114,8 @@ Projection from_column_major(std::span<const float, 16> elements, Convention con
 /// points with a x + b y + c z + d ≥ 0 are kept. The far plane is tilted to touch the opposite corner of the
 /// view volume, which is what it costs: see `depth_spacing` in precision.hpp.
 ///   M₃' = v_n M₄ + α C,  α = (v_f − v_n)(M₄·Q)/(C·Q),  Q = M⁻¹(±1, ±1, v_f, 1)
-/// Throws: std::invalid_argument when C·Q ≤ 0 (the far corner is clipped away), when the eye of a perspective is not on
-/// the clipped side (C·eye ≥ 0), and when the plane of an orthographic projection does not face ahead.
+/// Throws: std::invalid_argument when C·Q ≤ 0 (the far corner is clipped away), when the camera centre E of a perspective
+/// is not on the clipped side (C·E ≥ 0), and when the plane of an orthographic projection does not face ahead.
 /// Source: Lengyel 2005, eq. 7, 9, 10, which hold for any invertible matrix; Pranckevičius 2007 for orthographic ones.
 Projection with_oblique_near_plane(const Projection& projection, const Eigen::Vector4d& plane);
 

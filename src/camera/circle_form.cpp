@@ -15,7 +15,7 @@ namespace {
 
 using Real = long double;
 
-// A coefficient this small beside its terms is zero but for the rounding of the eye's depth.
+// A coefficient this small beside its terms is zero but for the rounding of the camera centre's depth.
 constexpr Real noise = 0x1p-48L;
 
 // factor_a a + factor_b b, where coefficients that all but cancel become 0.
@@ -55,7 +55,7 @@ void check_circle(const CircleOfConfusion& circle, const DepthForm& form) {
 void count_from_lens(DepthForm& form, Rays& rays, const CircleOfConfusion& circle) {
     if (circle_form(form, circle) != CircleForm::of_depth)
         return;
-    rays.eye_depth -= circle.lens_depth;
+    rays.centre_depth -= circle.lens_depth;
     form.offset -= circle.lens_depth;
     const Real least = form.least_depth - circle.lens_depth; // itself a float
     form.least_depth = std::abs(least) <= 0x1p-23L * std::abs(circle.lens_depth) ? 0.0f : static_cast<float>(least);

@@ -190,16 +190,16 @@ void set_exponential(DepthForm& form, Normalised u, Real rate, Real amplitude, R
     form.offset = offset;
 }
 
-// The eye is where clip space is (0, 0, 1, 0), the third column of the unprojection; it need not be the origin of view
-// space. What the rounding of the inverse leaves of an origin is taken away.
-Eigen::Matrix<Real, 3, 1> eye_of(const Matrix4& m) {
+// The camera centre is where clip space is (0, 0, 1, 0), the third column of the unprojection; it need not be the
+// origin of view space. What the rounding of the inverse leaves of an origin is taken away.
+Eigen::Matrix<Real, 3, 1> centre_of(const Matrix4& m) {
     const Real noise = m.topRows<3>().cwiseAbs().maxCoeff() * 0x1p-50L;
     const auto certain = [&](Real value) { return std::abs(value) < noise ? Real{0} : value / m(3, 2); };
     return m.col(2).head<3>().unaryExpr(certain);
 }
 
-float eye_depth(const Camera& camera) {
-    const Real depth = -eye_of(unprojection(camera)).z();
+float centre_depth(const Camera& camera) {
+    const Real depth = -centre_of(unprojection(camera)).z();
     return std::isfinite(depth) ? static_cast<float>(depth) : 0.0f;
 }
 
@@ -258,7 +258,7 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
     form.numerator = form.denominator = {0, 0, 0, 1};
     form.scale = 1;
     form.perspective = camera.projection.is_perspective();
-    form.least_depth = form.perspective ? eye_depth(camera) : -std::numeric_limits<float>::infinity();
+    form.least_depth = form.perspective ? centre_depth(camera) : -std::numeric_limits<float>::infinity();
     form.background = background_bits(camera, storage);
     set_stored_range(form, camera, storage);
     const Normalised u = normalised(camera, storage);
@@ -326,23 +326,23 @@ Rays camera_rays(const Camera& camera) {
     using Vector3 = Eigen::Matrix<Real, 3, 1>;
     using Row = Eigen::Matrix<Real, 1, 3>;
     const Matrix4 m = unprojection(camera);
-    const Affine eye_row = without_noise({m(3, 2), m(0, 2), m(1, 2), m(2, 2)}, camera, 1);
-    const Real eye_w = eye_row[0];
+    const Affine centre_row = without_noise({m(3, 2), m(0, 2), m(1, 2), m(2, 2)}, camera, 1);
+    const Real centre_w = centre_row[0];
 
-    // A pixel's ray runs through its point of stored depth 0 and the eye, where clip space is (0, 0, 1, 0).
+    // A pixel's ray runs through its point of stored depth 0 and the camera centre, where clip space is (0, 0, 1, 0).
     Eigen::Matrix<Real, 4, 3> point;
     point << m.col(0), m.col(1), m.col(3);
     const Affine w_row = without_noise({0, point(3, 0), point(3, 1), point(3, 2)}, camera, 0);
     point.row(3) << w_row[1], w_row[2], w_row[3];
 
     Rays result;
-    Vector3 eye = Vector3::Zero();
-    if (eye_w != 0) {
-        eye = eye_of(m);
-        result.direction = point.topRows<3>() - eye * point.row(3);
+    Vector3 centre = Vector3::Zero();
+    if (centre_w != 0) {
+        centre = centre_of(m);
+        result.direction = point.topRows<3>() - centre * point.row(3);
     } else {
-        require(w_row[1] == 0 && w_row[2] == 0,
-                "the projection has its eye at infinity and a fourth row with x and y: its rays are not supported");
+        require(w_row[1] == 0 && w_row[2] == 0, "the projection has its camera centre at infinity and a fourth row "
+                                                "with x and y: its rays are not supported");
         result.direction.col(2) = m.col(2).head<3>();
     }
 
@@ -353,21 +353,21 @@ Rays camera_rays(const Camera& camera) {
     require(result.depth.cwiseAbs().maxCoeff() > 0,
             "the projection's rays run across the view axis: they have no depth");
     result.w_is_depth = !has_pixel(ahead_row);
-    result.eye_depth = -eye.z();
+    result.centre_depth = -centre.z();
     if (result.w_is_depth) {
         result.direction /= result.depth(2);
         result.direction.row(2) = Row(0, 0, -1);
         result.depth = Row(0, 0, 1);
-        if (eye_w != 0) {
-            result.origin = -result.eye_depth * result.direction;
-            result.origin.col(2) += eye;
+        if (centre_w != 0) {
+            result.origin = -result.centre_depth * result.direction;
+            result.origin.col(2) += centre;
         } else {
             const Eigen::Matrix<Real, 3, 3> start = point.topRows<3>() / w_row[3];
             result.origin = start + result.direction.col(2) * start.row(2);
         }
         result.origin.row(2).setZero();
     } else {
-        result.origin.col(2) = eye;
+        result.origin.col(2) = centre;
     }
 
     // From the OpenGL axes to the projection's own.
@@ -387,7 +387,7 @@ long double view_depth(const Camera& camera, Storage storage, double x, double y
     case Form::ray_distance: {
         const Rays ray = camera_rays(camera);
         const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
-        return form.scale * stored * ray.depth.dot(pixel) / direction.norm() + ray.eye_depth;
+        return form.scale * stored * ray.depth.dot(pixel) / direction.norm() + ray.centre_depth;
     }
     default:
         return sum(form.numerator) / sum(form.denominator);
@@ -402,7 +402,7 @@ long double stored_depth(const Camera& camera, Storage storage, double x, double
     case Form::ray_distance: {
         const Rays ray = camera_rays(camera);
         const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
-        return (z - ray.eye_depth) * direction.norm() / (ray.depth.dot(pixel) * form.scale);
+        return (z - ray.centre_depth) * direction.norm() / (ray.depth.dot(pixel) * form.scale);
     }
     default: {
         // n₀ v + n = z (m₀ v + m), n and m being what does not depend on v; at infinity only m counts.

@@ -1,11 +1,11 @@
 // How far storing depth moves inverse depth.
 //   z = (n v + n₀) / (m v + m₀)  ⇒  dz/dv = (n − m z)² / Δ,  v = (n₀ − m₀ z) / (m z − n),  Δ = n m₀ − m n₀
 // so a step of fixed size costs a square in z, and a float's step, which is relative, the product of two sums.
-//   q = D / (z − eye)  ⇒  δq = (q²/D) δz                                                     rays that meet in an eye
+//   q = D / (z − centre_depth)  ⇒  δq = (q²/D) δz                               rays that meet in the camera centre
 
 #include "camera/inverse_depth_error.hpp"
 
-#include "camera/eye_rays.hpp"
+#include "camera/centre_rays.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 using Real = long double;
 
-// The decoded depth, its distance from the eye, the quotient and their sum's low part, in units of 2^-24 of q.
+// The decoded depth, its distance from the camera centre, the quotient and their sum's low part, in units of 2^-24 of q.
 constexpr Real roundings = 4 * 0x1p-24L;
 
 // c + l t + s t², t ≥ 0
@@ -55,26 +55,27 @@ HalfStep half_step(const Camera& camera, const DepthForm& form, Storage storage)
     return {fixed, relative};
 }
 
-// The bound of z's error in t = |z − eye| at one pixel, of fixed steps or of relative ones.
+// The bound of z's error in t = |z − centre_depth| at one pixel, of fixed steps or of relative ones.
 struct Bounds {
     std::optional<Quadratic> fixed, relative;
 };
 
-Bounds depth_error(const DepthForm& form, const HalfStep& step, Real eye, Real x, Real y) {
+Bounds depth_error(const DepthForm& form, const HalfStep& step, Real centre_depth, Real x, Real y) {
     Bounds bounds;
     if (form.form == Form::exponential) { // dz/dv = rate ln 2 (z − offset + amplitude)
         const Real rate = std::abs(form.rate) * std::numbers::ln2_v<Real>;
-        const Quadratic slope{rate * std::abs(eye - form.offset + form.amplitude), rate, 0};
+        const Quadratic slope{rate * std::abs(centre_depth - form.offset + form.amplitude), rate, 0};
         bounds.fixed = slope * *step.fixed;
     } else if (form.form == Form::ray_distance) { // at most the stored length's own, along a slanted ray less
         if (step.fixed)
             bounds.fixed = Quadratic{std::abs(form.scale) * *step.fixed, 0, 0};
-        if (step.relative) // the length is 1/cos of the depth beyond the eye, its error cos of its own
+        if (step.relative) // the length is 1/cos of the depth beyond the camera centre, its error cos of its own
             bounds.relative = Quadratic{0, *step.relative, 0};
     } else {
         const auto rest = [&](const Affine& row) { return row[1] * x + row[2] * y + row[3]; };
         const Real m = form.denominator[0], m0 = rest(form.denominator);
-        const Real n = form.numerator[0] - eye * m, n0 = rest(form.numerator) - eye * m0; // of z − eye
+        const Real n = form.numerator[0] - centre_depth * m,
+                   n0 = rest(form.numerator) - centre_depth * m0; // of z − centre_depth
         const Real delta = std::abs(n * m0 - m * n0);
         if (!(delta > 0))
             return bounds;
@@ -88,14 +89,15 @@ Bounds depth_error(const DepthForm& form, const HalfStep& step, Real eye, Real x
 }
 
 // |q| of the value in the middle of the stored range, at the first pixel; of depth 1 where that is none.
-Real inverse_depth_at_middle(const Camera& camera, Storage storage, const DepthForm& form, const EyeRays& eye) {
+Real inverse_depth_at_middle(const Camera& camera, Storage storage, const DepthForm& form, const CentreRays& rays) {
     const double middle = (static_cast<double>(form.lowest) + static_cast<double>(form.highest)) / 2;
-    const Real away = std::abs(view_depth(camera, storage, 0.5, 0.5, middle) - eye.eye_depth);
-    const Real q = eye.perspective ? std::abs(eye.depth(2)) / away : away;
+    const Real away = std::abs(view_depth(camera, storage, 0.5, 0.5, middle) - rays.centre_depth);
+    const Real q = rays.perspective ? std::abs(rays.depth(2)) / away : away;
     return std::isfinite(q) ? q : 1;
 }
 
-// From the bound of z's error in t = |z − eye| to that of q's in |q|, D the depth that one step of the ray covers.
+// From the bound of z's error in t = |z − centre_depth| to that of q's in |q|, D the depth that one step of the ray
+// covers.
 Quadratic in_inverse_depth(const Quadratic& z, bool perspective, Real covered) {
     return perspective ? Quadratic{z.square * covered, z.linear, z.constant / covered} : z;
 }
@@ -104,7 +106,7 @@ Quadratic in_inverse_depth(const Quadratic& z, bool perspective, Real covered) {
 
 InverseDepthError inverse_depth_error(const Camera& camera, Storage storage) {
     const DepthForm form = depth_form(camera, storage);
-    const EyeRays eye = eye_rays(camera_rays(camera));
+    const CentreRays rays = centre_rays(camera_rays(camera));
     const HalfStep step = half_step(camera, form, storage);
     Bounds all;
     const auto keep = [](std::optional<Quadratic>& kept, const std::optional<Quadratic>& found, bool perspective,
@@ -116,18 +118,18 @@ InverseDepthError inverse_depth_error(const Camera& camera, Storage storage) {
     };
     for (const Real x : {Real{0}, static_cast<Real>(camera.width)}) {
         for (const Real y : {Real{0}, static_cast<Real>(camera.height)}) {
-            const Real covered = eye.depth(0) * x + eye.depth(1) * y + eye.depth(2);
+            const Real covered = rays.depth(0) * x + rays.depth(1) * y + rays.depth(2);
             if (!(covered > 0))
                 continue; // beyond the horizon of a tilted image plane
-            const Bounds bounds = depth_error(form, step, eye.eye_depth, x, y);
-            keep(all.fixed, bounds.fixed, eye.perspective, covered);
-            keep(all.relative, bounds.relative, eye.perspective, covered);
+            const Bounds bounds = depth_error(form, step, rays.centre_depth, x, y);
+            keep(all.fixed, bounds.fixed, rays.perspective, covered);
+            keep(all.relative, bounds.relative, rays.perspective, covered);
         }
     }
     // Both hold. A float's step grows with its value, so the relative one is nearer to the truth unless what it adds for
     // the sum's other terms is more than it saves.
     const Quadratic fixed = all.fixed.value_or(Quadratic{}), relative = all.relative.value_or(fixed);
-    const Real middle = inverse_depth_at_middle(camera, storage, form, eye);
+    const Real middle = inverse_depth_at_middle(camera, storage, form, rays);
     const Quadratic bound = !all.fixed || relative.at(middle) <= 1.25L * fixed.at(middle) ? relative : fixed;
     return {static_cast<float>(bound.constant), static_cast<float>(bound.linear + roundings),
             static_cast<float>(bound.square)};

@@ -5,7 +5,7 @@
 
 #include <fathom/lens.hpp>
 
-#include "camera/eye_rays.hpp"
+#include "camera/centre_rays.hpp"
 #include "require.hpp"
 
 #include <cmath>
@@ -29,22 +29,22 @@ void require_acceptable(double acceptable_px) {
 
 // Lengths in scene units, but for the scale of the image.
 struct Optics {
-    EyeRays eye;
+    CentreRays rays;
     Real aperture;
     Real focal_length; // 0 for an orthographic camera, where only the aperture counts
     Real image_scale;  // thin lens: pixels per scene unit on the sensor; otherwise the projection's, see PixelScale
     bool thin_lens;    // is k that of focal length and sensor, not the projection's?
 };
 
-PixelScale scale_of(const EyeRays& eye, const Camera& camera) {
+PixelScale scale_of(const CentreRays& rays, const Camera& camera) {
     const Vector3 middle(camera.width / Real{2}, camera.height / Real{2}, 1);
-    if (!eye.perspective)
-        return {1 / eye.origin.col(0).norm(), 1 / eye.origin.col(1).norm()};
-    const Vector3 direction = eye.direction * middle;
-    const Real depth = eye.depth.dot(middle);
+    if (!rays.perspective)
+        return {1 / rays.origin.col(0).norm(), 1 / rays.origin.col(1).norm()};
+    const Vector3 direction = rays.direction * middle;
+    const Real depth = rays.depth.dot(middle);
     require(depth > 0, "the image's middle lies beyond the horizon of the tilted image plane: it has no pixel scale");
     const auto slope = [&](int i) {
-        const Vector3 moved = (eye.direction.col(i) * depth - direction * eye.depth(i)) / (depth * depth);
+        const Vector3 moved = (rays.direction.col(i) * depth - direction * rays.depth(i)) / (depth * depth);
         return moved.head<2>().norm();
     };
     return {1 / slope(0), 1 / slope(1)};
@@ -57,10 +57,10 @@ Optics optics(const Lens& lens, const Camera& camera) {
         require_length(*lens.focal_length_mm, "focal_length_mm");
     if (lens.sensor_width_mm)
         require_length(*lens.sensor_width_mm, "sensor_width_mm");
-    Optics result{eye_rays(camera_rays(camera)), 0, 0, 0, false};
+    Optics result{centre_rays(camera_rays(camera)), 0, 0, 0, false};
     const Real unit = lens.mm_per_unit, number = lens.f_number;
-    result.image_scale = scale_of(result.eye, camera).x;
-    if (!result.eye.perspective) {
+    result.image_scale = scale_of(result.rays, camera).x;
+    if (!result.rays.perspective) {
         require(lens.focal_length_mm.has_value(),
                 "orthographic rays have no focal length: the lens needs focal_length_mm for its aperture");
         result.aperture = *lens.focal_length_mm / (number * unit);
@@ -81,21 +81,21 @@ Optics optics(const Lens& lens, const Camera& camera) {
 } // namespace
 
 PixelScale pixel_scale(const Camera& camera) {
-    return scale_of(eye_rays(camera_rays(camera)), camera);
+    return scale_of(centre_rays(camera_rays(camera)), camera);
 }
 
 CircleOfConfusion circle_of_confusion(const Lens& lens, const Camera& camera) {
     const Optics o = optics(lens, camera);
-    const Real focus = lens.focus - o.eye.eye_depth;
+    const Real focus = lens.focus - o.rays.centre_depth;
     require(!std::isnan(lens.focus) && focus > 0,
-            text("focus = ", lens.focus, " must lie in front of the lens, which is at depth ", o.eye.eye_depth));
+            text("focus = ", lens.focus, " must lie in front of the lens, which is at depth ", o.rays.centre_depth));
     require(static_cast<double>(focus) > static_cast<double>(o.focal_length),
             text("focus = ", lens.focus, " must be farther away than the focal length, which is ", o.focal_length,
                  " scene units"));
     const Real full = o.aperture * o.image_scale;
-    if (!o.eye.perspective)
+    if (!o.rays.perspective)
         return {full, full / focus, 0, true};
-    const Real lens_depth = o.eye.eye_depth;
+    const Real lens_depth = o.rays.centre_depth;
     if (!o.thin_lens)
         return {full / focus, full, lens_depth, false};
     const Real image = full * o.focal_length;
@@ -138,20 +138,20 @@ SharpRange sharp_range(const CircleOfConfusion& circle, double acceptable_px) {
 double hyperfocal_distance(const Lens& lens, const Camera& camera, double acceptable_px) {
     require_acceptable(acceptable_px);
     const Optics o = optics(lens, camera);
-    require(o.eye.perspective, "orthographic rays have no hyperfocal distance: their circles grow without end");
+    require(o.rays.perspective, "orthographic rays have no hyperfocal distance: their circles grow without end");
     const Real full = o.aperture * o.image_scale / acceptable_px;
     const Real distance = o.thin_lens ? o.focal_length + full * o.focal_length : full;
-    return static_cast<double>(o.eye.eye_depth + distance);
+    return static_cast<double>(o.rays.centre_depth + distance);
 }
 
 double depth_along_ray(const Camera& camera, double x, double y, double distance) {
-    const EyeRays eye = eye_rays(camera_rays(camera));
-    require(!std::isnan(distance) && (!eye.perspective || distance > 0),
+    const CentreRays rays = centre_rays(camera_rays(camera));
+    require(!std::isnan(distance) && (!rays.perspective || distance > 0),
             text("distance = ", distance, " must be greater than 0"));
-    const Vector3 pixel(x, y, 1), direction = eye.direction * pixel;
-    const Real ahead = eye.depth.dot(pixel) / direction.norm();
+    const Vector3 pixel(x, y, 1), direction = rays.direction * pixel;
+    const Real ahead = rays.depth.dot(pixel) / direction.norm();
     require(ahead > 0, text("the ray of pixel position (", x, ", ", y, ") does not point ahead"));
-    return static_cast<double>(eye.eye_depth + distance * ahead);
+    return static_cast<double>(rays.centre_depth + distance * ahead);
 }
 
 } // namespace fathom

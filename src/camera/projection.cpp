@@ -158,14 +158,14 @@ Projection from_matrix(const Eigen::Matrix4d& matrix, Convention convention) {
     Projection projection{matrix.cast<Real>(), convention, DepthOrder::standard, {}};
     const Projection::Matrix inverse = checked_inverse(projection.matrix_in_opengl_axes(), "the projection matrix");
 
-    // Seen from the eye, where clip space is (0, 0, 1, 0), the nearer end has the larger 1/Z; without an eye, the smaller
-    // Z. The eye need not be the origin: a shift may be baked into the matrix.
-    const Eigen::Matrix<Real, 4, 1> eye = inverse.col(2);
-    const bool has_eye =
-        projection.is_perspective() && std::abs(eye.w()) > 0x1p-56L * inverse.row(3).cwiseAbs().maxCoeff();
+    // Seen from the camera centre, where clip space is (0, 0, 1, 0), the nearer end has the larger 1/Z; without a camera
+    // centre, the smaller Z. It need not be the origin: a shift may be baked into the matrix.
+    const Eigen::Matrix<Real, 4, 1> centre = inverse.col(2);
+    const bool has_centre =
+        projection.is_perspective() && std::abs(centre.w()) > 0x1p-56L * inverse.row(3).cwiseAbs().maxCoeff();
     const auto nearness = [&](Real clip_z) {
         const Eigen::Matrix<Real, 4, 1> point = inverse * Eigen::Matrix<Real, 4, 1>(0, 0, clip_z, 1);
-        return has_eye ? -point.w() / (point.z() - point.w() * (eye.z() / eye.w())) : point.z() / point.w();
+        return has_centre ? -point.w() / (point.z() - point.w() * (centre.z() / centre.w())) : point.z() / point.w();
     };
     const Real low = projection.clip_near();
     if (nearness(low) < nearness(1))
@@ -184,15 +184,16 @@ Projection with_oblique_near_plane(const Projection& projection, const Eigen::Ve
     const Vector c = plane.cast<Real>();
     const Projection::Matrix inverse = checked_inverse(projection.matrix, "the projection matrix");
 
-    // The eye is where all rays meet: the point that clip space calls (0, 0, 1, 0), or a direction.
-    const Vector eye = inverse.col(2);
+    // The camera centre is where all rays meet: the point that clip space calls (0, 0, 1, 0), or a direction.
+    const Vector centre = inverse.col(2);
     const Real v_near = projection.clip_near(), v_far = projection.clip_far();
     if (projection.is_perspective()) {
-        const Real side = c.dot(eye) / eye.w();
-        require(side < 0, text("the eye is on the kept side of the near plane (plane at the eye = ", side,
-                               ", must be negative): turn the plane round or move it in front of the eye"));
+        const Real side = c.dot(centre) / centre.w();
+        require(side < 0,
+                text("the camera centre is on the kept side of the near plane (plane at the camera centre = ", side,
+                     ", must be negative): turn the plane round or move it in front of the camera centre"));
     } else {
-        const Real ahead = c.dot(eye) * (v_far - v_near);
+        const Real ahead = c.dot(centre) * (v_far - v_near);
         require(ahead > 0, text("the near plane (", plane.transpose(),
                                 ") keeps what lies towards the viewer: its normal must point ahead"));
     }

@@ -182,7 +182,7 @@ CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored)
     const Camera& camera = stored.camera;
     if (lens.circle) {
         const bool perspective = depth_form(camera, stored.storage).perspective;
-        return {(*lens.circle)[0], (*lens.circle)[1], perspective ? camera_rays(camera).eye_depth : 0, !perspective};
+        return {(*lens.circle)[0], (*lens.circle)[1], perspective ? camera_rays(camera).centre_depth : 0, !perspective};
     }
     try {
         const double focus = focus_of(lens, stored);

@@ -2,7 +2,7 @@
 
 #include <fathom/fog.hpp>
 
-#include "camera/eye_rays.hpp"
+#include "camera/centre_rays.hpp"
 #include "camera/world_rays.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
@@ -44,32 +44,33 @@ void check(const StoredDepth& stored, const Image& color, const FogOptions& opti
             "height fog needs the camera's view matrix, and it has none");
 }
 
-// The rays counted from the eye, in the form that the camera's own have.
-Rays from_eye(const Rays& rays) {
-    const EyeRays eye = eye_rays(rays);
-    return {.origin = eye.origin,
-            .direction = eye.direction,
+// The rays counted from the camera centre, in the form that the camera's own have.
+Rays from_centre(const Rays& rays) {
+    const CentreRays centred = centre_rays(rays);
+    return {.origin = centred.origin,
+            .direction = centred.direction,
             .w_is_depth = rays.w_is_depth,
-            .depth = eye.depth,
-            .eye_depth = eye.eye_depth};
+            .depth = centred.depth,
+            .centre_depth = centred.centre_depth};
 }
 
 Real log2_of(Real density) {
     return density > 0 ? std::log2(density) : nothing;
 }
 
-params::fog_params fog_parameters(const Camera& camera, const Rays& eye, const FogOptions& options,
+params::fog_params fog_parameters(const Camera& camera, const Rays& centred, const FogOptions& options,
                                   Arithmetic arithmetic) {
     params::fog_params p{};
     const Real per_ln_2 = std::numbers::log2e_v<Real>, density = options.density * per_ln_2;
     if (options.height_falloff > 0) {
-        const Rays world = rays_in_world(eye, *camera.view, Eigen::Vector3d::Zero());
+        const Rays world = rays_in_world(centred, *camera.view, Eigen::Vector3d::Zero());
         const Eigen::Matrix<Real, 1, 3> up = options.up.normalized().cast<Real>().transpose();
         const Real falloff = options.height_falloff * per_ln_2;
-        Eigen::Matrix<Real, 1, 3> at_eye = -falloff * (up * world.origin), per_step = -falloff * (up * world.direction);
-        at_eye(2) += falloff * options.reference_height + log2_of(density);
+        Eigen::Matrix<Real, 1, 3> at_centre = -falloff * (up * world.origin),
+                                  per_step = -falloff * (up * world.direction);
+        at_centre(2) += falloff * options.reference_height + log2_of(density);
         for (int i = 0; i < 3; ++i) {
-            p.at_eye[i] = pack_wide(at_eye(i), arithmetic);
+            p.at_centre[i] = pack_wide(at_centre(i), arithmetic);
             p.per_step[i] = pack_wide(per_step(i), arithmetic);
         }
     }
@@ -93,7 +94,7 @@ void fog(const StoredDepth& stored, const Image& color, const Image& result, con
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays rays = camera_rays(stored.camera), eye = from_eye(rays);
+    const Rays rays = camera_rays(stored.camera), centred = from_centre(rays);
 
     const int width = result.width(), height = result.height(), vector_width = vector_width_for(device, width);
     const bool stream = result.element() == Element::f32 && worth_streaming(result, vector_width);
@@ -110,8 +111,8 @@ void fog(const StoredDepth& stored, const Image& color, const Image& result, con
                     stored.image, color, result, grid_parameters(stored, result, 0, width),
                     params::source_params{color.offset(), u32(color.row_stride()), u32(color.channels())},
                     depth_parameters(form, stored.storage, Background::inf, arithmetic),
-                    ray_parameters(rays, form.scale, arithmetic), ray_parameters(eye, form.scale, arithmetic),
-                    fog_parameters(stored.camera, eye, options, arithmetic));
+                    ray_parameters(rays, form.scale, arithmetic), ray_parameters(centred, form.scale, arithmetic),
+                    fog_parameters(stored.camera, centred, options, arithmetic));
     launched.done();
 }
 

@@ -6,7 +6,8 @@
 
 namespace fathom {
 
-Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const EyeRays& eye, Background background) {
+Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const CentreRays& rays,
+                    Background background) {
     check_stored(stored);
     const int width = stored.image.width(), height = stored.image.height();
     constexpr int columns = params::depth_margin_columns, rows = params::depth_margin_rows;
@@ -19,7 +20,7 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const 
     const Rays view = camera_rays(stored.camera);
     const int vector_width = vector_width_for(device, width);
     runtime::Defines defines = decoder_defines(form, view, stored.storage, vector_width, false);
-    defines.emplace_back("PERSPECTIVE", eye.perspective);
+    defines.emplace_back("PERSPECTIVE", rays.perspective);
     runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", defines);
     const auto vectors = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::launch(device, kernel, {vectors, static_cast<std::size_t>(padded_rows)}, stored.image, result,

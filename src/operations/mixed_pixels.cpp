@@ -2,7 +2,7 @@
 
 #include "operations/mixed_pixels.hpp"
 
-#include "camera/eye_rays.hpp"
+#include "camera/centre_rays.hpp"
 #include "operations/inverse_depth.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/scratch.hpp"
@@ -16,21 +16,21 @@ namespace fathom {
 void mixed_pixels(const StoredDepth& stored, const Image& result) {
     const Device& device = stored.image.device();
     const int width = result.width(), height = result.height();
-    const EyeRays eye = eye_rays(camera_rays(stored.camera));
+    const CentreRays rays = centre_rays(camera_rays(stored.camera));
     runtime::Scratch scratch(device);
     // Where the far plane is finite its depth is averaged like any other.
-    const Image depth = inverse_depth(scratch, stored, eye, Background::decode);
+    const Image depth = inverse_depth(scratch, stored, rays, Background::decode);
     const InverseDepthError error = inverse_depth_error(stored.camera, stored.storage);
     // A pixel's width is a share of its distance under a perspective, and 1/z changes by the share that z changes by.
-    const auto& moving = eye.perspective ? eye.direction : eye.origin;
+    const auto& moving = rays.perspective ? rays.direction : rays.origin;
     const auto least = static_cast<float>(mixed_pixels_min_widths * std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
     const int vector_width = vector_width_for(device, width);
     const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::launch(device, runtime::kernel(device, "mixed_pixels", {{"V", vector_width}, {"STREAM", 0}}),
                     {columns, static_cast<std::size_t>(height)}, depth, result,
                     grid_parameters({depth, stored.camera, Storage::float32, stored.x, stored.y}, result, 0, width),
-                    params::mixed_params{error.constant, error.linear, error.quadratic, eye.perspective ? 0 : least,
-                                         eye.perspective ? least : 0, static_cast<float>(mixed_pixels_min_step)});
+                    params::mixed_params{error.constant, error.linear, error.quadratic, rays.perspective ? 0 : least,
+                                         rays.perspective ? least : 0, static_cast<float>(mixed_pixels_min_step)});
 }
 
 } // namespace fathom

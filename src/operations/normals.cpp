@@ -48,17 +48,17 @@ int radius_of(NormalMethod method) {
 
 } // namespace
 
-params::normal_params normal_parameters(const EyeRays& eye, const InverseDepthError& error, double tolerance) {
+params::normal_params normal_parameters(const CentreRays& rays, const InverseDepthError& error, double tolerance) {
     params::normal_params p{};
-    const auto& moving = eye.perspective ? eye.direction : eye.origin;
-    Vector right = moving.col(0), down = moving.col(1), ahead = eye.direction.col(2);
-    if (eye.perspective) {
-        const Eigen::Matrix<long double, 2, 1> centre = perpendicular(eye.direction);
+    const auto& moving = rays.perspective ? rays.direction : rays.origin;
+    Vector right = moving.col(0), down = moving.col(1), ahead = rays.direction.col(2);
+    if (rays.perspective) {
+        const Eigen::Matrix<long double, 2, 1> centre = perpendicular(rays.direction);
         split(p.centre_x, centre.x());
         split(p.centre_y, centre.y());
         ahead += right * centre.x() + down * centre.y();
     }
-    // Towards the eye is against the ray; in units of the largest, so that they are floats in any unit of length.
+    // Towards the camera is against the ray; in units of the largest, so that they are floats in any unit of length.
     Vector of_x = down.cross(ahead), of_y = ahead.cross(right), of_depth = right.cross(down);
     const long double largest = std::max({of_x.norm(), of_y.norm(), of_depth.norm()});
     const long double scale = (of_depth.dot(ahead) > 0 ? -1 : 1) / largest;
@@ -89,19 +89,19 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
     check_result(stored, result, options.channels);
     const Device& device = stored.image.device();
     const Rays view = camera_rays(stored.camera);
-    const EyeRays eye = eye_rays(view);
-    const EyeRays target = options.space == Space::world
-                               ? eye_rays(rays_in_world(view, *stored.camera.view, Eigen::Vector3d::Zero()))
-                               : eye;
+    const CentreRays rays = centre_rays(view);
+    const CentreRays target = options.space == Space::world
+                                  ? centre_rays(rays_in_world(view, *stored.camera.view, Eigen::Vector3d::Zero()))
+                                  : rays;
     const int width = result.width();
     const runtime::Launched launched(device, launch);
     runtime::Scratch scratch(device);
-    const Image depth = inverse_depth(scratch, stored, eye, Background::nan);
+    const Image depth = inverse_depth(scratch, stored, rays, Background::nan);
 
     const int vector_width = vector_width_for(device, width);
     const runtime::Defines defines{{"V", vector_width},
                                    {"STREAM", worth_streaming(result, vector_width)},
-                                   {"PERSPECTIVE", eye.perspective},
+                                   {"PERSPECTIVE", rays.perspective},
                                    {"CHANNELS", options.channels},
                                    {"RADIUS", radius_of(chosen_method(options.method, stored))}};
     const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "camera/eye_rays.hpp"
+#include "camera/centre_rays.hpp"
 #include "operations/inverse_depth.hpp"
 #include "params.h"
 
@@ -9,7 +9,7 @@
 namespace fathom {
 
 /// Constants of kernels/normals.cl for rays in the axes of the result. Pure: no device.
-params::normal_params normal_parameters(const EyeRays& eye, const InverseDepthError& error, double tolerance);
+params::normal_params normal_parameters(const CentreRays& rays, const InverseDepthError& error, double tolerance);
 
 /// What `automatic` stands for.
 NormalMethod chosen_method(NormalMethod wanted, const StoredDepth& stored);

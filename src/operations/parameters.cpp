@@ -154,7 +154,7 @@ params::ray_params ray_parameters(const Rays& rays, long double scale, Arithmeti
         }
         p.depth[i] = pack_wide(rays.depth(i), arithmetic);
     }
-    p.eye_depth = pack_wide(rays.eye_depth, arithmetic);
+    p.centre_depth = pack_wide(rays.centre_depth, arithmetic);
     p.scale = pack_wide(scale, arithmetic);
     return p;
 }

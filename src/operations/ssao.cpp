@@ -50,7 +50,7 @@ void check_size(const Image& image, const StoredDepth& stored, const char* what)
 constexpr long double rays_rounding = 1e-6L;
 
 bool same_rays(const StoredDepth& a, const StoredDepth& b) {
-    const EyeRays first = eye_rays(camera_rays(a.camera)), second = eye_rays(camera_rays(b.camera));
+    const CentreRays first = centre_rays(camera_rays(a.camera)), second = centre_rays(camera_rays(b.camera));
     const auto same = [](const auto& one, const auto& other) {
         return (one - other).norm() <= rays_rounding * one.norm();
     };
@@ -154,13 +154,14 @@ params::split_params split_parameters(const PixelLattice& lattice) {
             u32(columns),       u32(rows),           u32(stride),           u32(stride * (rows + 2))};
 }
 
-params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRays& eye, const InverseDepthError& error,
-                                              double radius, const SsaoOptions& options, const SliceTable& table) {
+params::occlusion_params occlusion_parameters(const Camera& camera, const CentreRays& rays,
+                                              const InverseDepthError& error, double radius, const SsaoOptions& options,
+                                              const SliceTable& table) {
     params::occlusion_params p{};
-    const Rays::Matrix& moving = eye.perspective ? eye.direction : eye.origin;
+    const Rays::Matrix& moving = rays.perspective ? rays.direction : rays.origin;
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j)
-            p.direction[i][j] = static_cast<float>(eye.direction(i, j));
+            p.direction[i][j] = static_cast<float>(rays.direction(i, j));
         for (int j = 0; j < 2; ++j)
             p.step[i][j] = static_cast<float>(moving(i, j));
     }
@@ -231,7 +232,7 @@ struct Call {
     double radius;
     const SsaoOptions& options;
     const Device& device;
-    EyeRays eye;
+    CentreRays rays;
     PixelLattice lattice;
     params::split_params split;
     Preset chosen;
@@ -241,7 +242,7 @@ struct Call {
 
     Call(const StoredDepth& depth, double length, const SsaoOptions& asked)
         : stored(depth), radius(length), options(asked), device(depth.image.device()),
-          eye(eye_rays(camera_rays(depth.camera))), lattice(pixel_lattice(depth, asked.half_resolution ? 2 : 1)),
+          rays(centre_rays(camera_rays(depth.camera))), lattice(pixel_lattice(depth, asked.half_resolution ? 2 : 1)),
           split(split_parameters(lattice)), chosen(preset(asked)),
           table(slice_table(chosen.slices, chosen.samples, std::max(lattice.width, lattice.height), chosen.jitter,
                             asked.falloff, asked.seed,
@@ -249,13 +250,13 @@ struct Call {
           occlusion(parameters(lattice)), scratch(device) {}
 
     params::occlusion_params parameters(const PixelLattice& pixels) const {
-        return occlusion_parameters(stored.camera, rays_of(eye, pixels),
+        return occlusion_parameters(stored.camera, rays_of(rays, pixels),
                                     inverse_depth_error(stored.camera, stored.storage), radius, options, table);
     }
 
     runtime::Kernel& kernel(const char* name, runtime::Defines defines) const {
         defines.insert(defines.end(),
-                       {{"V", device.options().vector_width}, {"STREAM", 0}, {"PERSPECTIVE", eye.perspective}});
+                       {{"V", device.options().vector_width}, {"STREAM", 0}, {"PERSPECTIVE", rays.perspective}});
         return runtime::kernel(device, name, defines);
     }
 
@@ -277,7 +278,7 @@ Planes split_into_planes(Call& call, const Image& depth) {
     const SsaoOptions& options = call.options;
     Image extra = depth;
     if (options.back_depth) {
-        extra = inverse_depth(call.scratch, *options.back_depth, eye_rays(camera_rays(options.back_depth->camera)));
+        extra = inverse_depth(call.scratch, *options.back_depth, centre_rays(camera_rays(options.back_depth->camera)));
     } else if (options.thickness_map) {
         extra = options.thickness_map;
     }
@@ -373,7 +374,7 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     check_results(stored, options, wanted(options, results));
     Call call(stored, radius, options);
     const runtime::Launched launched(call.device, launch);
-    const Image depth = inverse_depth(call.scratch, stored, call.eye);
+    const Image depth = inverse_depth(call.scratch, stored, call.rays);
     const Planes planes = split_into_planes(call, depth);
 
     constexpr params::u32 band = params::ssao_band;

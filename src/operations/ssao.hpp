@@ -1,6 +1,6 @@
 #pragma once
 
-#include "camera/eye_rays.hpp"
+#include "camera/centre_rays.hpp"
 #include "operations/inverse_depth.hpp"
 #include "params.h"
 #include "sampling/pixel_lattice.hpp"
@@ -17,7 +17,8 @@ inline constexpr float slope_errors_neighbours = 2;
 params::split_params split_parameters(const PixelLattice& lattice);
 
 /// Constants of the occlusion kernels, but for `slope_errors`. Of the table only its counts are used. Pure: no device.
-params::occlusion_params occlusion_parameters(const Camera& camera, const EyeRays& eye, const InverseDepthError& error,
-                                              double radius, const SsaoOptions& options, const SliceTable& table);
+params::occlusion_params occlusion_parameters(const Camera& camera, const CentreRays& rays,
+                                              const InverseDepthError& error, double radius, const SsaoOptions& options,
+                                              const SliceTable& table);
 
 } // namespace fathom

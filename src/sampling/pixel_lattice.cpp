@@ -16,14 +16,14 @@ PixelLattice pixel_lattice(const StoredDepth& stored, int every) {
 }
 
 // Pixel i of the lattice is pixel `every` i of the camera, so i + 1/2 stands for every (i + 1/2) + (1 - every) / 2.
-EyeRays rays_of(const EyeRays& eye, const PixelLattice& lattice) {
+CentreRays rays_of(const CentreRays& rays, const PixelLattice& lattice) {
     Rays::Matrix pixel = Rays::Matrix::Identity();
     pixel(0, 0) = pixel(1, 1) = lattice.every;
     pixel(0, 2) = pixel(1, 2) = 0.5L * (1 - lattice.every);
-    EyeRays result = eye;
-    result.origin = eye.origin * pixel;
-    result.direction = eye.direction * pixel;
-    result.depth = eye.depth * pixel;
+    CentreRays result = rays;
+    result.origin = rays.origin * pixel;
+    result.direction = rays.direction * pixel;
+    result.depth = rays.depth * pixel;
     return result;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "camera/eye_rays.hpp"
+#include "camera/centre_rays.hpp"
 
 #include <fathom/image.hpp>
 
@@ -17,6 +17,6 @@ struct PixelLattice {
 PixelLattice pixel_lattice(const StoredDepth& stored, int every = 1);
 
 /// The same rays, by the lattice's columns and rows.
-EyeRays rays_of(const EyeRays& eye, const PixelLattice& lattice);
+CentreRays rays_of(const CentreRays& rays, const PixelLattice& lattice);
 
 } // namespace fathom

@@ -159,7 +159,7 @@ int run_blur(const Device& device, Camera camera) {
     return images;
 }
 
-/// Uniform and height fog, from the eye and from a distance, in pictures of every element.
+/// Uniform and height fog, from the camera centre and from a distance, in pictures of every element.
 int run_fog(const Device& device, const Camera& camera) {
     const StoredDepth part = StoredDepth{filled(device, Storage::float32), camera}.region(1, 1, width - 2, height - 1);
     int images = 0;

@@ -99,9 +99,9 @@ double visibility(const Scene& scene, const Vector3d& position, const Vector3d& 
 
 namespace {
 
-/// In a slice, seen from the point: first along the side's tangent, then towards the eye.
+/// In a slice, seen from the point: first along the side's tangent, then towards the camera.
 struct Column {
-    Vector2d front, direction; ///< direction of unit length, away from the eye
+    Vector2d front, direction; ///< direction of unit length, away from the camera
     double depth, depth_rate;  ///< view depth of the front and its growth along the column
 };
 
@@ -236,8 +236,8 @@ struct Tap {
 /// `step_of` turns a unit vector on the screen into the step from tap to tap.
 template <typename StepOf>
 Line line_of(const Sight& sight, const Vector2d& pixel, const Vector3d& position, const Vector3d& tangent,
-             const Vector3d& to_eye, const StepOf& step_of) {
-    const Vector3d across = tangent.cross(to_eye);
+             const Vector3d& to_camera, const StepOf& step_of) {
+    const Vector3d across = tangent.cross(to_camera);
     const Vector3d& by_x = sight.is_orthographic ? sight.origin_x : sight.direction_x;
     const Vector3d& by_y = sight.is_orthographic ? sight.origin_y : sight.direction_y;
     Vector2d along = Vector2d(-across.dot(by_y), across.dot(by_x)).normalized();
@@ -245,7 +245,7 @@ Line line_of(const Sight& sight, const Vector2d& pixel, const Vector3d& position
         along = -along;
     }
     const Vector2d step = step_of(along);
-    const auto in_slice = [&](const Vector3d& v) { return Vector2d(v.dot(tangent), v.dot(to_eye)); };
+    const auto in_slice = [&](const Vector3d& v) { return Vector2d(v.dot(tangent), v.dot(to_camera)); };
     return {pixel,
             step,
             in_slice(sight.origin_at(pixel.x(), pixel.y()) - position),
@@ -254,7 +254,7 @@ Line line_of(const Sight& sight, const Vector2d& pixel, const Vector3d& position
             in_slice(step.x() * sight.direction_x + step.y() * sight.direction_y)};
 }
 
-/// Does a ray come within the radius of the point? From the eye on, or anywhere for an orthographic camera.
+/// Does a ray come within the radius of the point? From the camera centre on, or anywhere for an orthographic camera.
 bool within_reach(const Line& line, double k, bool is_orthographic, double radius) {
     const Vector2d origin = line.origin_at(k), direction = line.direction_at(k);
     const double nearest = -origin.dot(direction) / direction.squaredNorm();
@@ -264,7 +264,7 @@ bool within_reach(const Line& line, double k, bool is_orthographic, double radiu
 /// What a line of taps needs to know of its slice.
 struct Slice {
     Line line;
-    Vector3d tangent, to_eye;
+    Vector3d tangent, to_camera;
     Vector2d normal; ///< first along the tangent
     bool is_orthographic;
 
@@ -360,15 +360,15 @@ double visibility_of(const Sight& sight, const Centre& centre, const ScreenOptio
                      const See& see) {
     const Vector2d &pixel = centre.pixel, &size = centre.size;
     const Vector3d &position = centre.position, &normal = centre.normal;
-    const Vector3d to_eye = -sight.direction_at(pixel.x(), pixel.y()).normalized();
-    const Vector3d right = to_eye.unitOrthogonal(), up = to_eye.cross(right);
+    const Vector3d to_camera = -sight.direction_at(pixel.x(), pixel.y()).normalized();
+    const Vector3d right = to_camera.unitOrthogonal(), up = to_camera.cross(right);
     std::vector<Range> scratch;
     const auto blocked_and_whole = [&](double azimuth) -> Vector2d {
         const Vector3d tangent = std::cos(azimuth) * right + std::sin(azimuth) * up;
-        const Slice slice{line_of(sight, pixel, position, tangent, to_eye, step_of),
+        const Slice slice{line_of(sight, pixel, position, tangent, to_camera, step_of),
                           tangent,
-                          to_eye,
-                          {normal.dot(tangent), normal.dot(to_eye)},
+                          to_camera,
+                          {normal.dot(tangent), normal.dot(to_camera)},
                           sight.is_orthographic};
         Side side(slice.normal, options, scratch);
         Taps taps(slice, see, centre.inverse_depth);
@@ -431,7 +431,7 @@ double screen_visibility(const Caster& caster, int x, int y, const ScreenOptions
         const Vector3d away = seen->position - own->position;
         const double rate = sight.ahead * sight.direction_at(place.x(), place.y()).normalized().z();
         return Tap{k,
-                   Column{{away.dot(slice.tangent), away.dot(slice.to_eye)},
+                   Column{{away.dot(slice.tangent), away.dot(slice.to_camera)},
                           slice.line.direction_at(k).normalized(),
                           seen->z,
                           rate},

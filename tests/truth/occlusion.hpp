@@ -3,7 +3,7 @@
 // Truth for ambient occlusion, in double: of a scene, by rays over the hemisphere, and of what one layer of depth can
 // say about it, by brute force over all slices and taps.
 //   V = 1/π ∫ open(ω) (n·ω) dω                        open: the ray P + l ω, 0 < l ≤ radius, meets nothing
-//   a slice holds the direction V towards the eye; t is the angle from V on one of its two sides, T the side's tangent
+//   a slice holds the direction V towards the camera; t is the angle from V on one of its two sides, T the side's tangent
 //   ∫ (n·V cos t + n·T sin t) sin t dt = ½ [n·V sin² t + n·T (t − sin t cos t)]
 // Slices are uniform in azimuth around V, so that sin t makes their sum the integral over the sphere's directions.
 // Written from these equations; it shares no code with a kernel.
@@ -66,9 +66,9 @@ double screen_visibility(const fathom::scene::Scene& scene, const fathom::Camera
                          const std::optional<Eigen::Vector3d>& normal = std::nullopt);
 
 /// A depth image between whose pixels a line can be followed.
-/// Along a row or column, what is affine on the screen for planes (1/z from the eye, z of an orthographic camera) is interpolated
-/// between two pixels that the slope on either side explains, to within a pixel's width across. Otherwise the line sees
-/// the nearest pixel.
+/// Along a row or column, what is affine on the screen for planes (1/z from the camera centre, z of an orthographic
+/// camera) is interpolated between two pixels that the slope on either side explains, to within a pixel's width across.
+/// Otherwise the line sees the nearest pixel.
 class DepthLayer {
 public:
     /// View depth of each pixel, row-major; anything not finite is invalid.

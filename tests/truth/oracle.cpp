@@ -144,9 +144,9 @@ Eigen::Matrix4d tilted(Eigen::Matrix4d matrix, double by_x, double by_y) {
     return matrix;
 }
 
-Eigen::Matrix4d moved(Eigen::Matrix4d matrix, const Eigen::Vector3d& eye) {
+Eigen::Matrix4d moved(Eigen::Matrix4d matrix, const Eigen::Vector3d& centre) {
     Eigen::Matrix4d shift = Eigen::Matrix4d::Identity();
-    shift.topRightCorner<3, 1>() = -eye;
+    shift.topRightCorner<3, 1>() = -centre;
     return matrix * shift;
 }
 
@@ -218,7 +218,7 @@ void Truth::set_matrix(const Matrix& matrix) {
     is_orthographic_ = canonical[3][0] == 0 && canonical[3][1] == 0 && canonical[3][2] == 0;
     if (!is_orthographic_ && inverse_[3][2] != 0) {
         for (std::size_t i = 0; i < 3; ++i)
-            eye_[i] = inverse_[i][2] / inverse_[3][2];
+            centre_[i] = inverse_[i][2] / inverse_[3][2];
     }
 }
 
@@ -331,8 +331,8 @@ Point Truth::on_ray(Quad depth, Quad x, Quad y) const {
 
 Quad Truth::along_ray(Quad distance, Quad x, Quad y) const {
     // Any two points of the ray give its direction; orthographic rays start where the view depth is 0.
-    const Quad start = -eye_[2];
-    const Point a = is_orthographic_ ? on_ray(start, x, y) : eye_, b = on_ray(start + 1, x, y);
+    const Quad start = -centre_[2];
+    const Point a = is_orthographic_ ? on_ray(start, x, y) : centre_, b = on_ray(start + 1, x, y);
     return start + distance / length({b[0] - a[0], b[1] - a[1], b[2] - a[2]});
 }
 
@@ -379,7 +379,7 @@ Quad Truth::condition(Form form, double v, double x, double y) const {
     }
     case Form::ray_distance: {
         const Quad z = depth(v, x, y);
-        return (fabsq(z + eye_[2]) + fabsq(eye_[2])) / fabsq(z);
+        return (fabsq(z + centre_[2]) + fabsq(centre_[2])) / fabsq(z);
     }
     default:
         return 1; // counted from the end nearest to the pole: both terms are positive

@@ -83,10 +83,10 @@ Subject from_matrix(const Eigen::Matrix4d& matrix, fathom::Convention convention
 Subject with_oblique_near_plane(Subject subject, const Eigen::Vector4d& plane);
 Subject named(Subject subject, std::string name, int width = 16384, int height = 16384);
 
-/// An ordinary OpenGL perspective as doubles, and with its fourth row tilted or its eye moved.
+/// An ordinary OpenGL perspective as doubles, and with its fourth row tilted or its camera centre moved.
 Eigen::Matrix4d perspective_matrix(double slope_x, double slope_y, double near, double far);
 Eigen::Matrix4d tilted(Eigen::Matrix4d matrix, double by_x, double by_y);
-Eigen::Matrix4d moved(Eigen::Matrix4d matrix, const Eigen::Vector3d& eye);
+Eigen::Matrix4d moved(Eigen::Matrix4d matrix, const Eigen::Vector3d& centre);
 
 class Truth {
 public:
@@ -101,8 +101,8 @@ public:
     /// Can the value be a surface at all? Limits that no float meets are rounded outwards.
     bool in_range(double v) const;
 
-    /// Is that depth in front of the eye, where there is one?
-    bool in_front(Quad depth) const { return is_orthographic_ || depth > -eye_[2]; }
+    /// Is that depth in front of the camera, where there is one?
+    bool in_front(Quad depth) const { return is_orthographic_ || depth > -centre_[2]; }
 
     /// The point at that depth on the ray of a pixel, in the axes of the projection.
     Point position(Quad depth, double x, double y) const;
@@ -110,8 +110,8 @@ public:
     /// That point in the world, relative to an origin.
     Point in_world(const Point& position, const Eigen::Vector3d& origin) const;
 
-    /// The eye in the axes of the projection, or its origin for an orthographic camera.
-    Point eye() const { return to_own(eye_); }
+    /// The camera centre in the axes of the projection, or its origin for an orthographic camera.
+    Point centre() const { return to_own(centre_); }
 
     /// Σ|terms|/|sum| of the sums of this form as they are written in camera.h.
     Quad condition(fathom::Form form, double v, double x, double y) const;
@@ -132,7 +132,7 @@ private:
     std::optional<Frustum> frustum_;
     Matrix inverse_{};
     bool is_orthographic_ = false;
-    Point eye_{};
+    Point centre_{};
     Quotient<Quad> quotient_{};
     Quotient<long double> quick_quotient_{};
     Quad rate_ = 0, amplitude_ = 0, offset_ = 0; // exponential: Z = amplitude (e^(rate u) − 1) + offset

@@ -5,20 +5,20 @@
 namespace fathom {
 
 /// The camera's rays counted from where they start: position = origin(x, y) + w direction(x, y) with
-/// w = (z − eye_depth) / depth(x, y). Under a perspective `origin` is the eye for every pixel, otherwise `direction` is
-/// the same for every pixel.
+/// w = (z − centre_depth) / depth(x, y). Under a perspective `origin` is the camera centre for every pixel, otherwise
+/// `direction` is the same for every pixel.
 ///
 /// Planes are affine on the screen in q = 1/w of a perspective and in q = −w otherwise: their *inverse depth*, which is
 /// greater the nearer a surface is.
-struct EyeRays {
+struct CentreRays {
     bool perspective;
     Rays::Matrix origin;
     Rays::Matrix direction;
     Eigen::Matrix<long double, 1, 3> depth;
-    long double eye_depth;
+    long double centre_depth;
 };
 
-/// The rays of `camera_rays`, counted from the eye.
-EyeRays eye_rays(const Rays& rays);
+/// The rays of `camera_rays`, counted from the camera centre.
+CentreRays centre_rays(const Rays& rays);
 
 } // namespace fathom
