@@ -1,9 +1,8 @@
 // What the near field does to each pixel, from the discs of all near pixels around it:
 //   OUTPUT 0   max near CoC  max |c_p| over p with c_p < 0 and |p - x| <= |c_p|/2
-//   OUTPUT 1   near alpha    min(1, sum of share_p over p with |p - x| <= |c_p|/2)            see near_field_weight.cl
-//   OUTPUT 2   disocclusion  1 where a near pixel x has a near alpha below 1 (`share` holds the near alpha), or where
-//   the disc
-//                            of another pixel x, of diameter |c_x|, holds a near pixel
+//   OUTPUT 1   near alpha    min(1, sum of weight_p over p with |p - x| <= |c_p|/2)           see near_field_weight.cl
+//   OUTPUT 2   disocclusion  1 where a near pixel x has a near alpha below 1 (`weights` holds the near alpha),
+//                            or where the disc of another pixel x, of diameter |c_x|, holds a near pixel
 // A work-item skips every block and tile whose smallest circle cannot reach it. In the others it reads each pixel once
 // for all V pixels of its own. Tiles and their pixels are summed in a fixed order: the same bits for every V.
 // Built for: OUTPUT = 0 1 2
@@ -53,13 +52,13 @@ INLINE int may_matter(const gathered* g, float least, uint left, uint top, uint 
     return size > 0.0f && fma(aside, aside, down * down) <= size * size;
 }
 
-INLINE void look_into_tile(gathered* g, __global const float* circle, __global const float* share, uint left, uint top,
+INLINE void look_into_tile(gathered* g, __global const float* circle, __global const float* weights, uint left, uint top,
                            const near_field_params* p) {
     const uint right = min(left + p->tile, p->width), bottom = min(top + p->tile, p->height);
     const floatV twice_x = 2.0f * (vector_from(g->x) - 0.5f);
 #if OUTPUT == 1
     floatV of_tile =
-        (floatV)0.0f; // sums of sums: the rounding of a disc's 50000 shares, added one by one, would be seen
+        (floatV)0.0f; // sums of sums: the rounding of a disc's 50000 weights, added one by one, would be seen
 #endif
     for (uint y = top; y < bottom; ++y) {
         const floatV down = (floatV)(2.0f * p->vertical * ((float)y - (float)g->y));
@@ -74,7 +73,7 @@ INLINE void look_into_tile(gathered* g, __global const float* circle, __global c
             if (-c > g->least)
                 g->found = select(g->found, max(g->found, (floatV)-c), reaches((floatV)c, aside, down));
 #elif OUTPUT == 1
-            const float given = share[at];
+            const float given = weights[at];
             if (given > 0.0f)
                 of_row += select((floatV)0.0f, (floatV)given, reaches((floatV)c, aside, down));
 #else
@@ -93,7 +92,7 @@ INLINE void look_into_tile(gathered* g, __global const float* circle, __global c
 #endif
 }
 
-__kernel void near_field(__global const float* circle, __global const float* share, __global const float* tile_min_coc,
+__kernel void near_field(__global const float* circle, __global const float* weights, __global const float* tile_min_coc,
                          __global const float* block_least, __global float* target, const near_field_params p) {
     const uint x = first_column(0, p.width);
     const uint y = get_global_id(1);
@@ -110,7 +109,7 @@ __kernel void near_field(__global const float* circle, __global const float* sha
 #if OUTPUT == 0
     g.found = select(none, max(-c, none), known);
     g.least = least_lane(g.found);
-    look_into_tile(&g, circle, share, x / p.tile * p.tile, y / p.tile * p.tile,
+    look_into_tile(&g, circle, weights, x / p.tile * p.tile, y / p.tile * p.tile,
                    &p); // the rest is then mostly ruled out
 #elif OUTPUT == 2
     const intV is_near = c < -p.sharp;
@@ -128,7 +127,7 @@ __kernel void near_field(__global const float* circle, __global const float* sha
                 for (uint tile = block * near_block; tile < last; ++tile) {
                     if (may_matter(&g, tile_min_coc[(size_t)row * p.tile_stride + tile], tile * p.tile, row * p.tile,
                                    p.tile, &p))
-                        look_into_tile(&g, circle, share, tile * p.tile, row * p.tile, &p);
+                        look_into_tile(&g, circle, weights, tile * p.tile, row * p.tile, &p);
                 }
             }
         }
@@ -136,7 +135,7 @@ __kernel void near_field(__global const float* circle, __global const float* sha
 #if OUTPUT == 1
     g.found = min(g.found, (floatV)1.0f);
 #elif OUTPUT == 2
-    g.found = select(g.found, select(none, (floatV)1.0f, LOAD(float, share + at) < p.shows), is_near);
+    g.found = select(g.found, select(none, (floatV)1.0f, LOAD(float, weights + at) < p.shows), is_near);
     g.found = select(none, g.found, known);
 #endif
     *(__global float_lanes*)(target + at) = g.found;

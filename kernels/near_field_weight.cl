@@ -6,7 +6,7 @@
 
 #define COUNTED 1024.0f
 
-__kernel void near_field_weight(__global const float* circle, __global float* share, const near_field_params p) {
+__kernel void near_field_weight(__global const float* circle, __global float* weights, const near_field_params p) {
     const uint x = first_column(0, p.width);
     const uint y = get_global_id(1);
     if (x >= p.width || y >= p.height)
@@ -32,5 +32,5 @@ __kernel void near_field_weight(__global const float* circle, __global float* sh
         const floatV in_row = max(fma((floatV)2.0f, n, (floatV)1.0f), none); // -1 of a row that is not reached: none
         count += j == 0 ? in_row : 2.0f * in_row;
     }
-    *(__global float_lanes*)(share + at) = select(none, weight / select(area, count, counted), weight > 0.0f);
+    *(__global float_lanes*)(weights + at) = select(none, weight / select(area, count, counted), weight > 0.0f);
 }

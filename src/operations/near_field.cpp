@@ -97,21 +97,21 @@ void near_field(const StoredDepth& stored, const DofMasksOptions& options, const
     const params::near_field_params p = near_field_parameters(tiles, blocks, circle, stored.camera, options);
     const int vector_width = vector_width_for(device, width);
     const Layout layout{width, height};
-    const auto gather = [&](Output output, const Image& share, const Image& result) {
+    const auto gather = [&](Output output, const Image& weights, const Image& result) {
         runtime::launch(device,
                         runtime::kernel(device, "near_field",
                                         {{"V", vector_width}, {"STREAM", 0}, {"OUTPUT", static_cast<int>(output)}}),
-                        range_of(circle, vector_width), circle, share, tiles.least, blocks.least, result, p);
+                        range_of(circle, vector_width), circle, weights, tiles.least, blocks.least, result, p);
     };
     if (options.max_near_coc)
         gather(Output::max_near_coc, circle, masks.max_near_coc);
     if (!covered)
         return;
-    const Image share = scratch.image(Element::f32, layout);
+    const Image weights = scratch.image(Element::f32, layout);
     runtime::launch(device, runtime::kernel(device, "near_field_weight", {{"V", vector_width}, {"STREAM", 0}}),
-                    range_of(circle, vector_width), circle, share, p);
+                    range_of(circle, vector_width), circle, weights, p);
     const Image alpha = options.near_alpha ? masks.near_alpha : scratch.image(Element::f32, layout);
-    gather(Output::near_alpha, share, alpha);
+    gather(Output::near_alpha, weights, alpha);
     if (options.disocclusion)
         gather(Output::disocclusion, alpha, masks.disocclusion);
 }
