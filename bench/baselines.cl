@@ -98,9 +98,9 @@ __kernel void ring_gather(__global const float* circles, __global const float* l
             const int row = clamp((int)(y + 0.5f + at.y), 0, height - 1);
             const size_t there = (size_t)row * width + column;
             const float its = circles[there], size = its > own ? fmin(fabs(its), fabs(own)) : fabs(its);
-            const float share = 0.5f * size >= away - 0.5f ? 1.0f / fmax(size * size, 1.0f) : 0.0f;
-            sum += share * vload3(there, color);
-            weight += share;
+            const float fraction = 0.5f * size >= away - 0.5f ? 1.0f / fmax(size * size, 1.0f) : 0.0f;
+            sum += fraction * vload3(there, color);
+            weight += fraction;
         }
     }
     vstore3(sum / weight, here, target);

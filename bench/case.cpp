@@ -156,9 +156,9 @@ void Case::complete() {
     device_.finish();
 }
 
-double Case::depth_quantile(double share) const {
+double Case::depth_quantile(double fraction) const {
     const double last = static_cast<double>(sorted_depth_.size() - 1);
-    return static_cast<double>(sorted_depth_[static_cast<std::size_t>(share * last)]);
+    return static_cast<double>(sorted_depth_[static_cast<std::size_t>(fraction * last)]);
 }
 
 double Case::median_width() const {

@@ -38,8 +38,8 @@ public:
     const Image& color();                                         ///< patches of colour unless a picture was set
     void set_color(const std::vector<float>& picture);
 
-    /// z where this share of the surfaces is nearer.
-    double depth_quantile(double share) const;
+    /// z where this fraction of the surfaces is nearer.
+    double depth_quantile(double fraction) const;
     double median_width() const; ///< width of the image, in scene units, at the median depth
 
     double radius_px = 0;  ///< of ssao: pixels at the median depth

@@ -55,8 +55,8 @@ public:
     }
 
     /// Sets the radius of ssao.
-    void set_radius(double share) {
-        on_.radius_px = share * on_.width();
+    void set_radius(double fraction) {
+        on_.radius_px = fraction * on_.width();
         occlusion_.reset();
     }
 
@@ -201,8 +201,8 @@ std::vector<Figures> errors(const Device& device, const std::vector<Method>& met
             const bool circle = method.operation == "dof" || method.operation == "dof_masks";
             add(judge, view, method, circle ? judge.on().max_coc_px : 0);
         }
-        for (const double share : radii) {
-            judge.set_radius(share);
+        for (const double fraction : radii) {
+            judge.set_radius(fraction);
             for (const Method& method : methods)
                 if (method.operation == "ssao" && method.matches(only))
                     add(judge, view, method, judge.on().radius_px);

@@ -28,7 +28,7 @@ double seconds(Clock clock, Work&& work) {
     return now(clock) - start;
 }
 
-/// The value below which the share `q` of the samples lies.
+/// The value below which the fraction `q` of the samples lies.
 inline double quantile(std::vector<double> samples, double q) {
     if (samples.empty())
         return 0;

@@ -41,7 +41,7 @@ Place later(Make make) {
     };
 }
 
-// Uniform stored depth, with a share close to 1 where distant surfaces lie.
+// Uniform stored depth, with a fraction close to 1 where distant surfaces lie.
 Case random_frames(const Device& device, const oracle::Subject& subject, int count) {
     std::mt19937 random(20161);
     std::uniform_real_distribution<float> uniform(0, 1);
@@ -187,10 +187,11 @@ void add_points(Rows& rows) {
 // In a room of the frames' size, radii in its widths at the median depth.
 void add_ssao(Rows& rows) {
     constexpr int seldom = 16; // seconds each
-    const auto add = [&](std::string name, const Place& place, Quality quality, double share, int every = 4) -> Row& {
+    const auto add = [&](std::string name, const Place& place, Quality quality, double fraction,
+                         int every = 4) -> Row& {
         return rows.add(
             std::move(name), "copy", place,
-            [=](Case& on) { ssao(on.stored(), share * on.median_width(), {.quality = quality}); }, every);
+            [=](Case& on) { ssao(on.stored(), fraction * on.median_width(), {.quality = quality}); }, every);
     };
     const Place usual = room(rows.device, rows.size);
     add("ssao fast, 5 %", usual, Quality::fast, 0.05);

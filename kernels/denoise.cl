@@ -61,8 +61,8 @@ INLINE floatV off_at(__global const float* fronts, __global const float* slopes,
 }
 
 INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
-    const float share = (abs(dx) == REACH ? 0.5f : 1.0f) * (abs(dy) == REACH ? 0.5f : 1.0f);
-    return share * max(fma(-off, c->inverse, (floatV)1.0f), 0.0f);
+    const float fraction = (abs(dx) == REACH ? 0.5f : 1.0f) * (abs(dy) == REACH ? 0.5f : 1.0f);
+    return fraction * max(fma(-off, c->inverse, (floatV)1.0f), 0.0f);
 }
 #endif
 
@@ -137,8 +137,8 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
             dealt[i][j] = select((floatV)NAN, unit, known);
         }
 #else
-        const floatV share = sum[0] / max(sum[1], 1e-30f);
-        const floatV result = min(max(OUTPUT == 0 ? 1.0f - share : share, 0.0f), 1.0f);
+        const floatV fraction = sum[0] / max(sum[1], 1e-30f);
+        const floatV result = min(max(OUTPUT == 0 ? 1.0f - fraction : fraction, 0.0f), 1.0f);
         dealt[0][j] = select(select((floatV)NAN, (floatV)1.0f, known), result, surface);
 #endif
     }

@@ -1,8 +1,9 @@
 // One layer of circle of confusion, over and through those before it.
 //   alpha = sum of the aperture over the layer's own pixels / sum over these and all behind it, both with its own circle
 //   colour += T alpha (mean of the layer's own), T <- T (1 - alpha)
-// What lies before the layer hides part of its aperture; what it hides is unknown, so the share is that of what is known.
-// Front to back this makes a surface that runs through many layers whole again: with T the share that lies behind, the
+// What lies before the layer hides part of its aperture; what it hides is unknown, so the fraction is that of what is
+// known.
+// Front to back this makes a surface that runs through many layers whole again: with T the fraction that lies behind, the
 // product telescopes. An alpha of the own sum alone, as painters have it, counts complementary coverage twice.
 // What a blurred foreground hides of something sharper is nowhere in the image. There the colour behind is the mean of what
 // lies behind within the foreground's own circle (FILL), used by dof.cl for what is left of T.
@@ -82,7 +83,7 @@ INLINE void add_behind(__global const float* from, const span_params* span, uint
 }
 #endif
 
-// Lays the layer's share of a row of pixels over what was seen before it.
+// Lays the layer's part of a row of pixels over what was seen before it.
 // `wide` is not 0 where the pixel itself belongs to the foreground, its circle is smaller than the layer's, and no
 // clean plate shows what the foreground hides. It is 1 from one layer of difference on.
 INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* wide) {
@@ -100,7 +101,7 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
         seen = fma(*wide, min(seen, max(left, 0.0f)) - seen, seen);
         *(__global float_lanes*)left_to_wide = fma(-*wide, seen, left);
     }
-    const floatV share = select((floatV)0.0f, seen / sum[0], some);
+    const floatV fraction = select((floatV)0.0f, seen / sum[0], some);
     *(__global float_lanes*)here = through - seen;
     for (int k = 0; k < CHANNELS; ++k) {
         __global float* to = here + (k + 1) * plane;
@@ -109,7 +110,7 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
 #else
         const floatV color = sum[2 + k];
 #endif
-        *(__global float_lanes*)to = fma(share, color, LOAD(float, to));
+        *(__global float_lanes*)to = fma(fraction, color, LOAD(float, to));
     }
 #if FILL
     // What is left to wide circles is the mean over the layers of the foreground, each weighted by what is seen of it.
@@ -118,10 +119,10 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
     const intV first = through == 1.0f;
     *(__global float_lanes*)left_to_wide = select(left, select(fma(wider - left, part, left), wider, first), some);
     __global float* hidden = here + (CHANNELS + 1) * plane;
-    *(__global float_lanes*)hidden = fma(share, sum[2 + CHANNELS], LOAD(float, hidden));
+    *(__global float_lanes*)hidden = fma(fraction, sum[2 + CHANNELS], LOAD(float, hidden));
     for (int k = 0; k < CHANNELS; ++k) {
         __global float* to = hidden + (k + 1) * plane;
-        *(__global float_lanes*)to = fma(share, sum[3 + CHANNELS + k], LOAD(float, to));
+        *(__global float_lanes*)to = fma(fraction, sum[3 + CHANNELS + k], LOAD(float, to));
     }
 #endif
 }

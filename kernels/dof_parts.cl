@@ -1,10 +1,10 @@
 // One layer of circle of confusion through what those before it leave of the lens, and which part that is.
-//   T    share of the lens that is left;  M  its first moment, in lens coordinates (u, v)
-//   the half-plane n u >= d that leaves T of the aperture open, n along M, has the greatest moment there is: its share of T
-//   is |M| / that, and what is left of T is spread evenly over the lens
+//   T    fraction of the lens that is left;  M  its first moment, in lens coordinates (u, v)
+//   the half-plane n u >= d that leaves T of the aperture open, n along M, has the greatest moment there is: its fraction
+//   of T is |M| / that, and what is left of T is spread evenly over the lens
 //   alpha, colour and moment of a layer are sums over either part of the aperture, as in dof_gather.cl
 // A straight edge before another is exact, whatever their circles. What is left in between, as before a pole, is between the
-// half-plane and the even share.
+// half-plane and the even spread.
 // Pixels have a second surface (dof_behind.cl), so that rays which pass an edge find what lies behind.
 // Built for: BRIGHT = 0 1; DIRECT = 0 1
 
@@ -30,7 +30,7 @@
 #define LEAST 1e-4f // of the lens: a smaller part, left or covered, is taken for none
 
 typedef struct {
-    floatV share; // of what is left of the lens, 0 to 1
+    floatV fraction; // of what is left of the lens, 0 to 1
     floatV n_u, n_v, d;
 } lens_part;
 
@@ -61,7 +61,7 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
     }
     const floatV c = *(const float_lanes*)turn_u, s = *(const float_lanes*)turn_v;
     lens_part open;
-    open.share = select((floatV)0.0f, min(size / *(const float_lanes*)greatest, 1.0f), some);
+    open.fraction = select((floatV)0.0f, min(size / *(const float_lanes*)greatest, 1.0f), some);
     open.n_u = along_u * c - along_v * s;
     open.n_v = along_u * s + along_v * c;
     open.d = *(const float_lanes*)distance;
@@ -95,10 +95,10 @@ INLINE void add_pixels(__global const float* here, int x, int y, __global const 
         if (!halves)
             continue;
         const floatV inside = fma(open->n_u, (floatV)tap.u, fma(open->n_v, (floatV)tap.v, -open->d));
-        const floatV share = min(max(fma(inside, (floatV)part->radius, (floatV)0.5f), 0.0f), 1.0f);
+        const floatV fraction = min(max(fma(inside, (floatV)part->radius, (floatV)0.5f), 0.0f), 1.0f);
         for (int k = 0; k < PLANES; ++k)
-            cut[k] = fma(share, value[k], cut[k]);
-        cut[MOMENT_DOWN] = fma(share * value[0], (floatV)tap.v, cut[MOMENT_DOWN]);
+            cut[k] = fma(fraction, value[k], cut[k]);
+        cut[MOMENT_DOWN] = fma(fraction * value[0], (floatV)tap.v, cut[MOMENT_DOWN]);
     }
 }
 #else
@@ -193,8 +193,8 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
         even[k] = cut[k] = 0.0f;
     lens_part open = part_left(left, left_u, left_v, (__global const float4*)halves, part.directions);
     if (part.single)
-        open.share = 0.0f;
-    const bool any = any_of(open.share > 0.0f);
+        open.fraction = 0.0f;
+    const bool any = any_of(open.fraction > 0.0f);
 #if DIRECT
     add_pixels(source + at, (int)x, y, (__global const aperture_tap_params*)tables, &p, s.layer, &part, &open, any, even,
                cut);
@@ -221,9 +221,9 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
         even[MOMENT_DOWN] = even[0] * (left_v / max(left, 1e-9f));
     }
 
-    const intV some = even[0] > EMPTY, some_cut = (cut[0] > EMPTY) & (open.share > 0.0f);
-    const floatV seen_even = select((floatV)0.0f, left * (1.0f - open.share) * (even[0] / even[1]), some);
-    const floatV seen_cut = select((floatV)0.0f, left * open.share * (cut[0] / cut[1]), some_cut);
+    const intV some = even[0] > EMPTY, some_cut = (cut[0] > EMPTY) & (open.fraction > 0.0f);
+    const floatV seen_even = select((floatV)0.0f, left * (1.0f - open.fraction) * (even[0] / even[1]), some);
+    const floatV seen_cut = select((floatV)0.0f, left * open.fraction * (cut[0] / cut[1]), some_cut);
     const floatV seen = seen_even + seen_cut, scale = select((floatV)1.0f, through / seen, seen > through);
     const floatV of_even = select((floatV)0.0f, seen_even * scale / even[0], some);
     const floatV of_cut = select((floatV)0.0f, seen_cut * scale / cut[0], some_cut);

@@ -1,7 +1,7 @@
 // Circles become layers and colours become planes, cut into tiles: what the passes of dof read.
 //   s = middle + sign(c) n (log2-like of |c|): per octave of |c| beyond one pixel n layers, evenly spaced within the octave
-// A pixel lies in the two layers around s, the nearer one the more; s is a multiple of 1/128, so that the two shares, and
-// any sum of them, are exact. A pixel without a circle, or with a colour that is NaN, takes part in no layer.
+// A pixel lies in the two layers around s, the nearer one the more; s is a multiple of 1/128, so that the two fractions,
+// and any sum of them, are exact. A pixel without a circle, or with a colour that is NaN, takes part in no layer.
 // Under CLEAN_PLATE the circles and colours are those of a clean plate: where it lies behind the picture, it is the
 // pixel's second surface.
 // Built for: CLEAN_PLATE = 0 1

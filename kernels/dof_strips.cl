@@ -2,7 +2,7 @@
 // cover, what they and those behind cover, and the colour of the layer's own; under FILL, before the focus, also what is
 // certainly behind and sharper, its colour, and what is behind the focus and no sharper; under BRIGHT what of the layer's
 // colour lies beyond the knee. A pixel counts for layer k by 1 - |s - k|, as behind it by s - k up to 1, and as certainly
-// behind, which the other share of a surface between two layers is not, by s - k - 1 up to 1.
+// behind, which the other fraction of a surface between two layers is not, by s - k - 1 up to 1.
 // Under BEHIND a pixel has a second surface, which counts like the first. Under MOMENT there is a last sum: the columns
 // of the layer's own pixels.
 // The sums are restarted, and highlights are summed apart, because large values leave their rounding in a running sum.

@@ -223,7 +223,7 @@ __kernel void fog(__global const STORED* source, __global const ELEMENT_TYPE* co
     }
 #pragma unroll
     for (int j = 0; j < CHANNELS; ++j) {
-        const floatV c = colors[j], share = of_elements(f, j);
+        const floatV c = colors[j], fraction = of_elements(f, j);
         floatV fog_color = color_of(&p, j);
         intV fogged = fabs(c) < INFINITY;
 #if CHANNELS == 4
@@ -232,6 +232,6 @@ __kernel void fog(__global const STORED* source, __global const ELEMENT_TYPE* co
         fog_color *= alpha_of(colors, j);
 #endif
 #endif
-        store_elements(select(c, fma(share, fog_color, c * (1.0f - share)), fogged), to + j * V);
+        store_elements(select(c, fma(fraction, fog_color, c * (1.0f - fraction)), fogged), to + j * V);
     }
 }

@@ -402,9 +402,9 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
 }
 
 #if CONFIDENCE
-// The share of the taps within reach that lie on known pixels.
-INLINE floatV known_share(const sideV* side, const sourceV* from, const placeV* place, __global const tap_params* tap,
-                          int count) {
+// The fraction of the taps within reach that lie on known pixels.
+INLINE floatV known_fraction(const sideV* side, const sourceV* from, const placeV* place, __global const tap_params* tap,
+                             int count) {
     floatV asked = 0.0f, answered = 0.0f;
     for (int i = 0; i < count; ++i) {
         const floatV within = select((floatV)0.0f, (floatV)1.0f, tap[i].distance <= side->extent);
@@ -423,11 +423,11 @@ INLINE void add_open(const sideV* side, const sliceV* slice, const pixelV* c, co
     floatV open_along = 0.0f, open_across = 0.0f;
     for (int i = 0; i < BENT_ANGLES; ++i) {
         const float cosine = bent_angles[i][0], sine = bent_angles[i][1];
-        const floatV share = max(fma(side->nu, (floatV)sine, (floatV)cosine), 0.0f) * sine;
+        const floatV density = max(fma(side->nu, (floatV)sine, (floatV)cosine), 0.0f) * sine;
         const floatV turned = fma((floatV)(cosine * cosine), side->sectors_square,
                                   fma(lens((floatV)cosine), side->sectors_nu, side->sectors_offset));
         const intV bit = clamp(convert_intV(clamp(turned, 0.0f, SECTORS)), 0, 30);
-        const floatV open = select(share, (floatV)0.0f, ((found >> bit) & 1) != 0);
+        const floatV open = select(density, (floatV)0.0f, ((found >> bit) & 1) != 0);
         open_along = fma(open, (floatV)cosine, open_along);
         open_across = fma(open, (floatV)sine, open_across);
     }
@@ -466,7 +466,7 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
             const intV levels = min(((as_intV(side.extent * side.extent) + 0x7fffff) >> 23) - 127, (intV)(int)p.levels);
             intV found = 0, left_over = select((intV)0, levels, c.surface);
 #if CONFIDENCE
-            floatV share = 1.0f;
+            floatV answered = 1.0f;
 #endif
             // Lanes whose sphere covers about as many pixels share a table of taps.
             for (int level = greatest(left_over); level > 0; level = greatest(left_over)) {
@@ -484,7 +484,7 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
                 }
                 found = select(found, covered, active);
 #if CONFIDENCE
-                share = select(share, known_share(&side, &from, &place, tap, count), active);
+                answered = select(answered, known_fraction(&side, &from, &place, tap, count), active);
 #endif
                 left_over = select(left_over, (intV)0, active);
             }
@@ -492,7 +492,7 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
             whole += measure_of_side;
             blocked = fma(measure_of_side * (1.0f / SECTORS), convert_floatV(popcount(found)), blocked);
 #if CONFIDENCE
-            known = fma(measure_of_side, share, known);
+            known = fma(measure_of_side, answered, known);
 #endif
 #if BENT
             add_open(&side, &slice, &c, &p, sign, found, weight, bent);

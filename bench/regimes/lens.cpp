@@ -47,7 +47,7 @@ struct Picture {
     }
 };
 
-/// Share of a blurred half-plane at t radii into it.
+/// Fraction of a blurred half-plane at t radii into it.
 double half_plane(double t) {
     t = std::clamp(t, -1.0, 1.0);
     return 0.5 + (t * std::sqrt(1 - t * t) + std::asin(t)) / std::numbers::pi;

@@ -20,13 +20,13 @@ Point along_edge(const Device& device, double ratio, int parts) {
     camera.encoding = Encoding::pseudo_linear;
     camera.near_plane = near;
     camera.far_plane = far;
-    const auto at = [ratio](double share) { return 1 / ((1 - share) / nearest + share / (nearest * ratio)); };
+    const auto at = [ratio](double fraction) { return 1 / ((1 - fraction) / nearest + fraction / (nearest * ratio)); };
     std::vector<float> stored;
     std::vector<double> truth;
     for (int i = 0; i < width * height; ++i) {
-        const double share = (i + 0.5) / (width * height);
-        const double begin = std::floor(share * parts) / parts, along = (share - begin) * parts;
-        truth.push_back(at(share));
+        const double fraction = (i + 0.5) / (width * height);
+        const double begin = std::floor(fraction * parts) / parts, along = (fraction - begin) * parts;
+        truth.push_back(at(fraction));
         const double decoded = (1 - along) * at(begin) + along * at(begin + 1.0 / parts);
         stored.push_back(static_cast<float>((decoded - near) / (far - near)));
     }

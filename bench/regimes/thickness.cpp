@@ -31,18 +31,18 @@ scene::Scene bars_of(int pixels) {
     return scene;
 }
 
-/// Share of rays that meet nothing.
+/// Fraction of rays that meet nothing.
 double by_rays(const scene::Scene& scene, const Vector3d& position, const Vector3d& normal) {
     constexpr int side = 24;
     const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
     std::mt19937 random(3);
-    const auto share = [&random](int i, int count) {
+    const auto stratified = [&random](int i, int count) {
         return (i + static_cast<double>(random() % 1024) / 1024) / count;
     };
     int open = 0;
     for (int i = 0; i < 2 * side * side; ++i) {
-        const double sine2 = share(i / (2 * side), side),
-                     azimuth = 2 * std::numbers::pi * share(i % (2 * side), 2 * side);
+        const double sine2 = stratified(i / (2 * side), side),
+                     azimuth = 2 * std::numbers::pi * stratified(i % (2 * side), 2 * side);
         const Vector3d ray =
             std::sqrt(sine2) * (std::cos(azimuth) * across + std::sin(azimuth) * along) + std::sqrt(1 - sine2) * normal;
         open += scene::blocked(scene, position, ray, reach) ? 0 : 1;

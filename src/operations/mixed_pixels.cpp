@@ -21,7 +21,7 @@ void mixed_pixels(const StoredDepth& stored, const Image& result) {
     // Where the far plane is finite its depth is averaged like any other.
     const Image depth = inverse_depth(scratch, stored, rays, Background::decode);
     const InverseDepthError error = inverse_depth_error(stored.camera, stored.storage);
-    // A pixel's width is a share of its distance under a perspective, and 1/z changes by the share that z changes by.
+    // A pixel's width is a fraction of its distance under a perspective, and 1/z changes by the fraction that z changes by.
     const auto& moving = rays.perspective ? rays.direction : rays.origin;
     const auto least = static_cast<float>(mixed_pixels_min_widths * std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
     const int vector_width = vector_width_for(device, width);

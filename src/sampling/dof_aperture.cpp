@@ -1,5 +1,5 @@
 // Apertures as spans of columns. An aperture is cut into fine horizontal lines; each is one chord, for it is convex. A small
-// one keeps the share of every pixel, as nested spans whose weights add up to it. A large one has one span of whole
+// one keeps the fraction of every pixel, as nested spans whose weights add up to it. A large one has one span of whole
 // pixels a row; its rounding is carried from row to row, so that it averages out along an edge.
 
 #include "sampling/dof_aperture.hpp"
@@ -17,7 +17,7 @@ int lines_per_pixel(double height) {
     return height < 8 ? 64 : 16;
 }
 
-// Sums of weights must stay below 2^24 steps of the product of a share (2^-7) and a weight.
+// Sums of weights must stay below 2^24 steps of the product of a fraction (2^-7) and a weight.
 constexpr int bits_of_sum = 24 - 7;
 
 // From this area on spans are of whole pixels: that of a circle of radius 16, or 10.6 where fast; of polygons 16, since their
@@ -137,30 +137,30 @@ Row row_of(const Placed& aperture, double top, int pitch) {
     return row;
 }
 
-// Nested spans whose weights add up to the share of each pixel that the chords cover.
-void add_shares(const Row& row, int columns, double step, std::vector<params::span_params>& spans) {
-    std::vector<double> shares(static_cast<std::size_t>(2 * columns + 3), 0.0);
+// Nested spans whose weights add up to the fraction of each pixel that the chords cover.
+void add_coverage(const Row& row, int columns, double step, std::vector<params::span_params>& spans) {
+    std::vector<double> coverage(static_cast<std::size_t>(2 * columns + 3), 0.0);
     for (const Interval& chord : row.chords) {
         for (int x = -columns; x <= columns; ++x) {
             const double covered = std::min(chord.high, x + 0.5) - std::max(chord.low, x - 0.5);
-            shares[static_cast<std::size_t>(x + columns + 1)] += std::max(covered, 0.0) / row.lines;
+            coverage[static_cast<std::size_t>(x + columns + 1)] += std::max(covered, 0.0) / row.lines;
         }
     }
-    for (double& share : shares)
-        share = std::round(share / step) * step;
+    for (double& part : coverage)
+        part = std::round(part / step) * step;
     if (columns <= 2) { // read pixel by pixel: each once
-        for (std::size_t i = 1; i + 1 < shares.size(); ++i) {
+        for (std::size_t i = 1; i + 1 < coverage.size(); ++i) {
             const int x = static_cast<int>(i) - columns - 1;
-            if (shares[i] > 0)
-                spans.push_back({x, x + 1, static_cast<float>(shares[i])});
+            if (coverage[i] > 0)
+                spans.push_back({x, x + 1, static_cast<float>(coverage[i])});
         }
         return;
     }
     // The profile rises and then falls: the last rise that is open is closed by the next fall.
     std::vector<std::pair<int, double>> open;
-    for (std::size_t i = 1; i < shares.size(); ++i) {
+    for (std::size_t i = 1; i < coverage.size(); ++i) {
         const int x = static_cast<int>(i) - columns - 1;
-        double change = shares[i] - shares[i - 1];
+        double change = coverage[i] - coverage[i - 1];
         if (change > 0)
             open.emplace_back(x, change);
         while (change < 0) {
@@ -240,7 +240,7 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
             }
         } else {
             for (int r = -result.reach; r <= result.reach; ++r)
-                add_shares(row(r), result.columns, step, at(r));
+                add_coverage(row(r), result.columns, step, at(r));
         }
         for (const auto& of_row : spans) {
             result.starts.push_back(static_cast<params::u32>(result.spans.size()));
@@ -271,7 +271,7 @@ std::vector<params::aperture_tap_params> aperture_taps(const Aperture& aperture,
     std::vector<params::aperture_tap_params> taps;
     double sum = 0;
     for (int j = 0; j < down; ++j) {
-        std::vector<std::array<double, 3>> shares(static_cast<std::size_t>(across)); // weight and its moments
+        std::vector<std::array<double, 3>> moments(static_cast<std::size_t>(across)); // weight and its moments
         for (int line = 0; line < lines; ++line) {
             const double y = (j + (line + 0.5) / lines) / parts - rows - 0.5;
             const auto found = placed.chord(y);
@@ -280,7 +280,7 @@ std::vector<params::aperture_tap_params> aperture_taps(const Aperture& aperture,
                 const double low = std::max(found->low, left), high = std::min(found->high, left + 1.0 / parts);
                 if (low >= high)
                     continue;
-                auto& [weight, u, v] = shares[static_cast<std::size_t>(i)];
+                auto& [weight, u, v] = moments[static_cast<std::size_t>(i)];
                 weight += high - low;
                 u += (high - low) * (low + high) / 2 * to_lens / radius;
                 v += (high - low) * y * to_lens / height;
@@ -288,7 +288,7 @@ std::vector<params::aperture_tap_params> aperture_taps(const Aperture& aperture,
             }
         }
         for (int i = 0; i < across; ++i) {
-            const auto& [weight, u, v] = shares[static_cast<std::size_t>(i)];
+            const auto& [weight, u, v] = moments[static_cast<std::size_t>(i)];
             if (weight > 0)
                 taps.push_back({i / parts - columns, j / parts - rows, static_cast<float>(weight),
                                 static_cast<float>(u / weight), static_cast<float>(v / weight)});

@@ -13,7 +13,7 @@ namespace fathom {
 ///
 /// Rows are those of strips, `pitch` rows of pixels each. For a pixel that is the n-th of its strip's, row r from −reach to
 /// reach, entries starts[n (2 reach + 1) + r + reach] to before the next are spans of columns around the pixel. Weights are
-/// multiples of 2^-bits, so that sums of them and of shares of 1/128 are exact in a float.
+/// multiples of 2^-bits, so that sums of them and of fractions of 1/128 are exact in a float.
 struct ApertureSpans {
     int reach;   ///< rows of strips above and below
     int columns; ///< on either side
@@ -37,13 +37,13 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
 /// it.
 int parts_of_pixel(const Aperture& aperture, double circle, double aspect);
 
-/// Parts of the pixels of a small aperture, row by row: shares that sum to 1, and the middle of the part of the lens
+/// Parts of the pixels of a small aperture, row by row: weights that sum to 1, and the middle of the part of the lens
 /// that each shows through.
 /// Lens coordinates go from -1 to 1, to the right and down an image of what lies behind the focus.
 std::vector<params::aperture_tap_params> aperture_taps(const Aperture& aperture, double circle, double aspect,
                                                        bool upright);
 
-/// For each direction of the first moment of a part of the aperture and each share that the part has, 256 from 0 to 1: the
+/// For each direction of the first moment of a part of the aperture and each fraction that the part has, 256 from 0 to 1: the
 /// half-plane that has them. Cosine and sine of the turn from the moment to its normal, its distance from the middle, and the
 /// moment's size. Directions are evenly spaced in y / (|x| + |y|) from -y onwards; a circle has one.
 std::vector<std::array<float, 4>> aperture_halves(const Aperture& aperture, bool upright);

@@ -55,7 +55,7 @@ constexpr double tap_power = 1.5;
 
 // A slice of one jitter pattern: its direction on the screen, fraction of the radius, and rounding of its sectors.
 struct Turn {
-    double cosine, sine, share, rounding;
+    double cosine, sine, of_radius, rounding;
 };
 
 class Maker {
@@ -144,7 +144,7 @@ SliceTable slice_table(int slices, int samples, int largest_radius, int jitter, 
     for (int i = 0; i < patterns * slices; ++i) {
         const Turn turn = maker.turn(i / slices, i % slices);
         table.turns.insert(table.turns.end(),
-                           {single(turn.cosine), single(turn.sine), single(turn.share), single(turn.rounding)});
+                           {single(turn.cosine), single(turn.sine), single(turn.of_radius), single(turn.rounding)});
     }
     std::vector<std::uint32_t> reaches, firsts;
     for (int level = 1; level <= table.levels; ++level) {
