@@ -18,7 +18,7 @@ namespace fathom::seen {
 using Real = long double;
 using Point = Eigen::Matrix<Real, 3, 1>;
 
-/// Pixel position and stored window depth of a point.
+/// Pixel position and stored value, in the window encoding, of a point.
 struct Place {
     Real x, y, stored;
 };

@@ -509,7 +509,7 @@ TEST_CASE("Goldberg: z times w is linear at vertices only, and the bound holds i
     REQUIRE(error_at({7, 7, 7}, {0.2L, 0.5L, 0.3L}) < 1e-13L);
 }
 
-TEST_CASE("Ulrich: logarithmic depth keeps a relative step, window depth does not", "[articles]") {
+TEST_CASE("Ulrich: logarithmic depth keeps a relative step, the window encoding does not", "[articles]") {
     Camera window = camera_of(perspective(centred, {0.1, 1e4})), logarithmic = window;
     logarithmic.encoding = Encoding::logarithmic;
     logarithmic.far_plane = 1e4;
@@ -517,7 +517,7 @@ TEST_CASE("Ulrich: logarithmic depth keeps a relative step, window depth does no
     const auto relative = [](const Camera& camera, double z) {
         return depth_spacing(camera, DepthBits::d24, 3, 4, z) / z;
     };
-    // dz/dv/z → ln(C f + 1) for C z ≫ 1, whatever z; for window depth it grows as z/n.
+    // dz/dv/z → ln(C f + 1) for C z ≫ 1, whatever z; for the window encoding it grows as z/n.
     const double step = std::log(1e5 + 1) / 16777215;
     for (const double z : {10.0, 100.0, 9000.0})
         REQUIRE(relative(logarithmic, z) == Approx(step).epsilon(0.011));

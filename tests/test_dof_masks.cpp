@@ -188,7 +188,7 @@ void check(const std::string& label, const std::vector<Subject>& subjects) {
 
 } // namespace
 
-TEST_CASE("dof_masks: circles from window depth of a perspective are within their bound", "[dof_masks][exact]") {
+TEST_CASE("dof_masks: circles from the window encoding of a perspective are within their bound", "[dof_masks][exact]") {
     auto subjects = everywhere("perspective", [](DepthSpan span, Convention convention) {
         return oracle::from_field_of_view(1.1, 1.5, span, convention);
     });

@@ -279,7 +279,7 @@ TEST_CASE("form: what counts as background and as a surface", "[form]") {
     REQUIRE_FALSE(background(encoded(Encoding::view_z), Storage::uint16));
     REQUIRE(background(encoded(Encoding::inverse), Storage::float32) == bits(0));
     REQUIRE(background(encoded(Encoding::linear), Storage::uint16) == 65535u);
-    // Only window depth is written by the reversed matrix.
+    // Only the window encoding is written by the reversed matrix.
     REQUIRE(background(encoded(Encoding::linear, reversed), Storage::float32) == bits(1));
 
     Camera told = encoded(Encoding::view_z);

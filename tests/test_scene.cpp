@@ -39,7 +39,7 @@ std::vector<Camera> cameras() {
             with(with_oblique_near_plane(orthographic({-5, 6, -4, 3}, {0.5, 500}), {0.2, 0.1, -1, -3}))};
 }
 
-/// The pixel and the stored window depth that a view-space point is seen at.
+/// The pixel, and the stored value in the window encoding, that a view-space point is seen at.
 Vector3d project(const Camera& camera, const Vector3d& position) {
     const Projection& p = camera.projection;
     const auto clip = (p.matrix * position.cast<long double>().homogeneous()).eval();

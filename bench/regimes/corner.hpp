@@ -57,7 +57,7 @@ struct CornerErrors {
     double circle = 0, circle_bound = 0; ///< pixels
 };
 
-/// Of a corner whose camera stores window depth of a perspective.
+/// Of a corner whose camera stores a perspective in the window encoding.
 CornerErrors corner_errors(const Device& device, const Corner& corner, Buffer buffer,
                            const CircleOfConfusion& lens = {.k = 20, .g = 200});
 

@@ -49,7 +49,7 @@ Convention read_convention(const JsonObject& json) {
 }
 
 /// Near and far of a projection: its own, else those of the encoding; the camera takes what it has not.
-/// Only window depth is made by them. Every other encoding needs no more than the rays, which are the same for any span,
+/// Only the window encoding is made by them. Every other one needs no more than the rays, which are the same for any span,
 /// so that `otherwise` does no harm.
 DepthSpan read_span(const JsonObject& own, Camera& camera, DepthSpan otherwise) {
     const auto near = own.has("near") ? own.number("near") : camera.near_plane;

@@ -4,7 +4,7 @@
 
 namespace fathom {
 
-/// A camera of window depth that a projection gives over an image, its rows from the top.
+/// A camera in the window encoding that a projection gives over an image, its rows from the top.
 inline Camera camera_over(const Projection& projection, int width, int height) {
     Camera camera;
     camera.projection = projection;
