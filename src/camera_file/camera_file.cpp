@@ -24,7 +24,7 @@ Encoding read_encoding(const JsonObject& json) {
     using enum Encoding;
     const auto known = [](Encoding encoding) { return std::pair{to_string(encoding), encoding}; };
     return json
-        .choice("encoding", {known(window), known(view_z), known(ray_distance), known(linear), known(logarithmic),
+        .one_of("encoding", {known(window), known(view_z), known(ray_distance), known(linear), known(logarithmic),
                              known(exponential), known(median), known(pseudo_linear), known(inverse)})
         .value_or(window);
 }
@@ -32,16 +32,16 @@ Encoding read_encoding(const JsonObject& json) {
 std::optional<Storage> read_packing(const JsonObject& json) {
     using enum Storage;
     const auto known = [](Storage storage) { return std::pair{to_string(storage), storage}; };
-    return json.choice("packing", {known(rgb8_red_low), known(rgb8_red_high), known(uint24), known(uint24_high)});
+    return json.one_of("packing", {known(rgb8_red_low), known(rgb8_red_high), known(uint24), known(uint24_high)});
 }
 
 Convention read_convention(const JsonObject& json) {
     return {
-        .clip_z = json.choice<ClipZ>("clip_z", {{"negative-one-to-one", ClipZ::negative_one_to_one},
+        .clip_z = json.one_of<ClipZ>("clip_z", {{"negative-one-to-one", ClipZ::negative_one_to_one},
                                                 {"zero-to-one", ClipZ::zero_to_one}})
                       .value_or(ClipZ::negative_one_to_one),
-        .clip_y = json.choice<ClipY>("clip_y", {{"up", ClipY::up}, {"down", ClipY::down}}).value_or(ClipY::up),
-        .view_axes = json.choice<ViewAxes>("view_axes", {{"opengl", ViewAxes::opengl},
+        .clip_y = json.one_of<ClipY>("clip_y", {{"up", ClipY::up}, {"down", ClipY::down}}).value_or(ClipY::up),
+        .view_axes = json.one_of<ViewAxes>("view_axes", {{"opengl", ViewAxes::opengl},
                                                          {"directx", ViewAxes::directx},
                                                          {"opencv", ViewAxes::opencv}})
                          .value_or(ViewAxes::opengl),
@@ -98,7 +98,7 @@ Projection read_intrinsics(const JsonObject& json, Camera& camera, Convention co
     const auto width = json.count("width"), height = json.count("height");
     if (!width || !height)
         json.refuse_missing(width ? "height" : "width", "intrinsics are in pixels of an image of that size");
-    const auto to_corner = own.choice<double>("pixel_origin", {{"corner", 0.0}, {"centre", 0.5}}).value_or(0.0);
+    const auto to_corner = own.one_of<double>("pixel_origin", {{"corner", 0.0}, {"centre", 0.5}}).value_or(0.0);
     const Intrinsics intrinsics{.fx = own.needed("fx"),
                                 .fy = own.needed("fy"),
                                 .cx = own.needed("cx") + to_corner,
@@ -203,7 +203,7 @@ CameraFile read(const std::filesystem::path& path) {
     check_parameters(json, camera);
     camera.width = json.count("width").value_or(0);
     camera.height = json.count("height").value_or(0);
-    camera.rows = json.choice<Rows>("rows", {{"top-down", Rows::top_down}, {"bottom-up", Rows::bottom_up}})
+    camera.rows = json.one_of<Rows>("rows", {{"top-down", Rows::top_down}, {"bottom-up", Rows::bottom_up}})
                       .value_or(Rows::top_down);
     if (const auto range = json.numbers("depth_range", 2)) {
         camera.depth_range = {range->front(), range->back()};

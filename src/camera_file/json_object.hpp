@@ -35,7 +35,7 @@ public:
 
     /// One of several words.
     template <typename Value>
-    std::optional<Value> choice(const std::string& key,
+    std::optional<Value> one_of(const std::string& key,
                                 std::initializer_list<std::pair<const char*, Value>> choices) const {
         if (!has(key))
             return std::nullopt;
