@@ -168,7 +168,7 @@ void judge_plane(const scene::Rendered& truth, const Camera& camera, const Resul
 } // namespace
 
 TEST_CASE("normals: planes at tilts up to 85 degrees under every camera", "[normals][exact]") {
-    std::printf("normals of planes, worst error in degrees (share of normals_slope_error's promise)\n");
+    std::printf("normals of planes, worst error in degrees (fraction of normals_slope_error's promise)\n");
     for (const Subject& subject : cameras()) {
         PlaneErrors neighbours, least_squares;
         for (const double tilt : {0.0, 30.0, 60.0, 75.0, 85.0}) {

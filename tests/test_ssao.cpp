@@ -396,7 +396,7 @@ const std::pair<const char*, Places> turns[] = {
 
 TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
     constexpr int side = 97;
-    std::printf("ssao and symmetry: largest difference, mean difference, share of pixels\n");
+    std::printf("ssao and symmetry: largest difference, mean difference, fraction of pixels\n");
     for (const auto& [projection_name, projection] :
          {std::pair<const char*, Projection>{"perspective", perspective(1.0, 1, {0.5, 500})},
           {"orthographic", orthographic({-2, 2, -2, 2}, {0.5, 500})}}) {
