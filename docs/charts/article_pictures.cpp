@@ -259,7 +259,8 @@ void draw_edges(std::ostream& out, const std::vector<Triangle>& triangles, const
     out << "<path fill='none' stroke='#ffffff' stroke-opacity='0.45' stroke-width='0.8' d='";
     for (const Triangle& triangle : triangles) {
         char command = 'M';
-        for (const ScreenCorner& corner : ScreenTriangle(triangle, screen, DepthWriter::z_over_w).corners()) {
+        const ScreenTriangle seen(triangle, screen, DepthWriter::z_over_w);
+        for (const ScreenCorner& corner : seen.corners()) {
             out << command << number(x + corner.x * pixel) << " " << number(y + corner.y * pixel);
             command = 'L';
         }
