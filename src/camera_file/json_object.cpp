@@ -48,7 +48,7 @@ json parsed(const std::filesystem::path& file) {
 
 } // namespace
 
-JsonObject::JsonObject(const std::filesystem::path& file, std::vector<std::string> known)
+JsonObject::JsonObject(const std::filesystem::path& file, const std::vector<std::string>& known)
     : JsonObject(file, "", parsed(file), known) {}
 
 JsonObject::JsonObject(std::filesystem::path file, std::string name, json value, const std::vector<std::string>& known)
@@ -69,7 +69,7 @@ void JsonObject::check_keys(const std::vector<std::string>& known) const {
     }
 }
 
-JsonObject JsonObject::object(const std::string& key, std::vector<std::string> known) const {
+JsonObject JsonObject::object(const std::string& key, const std::vector<std::string>& known) const {
     return {file_, path_to(key), value_.at(key), known};
 }
 

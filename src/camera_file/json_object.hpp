@@ -17,10 +17,10 @@ namespace fathom::io {
 class JsonObject {
 public:
     /// Parses a file that holds one object. Refused: syntax errors (with line and column), keys given twice.
-    JsonObject(const std::filesystem::path& file, std::vector<std::string> known);
+    JsonObject(const std::filesystem::path& file, const std::vector<std::string>& known);
 
     /// The object under a key.
-    JsonObject object(const std::string& key, std::vector<std::string> known) const;
+    JsonObject object(const std::string& key, const std::vector<std::string>& known) const;
 
     bool has(const std::string& key) const { return value_.contains(key); }
 
