@@ -341,7 +341,8 @@ TEST_CASE("normals: options out of range are refused", "[normals]") {
     CHECK_THROWS_WITH(normals(stored, {.method = static_cast<NormalMethod>(3)}),
                       "method = 3 is none of its type's values: automatic, neighbours or least_squares");
     CHECK_THROWS_WITH(normals(stored, {.tolerance = 0}), "tolerance = 0 must be finite and greater than 0");
-    CHECK_THROWS_WITH(normals(stored, {.tolerance = std::nan("")}), "tolerance = nan must be finite and greater than 0");
+    CHECK_THROWS_WITH(normals(stored, {.tolerance = std::nan("")}),
+                      "tolerance = nan must be finite and greater than 0");
     CHECK_THROWS_WITH(normals(stored, Image(oracle::device(Arithmetic::fp64), Element::f32, {8, 8, 4})),
                       "the result holds 4 floats a pixel; it must hold 3 floats");
     CHECK(chosen_method(NormalMethod::automatic, stored) == NormalMethod::neighbours);

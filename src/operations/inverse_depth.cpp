@@ -11,9 +11,10 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const 
     check_stored(stored);
     const int width = stored.image.width(), height = stored.image.height();
     constexpr int columns = params::depth_margin_columns, rows = params::depth_margin_rows;
-    const int padded_rows = height + 2 * rows + 1; // the last one's margin lies behind the row before it
-    const Image result =
-        scratch.image(Element::f32, {width + columns, padded_rows}).region(columns, rows, width, height);
+    const int padded_width =
+        (width + columns - 1) / columns * columns + columns; // all of a row, to the next one's start
+    const int padded_rows = height + 2 * rows + 1;           // the last one's margin lies behind the row before it
+    const Image result = scratch.image(Element::f32, {padded_width, padded_rows}).region(columns, rows, width, height);
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
