@@ -39,10 +39,13 @@ INLINE floatV power_quotient(floatV r) {
     return fma(square, high, first);
 }
 
+// A depth that stands for the sky's, so that no sum or product of it is NaN.
+#define FAR 1e30f
+
 // Adding this rounds a float to the nearest integer and leaves that in the low bits.
 #define WHOLE 0x1.8p23f
 
-// 1 - 2^-v for v >= 0, within three roundings of itself: small ones keep their digits. 1 for NaN.
+// 1 - 2^-v for v >= 0, within three roundings of itself: small ones keep their digits.
 INLINE floatV one_less_power(floatV v) {
     const floatV least = min((floatV)64.0f, v), rounded = least + WHOLE;
     const floatV r = (rounded - WHOLE) - least, scale = as_floatV(0x3f800000 - (as_intV(rounded) << 23));
@@ -59,14 +62,14 @@ INLINE wideV at_least_0(wideV a) {
 #endif
 }
 
-// 2^e, within three roundings; 0 below 2^-126. Infinite or NaN from 2^51 on.
+// 2^e, within three roundings; 0 below 2^-126, and at most 2^127.
 INLINE floatV power(wideV e) {
 #if FP64
-    const wideV whole = (e + 0x1.8p52) - 0x1.8p52;
-    const floatV n = wide_to_float(whole), r = wide_to_float(e - whole);
+    const wideV within = min(e, (wideV)127.0), whole = (within + 0x1.8p52) - 0x1.8p52;
+    const floatV n = wide_to_float(whole), r = wide_to_float(within - whole);
 #else
-    const floatV n = (max(wide_to_float(e), -0x1p22f) + WHOLE) - WHOLE;
-    const floatV r = wide_to_float(wide_add(e, wide_from(-n)));
+    const floatV n = (min(max(wide_to_float(e), -0x1p22f), 127.0f) + WHOLE) - WHOLE;
+    const floatV r = min(wide_to_float(wide_add(e, wide_from(-n))), 0.5f);
 #endif
     const floatV scale = as_floatV((as_intV(min(max(n, -126.0f), 127.0f) + WHOLE) << 23) + 0x3f800000);
     return select((floatV)0.0f, fma(scale * r, power_quotient(r), scale), n >= -126.0f);
@@ -81,7 +84,7 @@ INLINE floatV optical_depth(floatV z, uint x, uint y, const ray_params* centred,
     const wideV second = wide_at_row(centred->length[1] + 1, y), third = wide_constant(centred->length[2][2]);
     const wideV of_row = wide_add(wide_product(second, second), wide_product(third, third));
     // The way to the surface, counted in steps of the direction.
-    wideV way = wide_add(wide_from(z), wide_negative(wide_constant(centred->centre_depth)));
+    wideV way = wide_add(wide_from(select(z, (floatV)FAR, sky)), wide_negative(wide_constant(centred->centre_depth)));
 #if !W_IS_DEPTH
     const wideV per_step = wide_at_pixel(centred->depth, x, y);
     const floatV whole = wide_quotient(way, per_step);

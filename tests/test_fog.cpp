@@ -219,18 +219,20 @@ TEST_CASE("fog: level rays and those nearly level lose nothing", "[fog]") {
     check_error("level rays", worst);
 }
 
-TEST_CASE("fog: a screen that is turned from the view axis loses nothing", "[fog]") {
+TEST_CASE("fog: a screen that is turned from the view axis loses nothing, nor does its sky", "[fog]") {
     double worst = 0;
-    for (const double falloff : {0.0, 0.05, 3.0})
-        for (const double start : {0.0, 3.0}) {
-            View view = view_of(true, 35, 13, view_matrix(2, -0.4, 0.3));
-            view.turned = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 0).normalized()).toRotationMatrix();
-            Eigen::Matrix4d from_view = Eigen::Matrix4d::Identity();
-            from_view.topLeftCorner<3, 3>() = view.turned.transpose();
-            const Eigen::Matrix4d straight = perspective(60 * radians, 1.5, {0.1, 1000}).matrix.cast<double>();
-            view.camera.projection = from_matrix(straight * from_view);
-            worst = std::max(worst, worst_error(view, height_fog(0.05, falloff, start), 3));
-        }
+    const Eigen::Matrix4d straight = perspective(60 * radians, 1.5, {0.1, 1000}).matrix.cast<double>();
+    for (const Arithmetic arithmetic : {Arithmetic::automatic, Arithmetic::two_float})
+        for (const double pitch : {-0.4, 0.7}) // the second one looks up: the sky shows above height fog
+            for (const double falloff : {0.0, 0.05, 3.0})
+                for (const double start : {0.0, 3.0}) {
+                    View view = view_of(true, 35, 13, view_matrix(2, pitch, 0.3));
+                    view.turned = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 0).normalized()).toRotationMatrix();
+                    Eigen::Matrix4d from_view = Eigen::Matrix4d::Identity();
+                    from_view.topLeftCorner<3, 3>() = view.turned.transpose();
+                    view.camera.projection = from_matrix(straight * from_view);
+                    worst = std::max(worst, worst_error(view, height_fog(0.05, falloff, start), 3, 1, arithmetic));
+                }
     check_error("turned screen", worst);
 }
 
