@@ -108,7 +108,7 @@ extern const Command fog_command{
 along the ray, in scene units. Under --height-falloff the density is integrated along the ray in closed form.
 
 The picture is taken to be linear; its alpha stays as it is. A pixel with an invalid depth keeps its colour. With several
-inputs IMAGE and OUT are folders, and each input finds and leaves its own name there.
+inputs, IMAGE and OUT are folders. The picture and the result of an input have its name there.
 
 Example:
   fathom fog frame.exr --color frame.exr --camera camera.json -o foggy.exr --density 0.02
