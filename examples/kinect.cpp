@@ -1,5 +1,6 @@
 // A Kinect's 16-bit PNG to points and normals in cv::Mat, and a foggy picture.
 
+#include <fathom/camera_file.hpp>
 #include <fathom/opencv.hpp>
 
 #include <opencv2/imgcodecs.hpp>
@@ -18,15 +19,9 @@ int main(int argc, char* argv[]) {
         return 1;
     }
 
-    fathom::Camera camera;
-    // The calibration counts from the middle of the first pixel, Fathom from its corner: hence the halves.
-    camera.projection = fathom::perspective(
-        fathom::Intrinsics{.fx = 525, .fy = 525, .cx = 319.5 + 0.5, .cy = 239.5 + 0.5, .width = 640, .height = 480},
-        {.near_plane = 0.1, .far_plane = 100}, {.view_axes = fathom::ViewAxes::opencv}); // x right, y down, z ahead
-    camera.encoding = fathom::Encoding::view_z;
-    camera.scale = 0.001; // metres
-    camera.width = millimetres.cols;
-    camera.height = millimetres.rows;
+    // Metres; x right, y down, z ahead.
+    const fathom::CameraFile source = fathom::preset_camera("kinect:fx=525,fy=525,cx=319.5,cy=239.5");
+    const fathom::Camera camera = fathom::camera_for(source, millimetres.cols, millimetres.rows);
 
     const fathom::Device device = fathom::Device::open();
     cv::Mat points, normals; // CV_32FC3, NaN where nothing was measured

@@ -2,7 +2,7 @@
 //   z = -(m3.q) / (m4.q),  q = (x, y, d, 1),  M = (viewport projection)^-1
 // Popov 2016, eq. 1, 3 and 5-9. The host finds the simplest form that is exact (src/camera/form.cpp); the kernel is built
 // for that form and for the way the value lies in memory.
-// Built for: FORM = 0 1 2 3 4 5; STORAGE = 0 1 2 3 4; PIXEL_TERMS = 0 1; W_IS_DEPTH = 0 1
+// Built for: FORM = 0 1 2 3 4 5 6; STORAGE = 0 1 2 3 4 5; PIXEL_TERMS = 0 1; W_IS_DEPTH = 0 1
 
 #ifndef FATHOM_CAMERA_H
 #define FATHOM_CAMERA_H
@@ -10,10 +10,10 @@
 #include "vector.h"
 #include "params.h"
 
-#if !defined(FORM) || FORM < FORM_RECIPROCAL || FORM > FORM_RAY_DISTANCE
+#if !defined(FORM) || FORM < FORM_RECIPROCAL || FORM > FORM_INVERSE_RAY_DISTANCE
 #error "FORM is not defined: one of the FORM_ constants of params.h"
 #endif
-#if !defined(STORAGE) || STORAGE < STORAGE_FLOAT32 || STORAGE > STORAGE_RGB8
+#if !defined(STORAGE) || STORAGE < STORAGE_FLOAT32 || STORAGE > STORAGE_UINT8
 #error "STORAGE is not defined: one of the STORAGE_ constants of params.h"
 #endif
 
@@ -32,13 +32,15 @@
 #define STORED uint
 #else
 #define STORED uchar
+#if STORAGE == STORAGE_RGB8
 #define STORED_PER_PIXEL 3
+#endif
 #endif
 #ifndef STORED_PER_PIXEL
 #define STORED_PER_PIXEL 1
 #endif
 
-// A stored value as a number, exactly, and whether its bits are the background's.
+// A stored value as a number, exactly, and whether it means the background. NaN where nothing was measured.
 typedef struct {
     floatV value;
     intV background;
@@ -60,6 +62,10 @@ INLINE sampleV load_stored(__global const STORED* source, const grid_params* gri
 #else
     sample.value = JOIN(vload_half, V)(0, (__global const half*)(source + at));
 #endif
+#elif STORAGE == STORAGE_UINT8
+    READ_AHEAD(source + at);
+    const uintV bits = convert_uintV(LOAD(uchar, source + at));
+    sample.value = convert_floatV(bits);
 #elif STORAGE == STORAGE_UINT16
     READ_AHEAD(source + at);
     const uintV bits = convert_uintV(LOAD(ushort, source + at));
@@ -77,7 +83,9 @@ INLINE sampleV load_stored(__global const STORED* source, const grid_params* gri
     const uintV bits = *(const uint_lanes*)codes;
     sample.value = convert_floatV(bits);
 #endif
-    sample.background = (bits == p->background) & (intV)(int)p->background_mask;
+    sample.background = ((bits == p->background) & (intV)(int)p->background_mask) |
+                        (p->farther * sample.value >= p->background_from);
+    sample.value = select(sample.value, (floatV)NAN, (bits == p->missing) & (intV)(int)p->missing_mask);
     return sample;
 }
 
@@ -120,18 +128,34 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
     return wide_exponential(exponent, p->amplitude, p->offset);
 }
 #else
-// z = scale v depth / |direction| + centre_depth. The length is that of three components of which the second depends on
-// the row alone and the third on nothing: a triangular matrix that is as long as the directions (QR).
+// z = distance depth / |direction| + offset. The length is that of three components of which the second depends on the row
+// alone and the third on nothing: a triangular matrix that is as long as the directions (QR).
 INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
     const wideV first = wide_at_pixel(rays->length[0], x, y);
     const wideV second = wide_at_row(rays->length[1] + 1, y), third = wide_constant(rays->length[2][2]);
     const wideV of_row = wide_add(wide_product(second, second), wide_product(third, third));
     const wideV square = wide_add(wide_product(first, first), of_row);
-    wideV length = wide_multiply(wide_constant(rays->scale), v);
+#if FORM == FORM_RAY_DISTANCE
+    wideV length = wide_multiply_add(wide_constant(p->numerator[0]), v, wide_constant(p->numerator[3]));
+#else
+    const wideV inverse = wide_multiply_add(wide_constant(p->denominator[0]), v, wide_constant(p->denominator[3]));
+    wideV length = wide_ratio(wide_constant(p->numerator[3]), inverse);
+#endif
 #if !W_IS_DEPTH
     length = wide_product(wide_at_pixel(rays->depth, x, y), length);
 #endif
-    return wide_to_float(wide_add(wide_over_root(length, square), wide_constant(rays->centre_depth)));
+    length = wide_over_root(length, square);
+#if FORM == FORM_INVERSE_RAY_DISTANCE
+    length = wide_multiply(length, (floatV)inverse_ray_unit);
+#endif
+    const floatV z = wide_to_float(wide_add(length, wide_constant(p->offset)));
+#if FORM == FORM_RAY_DISTANCE
+    return z;
+#else
+    // Beyond the largest float the ratio is no number.
+    const floatV small = wide_to_float(inverse);
+    return select(z, (floatV)INFINITY, isnan(z) & (small >= 0.0f) & (small < 1.0f));
+#endif
 }
 #endif
 

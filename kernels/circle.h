@@ -16,19 +16,6 @@
 #error "TELECENTRIC is not defined: 1 for an orthographic camera, 0 under a perspective"
 #endif
 
-// a / b, to twice a float's precision where there is no double.
-INLINE wideV wide_ratio(wideV a, wideV b) {
-#if FP64
-    return a / b;
-#else
-    const floatV inverse = 1.0f / b.high;
-    const floatV guess = a.high * inverse;
-    floatV rest = fma(-guess, b.high, a.high);
-    rest = fma(-guess, b.low, rest) + a.low;
-    return renormalised(guess, rest * inverse);
-#endif
-}
-
 // k - g s
 INLINE floatV circle_of_inverse(wideV s, const circle_params* p) {
     return wide_to_float(wide_add(wide_constant(p->k), wide_negative(wide_product(wide_constant(p->g), s))));
@@ -69,10 +56,12 @@ INLINE floatV circle_law(floatV v, uint x, uint y, const depth_params* depth, co
                          const circle_params* p, intV* surface) {
     const floatV z = decode_form(v, x, y, depth, rays); // the host makes it count from the lens
 #if TELECENTRIC
-    return wide_to_float(wide_add(wide_multiply(wide_constant(p->g), z), wide_negative(wide_constant(p->k))));
+    const wideV sum = wide_add(wide_multiply(wide_constant(p->g), z), wide_negative(wide_constant(p->k)));
+    return select(wide_to_float(sum), (floatV)p->infinite, z == INFINITY);
 #else
     *surface &= z > depth->least_depth;
-    return circle_of_inverse(wide_ratio(wide_from((floatV)1.0f), wide_from(z)), p);
+    const floatV c = circle_of_inverse(wide_ratio(wide_from((floatV)1.0f), wide_from(z)), p);
+    return select(c, (floatV)p->infinite, z == INFINITY);
 #endif
 }
 #endif

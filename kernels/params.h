@@ -38,6 +38,10 @@ using wide = std::uint64_t;
 #define FORM_RATIONAL 3
 #define FORM_EXPONENTIAL 4
 #define FORM_RAY_DISTANCE 5
+#define FORM_INVERSE_RAY_DISTANCE 6
+
+// A distance along the ray that is an inverse is counted in this unit: it may be longer than any float though its depth is one.
+CONSTANT(inverse_ray_unit, 256)
 
 // How stored depth lies in memory.
 #define STORAGE_FLOAT32 0
@@ -45,6 +49,7 @@ using wide = std::uint64_t;
 #define STORAGE_UINT16 2
 #define STORAGE_UINT24 3
 #define STORAGE_RGB8 4
+#define STORAGE_UINT8 5
 
 // How a colour lies in memory.
 #define ELEMENT_FLOAT 0
@@ -84,12 +89,12 @@ PARAMS(source_params, 16)
 
 // How a stored value becomes a view depth. See DepthForm in include/fathom/camera.hpp.
 typedef struct {
-    wide numerator[4];   // affine, rational
-    wide denominator[4]; // reciprocal_affine, rational
+    wide numerator[4];   // affine, rational; ray_distance: the distance
+    wide denominator[4]; // reciprocal_affine, rational; inverse_ray_distance: the inverse of the distance
     wide rate;           // exponential: z = amplitude (2^(rate v + start) - 1) + offset
     wide start;
     wide amplitude;
-    wide offset;
+    wide offset;         // exponential; depth that distances along the ray are counted from
     float sign; // reciprocal: t = sign v + end >= 0, z = gain / (t + pole)
     float end;
     float gain_high, gain_low;
@@ -99,10 +104,14 @@ typedef struct {
     float background_depth; // what a background pixel becomes
     u32 background;         // its stored bits
     u32 background_mask;    // all ones, or 0 where no value means background
+    float farther;          // the background, too: farther v >= background_from; NaN where none is
+    float background_from;
+    u32 missing;            // stored bits of what was not measured
+    u32 missing_mask;       // all ones, or 0 where no value means that
     u32 code_shift;         // uint24: bits below the code
     u32 byte_weights[3];    // rgb8
 } depth_params;
-PARAMS(depth_params, 160)
+PARAMS(depth_params, 176)
 
 // position = origin + w direction; w is the depth, or (z - centre_depth) / depth(x, y). Columns multiply (x, y, 1).
 typedef struct {
@@ -111,9 +120,8 @@ typedef struct {
     wide length[3][3]; // upper triangular, as long as direction for every pixel
     wide depth[3];
     wide centre_depth;
-    wide scale; // ray distance: scene units per stored unit
 } ray_params;
-PARAMS(ray_params, 256)
+PARAMS(ray_params, 248)
 
 // From inverse depth q and its slopes gx, gy per pixel to a normal. See kernels/normals.cl.
 //   n = of_slope_x gx + of_slope_y gy + of_depth (q - gx (x - centre_x) - gy (y - centre_y)), or 1 for the last factor

@@ -48,6 +48,7 @@ typedef LANES(float) floatV;
 typedef LANES(int) intV;
 typedef LANES(uint) uintV;
 typedef LANES(ushort) ushortV;
+typedef LANES(uchar) ucharV;
 #define as_floatV JOIN(as_, LANES(float))
 #define as_intV JOIN(as_, LANES(int))
 #define as_uintV JOIN(as_, LANES(uint))
@@ -59,6 +60,7 @@ typedef LANES(ushort) ushortV;
 typedef floatV __attribute__((aligned(4))) float_lanes;
 typedef uintV __attribute__((aligned(4))) uint_lanes;
 typedef ushortV __attribute__((aligned(2))) ushort_lanes;
+typedef ucharV __attribute__((aligned(1))) uchar_lanes;
 #define LOAD(type, pointer) (*(__global const JOIN(type, _lanes)*)(pointer))
 
 // Asks for what a later work-item of this row will read: the rows of an image are too short for the processor's own
@@ -205,6 +207,9 @@ INLINE floatV wide_reciprocal(wideV s) {
 INLINE floatV wide_quotient(wideV numerator, wideV denominator) {
     return convert_floatV(numerator / denominator);
 }
+INLINE wideV wide_ratio(wideV a, wideV b) {
+    return a / b;
+}
 
 // value / sqrt(square): a step of Newton in double on the guess leaves 3.3e-11.
 INLINE wideV wide_over_root(wideV value, wideV square) {
@@ -283,6 +288,15 @@ INLINE floatV wide_quotient(wideV numerator, wideV denominator) {
 }
 INLINE floatV wide_reciprocal(wideV s) {
     return quotient_pair(wide_from((floatV)1.0f), s);
+}
+
+// a / b, to twice a float's precision.
+INLINE wideV wide_ratio(wideV a, wideV b) {
+    const floatV inverse = 1.0f / b.high;
+    const floatV guess = a.high * inverse;
+    floatV rest = fma(-guess, b.high, a.high);
+    rest = fma(-guess, b.low, rest) + a.low;
+    return renormalised(guess, rest * inverse);
 }
 
 INLINE wideV wide_over_root(wideV value, wideV square) {

@@ -28,8 +28,7 @@ bool depends_on_stored(const Sum<Quad>& s) {
 
 std::vector<float> stored_values(const Subject& subject, const Truth& truth, const Patch& patch, std::mt19937& random) {
     const Quotient<Quad>& q = truth.quotient();
-    const bool metric = subject.camera.encoding == Encoding::view_z || subject.camera.encoding == Encoding::inverse ||
-                        subject.camera.encoding == Encoding::ray_distance;
+    const bool metric = is_metric(subject.camera.encoding);
     const auto low = static_cast<float>(q.v_low < q.v_high ? q.v_low : q.v_high);
     const auto high = static_cast<float>(q.v_low < q.v_high ? q.v_high : q.v_low);
     std::uniform_real_distribution<float> unit(0, 1);
@@ -88,6 +87,7 @@ Promise promise(Form form, Arithmetic arithmetic) {
     case Form::exponential:
         return {linearize_ulp_exponential, condition, fp64 ? 0 : exponential_least_two_float};
     case Form::ray_distance:
+    case Form::inverse_ray_distance:
         return {linearize_ulp_ray_distance, sum_condition_ray_distance};
     default:
         return {fp64 ? linearize_ulp_fp64 : linearize_ulp_two_float, condition};

@@ -49,10 +49,36 @@ Subject oblique_orthographic(const Eigen::Vector4d& plane, DepthSpan span, const
         text_of("oblique orthographic", name, span));
 }
 
+std::vector<Subject> of_every_measure() {
+    std::vector<Subject> subjects;
+    const auto add = [&](const char* name, Subject subject, Along along, double offset, bool from_near_plane) {
+        subject.camera.along = along;
+        subject.camera.offset = offset;
+        subject.camera.from_near_plane = from_near_plane;
+        subjects.push_back(named(subject, name));
+    };
+    const Subject tilt = named(from_matrix(tilted(perspective_matrix(0.7, 0.5, 0.1, 100), 0.2, -0.1)), "tilted");
+    const Subject ahead = named(from_matrix(moved(perspective_matrix(0.7, 0.5, 0.1, 1e4), {3, 1, -2})), "moved");
+    using enum Encoding;
+    add("inverse, offset", encoded(inverse), Along::axis, 3.7, false);
+    add("inverse, negative offset", encoded(inverse), Along::axis, -0.3, false);
+    add("linear along the ray", encoded(linear), Along::ray, 0, false);
+    add("inverse along the ray", encoded(inverse), Along::ray, 0, false);
+    add("inverse with an offset along the ray", encoded(inverse, 80), Along::ray, 2.5, false);
+    add("inverse range along the ray", encoded(inverse_range), Along::ray, 0, false);
+    add("inverse range along tilted rays", encoded(tilt, inverse_range), Along::ray, 0, false);
+    add("inverse range along rays of a centre ahead", encoded(ahead, inverse_range), Along::ray, 0, false);
+    add("linear along tilted rays", encoded(tilt, linear), Along::ray, 0, false);
+    add("ray distance from the near plane", encoded(ray_distance), Along::axis, 0, true);
+    return subjects;
+}
+
 std::vector<Subject> of_every_encoding() {
     std::vector<Subject> subjects;
     for (const Encoding encoding : encodings)
         subjects.push_back(encoded(encoding));
+    for (const Subject& subject : of_every_measure())
+        subjects.push_back(subject);
     const DepthSpan reversed{0.1, std::numeric_limits<double>::infinity(), DepthOrder::reversed};
     subjects.push_back(named(from_field_of_view(1, 1, reversed, Convention::vulkan()), "reversed"));
     subjects.push_back(

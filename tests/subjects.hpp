@@ -19,10 +19,11 @@ inline const std::pair<const char*, fathom::Convention> conventions[] = {{"OpenG
                                                                          {"Direct3D", fathom::Convention::direct3d()},
                                                                          {"Vulkan", fathom::Convention::vulkan()}};
 
-inline constexpr fathom::Encoding encodings[] = {
-    fathom::Encoding::window, fathom::Encoding::view_z,        fathom::Encoding::ray_distance,
-    fathom::Encoding::linear, fathom::Encoding::logarithmic,   fathom::Encoding::exponential,
-    fathom::Encoding::median, fathom::Encoding::pseudo_linear, fathom::Encoding::inverse};
+inline constexpr fathom::Encoding encodings[] = {fathom::Encoding::window,       fathom::Encoding::view_z,
+                                                 fathom::Encoding::ray_distance, fathom::Encoding::linear,
+                                                 fathom::Encoding::logarithmic,  fathom::Encoding::exponential,
+                                                 fathom::Encoding::median,       fathom::Encoding::pseudo_linear,
+                                                 fathom::Encoding::inverse,      fathom::Encoding::inverse_range};
 
 /// Names a subject: what it is, its convention and its range of depths.
 std::string text_of(const char* what, const char* convention, fathom::DepthSpan span);
@@ -32,6 +33,9 @@ Subject encoded(Subject subject, fathom::Encoding encoding, double scale = 0.001
 
 /// An ordinary perspective with that encoding.
 Subject encoded(fathom::Encoding encoding, double scale = 0.001);
+
+/// Cameras whose distance is measured along the ray, from the near plane, or with an offset.
+std::vector<Subject> of_every_measure();
 
 /// A plane given for a camera that looks along -z, in the axes of a convention.
 Eigen::Vector4d in_axes(Eigen::Vector4d plane, const fathom::Convention& convention);

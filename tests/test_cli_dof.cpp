@@ -134,6 +134,40 @@ TEST_CASE("dof program: pictures of other types, and results of other types") {
     CHECK(cv::norm(read_color(out), truth, cv::NORM_INF) <= 0.51 / 65535);
 }
 
+TEST_CASE("dof program: a photograph is blurred as light, and stays what it was") {
+    const Scene scene;
+    cv::Mat codes;
+    scene.color.convertTo(codes, CV_8U, 255);
+    const std::string png = scene.folder / "photo.png", out = scene.folder / "out/photo.png";
+    cv::imwrite(png, codes);
+    const auto blurred = [&](const std::string& picture, const std::string& result, const Arguments& more = {}) {
+        const Outcome outcome =
+            run(joined({"dof", scene.input, "--color", picture, "--camera", scene.camera, "-o", result, "--f-stop",
+                        "0.2", "--focus", "2", "--focal-length-mm", "50", "--sensor-mm", "36"},
+                       more));
+        check_done(outcome);
+        return outcome;
+    };
+    const Outcome outcome = blurred(png, out);
+    CHECK(outcome.out.find("sRGB, 8 bits") != std::string::npos);
+    CHECK(cv::imread(out, cv::IMREAD_UNCHANGED).type() == CV_8UC3);
+
+    const Picture light = read_picture(png); // the same as light, in floats
+    const std::string exr = scene.folder / "light.exr", exr_out = scene.folder / "out/light.exr";
+    write_color(exr, light.color);
+    CHECK(blurred(exr, exr_out).out.find("linear floats") != std::string::npos);
+    write_picture(scene.folder / "out/expected.png", {read_color(exr_out), light.format});
+    CHECK(same(cv::imread(out, cv::IMREAD_UNCHANGED),
+               cv::imread(scene.folder / "out/expected.png", cv::IMREAD_UNCHANGED)));
+
+    blurred(png, scene.folder / "out/linear.png", {"--color-space", "linear"});
+    CHECK(!same(cv::imread(out), cv::imread(scene.folder / "out/linear.png")));
+    blurred(png, scene.folder / "out/photo.jpg");
+    blurred(scene.folder / "out/photo.jpg", scene.folder / "out/again.jpeg");
+    check_done(run({"dof", scene.input, "--color", png, "--camera", scene.camera, "-o", out, "--circle", "0,0"}));
+    CHECK(same(cv::imread(out, cv::IMREAD_UNCHANGED), codes)); // all in focus: no code changes
+}
+
 TEST_CASE("dof program: a renderer's layer is found, or named") {
     const Scene scene;
     const std::string layered = scene.folder / "layered.exr";

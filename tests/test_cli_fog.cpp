@@ -64,7 +64,6 @@ TEST_CASE("fog program: every option reaches the library") {
     } const cases[] = {
         {{"--density", "0.2", "--start", "1.5"}, {.density = 0.2, .start = 1.5}},
         {{"--density", "3", "--max-opacity", "0.25"}, {.density = 3, .max_opacity = 0.25}},
-        {{"--density", "0.2", "--alpha", "straight"}, {.density = 0.2, .alpha = FogAlpha::straight}},
         {{"--density", "0.2", "--height-falloff", "0.5"}, {.density = 0.2, .height_falloff = 0.5}},
         {{"--density", "0.2", "--height-falloff", "0.5", "--reference-height", "2", "--up", "0,0,3"},
          {.density = 0.2, .height_falloff = 0.5, .reference_height = 2, .up = {0, 0, 3}}},

@@ -95,7 +95,7 @@ struct Found {
 double condition_of(Form form, Arithmetic arithmetic) {
     if (form == Form::reciprocal)
         return 0;
-    if (form == Form::ray_distance)
+    if (form == Form::ray_distance || form == Form::inverse_ray_distance)
         return sum_condition_ray_distance;
     return arithmetic == Arithmetic::fp64 ? sum_condition_fp64 : sum_condition_two_float;
 }
@@ -251,6 +251,8 @@ TEST_CASE("dof_masks: circles from every encoding are within their bound", "[dof
     for (const Encoding encoding : encodings)
         for (const double scale : {0.001, 1.0, 0.1234567})
             subjects.push_back(encoded(encoding, scale));
+    for (const Subject& subject : oracle::of_every_measure())
+        subjects.push_back(subject);
     const Eigen::Matrix4d moved = oracle::moved(oracle::perspective_matrix(0.7, 0.5, 0.1, 1e4), {1, 2, 3});
     for (const Encoding encoding : {Encoding::linear, Encoding::ray_distance, Encoding::logarithmic})
         subjects.push_back(

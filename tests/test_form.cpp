@@ -171,7 +171,7 @@ TEST_CASE("form: encodings", "[form]") {
         {Encoding::ray_distance, Form::ray_distance}, {Encoding::linear, Form::affine},
         {Encoding::logarithmic, Form::exponential},   {Encoding::exponential, Form::exponential},
         {Encoding::median, Form::rational},           {Encoding::pseudo_linear, Form::affine},
-        {Encoding::inverse, Form::reciprocal},
+        {Encoding::inverse, Form::reciprocal},        {Encoding::inverse_range, Form::reciprocal},
     };
     for (const auto& [encoding, form] : expected) {
         INFO(to_string(encoding));
@@ -222,8 +222,13 @@ TEST_CASE("form: stored_depth is the inverse of view_depth", "[form]") {
     }
     for (const Encoding encoding :
          {Encoding::view_z, Encoding::ray_distance, Encoding::linear, Encoding::logarithmic, Encoding::exponential,
-          Encoding::median, Encoding::pseudo_linear, Encoding::inverse})
+          Encoding::median, Encoding::pseudo_linear, Encoding::inverse, Encoding::inverse_range}) {
         cameras.push_back(encoded(encoding));
+        Camera along_ray = cameras.back();
+        along_ray.along = Along::ray;
+        if (encoding == Encoding::linear || encoding == Encoding::inverse || encoding == Encoding::inverse_range)
+            cameras.push_back(along_ray);
+    }
     cameras.push_back(encoded(Encoding::ray_distance, tilted(plain)));
 
     Real worst = 0;
@@ -298,6 +303,33 @@ TEST_CASE("form: what counts as background and as a surface", "[form]") {
     REQUIRE(depth_form(camera_of(moved)).least_depth == -3);
 }
 
+TEST_CASE("form: what is missing and where the background begins", "[form]") {
+    Camera camera = encoded(Encoding::view_z);
+    camera.missing = 0;
+    camera.background_from = 65535;
+    DepthForm form = depth_form(camera, Storage::uint16);
+    CHECK(form.missing == 0u);
+    CHECK(form.background_from == 65535.0f);
+    CHECK(kind_of(form, 0, 0) == StoredKind::missing);
+    CHECK(kind_of(form, 65534, 65534) == StoredKind::depth);
+    CHECK(kind_of(form, 65535, 65535) == StoredKind::background);
+
+    camera.background_from = 1e10; // what a half float cannot hold was clipped to its largest
+    camera.missing.reset();
+    CHECK(depth_form(camera, Storage::float16).background_from == 65504.0f);
+    CHECK(depth_form(camera, Storage::uint16).background_from == 1e10f); // no code is as large
+
+    Camera disparity = encoded(Encoding::inverse);
+    disparity.offset = 12.5;
+    CHECK_FALSE(depth_form(disparity, Storage::uint16).background); // no code means infinity
+    CHECK(depth_form(disparity, Storage::float32).background == std::bit_cast<std::uint32_t>(-12.5f));
+    CHECK(depth_form(disparity, Storage::float32).lowest == -12.5f);
+    disparity.offset = -12.5;
+    CHECK(depth_form(disparity, Storage::uint16).lowest == 13);
+    disparity.offset = -12;
+    CHECK(depth_form(disparity, Storage::uint16).background == 12u);
+}
+
 TEST_CASE("form: a pole beside an uneven depth range is summed as it stands", "[form]") {
     // A standard range −1..1 ends at its larger side; −1..0.5 does not, and 1..2 of a reversed one starts at no zero.
     Camera camera = camera_of(perspective(edges, {0.5, 100}));
@@ -327,6 +359,12 @@ TEST_CASE("form: a camera that cannot be decoded says why", "[form]") {
     says([](Camera& c) { c.width = 0; }, "0 x 121 pixels");
     says([](Camera& c) { c.depth_range = {0.5, 0.5}; }, "depth_range = [0.5, 0.5]");
     says([&](Camera& c) { c.depth_range = {nan, 1}; }, "depth_range = [nan, 1]");
+    says([](Camera& c) { c.offset = 1; }, "offset is for the inverse encoding, not for the window encoding");
+    says([](Camera& c) { c.along = Along::ray; }, "along = ray is for linear, inverse and inverse-range");
+    says([](Camera& c) { c.from_near_plane = true; }, "from_near_plane is for the ray-distance encoding");
+    says([](Camera& c) { c.background = 2, c.missing = 2; }, "missing and background are both 2");
+    says([&](Camera& c) { c.missing = nan; }, "missing must be a number");
+    says([&](Camera& c) { c.background_from = nan; }, "background_from must be a number");
     says([](Camera& c) { c.scale = 0; }, "scale = 0 must be greater than 0");
     says([&](Camera& c) { c.background = nan; }, "background must be a number");
     says([](Camera& c) { c.encoding = Encoding::linear, c.near_plane.reset(); }, "the linear encoding needs near");

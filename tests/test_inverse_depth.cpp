@@ -43,6 +43,16 @@ Camera with(Camera camera, Encoding encoding, double scale = 1) {
     return camera;
 }
 
+Camera along_ray(Camera camera) {
+    camera.along = Along::ray;
+    return camera;
+}
+
+Camera measured(Camera camera, double offset) {
+    camera.offset = offset;
+    return camera;
+}
+
 std::vector<Subject> subjects() {
     const Camera plain = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}));
     const Camera reversed = camera_of(perspective(1.0, 4.0 / 3, {0.5, infinity, DepthOrder::reversed}));
@@ -84,6 +94,14 @@ std::vector<Subject> subjects() {
         {"median, uint16", with(plain, Encoding::median), u16, 0.6, 400},
         {"inverse", with(plain, Encoding::inverse), f32, 0.6, 400},
         {"inverse, uint16", with(plain, Encoding::inverse, 1000), u16, 0.6, 400},
+        {"inverse, uint8", with(plain, Encoding::inverse, 100), Storage::uint8, 0.6, 60},
+        {"inverse, offset", measured(with(plain, Encoding::inverse), 0.01), f32, 0.6, 90},
+        {"inverse range, uint16", with(plain, Encoding::inverse_range), u16, 0.6, 400},
+        {"inverse range along the ray, uint16", along_ray(with(plain, Encoding::inverse_range)), u16, 0.6, 400},
+        {"inverse range along tilted rays", along_ray(with(tilted, Encoding::inverse_range)), f32, 0.6, 300},
+        {"linear along the ray, uint16", along_ray(with(plain, Encoding::linear)), u16, 0.6, 400},
+        {"linear along the ray", along_ray(with(plain, Encoding::linear)), f32, 0.6, 400},
+        {"inverse along the ray, offset", along_ray(measured(with(plain, Encoding::inverse), 0.01)), f32, 0.6, 90},
     };
 }
 
@@ -159,6 +177,7 @@ TEST_CASE("inverse depth: its error is within its bound, and not far below", "[i
         const Element element = element_of(subject.storage);
         const Found found = element == Element::f32   ? judge<float>(subject)
                             : element == Element::u32 ? judge<std::uint32_t>(subject)
+                            : element == Element::u8  ? judge<std::uint8_t>(subject)
                                                       : judge<std::uint16_t>(subject);
         const InverseDepthError error = inverse_depth_error(subject.camera, subject.storage);
         std::printf("inverse depth, %-32s %.2e + %.2e q + %.2e q^2: worst %.3f of the bound, far away %.3f\n",

@@ -103,11 +103,9 @@ TEST_CASE("bgr: packed bytes mean the same in either order, and pictures keep th
     CHECK(same(decoded(bgr, Storage::bgr8_red_low), decoded(rgb, Storage::rgb8_red_low)));
     CHECK(same(decoded(bgr, Storage::bgr8_red_high), decoded(rgb, Storage::rgb8_red_high)));
     CHECK(!same(decoded(bgr, Storage::bgr8_red_low), decoded(bgr, Storage::bgr8_red_high)));
-    for (const auto packing :
-         {Storage::rgb8_red_low, Storage::bgr8_red_low, Storage::rgb8_red_high, Storage::bgr8_red_high}) {
-        const bool low = packing == Storage::rgb8_red_low || packing == Storage::bgr8_red_low;
+    for (const auto packing : {Packing::rgb_red_low, Packing::rgb_red_high}) {
         const DepthFile depth = read_depth(input, {.packing = packing});
-        CHECK(depth.storage == (low ? Storage::bgr8_red_low : Storage::bgr8_red_high));
+        CHECK(depth.storage == (packing == Packing::rgb_red_low ? Storage::bgr8_red_low : Storage::bgr8_red_high));
         CHECK(same(depth.values, bgr));
     }
 }

@@ -28,7 +28,7 @@ using Imath::V2i;
 
 namespace {
 
-struct Picture {
+struct ExrImage {
     Box2i display{{0, 0}, {6, 4}};
     Box2i data{{0, 0}, {6, 4}};
     std::vector<std::string> channels{"Z"};
@@ -42,7 +42,7 @@ double truth(std::size_t c, int x, int y) {
     return static_cast<double>(c) * 256 + (y + 8) * 16 + x + 8;
 }
 
-Imf::Header header_of(const Picture& picture) {
+Imf::Header header_of(const ExrImage& picture) {
     Imf::Header header(picture.display, picture.data);
     header.compression() = picture.compression;
     for (const auto& name : picture.channels)
@@ -59,7 +59,7 @@ struct Pixels {
     std::vector<cv::Mat> planes;
     Imf::FrameBuffer frame;
 
-    explicit Pixels(const Picture& picture) {
+    explicit Pixels(const ExrImage& picture) {
         const auto size = picture.data.size() + V2i(1, 1);
         for (std::size_t c = 0; c < picture.channels.size(); ++c) {
             cv::Mat values(size.y, size.x, CV_32FC1), plane;
@@ -75,7 +75,7 @@ struct Pixels {
     }
 };
 
-fs::path write(const fs::path& file, const Picture& picture) {
+fs::path write(const fs::path& file, const ExrImage& picture) {
     const Pixels pixels(picture);
     Imf::OutputFile exr(file.c_str(), header_of(picture));
     exr.setFrameBuffer(pixels.frame);
@@ -83,7 +83,7 @@ fs::path write(const fs::path& file, const Picture& picture) {
     return file;
 }
 
-fs::path write(const fs::path& file, const std::vector<Picture>& parts) {
+fs::path write(const fs::path& file, const std::vector<ExrImage>& parts) {
     std::vector<Imf::Header> headers;
     for (const auto& part : parts)
         headers.push_back(header_of(part));
@@ -97,7 +97,7 @@ fs::path write(const fs::path& file, const std::vector<Picture>& parts) {
     return file;
 }
 
-fs::path write_tiled(const fs::path& file, const Picture& picture) {
+fs::path write_tiled(const fs::path& file, const ExrImage& picture) {
     const Pixels pixels(picture);
     auto header = header_of(picture);
     header.setTileDescription({4, 4, Imf::ONE_LEVEL});
@@ -135,7 +135,7 @@ double value(const cv::Mat& image, int x, int y) {
 }
 
 /// Every pixel of the display window: channel `c` inside the data window, NaN outside.
-void check_pixels(const cv::Mat& image, const Picture& picture, std::size_t c) {
+void check_pixels(const cv::Mat& image, const ExrImage& picture, std::size_t c) {
     REQUIRE(image.size() == cv::Size(picture.display.size().x + 1, picture.display.size().y + 1));
     int wrong = 0;
     for (int y = 0; y < image.rows; ++y)
@@ -177,7 +177,7 @@ TEST_CASE("exr: the channel that is named like depth is taken", "[io]") {
         {{"Layer.Depth.Z", "V", "Y"}, "Layer.Depth.Z"},
     };
     for (const auto& each : cases) {
-        const Picture picture{.channels = each.channels};
+        const ExrImage picture{.channels = each.channels};
         const auto depth = read_depth(write(folder / "a.exr", picture));
         CHECK(depth.channel == each.taken);
         const auto at = std::find(each.channels.begin(), each.channels.end(), each.taken) - each.channels.begin();
@@ -187,7 +187,7 @@ TEST_CASE("exr: the channel that is named like depth is taken", "[io]") {
 
 TEST_CASE("exr: a channel asked for is taken, whatever it is called", "[io]") {
     const TempFolder folder;
-    const Picture picture{.channels = {"Z", "far.W"}};
+    const ExrImage picture{.channels = {"Z", "far.W"}};
     const auto file = write(folder / "a.exr", picture);
     check_pixels(read_depth(file, {.channel = "far.W"}).values, picture, 1);
     check_says(refusal([&] { read_depth(file, {.channel = "Depth"}); }),
@@ -210,7 +210,7 @@ TEST_CASE("exr: float, half and uint keep their values and say how they are stor
     for (const auto& [type, kind] : kinds)
         for (const auto compression :
              {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::PIZ_COMPRESSION}) {
-            const Picture picture{.type = type, .compression = compression};
+            const ExrImage picture{.type = type, .compression = compression};
             const auto depth = read_depth(write(folder / "a.exr", picture));
             CHECK(depth.values.type() == kind.first);
             CHECK(depth.storage == kind.second);
@@ -232,7 +232,7 @@ TEST_CASE("exr: the display window is read; NaN outside the data window, oversca
     };
     for (const auto& [shown, data] : windows)
         for (const auto type : {Imf::FLOAT, Imf::HALF}) {
-            const Picture picture{.display = shown, .data = data, .type = type};
+            const ExrImage picture{.display = shown, .data = data, .type = type};
             check_pixels(read_depth(write(folder / "a.exr", picture)).values, picture, 0);
             check_pixels(read_depth(write_tiled(folder / "tiled.exr", picture)).values, picture, 0);
         }
@@ -240,7 +240,7 @@ TEST_CASE("exr: the display window is read; NaN outside the data window, oversca
 
 TEST_CASE("exr: integer depth has no value for nothing", "[io]") {
     const TempFolder folder;
-    const Picture overscan{.data = {{-3, -2}, {9, 6}}, .type = Imf::UINT};
+    const ExrImage overscan{.data = {{-3, -2}, {9, 6}}, .type = Imf::UINT};
     check_pixels(read_depth(write(folder / "a.exr", overscan)).values, overscan, 0);
     const auto crop = write(folder / "b.exr", {.data = {{2, 1}, {4, 3}}, .type = Imf::UINT});
     check_says(refusal([&] { read_depth(crop); }), {"write depth as float"});
@@ -248,9 +248,9 @@ TEST_CASE("exr: integer depth has no value for nothing", "[io]") {
 
 TEST_CASE("exr: every part of a multipart file is searched", "[io]") {
     const TempFolder folder;
-    const std::vector<Picture> parts{{.channels = {"R", "G", "B"}, .part = "colour"},
-                                     {.channels = {"X", "Y", "Z"}, .part = "position"},
-                                     {.channels = {"Z"}, .type = Imf::HALF, .part = "depth"}};
+    const std::vector<ExrImage> parts{{.channels = {"R", "G", "B"}, .part = "colour"},
+                                      {.channels = {"X", "Y", "Z"}, .part = "position"},
+                                      {.channels = {"Z"}, .type = Imf::HALF, .part = "depth"}};
     const auto file = write(folder / "a.exr", parts);
     const auto depth = read_depth(file);
     CHECK(depth.channel == "depth.Z");
@@ -281,7 +281,7 @@ TEST_CASE("exr: deep files are refused", "[io]") {
 
 TEST_CASE("exr: a file whose rows were not all written is refused", "[io]") {
     const TempFolder folder;
-    const Picture picture{.display = {{0, 0}, {31, 63}}, .data = {{0, 0}, {31, 63}}};
+    const ExrImage picture{.display = {{0, 0}, {31, 63}}, .data = {{0, 0}, {31, 63}}};
     const auto file = folder / "half.exr";
     {
         const Pixels pixels(picture);
@@ -294,7 +294,7 @@ TEST_CASE("exr: a file whose rows were not all written is refused", "[io]") {
 
 TEST_CASE("exr: windows that no image has are refused before memory is asked for", "[io]") {
     const TempFolder folder;
-    const Picture picture{.compression = Imf::NO_COMPRESSION};
+    const ExrImage picture{.compression = Imf::NO_COMPRESSION};
     const auto bytes = get(write(folder / "a.exr", picture));
     const auto at = [&](const std::string& name) {
         return std::search(bytes.begin(), bytes.end(), name.begin(), name.end()) - bytes.begin() +

@@ -62,6 +62,17 @@ std::string anchor_of(const std::string& heading) {
     return anchor;
 }
 
+/// How depth of a packing lies in memory once it is read.
+Storage storage_of(std::optional<Packing> packing) {
+    if (packing == Packing::uint8)
+        return Storage::uint8;
+    if (packing == Packing::uint24 || packing == Packing::uint24_high)
+        return Storage::uint24;
+    if (packing == Packing::rgb_red_low || packing == Packing::rgb_red_high)
+        return Storage::bgr8_red_low;
+    return Storage::float32;
+}
+
 std::set<std::string> anchors(const fs::path& page) {
     std::set<std::string> found;
     for (const std::string& heading : all(text_of(page), "\n#+ ([^\n]+)"))
@@ -84,11 +95,26 @@ TEST_CASE("pages: every camera file in them is read, and decodes", "[io]") {
             const CameraFile file = read_camera(put(folder / "camera.json", json));
             const Camera camera = camera_for(file, file.camera.width ? file.camera.width : 64,
                                              file.camera.height ? file.camera.height : 48);
-            CHECK_NOTHROW(depth_form(camera, file.packing.value_or(Storage::float32)));
+            CHECK_NOTHROW(depth_form(camera, storage_of(file.packing)));
             ++count;
         }
     }
-    CHECK(count >= 15);
+    CHECK(count >= 9);
+}
+
+TEST_CASE("pages: every preset with its keys in them is a camera", "[io]") {
+    std::size_t count = 0;
+    for (const fs::path& page : pages()) {
+        for (const std::string& preset : all(text_of(page), "`([a-z0-9-]+:[a-z_]+=[^`…]+)`")) {
+            INFO(page.native() << ": " << preset);
+            if (preset.find("scale=") == std::string::npos) // which stands for what a text says about it alone
+                CHECK_NOTHROW(preset_camera(preset));
+            ++count;
+        }
+        for (const std::string& preset : all(text_of(page), "--preset ([a-z0-9-]+:[a-z_]+=[^ `]+)"))
+            CHECK_NOTHROW(preset_camera(preset));
+    }
+    CHECK(count >= 8);
 }
 
 TEST_CASE("pages: all C++ in them stands in a file of examples/", "[io]") {

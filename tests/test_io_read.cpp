@@ -119,7 +119,7 @@ TEST_CASE("read: TIFF of unsigned and signed 32-bit codes, floats and halves, in
             CHECK(std::equal(codes.begin(), codes.end(), depth.values.ptr<std::uint32_t>()));
         }
         const auto file = put(folder / "high.tif", tiff(little, 32, 1, high));
-        const auto depth = read_depth(file, {.packing = Storage::uint24_high});
+        const auto depth = read_depth(file, {.packing = Packing::uint24_high});
         CHECK(depth.storage == Storage::uint24_high);
         CHECK(std::equal(high.begin(), high.end(), depth.values.ptr<std::uint32_t>()));
         check_says(refusal([&] { read_depth(file); }), {"pixel (2, 0) holds 4294967040", "uint24-high"});
@@ -142,8 +142,8 @@ TEST_CASE("read: 24 bits packed in R, G, B need the packing, and come back as B,
     for (const auto& image : {bgr, bgra}) {
         for (const std::string name : {"a.png", "a.tif"}) {
             const auto file = encoded(folder / name, image);
-            for (const auto& [packing, storage] : {std::pair{Storage::rgb8_red_low, Storage::bgr8_red_low},
-                                                   {Storage::rgb8_red_high, Storage::bgr8_red_high}}) {
+            for (const auto& [packing, storage] : {std::pair{Packing::rgb_red_low, Storage::bgr8_red_low},
+                                                   {Packing::rgb_red_high, Storage::bgr8_red_high}}) {
                 const auto depth = read_depth(file, {.packing = packing});
                 CHECK(depth.storage == storage);
                 CHECK(same(depth.values, bgr));
@@ -166,7 +166,8 @@ TEST_CASE("read: images that hold no depth are refused with what would", "[io]")
     check_says(refused("a.pgm", cv::Mat(3, 4, CV_8UC1, cv::Scalar(9))), {"unsigned 8-bit"});
     check_says(refused("a.tif", cv::Mat(3, 4, CV_64FC1, cv::Scalar(9))), {"64-bit float"});
     check_says(refused("a.png", cv::Mat(3, 4, CV_16UC1, cv::Scalar(9)), {.channel = "Z"}), {"no channel \"Z\""});
-    for (const auto packing : {Storage::uint24, Storage::uint24_high, Storage::rgb8_red_low})
+    for (const auto packing :
+         {Packing::uint24, Packing::uint24_high, Packing::rgb_red_low, Packing::rgba_red_low, Packing::uint8})
         check_says(refused("a.png", cv::Mat(3, 4, CV_16UC1, cv::Scalar(9)), {.packing = packing}),
                    {"the packing \"" + std::string(to_string(packing)) + "\" needs", "camera file"});
     write_image(folder / "colour.pfm", cv::Mat(3, 4, CV_32FC3, cv::Scalar(1)));

@@ -87,6 +87,10 @@ StoredCodes random_codes(Storage storage, int count, std::mt19937& random) {
             append(bits & 0xffff, 2);
             codes.values.push_back(half_value(static_cast<std::uint16_t>(bits)));
             break;
+        case Storage::uint8:
+            append(bits & 0xff, 1);
+            codes.values.push_back(bits & 0xff);
+            break;
         case Storage::uint16:
             append(bits & 0xffff, 2);
             codes.values.push_back(bits & 0xffff);
@@ -306,6 +310,7 @@ TEST_CASE("linearize: ray distance is within its bound", "[linearize][exact]") {
 TEST_CASE("linearize: every storage is decoded as its codes say", "[linearize][exact]") {
     constexpr std::pair<Storage, const char*> storages[] = {{Storage::float32, "float32"},
                                                             {Storage::float16, "float16"},
+                                                            {Storage::uint8, "uint8"},
                                                             {Storage::uint16, "uint16"},
                                                             {Storage::uint24, "uint24"},
                                                             {Storage::uint24_high, "uint24-high"},
@@ -378,6 +383,77 @@ TEST_CASE("linearize: background is compared bit for bit, before anything else",
     CHECK(z[1] == 4);
     CHECK(std::isnan(z[2]));
     CHECK(std::isnan(decode(camera, {-1.0f}, Background::decode)[0]));
+}
+
+TEST_CASE("linearize: distances along the ray, from the near plane and with an offset are within their bound",
+          "[linearize][exact]") {
+    check("measures", oracle::of_every_measure());
+}
+
+TEST_CASE("linearize: what was not measured is invalid, and from background_from on nothing is", "[linearize]") {
+    const Projection wide = perspective(1.0, 1.5, {0.5, 8}), box = orthographic({-1, 1, -1, 1}, {-5, 8});
+    const auto check = [](const Camera& camera, std::vector<float> values, const std::vector<float>& expected,
+                          Background background = Background::inf) {
+        for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+            const Image image = Image::from_host(oracle::device(arithmetic), Element::f32, values.data(),
+                                                 {static_cast<int>(values.size()), 1});
+            std::vector<float> z(values.size());
+            linearize({image, camera}, {background}).image.download(z.data());
+            for (std::size_t i = 0; i < z.size(); ++i) {
+                INFO("stored " << values[i] << ": " << z[i] << ", expected " << expected[i]);
+                CHECK((z[i] == expected[i] || (std::isnan(z[i]) && std::isnan(expected[i]))));
+            }
+        }
+    };
+    Camera metres = with(wide, 6);
+    metres.encoding = Encoding::view_z;
+    metres.background_from = 1e10;
+    metres.missing = -1;
+    const std::vector<float> values{1e10f, std::nextafter(1e10f, 0.0f), 3e10f, INFINITY, -1.0f, 2.0f};
+    check(metres, values, {INFINITY, values[1], INFINITY, INFINITY, NAN, 2});
+    check(metres, values, {NAN, values[1], NAN, NAN, NAN, 2}, Background::nan);
+    check(metres, values, {1e10f, values[1], 3e10f, INFINITY, NAN, 2}, Background::decode);
+
+    Camera orthographic_metres = with(box, 3); // 0 is a depth like any other there
+    orthographic_metres.encoding = Encoding::view_z;
+    check(orthographic_metres, {0, -2, 3}, {0, -2, 3});
+    orthographic_metres.missing = 0;
+    check(orthographic_metres, {0, -2, 3}, {NAN, -2, 3});
+
+    Camera disparity = with(wide, 4); // the smaller the farther
+    disparity.encoding = Encoding::inverse;
+    disparity.scale = 2;
+    disparity.background_from = 0.25;
+    check(disparity, {0.25f, 0.125f, 0, 0.5f}, {INFINITY, INFINITY, INFINITY, 4});
+    disparity.background_from.reset();
+    disparity.missing = 0; // which is infinity if it is not said
+    check(disparity, {0.25f, 0.125f, 0, 0.5f}, {8, 16, NAN, 4});
+
+    Camera reversed = with(perspective(1.0, 1.5, {0.5, infinity, DepthOrder::reversed}, Convention::direct3d()), 3);
+    reversed.background_from = 0.0625;
+    check(reversed, {0.0625f, 0.03f, 0.125f}, {INFINITY, INFINITY, 4});
+
+    const std::vector<std::uint16_t> halves{0x7bff, 0x7bfe, 0x4000}; // 65504, 65472, 2
+    Camera half = with(wide, 3);
+    half.encoding = Encoding::view_z;
+    half.background_from = 1e10;
+    std::vector<float> z(3);
+    const Device& device = oracle::device(Arithmetic::fp64);
+    linearize({Image::from_host(device, Element::f16, halves.data(), {3, 1}), half, Storage::float16})
+        .image.download(z.data());
+    CHECK((z == std::vector<float>{INFINITY, 65472, 2}));
+
+    const std::vector<std::uint16_t> codes{0, 1000, 65535};
+    Camera millimetres = with(wide, 3);
+    millimetres.encoding = Encoding::view_z;
+    millimetres.scale = 0.001;
+    millimetres.missing = 0;
+    millimetres.background_from = 65000;
+    linearize({Image::from_host(device, Element::u16, codes.data(), {3, 1}), millimetres, Storage::uint16})
+        .image.download(z.data());
+    CHECK((std::isnan(z[0]) && z[1] == 1 && z[2] == INFINITY));
+    millimetres.background = 0;
+    CHECK_THROWS_AS(depth_form(millimetres, Storage::uint16), std::invalid_argument); // a value means one thing
 }
 
 TEST_CASE("linearize: an infinite metric depth stays infinite, by either arithmetic", "[linearize]") {

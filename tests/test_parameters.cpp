@@ -153,7 +153,7 @@ TEST_CASE("parameters: the triangular length is as long as the directions", "[pa
     with_tilt.projection = from_matrix(tilted);
     for (const Camera& each : {camera(), with_tilt}) {
         const Rays r = camera_rays(each);
-        const params::ray_params p = ray_parameters(r, 1, Arithmetic::fp64);
+        const params::ray_params p = ray_parameters(r, Arithmetic::fp64);
         for (const Eigen::Vector3d& pixel : {Eigen::Vector3d(0.5, 0.5, 1), Eigen::Vector3d(29.5, 3.5, 1)}) {
             Eigen::Vector3d direction = Eigen::Vector3d::Zero(), length = Eigen::Vector3d::Zero();
             for (int i = 0; i < 3; ++i) {

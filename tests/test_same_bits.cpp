@@ -78,6 +78,11 @@ std::vector<Subject> subjects() {
     logarithmic.camera.far_plane = 1e4;
     Subject ray_distance = oracle::named(plain, "ray distance");
     ray_distance.camera.encoding = Encoding::ray_distance;
+    Subject inverse_ray_distance = oracle::named(plain, "inverse-ray-distance");
+    inverse_ray_distance.camera.encoding = Encoding::inverse;
+    inverse_ray_distance.camera.along = Along::ray;
+    inverse_ray_distance.camera.missing = -1;
+    inverse_ray_distance.camera.background_from = 1e-6;
     return {
         oracle::named(plain, "reciprocal"),
         oracle::named(with_oblique_near_plane(plain, {0.3, 0.2, -1, -0.2}), "reciprocal-affine"),
@@ -87,7 +92,8 @@ std::vector<Subject> subjects() {
         oracle::named(oracle::from_matrix(oracle::tilted(oracle::perspective_matrix(0.7, 0.5, 0.1, 100), 0.2, -0.1)),
                       "rational"),
         logarithmic,
-        ray_distance};
+        ray_distance,
+        inverse_ray_distance};
 }
 
 template <typename Element>
@@ -198,7 +204,7 @@ TEST_CASE("same bits: unproject, whatever the vector width, the groups, the stri
 TEST_CASE("same bits: a region of the whole, of any storage", "[same-bits]") {
     const int width = 203, height = 37;
     std::mt19937 random(19);
-    for (const Storage storage : {Storage::float32, Storage::float16, Storage::uint16, Storage::uint24,
+    for (const Storage storage : {Storage::float32, Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24,
                                   Storage::uint24_high, Storage::rgb8_red_low}) {
         for (Subject subject : subjects()) {
             if (storage != Storage::float32 && subject.name != "reciprocal" && subject.name != "rational")

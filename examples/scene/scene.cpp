@@ -307,7 +307,11 @@ private:
         case Encoding::median:
             return in_range(((z - c.median.value()) / (z + c.median.value()) + 1) / 2);
         case Encoding::inverse:
-            return c.scale / z;
+            return c.scale / z - c.offset;
+        case Encoding::inverse_range: {
+            const long double near = c.near_plane.value(), far = c.far_plane.value();
+            return (1 / near - 1 / z) / (1 / near - 1 / far);
+        }
         }
         throw std::invalid_argument("encoding: no such value");
     }

@@ -24,15 +24,24 @@ enum class Encoding {
     exponential,  ///< log(z / near_plane) / log(far_plane / near_plane)
     median,       ///< (z − m)/(z + m) mapped to the depth range: −1 at the camera, 0 at the median m, 1 at infinity
     pseudo_linear, ///< z·w written by a vertex program: linear at vertices only (see `pseudo_linear_bound`)
-    inverse,       ///< scale / z: disparity
+    inverse,       ///< scale / z − offset: disparity
+    inverse_range, ///< 0 at `near_plane`, 1 at `far_plane`, linear in 1/z
+};
+
+/// Along what `linear`, `inverse` and `inverse_range` measure their distance.
+enum class Along {
+    axis, ///< the view axis
+    ray   ///< the pixel's ray, counted from the camera centre
 };
 
 /// How a stored value lies in memory.
-/// Integers are normalised by their full range for `window`, `linear`, `logarithmic`, `exponential`, `median` and
-/// `pseudo_linear`, and taken as they are, times `scale`, for the metric encodings.
+/// Integers are normalised by their full range for `window`, `linear`, `logarithmic`, `exponential`, `median`,
+/// `pseudo_linear` and `inverse_range`, and taken as they are for the metric encodings `view_z`, `ray_distance` and
+/// `inverse`.
 enum class Storage {
     float32,
     float16,
+    uint8,
     uint16,
     uint24,        ///< the low 24 bits of a uint32
     uint24_high,   ///< the high 24 bits of a uint32 (D24S8 and the like)
@@ -40,6 +49,17 @@ enum class Storage {
     rgb8_red_high, ///< three bytes R, G, B in memory, R the highest
     bgr8_red_low,  ///< three bytes B, G, R in memory, as OpenCV holds them, R the lowest
     bgr8_red_high  ///< three bytes B, G, R in memory, R the highest
+};
+
+/// How a file holds depth where the type of its elements does not say it.
+enum class Packing {
+    uint8,        ///< one channel of 8 bits, which is usually a picture and no depth
+    uint24,       ///< the low 24 bits of 32
+    uint24_high,  ///< the high 24 bits of 32
+    rgb_red_low,  ///< 24 bits in three channels of 8 bits, R the lowest
+    rgb_red_high, ///< R the highest
+    rgba_red_low, ///< 32 bits in four channels, R the lowest: three.js to r166. (R/2²⁴ + G/2¹⁶ + B/2⁸ + A) / 2⁸
+    rgba_red_high, ///< R the highest: three.js from r167 on. (R + G/2⁸ + (B + A/255) / 2¹⁶) / 2⁸
 };
 
 /// What becomes of a pixel whose stored value is the background.
@@ -57,12 +77,19 @@ struct Camera {
     Rows rows = Rows::top_down;
     Encoding encoding = Encoding::window;
     std::array<double, 2> depth_range{0.0, 1.0}; ///< stored values of clip_z's low and high end (glDepthRange)
-    std::optional<double> near_plane;            ///< for `linear`, `exponential`, `pseudo_linear`; scene units
-    std::optional<double> far_plane;             ///< for those and `logarithmic`; scene units
-    std::optional<double> median;                ///< for `median`; scene units
-    double log_c = 1.0;                          ///< C of `logarithmic`; per scene unit
-    double scale = 1.0;               ///< scene units per stored unit (metric encodings); z = scale/v for `inverse`
+    std::optional<double>
+        near_plane; ///< for `linear`, `exponential`, `pseudo_linear`, `inverse_range`, `from_near_plane`; scene units
+    std::optional<double>
+        far_plane; ///< for `linear`, `exponential`, `pseudo_linear`, `inverse_range`, `logarithmic`; scene units
+    std::optional<double> median; ///< for `median`; scene units
+    double log_c = 1.0;           ///< C of `logarithmic`; per scene unit
+    double scale = 1.0;  ///< scene units per stored unit (metric encodings); z = scale / (v + offset) for `inverse`
+    double offset = 0.0; ///< for `inverse`; stored units
+    Along along = Along::axis;
+    bool from_near_plane = false;     ///< for `ray_distance`: is it counted from where the ray crosses the near plane?
     std::optional<double> background; ///< stored value that means "nothing here"; default by encoding
+    std::optional<double> background_from; ///< so do this stored value and all that mean a greater distance
+    std::optional<double> missing;         ///< stored value that means "not measured": an invalid pixel
     std::optional<int>
         depth_bits; ///< 1 to 24, or 32: of the buffer that a float image came from, for error bounds and fits
     std::optional<Eigen::Matrix4d> view; ///< world to view, in the projection's axes
@@ -70,12 +97,13 @@ struct Camera {
 
 /// The formula that decodes a camera. See docs/camera.md.
 enum class Form {
-    reciprocal,        ///< z = A / (t + C), t the distance from the end of the range
-    reciprocal_affine, ///< z = 1 / (a v + b·(x, y) + c)
-    affine,            ///< z = a v + b·(x, y) + c
-    rational,          ///< z = (n·q) / (m·q), q = (v, x, y, 1)
-    exponential,       ///< z = A (2^(L v + S) − 1) + B
-    ray_distance,      ///< z = scale·v / |D(x, y)|
+    reciprocal,           ///< z = A / (t + C), t the distance from the end of the range
+    reciprocal_affine,    ///< z = 1 / (a v + b·(x, y) + c)
+    affine,               ///< z = a v + b·(x, y) + c
+    rational,             ///< z = (n·q) / (m·q), q = (v, x, y, 1)
+    exponential,          ///< z = A (2^(L v + S) − 1) + B
+    ray_distance,         ///< z = (n v + n') / |D(x, y)| + B
+    inverse_ray_distance, ///< z = 1 / (m v + m') / |D(x, y)| + B
 };
 
 /// Four coefficients of (v, x, y, 1): v the stored value as it lies in memory (an integer code, or a float),
@@ -87,20 +115,32 @@ struct DepthForm {
     Form form;
     std::string reason; ///< why this form is enough, for people
 
-    Affine numerator{0, 0, 0, 1};   ///< affine, rational: n;
-    Affine denominator{0, 0, 0, 1}; ///< reciprocal (without x and y), reciprocal_affine, rational: m
+    Affine numerator{0, 0, 0, 1};   ///< affine, rational: n; ray_distance: the distance
+    Affine denominator{0, 0, 0, 1}; ///< reciprocal (without x and y), reciprocal_affine, rational: m;
+                                    ///< inverse_ray_distance: the inverse of the distance
     long double rate = 0;           ///< exponential: L
     long double start = 0;          ///< exponential: S
     long double amplitude = 0;      ///< exponential: A
-    long double offset = 0;         ///< exponential: B
-    long double scale = 1;          ///< ray_distance
+    long double offset = 0;         ///< exponential, ray distances: B
 
     float lowest;                            ///< smallest stored value that can be a surface, as it lies in memory
     float highest;                           ///< largest
     bool perspective;                        ///< rays meet in a camera centre; depths behind it are invalid
     float least_depth;                       ///< surfaces are deeper than this: the centre's own depth, or −infinity
     std::optional<std::uint32_t> background; ///< bits of the stored value that means "nothing here"
+    std::optional<std::uint32_t> missing;    ///< bits of the stored value that means "not measured"
+    float farther = 1;                       ///< +1 where larger stored values are farther away, otherwise −1
+    std::optional<float> background_from;    ///< "nothing here" from farther · v = this on
 };
+
+/// What a stored value says besides a distance.
+enum class StoredKind { depth, background, missing };
+
+/// Is a stored value, given as a number and as the bits that it has in memory, the background or missing?
+StoredKind kind_of(const DepthForm& form, float value, std::uint32_t bits);
+
+/// Are the stored values distances or their inverse themselves, so that integers are not normalised?
+bool is_metric(Encoding encoding);
 
 /// Where the pixels look: position = origin(x, y) + w · direction(x, y), both affine in the pixel's centre (x, y).
 ///
@@ -141,6 +181,8 @@ double storage_max(Storage storage);
 /// file says which channel is the lowest, not in which order a program holds the bytes.
 const char* to_string(Encoding encoding);
 const char* to_string(Storage storage);
+const char* to_string(Packing packing);
 const char* to_string(Form form);
+const char* to_string(Along along);
 
 } // namespace fathom

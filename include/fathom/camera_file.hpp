@@ -3,7 +3,9 @@
 #include <fathom/camera.hpp>
 
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
 
 /// The camera file, JSON: target `fathom::camera_file`, which needs neither OpenCV nor OpenEXR.
 /// Everything here throws `fathom::Error` with one line that names the file, the key, its value and what would be right.
@@ -17,12 +19,21 @@ struct LensDefaults {
 /// A camera file (JSON, docs/camera.md): the camera, how its depth is packed, and what else the renderer knew.
 struct CameraFile {
     Camera camera; ///< width and height are 0 when the file does not give them
-    std::optional<Storage> packing;
+    std::optional<Packing> packing;
     LensDefaults lens;
+    std::string preset; ///< the source that the file names; empty without one
+
+    /// The projection of an image of this size, if the file leaves it to the image: see `camera_for`.
+    std::function<Projection(int width, int height)> projection_for = {};
 };
 
 /// Reads a camera file. Unknown keys are refused with the nearest known one; every refusal names the key and its value.
 CameraFile read_camera(const std::filesystem::path& file);
+
+/// The camera that a preset makes, from a text NAME or NAME:key=value,key=value. Keys are those of the camera file; the ones of
+/// its objects `perspective`, `intrinsics` and `orthographic` stand alone: "tum:fx=525,fy=525,cx=319.5,cy=239.5".
+/// `presets` lists the names.
+CameraFile preset_camera(const std::string& text);
 
 /// The camera for an image of this size: takes the size if the file gave none, otherwise checks it.
 /// Throws: Error naming both sizes.

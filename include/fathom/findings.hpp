@@ -64,7 +64,8 @@ struct AttainablePoint {
 struct CameraFindings {
     Camera camera;
     DepthForm form;
-    std::size_t background = 0;                ///< pixels that hold the background's value
+    std::size_t background = 0;                ///< pixels that hold the background
+    std::size_t missing = 0;                   ///< pixels whose value says that nothing was measured
     std::optional<DepthBits> bits;             ///< of the buffer whose precision is reported; none for half floats
     std::vector<RangePoint> range;             ///< near, middle, far; none where the stored values have no end
     std::optional<std::size_t> invalid;        ///< pixels whose value is no depth; none when the image was not decoded

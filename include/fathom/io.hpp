@@ -1,9 +1,11 @@
 #pragma once
 
 #include <fathom/camera_file.hpp>
+#include <fathom/picture.hpp>
 
 #include <opencv2/core/mat.hpp>
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -15,14 +17,15 @@ namespace fathom {
 
 /// A depth image as its file holds it: values untouched, one channel (or three bytes for packed depth).
 struct DepthFile {
-    cv::Mat values;      ///< CV_32FC1, CV_16FC1 (half), CV_16UC1, CV_32SC1 (uint24 in a uint32) or CV_8UC3 (B, G, R)
+    cv::Mat
+        values; ///< CV_32FC1, CV_16FC1 (half), CV_8UC1, CV_16UC1, CV_32SC1 (uint24 in a uint32) or CV_8UC3 (B, G, R)
     Storage storage;     ///< how `values` is to be read
     std::string channel; ///< name of the EXR channel that was taken; empty for other files
 };
 
 struct ReadOptions {
     std::string channel = {}; ///< EXR channel to take, or PART.CHANNEL; empty: the one that is named like depth
-    std::optional<Storage> packing = {}; ///< uint24*, rgb8_* or bgr8_*: what the camera file's `packing` says
+    std::optional<Packing> packing = {}; ///< what the camera file's `packing` says
 };
 
 /// Reads a depth image. The content decides what it is, not the extension.
@@ -30,11 +33,35 @@ struct ReadOptions {
 /// OpenEXR: any part, scan lines or tiles, half, float or uint; the display window, NaN where the data window does not
 /// reach. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V, Y, or the only one
 /// there is; X, Y and Z side by side are a position. PNG: 16-bit grey. TIFF: one channel of 16-bit or 32-bit integers, half
-/// or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit R, G, B (and an alpha that is left out)
-/// with the packing that says so: they come back in B, G, R order, with the bgr8_ storage of that packing. Codes of more
-/// than 24 bits are refused, unless they are said to lie in the high bits.
+/// or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit grey, R, G, B (and an alpha that is left
+/// out) and R, G, B, A with the packing that says so: R, G, B come back in B, G, R order, with the bgr8_ storage of that
+/// packing, and R, G, B, A as floats from 0 to 1. Codes of more than 24 bits are refused, unless they are said to lie in the
+/// high bits.
 /// Throws: Error for a file that is missing, empty, a folder, damaged, cut short, incomplete, deep, or of any other type.
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options = {});
+
+/// Relative depth as its file holds it (see relative.hpp).
+struct RelativeFile {
+    cv::Mat values; ///< CV_32FC1, 0 to 1; NaN where the file has it
+    int bits = 32;  ///< of the file: 8 and 16 are integers, 32 floats
+};
+
+struct ReadRelativeOptions {
+    std::string channel = {}; ///< as in ReadOptions
+    std::optional<std::array<double, 2>> range =
+        {}; ///< floats that become 0 and 1; default: their own least and greatest
+};
+
+/// Reads relative depth: PNG, JPEG and TIFF of 8 and 16 bits, TIFF, PFM and OpenEXR of floats; one channel, or R = G = B.
+/// Throws: Error as `read_depth`, for depth painted with a colour map, and for floats that are all the same.
+RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options = {});
+
+/// Depth on the grid of a picture of another size: a mean of the nearest 4 × 4 depths, in which those count whose part of the
+/// picture has this pixel's colour. Both show the same; neither is cropped. In: CV_32FC1, and CV_32FC3 or 4 in linear light. Out:
+/// CV_32FC1 of the picture's size; NaN where no depth is known.
+/// Throws: Error for other types.
+/// Source: Kopf, Cohen, Lischinski, Uyttendaele 2007, eq. 2.
+cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color);
 
 /// Reads normals: CV_32FC3, x, y, z of length 1, (0, 0, 0) where there is none. What axes they are in the file does not say.
 ///
@@ -50,7 +77,7 @@ cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer
 ///
 /// OpenEXR: the layer called `layer`, for instance "ViewLayer.Combined", whose channels are R, G, B and perhaps A; without a
 /// name those without a layer, or Combined, beauty, RGBA, RGB, color, alone or at the end of a name, or the only one there
-/// is. PNG, TIFF and PFM: three or four channels.
+/// is. PNG, TIFF and PFM: three or four channels. JPEG and Radiance HDR. `read_picture` makes light of the values.
 /// Throws: Error as `read_depth`, and for a file without such a layer or with other channels.
 cv::Mat read_color(const std::filesystem::path& file, const std::string& layer = {});
 
@@ -92,9 +119,10 @@ struct ImageFile {
     cv::Mat image;
     WriteOptions options = {};
     ImageKind kind = ImageKind::values;
+    std::optional<PictureFormat> format = {}; ///< of a picture that is light: see `write_picture`
 };
 
-/// Writes images that belong together, each as `write_image` or `write_color` does: when one of them cannot be written,
+/// Writes images that belong together, each as `write_image`, `write_color` or `write_picture` does: when one of them cannot be written,
 /// none is.
 void write_images(const std::vector<ImageFile>& images);
 

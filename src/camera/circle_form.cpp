@@ -30,7 +30,7 @@ Affine combined(Real factor_a, const Affine& a, Real factor_b, const Affine& b) 
     return row;
 }
 
-// The numerator of the depth counted from the lens. Depth is numerator / denominator for all forms but the last two.
+// The numerator of the depth counted from the lens. Depth is numerator / denominator for all forms before `exponential`.
 Affine from_lens(const DepthForm& form, const CircleOfConfusion& circle) {
     return combined(1, form.numerator, -circle.lens_depth, form.denominator);
 }
@@ -52,17 +52,16 @@ void check_circle(const CircleOfConfusion& circle, const DepthForm& form) {
                                                         : "an orthographic camera needs a telecentric circle");
 }
 
-void count_from_lens(DepthForm& form, Rays& rays, const CircleOfConfusion& circle) {
+void count_from_lens(DepthForm& form, const CircleOfConfusion& circle) {
     if (circle_form(form, circle) != CircleForm::of_depth)
         return;
-    rays.centre_depth -= circle.lens_depth;
     form.offset -= circle.lens_depth;
     const Real least = form.least_depth - circle.lens_depth; // itself a float
     form.least_depth = std::abs(least) <= 0x1p-23L * std::abs(circle.lens_depth) ? 0.0f : static_cast<float>(least);
 }
 
 CircleForm circle_form(const DepthForm& form, const CircleOfConfusion& circle) {
-    if (form.form == Form::exponential || form.form == Form::ray_distance)
+    if (form.form >= Form::exponential)
         return CircleForm::of_depth;
     if (!is_constant(circle.telecentric ? form.denominator : from_lens(form, circle)))
         return CircleForm::quotient;

@@ -26,7 +26,7 @@ CircleQuotient circle_quotient(const DepthForm& form, const CircleOfConfusion& c
 bool is_constant(const Affine& row);
 
 /// Where the depth is decoded first, makes the decoder count it from the lens: the sum of the two would cancel again.
-void count_from_lens(DepthForm& form, Rays& rays, const CircleOfConfusion& circle);
+void count_from_lens(DepthForm& form, const CircleOfConfusion& circle);
 
 /// Throws: std::invalid_argument for a circle that no lens has, or that does not belong to this kind of camera.
 void check_circle(const CircleOfConfusion& circle, const DepthForm& form);

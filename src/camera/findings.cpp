@@ -43,6 +43,9 @@ void visit_values(const HostDepth& stored, const Visit& visit) {
             visit(static_cast<float>(*v), std::uint32_t{Eigen::numext::bit_cast<std::uint16_t>(*v)});
         });
         break;
+    case Storage::uint8:
+        visit_pixels<std::uint8_t>(stored, 1, [&](const std::uint8_t* v) { code(*v); });
+        break;
     case Storage::uint16:
         visit_pixels<std::uint16_t>(stored, 1, [&](const std::uint16_t* v) { code(*v); });
         break;
@@ -81,6 +84,8 @@ std::optional<DepthBits> bits_of(const Camera& camera, Storage storage) {
         return DepthBits::d32f;
     case Storage::float16:
         return std::nullopt;
+    case Storage::uint8:
+        return std::nullopt;
     case Storage::uint16:
         return DepthBits::d16;
     default:
@@ -94,8 +99,7 @@ std::vector<RangePoint> range_of(const Camera& camera, std::optional<DepthBits> 
     const DepthForm form = depth_form(camera, storage);
     const bool is_float = storage == Storage::float32 || storage == Storage::float16;
     const bool float_image = image == Storage::float32 || image == Storage::float16;
-    using enum Encoding;
-    if (float_image && (camera.encoding == view_z || camera.encoding == ray_distance || camera.encoding == inverse))
+    if (float_image && is_metric(camera.encoding))
         return {}; // the range of metric floats has no end
     const double lowest = form.lowest, highest = form.highest, half_way = (lowest + highest) / 2;
     const double x = camera.width / 2.0, y = camera.height / 2.0;
@@ -199,9 +203,11 @@ CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, st
                         {"bottom right", attainable_depth(camera, right, bottom)}}},
     };
     findings.range = range_of(camera, findings.bits, stored.storage);
-    if (findings.form.background)
-        visit_values(stored,
-                     [&](float, std::uint32_t bits) { findings.background += bits == findings.form.background; });
+    visit_values(stored, [&](float value, std::uint32_t bits) {
+        const StoredKind kind = kind_of(findings.form, value, bits);
+        findings.background += kind == StoredKind::background;
+        findings.missing += kind == StoredKind::missing;
+    });
     if (!depth.empty()) {
         findings.invalid =
             static_cast<std::size_t>(std::ranges::count_if(depth, [](float z) { return std::isnan(z); }));

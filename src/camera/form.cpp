@@ -22,10 +22,6 @@ using Matrix4 = Eigen::Matrix<Real, 4, 4>;
 
 constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
-bool is_metric(Encoding encoding) {
-    return encoding == Encoding::view_z || encoding == Encoding::ray_distance || encoding == Encoding::inverse;
-}
-
 void check(const Camera& camera) {
     require(camera.width > 0 && camera.height > 0,
             text("a camera for ", camera.width, " x ", camera.height, " pixels: both must be at least 1"));
@@ -33,6 +29,16 @@ void check(const Camera& camera) {
     require(std::isfinite(low) && std::isfinite(high) && low != high,
             text("depth_range = [", low, ", ", high, "] must be finite and its ends must differ"));
     require(std::isfinite(camera.scale) && camera.scale > 0, text("scale = ", camera.scale, " must be greater than 0"));
+    using enum Encoding;
+    const Encoding encoding = camera.encoding;
+    const auto only = [&](bool fits, const char* key, const char* which) {
+        require(fits, text(key, " is for ", which, ", not for the ", to_string(encoding), " encoding"));
+    };
+    require(std::isfinite(camera.offset), text("offset = ", camera.offset, " must be finite"));
+    only(camera.offset == 0 || encoding == inverse, "offset", "the inverse encoding");
+    only(camera.along == Along::axis || encoding == linear || encoding == inverse || encoding == inverse_range,
+         "along = ray", "linear, inverse and inverse-range");
+    only(!camera.from_near_plane || encoding == ray_distance, "from_near_plane", "the ray-distance encoding");
 }
 
 double needed(const std::optional<double>& value, const char* key, Encoding encoding) {
@@ -120,51 +126,94 @@ float rounded_up(double value) {
     return -rounded_down(-value);
 }
 
-std::uint32_t half_bits(float value) {
+std::uint32_t half_bits(const char* name, float value) {
     const auto half = static_cast<Eigen::half>(value);
-    require(static_cast<float>(half) == value, text("background = ", value, " is not a float16 value"));
+    require(static_cast<float>(half) == value, text(name, " = ", value, " is not a float16 value"));
     return Eigen::numext::bit_cast<std::uint16_t>(half);
 }
 
-// Bits of the stored value that means "nothing here", or none where the storage cannot hold it.
-std::optional<std::uint32_t> background_bits(const Camera& camera, Storage storage) {
+bool is_float(Storage storage) {
+    return storage == Storage::float32 || storage == Storage::float16;
+}
+
+// The end of the depth range at which the far plane lies.
+bool far_is_low(const Camera& camera) {
+    return camera.encoding == Encoding::window && camera.projection.order == DepthOrder::reversed;
+}
+
+// Bits of a stored value that the camera names.
+std::uint32_t bits_of(const char* name, double value, Storage storage) {
+    require(!std::isnan(value), text(name, " must be a number"));
+    if (storage == Storage::float32)
+        return std::bit_cast<std::uint32_t>(static_cast<float>(value));
+    if (storage == Storage::float16)
+        return half_bits(name, static_cast<float>(value));
+    require(value >= 0 && value <= storage_max(storage) && value == std::floor(value),
+            text(name, " = ", value, " is not a ", to_string(storage), " code (0 to ", storage_max(storage), ")"));
+    return static_cast<std::uint32_t>(value);
+}
+
+// Bits of the stored value that means "nothing here" unless the camera names one: the far plane's, or that of infinity. None
+// where the storage cannot hold it.
+std::optional<std::uint32_t> default_background(const Camera& camera, Storage storage) {
     double value = 0;
-    if (camera.background) {
-        value = *camera.background;
-        require(!std::isnan(value), "background must be a number");
-    } else if (camera.encoding == Encoding::inverse) {
-        value = 0;
+    if (camera.encoding == Encoding::inverse) {
+        value = -camera.offset;
+        if (!is_float(storage) && (value < 0 || value > storage_max(storage) || value != std::floor(value)))
+            return std::nullopt;
+        if (storage == Storage::float16 && static_cast<double>(static_cast<Eigen::half>(value)) != value)
+            return std::nullopt;
+        value += 0.0; // not -0
     } else if (is_metric(camera.encoding)) {
         value = std::numeric_limits<double>::infinity();
-    } else {
-        const bool far_is_low = camera.encoding == Encoding::window && camera.projection.order == DepthOrder::reversed;
-        value = camera.depth_range[far_is_low ? 0 : 1] * storage_max(storage);
-    }
-    switch (storage) {
-    case Storage::float32:
-        return std::bit_cast<std::uint32_t>(static_cast<float>(value));
-    case Storage::float16:
-        return half_bits(static_cast<float>(value));
-    default:
-        if (!camera.background && std::isinf(value))
+        if (!is_float(storage))
             return std::nullopt;
-        value = camera.background ? value : std::round(value);
-        require(
-            value >= 0 && value <= storage_max(storage) && value == std::floor(value),
-            text("background = ", value, " is not a ", to_string(storage), " code (0 to ", storage_max(storage), ")"));
-        return static_cast<std::uint32_t>(value);
+    } else {
+        value = camera.depth_range[far_is_low(camera) ? 0 : 1] * storage_max(storage);
+        if (!is_float(storage))
+            value = std::round(value);
     }
+    return bits_of("background", value, storage);
+}
+
+void set_special_values(DepthForm& form, const Camera& camera, Storage storage) {
+    if (camera.missing)
+        form.missing = bits_of("missing", *camera.missing, storage);
+    form.background =
+        camera.background ? bits_of("background", *camera.background, storage) : default_background(camera, storage);
+    require(!(camera.missing && camera.background && form.missing == form.background),
+            text("missing and background are both ", *camera.missing, "; a value can mean one of them only"));
+    if (form.missing == form.background)
+        form.background.reset();
+
+    const auto [low, high] = camera.depth_range;
+    const bool larger_is_farther = camera.encoding == Encoding::inverse ? false
+                                   : is_metric(camera.encoding)         ? true
+                                   : far_is_low(camera)                 ? low > high
+                                                                        : high > low;
+    form.farther = larger_is_farther ? 1.0f : -1.0f;
+    if (!camera.background_from)
+        return;
+    double from = *camera.background_from;
+    require(!std::isnan(from), "background_from must be a number");
+    if (storage == Storage::float16 && std::isfinite(from)) // half floats end there: what lies beyond was clipped
+        from = std::clamp(from, -65504.0, 65504.0);
+    form.background_from = rounded_down(form.farther * from);
 }
 
 void set_stored_range(DepthForm& form, const Camera& camera, Storage storage) {
     const double largest = storage_max(storage);
-    const bool is_float = storage == Storage::float32 || storage == Storage::float16;
     if (is_metric(camera.encoding)) {
         const bool signed_depth = camera.encoding == Encoding::view_z;
-        form.highest = is_float ? std::numeric_limits<float>::infinity() : static_cast<float>(largest);
-        form.lowest = is_float && signed_depth ? -std::numeric_limits<float>::infinity() : 0;
-        if (camera.encoding == Encoding::inverse && is_float)
-            form.highest = 0x1p95f; // finite in the units of set_reciprocal; no disparity is that large
+        form.highest = is_float(storage) ? std::numeric_limits<float>::infinity() : static_cast<float>(largest);
+        form.lowest = is_float(storage) && signed_depth ? -std::numeric_limits<float>::infinity() : 0;
+        if (camera.encoding == Encoding::inverse) {
+            if (is_float(storage))
+                form.highest = 0x1p95f; // finite in the units of set_reciprocal; no disparity is that large
+            if (camera.offset != 0)     // the value of infinity; farther than that nothing is
+                form.lowest = is_float(storage) ? rounded_up(-camera.offset)
+                                                : std::max(0.0f, static_cast<float>(std::ceil(-camera.offset)));
+        }
     } else {
         const auto [a, b] = camera.depth_range;
         form.lowest = rounded_down(std::min(a, b) * largest);
@@ -203,6 +252,26 @@ float centre_depth(const Camera& camera) {
     return std::isfinite(depth) ? static_cast<float>(depth) : 0.0f;
 }
 
+// z = distance · D_z/|D|, counted from the camera centre or from the near plane. Before, the form gives the distance.
+void set_along_ray(DepthForm& form, const Camera& camera) {
+    const bool inverse = form.form != Form::affine;
+    form.form = inverse ? Form::inverse_ray_distance : Form::ray_distance;
+    if (inverse) // what is nearer than 2^-100 is beyond the floats of the kernel
+        form.highest = std::min(form.highest, static_cast<float>(0x1p100L / std::abs(form.denominator[0])));
+    form.offset = camera_rays(camera).centre_depth; // refuses a camera without rays
+    if (camera.from_near_plane)
+        form.offset += needed(camera.near_plane, "near", camera.encoding);
+    form.reason = inverse ? "z is the inverse of the stored value times the cosine of the pixel's ray"
+                          : "z is the stored length times the cosine of the pixel's ray";
+}
+
+// View depth that a step of length 1 along the pixel's ray covers.
+Real cosine(const Camera& camera, Real x, Real y) {
+    const Rays ray = camera_rays(camera);
+    const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
+    return ray.depth.dot(pixel) / direction.norm();
+}
+
 void set_window(DepthForm& form, const Camera& camera, Storage storage) {
     const Matrix4 m = unprojection(camera);
     const Real largest = storage_max(storage);
@@ -220,11 +289,25 @@ double storage_max(Storage storage) {
     case Storage::float32:
     case Storage::float16:
         return 1;
+    case Storage::uint8:
+        return 255;
     case Storage::uint16:
         return 65535;
     default:
         return 16777215;
     }
+}
+
+bool is_metric(Encoding encoding) {
+    return encoding == Encoding::view_z || encoding == Encoding::ray_distance || encoding == Encoding::inverse;
+}
+
+StoredKind kind_of(const DepthForm& form, float value, std::uint32_t bits) {
+    if (bits == form.missing)
+        return StoredKind::missing;
+    const bool nothing =
+        bits == form.background || (form.background_from && form.farther * value >= *form.background_from);
+    return nothing ? StoredKind::background : StoredKind::depth;
 }
 
 Matrix4 unprojection(const Camera& camera) {
@@ -256,10 +339,9 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
     check(camera);
     DepthForm form{};
     form.numerator = form.denominator = {0, 0, 0, 1};
-    form.scale = 1;
     form.perspective = camera.projection.is_perspective();
     form.least_depth = form.perspective ? centre_depth(camera) : -std::numeric_limits<float>::infinity();
-    form.background = background_bits(camera, storage);
+    set_special_values(form, camera, storage);
     set_stored_range(form, camera, storage);
     const Normalised u = normalised(camera, storage);
     const Real scale = camera.scale;
@@ -272,13 +354,18 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         set_rational(form, {scale, 0, 0, 0}, {0, 0, 0, 1});
         break;
     case Encoding::inverse:
-        set_rational(form, {0, 0, 0, scale}, {1, 0, 0, 0});
+        set_rational(form, {0, 0, 0, scale}, {1, 0, 0, camera.offset});
         break;
+    case Encoding::inverse_range: {
+        const Real near = needed(camera.near_plane, "near", camera.encoding),
+                   far = needed(camera.far_plane, "far", camera.encoding);
+        require(near > 0 && far > near, text("near = ", near, " and far = ", far, " must satisfy 0 < near < far"));
+        const Real difference = 1 / far - 1 / near;
+        set_rational(form, {0, 0, 0, 1}, {difference * u.slope, 0, 0, 1 / near + difference * u.start});
+        break;
+    }
     case Encoding::ray_distance:
-        camera_rays(camera); // refuses a camera without rays
-        form.form = Form::ray_distance;
-        form.scale = scale;
-        form.reason = "z is the stored length times the cosine of the pixel's ray";
+        set_rational(form, {scale, 0, 0, 0}, {0, 0, 0, 1});
         break;
     case Encoding::linear:
     case Encoding::pseudo_linear: {
@@ -313,6 +400,8 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         break;
     }
     }
+    if (camera.encoding == Encoding::ray_distance || camera.along == Along::ray)
+        set_along_ray(form, camera);
     if (form.form == Form::reciprocal)
         end_at_infinity(form);
     if (form.form == Form::reciprocal && !can_recentre(form)) {
@@ -384,11 +473,9 @@ long double view_depth(const Camera& camera, Storage storage, double x, double y
     switch (form.form) {
     case Form::exponential:
         return form.amplitude * std::expm1(std::log(2.0L) * (form.rate * stored + form.start)) + form.offset;
-    case Form::ray_distance: {
-        const Rays ray = camera_rays(camera);
-        const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
-        return form.scale * stored * ray.depth.dot(pixel) / direction.norm() + ray.centre_depth;
-    }
+    case Form::ray_distance:
+    case Form::inverse_ray_distance:
+        return sum(form.numerator) / sum(form.denominator) * cosine(camera, x, y) + form.offset;
     default:
         return sum(form.numerator) / sum(form.denominator);
     }
@@ -399,18 +486,15 @@ long double stored_depth(const Camera& camera, Storage storage, double x, double
     switch (form.form) {
     case Form::exponential:
         return (std::log1p((z - form.offset) / form.amplitude) / std::log(2.0L) - form.start) / form.rate;
-    case Form::ray_distance: {
-        const Rays ray = camera_rays(camera);
-        const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
-        return (z - ray.centre_depth) * direction.norm() / (ray.depth.dot(pixel) * form.scale);
-    }
     default: {
+        const bool along_ray = form.form == Form::ray_distance || form.form == Form::inverse_ray_distance;
+        const Real distance = along_ray ? (z - form.offset) / cosine(camera, x, y) : Real{z};
         // n₀ v + n = z (m₀ v + m), n and m being what does not depend on v; at infinity only m counts.
         const auto rest = [&](const Affine& row) { return row[1] * x + row[2] * y + row[3]; };
         const Affine &n = form.numerator, &m = form.denominator;
-        if (std::isinf(z))
+        if (std::isinf(distance))
             return m[0] == 0 ? infinity : -rest(m) / m[0];
-        return (rest(n) - z * rest(m)) / (z * m[0] - n[0]);
+        return (rest(n) - distance * rest(m)) / (distance * m[0] - n[0]);
     }
     }
 }

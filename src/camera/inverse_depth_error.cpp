@@ -60,7 +60,8 @@ struct Bounds {
     std::optional<Quadratic> fixed, relative;
 };
 
-Bounds depth_error(const DepthForm& form, const HalfStep& step, Real centre_depth, Real x, Real y) {
+Bounds depth_error(const DepthForm& form, const HalfStep& step, const CentreRays& rays, Real x, Real y) {
+    const Real centre_depth = rays.centre_depth;
     Bounds bounds;
     if (form.form == Form::exponential) { // dz/dv = rate ln 2 (z − offset + amplitude)
         const Real rate = std::abs(form.rate) * std::numbers::ln2_v<Real>;
@@ -68,9 +69,16 @@ Bounds depth_error(const DepthForm& form, const HalfStep& step, Real centre_dept
         bounds.fixed = slope * *step.fixed;
     } else if (form.form == Form::ray_distance) { // at most the stored length's own, along a slanted ray less
         if (step.fixed)
-            bounds.fixed = Quadratic{std::abs(form.scale) * *step.fixed, 0, 0};
+            bounds.fixed = Quadratic{std::abs(form.numerator[0]) * *step.fixed, 0, 0};
         if (step.relative) // the length is 1/cos of the depth beyond the camera centre, its error cos of its own
-            bounds.relative = Quadratic{0, *step.relative, 0};
+            bounds.relative = Quadratic{std::abs(form.numerator[3]) * *step.relative, *step.relative, 0};
+    } else if (form.form == Form::inverse_ray_distance) { // with L = 1/(m v + n) the length, dL/dv = m L²
+        const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1);
+        const Real slant = (rays.direction * pixel).norm() / rays.depth.dot(pixel);
+        if (step.fixed)
+            bounds.fixed = Quadratic{0, 0, slant * std::abs(form.denominator[0]) * *step.fixed};
+        if (step.relative)
+            bounds.relative = Quadratic{0, *step.relative, slant * std::abs(form.denominator[3]) * *step.relative};
     } else {
         const auto rest = [&](const Affine& row) { return row[1] * x + row[2] * y + row[3]; };
         const Real m = form.denominator[0], m0 = rest(form.denominator);
@@ -121,7 +129,7 @@ InverseDepthError inverse_depth_error(const Camera& camera, Storage storage) {
             const Real covered = rays.depth(0) * x + rays.depth(1) * y + rays.depth(2);
             if (!(covered > 0))
                 continue; // beyond the horizon of a tilted image plane
-            const Bounds bounds = depth_error(form, step, rays.centre_depth, x, y);
+            const Bounds bounds = depth_error(form, step, rays, x, y);
             keep(all.fixed, bounds.fixed, rays.perspective, covered);
             keep(all.relative, bounds.relative, rays.perspective, covered);
         }

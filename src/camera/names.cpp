@@ -24,6 +24,8 @@ const char* to_string(Encoding encoding) {
         return "pseudo-linear";
     case Encoding::inverse:
         return "inverse";
+    case Encoding::inverse_range:
+        return "inverse-range";
     }
     return "unknown";
 }
@@ -34,6 +36,8 @@ const char* to_string(Storage storage) {
         return "float32";
     case Storage::float16:
         return "float16";
+    case Storage::uint8:
+        return "uint8";
     case Storage::uint16:
         return "uint16";
     case Storage::uint24:
@@ -46,6 +50,26 @@ const char* to_string(Storage storage) {
     case Storage::rgb8_red_high:
     case Storage::bgr8_red_high:
         return "rgb-high-first";
+    }
+    return "unknown";
+}
+
+const char* to_string(Packing packing) {
+    switch (packing) {
+    case Packing::uint8:
+        return "uint8";
+    case Packing::uint24:
+        return "uint24";
+    case Packing::uint24_high:
+        return "uint24-high";
+    case Packing::rgb_red_low:
+        return "rgb-low-first";
+    case Packing::rgb_red_high:
+        return "rgb-high-first";
+    case Packing::rgba_red_low:
+        return "rgba-low-first";
+    case Packing::rgba_red_high:
+        return "rgba-high-first";
     }
     return "unknown";
 }
@@ -64,8 +88,14 @@ const char* to_string(Form form) {
         return "exponential";
     case Form::ray_distance:
         return "ray-distance";
+    case Form::inverse_ray_distance:
+        return "inverse-ray-distance";
     }
     return "unknown";
+}
+
+const char* to_string(Along along) {
+    return along == Along::axis ? "axis" : "ray";
 }
 
 } // namespace fathom

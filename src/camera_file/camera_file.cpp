@@ -2,9 +2,11 @@
 #include "json_object.hpp"
 
 #include "file.hpp"
+#include "presets.hpp"
 
 #include <fathom/camera_file.hpp>
 #include <fathom/error.hpp>
+#include <fathom/presets.hpp>
 
 #include <Eigen/LU>
 
@@ -24,16 +26,24 @@ Encoding read_encoding(const JsonObject& json) {
     using enum Encoding;
     const auto known = [](Encoding encoding) { return std::pair{to_string(encoding), encoding}; };
     return json
-        .one_of("encoding", {known(window), known(view_z), known(ray_distance), known(linear), known(logarithmic),
-                             known(exponential), known(median), known(pseudo_linear), known(inverse)})
+        .one_of("encoding",
+                {known(window), known(view_z), known(ray_distance), known(linear), known(logarithmic),
+                 known(exponential), known(median), known(pseudo_linear), known(inverse), known(inverse_range)})
         .value_or(window);
 }
 
-std::optional<Storage> read_packing(const JsonObject& json) {
-    using enum Storage;
-    const auto known = [](Storage storage) { return std::pair{to_string(storage), storage}; };
-    return json.one_of("packing", {known(rgb8_red_low), known(rgb8_red_high), known(uint24), known(uint24_high)});
+std::optional<Packing> read_packing(const JsonObject& json) {
+    using enum Packing;
+    const auto known = [](Packing packing) { return std::pair{to_string(packing), packing}; };
+    return json.one_of("packing", {known(rgb_red_low), known(rgb_red_high), known(rgba_red_low), known(rgba_red_high),
+                                   known(uint8), known(uint24), known(uint24_high)});
 }
+
+/// Pixels of the image; 0 where neither the file nor the caller knows them.
+struct Size {
+    int width = 0, height = 0;
+    bool known() const { return width > 0 && height > 0; }
+};
 
 Convention read_convention(const JsonObject& json) {
     return {
@@ -60,26 +70,24 @@ DepthSpan read_span(const JsonObject& own, Camera& camera, DepthSpan otherwise) 
         own.refuse_whole("has another \"near\" or \"far\" than the file's top level; give them once");
     camera.near_plane = camera.near_plane ? camera.near_plane : near;
     camera.far_plane = camera.far_plane ? camera.far_plane : far;
-    if (near && far)
+    const bool is_window = camera.encoding == Encoding::window;
+    const bool of_encoding = !own.has("near") && !own.has("far"); // which may be 0, or run from far to near
+    if (near && far && (is_window || !of_encoding || (*near > 0 && *far > *near)))
         return {*near, *far};
-    if (camera.encoding == Encoding::window)
+    if (is_window)
         own.refuse_missing(near ? "far" : "near", "the encoding \"window\", which is the default, needs near and far; "
                                                   "for distances say \"encoding\": \"view-z\"");
     return otherwise;
 }
 
-Projection read_perspective(const JsonObject& json, Camera& camera, Convention convention) {
+Projection read_perspective(const JsonObject& json, Camera& camera, Convention convention, Size size) {
     const auto own = json.object("perspective", {"fov_y_deg", "fov_x_deg", "aspect", "near", "far", "reversed"});
     if (own.has("fov_y_deg") == own.has("fov_x_deg"))
         own.refuse_whole("must have one of \"fov_y_deg\" and \"fov_x_deg\"");
-    auto aspect = own.number("aspect");
-    const auto width = json.count("width"), height = json.count("height");
-    if (!aspect && width && height)
-        aspect = static_cast<double>(*width) / *height;
-    if (!aspect)
-        own.refuse_missing("aspect", "it must be there unless \"width\" and \"height\" are");
-    if (!(*aspect > 0))
+    if (own.has("aspect") && !(own.needed("aspect") > 0))
         own.refuse_value("aspect", "must be positive");
+    const double aspect =
+        own.number("aspect").value_or(size.known() ? static_cast<double>(size.width) / size.height : 1);
 
     const auto key = own.has("fov_y_deg") ? "fov_y_deg" : "fov_x_deg";
     const auto degrees = own.needed(key);
@@ -89,22 +97,24 @@ Projection read_perspective(const JsonObject& json, Camera& camera, Convention c
     if (own.boolean("reversed").value_or(false))
         span.order = DepthOrder::reversed;
     const auto angle = degrees * std::numbers::pi / 180;
-    return perspective(own.has("fov_y_deg") ? angle : 2 * std::atan(std::tan(angle / 2) / *aspect), *aspect, span,
+    return perspective(own.has("fov_y_deg") ? angle : 2 * std::atan(std::tan(angle / 2) / aspect), aspect, span,
                        convention);
 }
 
-Projection read_intrinsics(const JsonObject& json, Camera& camera, Convention convention) {
+/// What to add to a principal point so that it is counted from the corner of the first pixel.
+std::optional<double> read_pixel_origin(const JsonObject& json) {
+    return json.one_of<double>("pixel_origin", {{"corner", 0.0}, {"centre", 0.5}});
+}
+
+Projection read_intrinsics(const JsonObject& json, Camera& camera, Convention convention, Size size) {
     const auto own = json.object("intrinsics", {"fx", "fy", "cx", "cy", "pixel_origin"});
-    const auto width = json.count("width"), height = json.count("height");
-    if (!width || !height)
-        json.refuse_missing(width ? "height" : "width", "intrinsics are in pixels of an image of that size");
-    const auto to_corner = own.one_of<double>("pixel_origin", {{"corner", 0.0}, {"centre", 0.5}}).value_or(0.0);
+    const double shift = read_pixel_origin(own).value_or(read_pixel_origin(json).value_or(0.0));
     const Intrinsics intrinsics{.fx = own.needed("fx"),
                                 .fy = own.needed("fy"),
-                                .cx = own.needed("cx") + to_corner,
-                                .cy = own.needed("cy") + to_corner,
-                                .width = *width,
-                                .height = *height};
+                                .cx = own.needed("cx") + shift,
+                                .cy = own.needed("cy") + shift,
+                                .width = size.known() ? size.width : 1,
+                                .height = size.known() ? size.height : 1};
     return perspective(intrinsics, read_span(json, camera, {1, infinity}), convention);
 }
 
@@ -129,7 +139,8 @@ Projection read_matrix(const JsonObject& json, Convention convention) {
     return projection;
 }
 
-Projection read_projection(const JsonObject& json, Camera& camera) {
+/// Which of the keys the projection has.
+std::string kind_of_projection(const JsonObject& json) {
     std::string kind;
     for (const std::string each : {"projection", "perspective", "intrinsics", "orthographic"}) {
         if (!json.has(each))
@@ -141,14 +152,28 @@ Projection read_projection(const JsonObject& json, Camera& camera) {
     if (kind.empty())
         json.refuse_whole(
             "has no projection; give one of \"projection\", \"perspective\", \"intrinsics\", \"orthographic\"");
+    return kind;
+}
 
+/// Does the projection wait for the image's size?
+bool waits_for_size(const JsonObject& json, Size size) {
+    const std::string kind = kind_of_projection(json);
+    return !size.known() &&
+           (kind == "intrinsics" || (kind == "perspective" && !json.has_within("perspective", "aspect")));
+}
+
+/// The projection for an image of this size; for some image, without an oblique plane, if it waits for the size.
+Projection read_projection(const JsonObject& json, Camera& camera, Size size) {
+    const std::string kind = kind_of_projection(json);
     const auto convention = read_convention(json);
     const auto projection = kind == "projection"    ? read_matrix(json, convention)
-                            : kind == "perspective" ? read_perspective(json, camera, convention)
-                            : kind == "intrinsics"  ? read_intrinsics(json, camera, convention)
+                            : kind == "perspective" ? read_perspective(json, camera, convention, size)
+                            : kind == "intrinsics"  ? read_intrinsics(json, camera, convention, size)
                                                     : read_orthographic(json, camera, convention);
     const auto plane = json.numbers("oblique_near_plane", 4);
-    return plane ? with_oblique_near_plane(projection, Eigen::Map<const Eigen::Vector4d>(plane->data())) : projection;
+    return plane && !waits_for_size(json, size)
+               ? with_oblique_near_plane(projection, Eigen::Map<const Eigen::Vector4d>(plane->data()))
+               : projection;
 }
 
 /// Refuses an encoding without what it takes to decode it.
@@ -161,10 +186,21 @@ void check_parameters(const JsonObject& json, const Camera& camera) {
                               to_string(camera.encoding) + "\" cannot have; give a finite one");
     };
     using enum Encoding;
-    if (camera.encoding == linear || camera.encoding == exponential || camera.encoding == pseudo_linear)
+    const Encoding encoding = camera.encoding;
+    const auto only = [&](const char* key, bool fits, const char* which) {
+        if (json.has(key) && !fits)
+            json.refuse_value(key,
+                              std::string("is for ") + which + ", and the encoding is \"" + to_string(encoding) + "\"");
+    };
+    only("offset", encoding == inverse, "\"inverse\"");
+    only("along", encoding == linear || encoding == inverse || encoding == inverse_range,
+         "\"linear\", \"inverse\" and \"inverse-range\"");
+    only("from_near_plane", encoding == ray_distance, "\"ray-distance\"");
+    const bool has_both =
+        encoding == linear || encoding == exponential || encoding == pseudo_linear || encoding == inverse_range;
+    if (has_both || camera.from_near_plane)
         need("near", camera.near_plane);
-    if (camera.encoding == linear || camera.encoding == exponential || camera.encoding == pseudo_linear ||
-        camera.encoding == logarithmic)
+    if (has_both || encoding == logarithmic)
         need("far", camera.far_plane);
     if (camera.encoding == median)
         need("median", camera.median);
@@ -181,16 +217,91 @@ std::optional<Eigen::Matrix4d> read_view(const JsonObject& json) {
     return view;
 }
 
-CameraFile read(const std::filesystem::path& path) {
-    const JsonObject json(path, {"width",       "height",         "rows",         "projection",
-                                 "perspective", "intrinsics",     "orthographic", "oblique_near_plane",
-                                 "clip_z",      "clip_y",         "depth_range",  "view",
-                                 "view_axes",   "encoding",       "near",         "far",
-                                 "median",      "log_c",          "scale",        "packing",
-                                 "depth_bits",  "background",     "lens_mm",      "sensor_mm",
-                                 "f_stop",      "focus_distance", "ao_distance"});
+const std::vector<std::string> keys{"preset",
+                                    "width",
+                                    "height",
+                                    "rows",
+                                    "projection",
+                                    "perspective",
+                                    "intrinsics",
+                                    "orthographic",
+                                    "clip_z",
+                                    "clip_y",
+                                    "oblique_near_plane",
+                                    "depth_range",
+                                    "view",
+                                    "view_axes",
+                                    "pixel_origin",
+                                    "encoding",
+                                    "near",
+                                    "far",
+                                    "median",
+                                    "log_c",
+                                    "scale",
+                                    "offset",
+                                    "along",
+                                    "from_near_plane",
+                                    "packing",
+                                    "depth_bits",
+                                    "background",
+                                    "background_from",
+                                    "missing",
+                                    "lens_mm",
+                                    "sensor_mm",
+                                    "f_stop",
+                                    "focus_distance",
+                                    "ao_distance"};
+
+/// Takes over what the preset that the file names says about its depth, and refuses a file that does not say the rest.
+std::string use_preset(JsonObject& json) {
+    const auto name = json.string("preset");
+    if (!name)
+        return {};
+    const Preset* preset = nullptr;
+    std::vector<std::string> names;
+    for (const Preset& each : presets()) {
+        names.push_back(each.name);
+        if (each.name == *name)
+            preset = &each;
+    }
+    if (!preset)
+        json.refuse_word("preset", names);
+    const auto own = nlohmann::json::parse(preset->keys);
+    if (const auto encoding = json.string("encoding"); encoding && *encoding != own["encoding"])
+        json.refuse_value("encoding", "contradicts the preset \"" + *name + "\", whose encoding is " +
+                                          own["encoding"].dump() + "; leave one of the two out");
+    json.fill_in(own);
+    const bool is_matrix = json.has("projection") && own["encoding"] == "window"; // near and far are in it
+    for (const auto& [key, meaning] : preset->needs)
+        if (!json.has(key) && !json.has_within("perspective", key) && !json.has_within("orthographic", key) &&
+            !is_matrix)
+            json.refuse_missing(key, "the preset \"" + *name + "\" needs it: " + meaning);
+    const bool has_projection =
+        json.has("projection") || json.has("perspective") || json.has("intrinsics") || json.has("orthographic");
+    if (!has_projection)
+        json.refuse_missing(
+            preset->projection == "fx" ? "intrinsics" : "perspective." + preset->projection,
+            "the preset \"" + *name + "\" needs a projection: " +
+                (preset->projection == "fx" ? "fx, fy, cx and cy of the calibration" : "the angle of view in degrees") +
+                (preset->usual.empty() ? "" : "; usually " + preset->projection + " is " + preset->usual));
+    return *name;
+}
+
+/// From which stored value on nothing is there. The word "far" is the far plane as a depth buffer of 24 bits finds it again.
+std::optional<double> read_background_from(const JsonObject& json, const Camera& camera) {
+    if (!json.holds("background_from", "far"))
+        return json.number_or_infinity("background_from");
+    if (camera.encoding != Encoding::view_z || !camera.near_plane || !camera.far_plane || !(*camera.near_plane > 0) ||
+        !(*camera.far_plane > *camera.near_plane))
+        json.refuse_value("background_from", "is for the encoding \"view-z\", and needs 0 < near < far");
+    const double steps = 4 * 0x1p-24 * *camera.far_plane / *camera.near_plane; // relative, there
+    return *camera.far_plane / camera.scale / (1 + steps);
+}
+
+CameraFile read(JsonObject json) {
     CameraFile file;
     auto& camera = file.camera;
+    file.preset = use_preset(json);
     camera.encoding = read_encoding(json);
     camera.near_plane = json.number("near");
     camera.far_plane = json.number_or_infinity("far");
@@ -199,10 +310,19 @@ CameraFile read(const std::filesystem::path& path) {
     camera.scale = json.number("scale").value_or(camera.scale);
     if (camera.scale == 0)
         json.refuse_value("scale", "must not be 0");
-    camera.projection = read_projection(json, camera);
-    check_parameters(json, camera);
+    camera.offset = json.number("offset").value_or(camera.offset);
+    camera.along = json.one_of<Along>("along", {{"axis", Along::axis}, {"ray", Along::ray}}).value_or(camera.along);
+    camera.from_near_plane = json.boolean("from_near_plane").value_or(false);
     camera.width = json.count("width").value_or(0);
     camera.height = json.count("height").value_or(0);
+    const Size size{camera.width, camera.height};
+    camera.projection = read_projection(json, camera, size);
+    if (waits_for_size(json, size))
+        file.projection_for = [json, camera](int width, int height) {
+            Camera copy = camera;
+            return read_projection(json, copy, {width, height});
+        };
+    check_parameters(json, camera);
     camera.rows = json.one_of<Rows>("rows", {{"top-down", Rows::top_down}, {"bottom-up", Rows::bottom_up}})
                       .value_or(Rows::top_down);
     if (const auto range = json.numbers("depth_range", 2)) {
@@ -211,10 +331,13 @@ CameraFile read(const std::filesystem::path& path) {
             json.refuse_value("depth_range", "must have two different ends");
     }
     camera.background = json.number_or_infinity("background");
+    camera.background_from = read_background_from(json, camera);
+    camera.missing = json.number_or_infinity("missing");
     camera.depth_bits = json.count("depth_bits");
     if (camera.depth_bits && camera.depth_bits != 32 && (*camera.depth_bits < 1 || *camera.depth_bits > 24))
         json.refuse_value("depth_bits", "must be 1 to 24, or 32");
     camera.view = read_view(json);
+    read_pixel_origin(json);
     file.packing = read_packing(json);
     file.lens = {.lens_mm = json.number("lens_mm"),
                  .sensor_mm = json.number("sensor_mm"),
@@ -228,9 +351,18 @@ CameraFile read(const std::filesystem::path& path) {
 
 CameraFile read_camera(const std::filesystem::path& file) {
     try {
-        return read(file);
+        return read(JsonObject(file, keys));
     } catch (const std::invalid_argument& error) { // what the projection's builder says
         io::refuse(file, error.what());
+    }
+}
+
+CameraFile preset_camera(const std::string& text) {
+    const std::string source = "preset " + text;
+    try {
+        return read(JsonObject(source, io::parsed_preset(source, text), keys));
+    } catch (const std::invalid_argument& error) {
+        io::refuse(source, error.what());
     }
 }
 
@@ -242,6 +374,8 @@ Camera camera_for(const CameraFile& file, int width, int height) {
                     std::to_string(width) + " x " + std::to_string(height) + "; use the camera of this image");
     camera.width = width;
     camera.height = height;
+    if (file.projection_for)
+        camera.projection = file.projection_for(width, height);
     return camera;
 }
 

@@ -69,6 +69,12 @@ void JsonObject::check_keys(const std::vector<std::string>& known) const {
     }
 }
 
+void JsonObject::fill_in(const json& defaults) {
+    for (const auto& [key, value] : defaults.items())
+        if (!has(key))
+            value_[key] = value;
+}
+
 JsonObject JsonObject::object(const std::string& key, const std::vector<std::string>& known) const {
     return {file_, path_to(key), value_.at(key), known};
 }
@@ -104,6 +110,14 @@ std::optional<bool> JsonObject::boolean(const std::string& key) const {
     if (!value_[key].is_boolean())
         refuse_value(key, "must be true or false");
     return value_[key].get<bool>();
+}
+
+std::optional<std::string> JsonObject::string(const std::string& key) const {
+    if (!has(key))
+        return std::nullopt;
+    if (!value_[key].is_string())
+        refuse_value(key, "must be a word in quotes");
+    return value_[key].get<std::string>();
 }
 
 std::optional<std::vector<double>> JsonObject::numbers(const std::string& key, std::size_t how_many) const {

@@ -19,15 +19,30 @@ public:
     /// Parses a file that holds one object. Refused: syntax errors (with line and column), keys given twice.
     JsonObject(const std::filesystem::path& file, const std::vector<std::string>& known);
 
+    /// An object that does not come from a file; `source` stands in messages where a file's name would.
+    JsonObject(const std::string& source, nlohmann::json value, const std::vector<std::string>& known)
+        : JsonObject(std::filesystem::path(source), "", std::move(value), known) {}
+
+    /// Takes over what another object has and this one has not. Nothing is checked.
+    void fill_in(const nlohmann::json& defaults);
+
     /// The object under a key.
     JsonObject object(const std::string& key, const std::vector<std::string>& known) const;
 
     bool has(const std::string& key) const { return value_.contains(key); }
 
+    /// Has the object under `object` this key?
+    bool has_within(const std::string& object, const std::string& key) const {
+        return has(object) && value_[object].contains(key);
+    }
+    /// Is the value this word?
+    bool holds(const std::string& key, const char* word) const { return has(key) && value_[key] == word; }
+
     std::optional<double> number(const std::string& key) const;
     std::optional<double> number_or_infinity(const std::string& key) const; ///< "infinity" is a number, too
     std::optional<int> count(const std::string& key) const;                 ///< a whole number from 1 on
     std::optional<bool> boolean(const std::string& key) const;
+    std::optional<std::string> string(const std::string& key) const;
     std::optional<std::vector<double>> numbers(const std::string& key, std::size_t how_many) const;
     std::optional<Eigen::Matrix4d> matrix(const std::string& key) const; ///< four rows of four
 
@@ -52,6 +67,7 @@ public:
     [[noreturn]] void refuse_word(const std::string& key, const std::vector<std::string>& known) const;
     /// `must`: "must be positive".
     [[noreturn]] void refuse_value(const std::string& key, const std::string& must) const;
+    /// `why`: "the encoding needs it".
     [[noreturn]] void refuse_missing(const std::string& key, const std::string& why) const;
     [[noreturn]] void refuse_whole(const std::string& what) const;
 

@@ -5,6 +5,7 @@
 #include "lens.hpp"
 #include "max_error.hpp"
 #include "picture.hpp"
+#include "relative.hpp"
 
 #include <fathom/dof.hpp>
 #include <fathom/error.hpp>
@@ -23,8 +24,9 @@ struct Options : DepthOptions {
     DofOptions dof;
     bool explain = false;
     PictureOptions picture;
+    double highlights = 1;
     std::optional<std::string> clean_plate, clean_plate_depth;
-    std::optional<Storage> packing; // of the depths, as the camera file says
+    std::optional<Packing> packing; // of the depths, as the camera file says
 };
 
 constexpr int most_blades = 64;
@@ -105,15 +107,19 @@ DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options&
     return depth;
 }
 
-cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) {
+Picture blur(const Options& options, const StoredDepth& stored, const Job& job) {
     explain_method(fathom::Operation::dof, stored, job, options.dof.max_error, options.explain);
-    const cv::Mat color = picture_of(job.companions.front(), options.picture, stored, job);
+    Picture picture = picture_of(job.companions.front(), options.picture, stored, job);
+    restore_highlights(picture, options.highlights);
+    const cv::Mat color = picture.color;
     DofOptions asked = options.dof;
     cv::Mat clean_plate; // read by the device until the result is there
     DepthFile depth;
     if (options.clean_plate) {
         const std::filesystem::path& file = job.companions[1];
-        clean_plate = picture_of(file, options.picture, stored, job);
+        Picture plate = picture_of(file, options.picture, stored, job);
+        restore_highlights(plate, options.highlights);
+        clean_plate = plate.color;
         if (clean_plate.channels() != color.channels())
             throw Error(fmt::format("{}: has {} channels, but {} has {}; both must have an alpha, or none",
                                     file.native(), clean_plate.channels(), job.companions.front().native(),
@@ -123,7 +129,11 @@ cv::Mat blur(const Options& options, const StoredDepth& stored, const Job& job) 
         asked.clean_plate = {to_device(device, clean_plate),
                              {to_device(device, depth.values), stored.camera, depth.storage}};
     }
-    return to_mat(dof(stored, to_device(stored.image.device(), color), circle_for(options.lens, stored), asked));
+    const CircleOfConfusion circle = options.relative.order
+                                         ? relative_circle_for(options.relative, stored, options.lens)
+                                         : circle_for(options.lens, stored);
+    picture.color = to_mat(dof(stored, to_device(stored.image.device(), color), circle, asked));
+    return picture;
 }
 
 void add_clean_plate_options(CLI::App& app, Options& options) {
@@ -148,18 +158,33 @@ std::function<int()> configure(CLI::App& app) {
     add_lens_options(app, options->lens);
     add_blur_options(app, options->dof);
     add_max_error(app, options->dof.max_error, options->explain, "rms of colours from 0 to 1", {"--quality"}, "Blur");
+    app.add_option("--highlights", options->highlights,
+                   "how many times brighter than white a white is taken to be, which\n"
+                   "a photograph has cut off (default: 1; for a JPEG, try 2 to 4)")
+        ->type_name("X")
+        ->check(is_a_number("number from 1", [](double x) { return x >= 1; }))
+        ->group("Blur");
+    add_relative_options(app, options->relative);
     return [=] {
-        complete(options->lens, options->camera);
+        RelativeOptions& relative = options->relative;
+        relative.picture = 0; // of the companions
+        relative.color_layer = options->picture.color_layer;
+        if (relative.order)
+            check_relative(relative, options->lens);
+        else
+            complete(options->lens, options->camera);
         More more;
         more.companions.push_back({"--color", options->picture.color});
         if (options->clean_plate) {
-            options->packing = read_camera(options->camera).packing;
+            if (relative.order)
+                throw UsageError("--clean-plate: needs depth with a camera; leave out --relative, or the clean plate");
+            options->packing = options->camera.read().packing;
             more.companions.push_back({"--clean-plate", *options->clean_plate});
             more.companions.push_back(
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
-            return std::vector{blur(*options, stored, job)};
+            return std::vector<Result>{blur(*options, stored, job)};
         });
     };
 }
@@ -170,9 +195,8 @@ extern const Command dof_command{
     .name = "dof",
     .summary = "Blurs a picture as a lens does that is focused on one depth: depth of field.",
     .notes =
-        R"(The picture is linear light. If it has an alpha, the alpha is multiplied in. Codes of 8 and 16 bits count from 0 to
-1. The result has the picture's channels, as floats: R G B, and A, in an EXR. A .png holds 16 bits, cut off at 0 and
-1. Invalid pixels, and colours that are no numbers, take part in nothing.
+        R"(Light is blurred, not codes: see --color-space. The result has the picture's channels and, in a .png or .tif, its
+codes: sRGB of 8 bits stay sRGB of 8 bits. A .jpg is sRGB, and .exr, .hdr and .pfm are linear floats. Invalid pixels, and colours that are no numbers, take part in nothing.
 
 Give the lens by its focal length and sensor. With one of them the projection gives the other. The camera file may
 hold both.

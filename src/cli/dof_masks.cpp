@@ -2,6 +2,7 @@
 #include "command.hpp"
 #include "each_depth.hpp"
 #include "lens.hpp"
+#include "relative.hpp"
 
 #include <fathom/dof_masks.hpp>
 #include <fathom/opencv.hpp>
@@ -57,7 +58,7 @@ cv::Mat side_by_side(const std::vector<Image>& images) {
 }
 
 // The masks, then what else was asked for, in the order of `more_of`.
-std::vector<cv::Mat> masks_of(const Options& options, const StoredDepth& stored) {
+std::vector<Result> masks_of(const Options& options, const StoredDepth& stored) {
     DofMasksOptions asked = options.masks;
     asked.weights = options.mask != Mask::circle;
     asked.max_near_coc = options.max_near_coc.has_value();
@@ -66,10 +67,13 @@ std::vector<cv::Mat> masks_of(const Options& options, const StoredDepth& stored)
     asked.mixed_pixels = options.mixed_pixels.has_value();
     if (!options.tiles)
         asked.tile_px = 0;
-    const DofMasks masks = dof_masks(stored, circle_for(options.lens, stored), asked);
+    const CircleOfConfusion circle = options.relative.order
+                                         ? relative_circle_for(options.relative, stored, options.lens)
+                                         : circle_for(options.lens, stored);
+    const DofMasks masks = dof_masks(stored, circle, asked);
     const std::vector<Image> all{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
-    std::vector<cv::Mat> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
-                                              : side_by_side(all)};
+    std::vector<Result> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
+                                             : side_by_side(all)};
     for (const Image& image : {masks.max_near_coc, masks.near_alpha, masks.disocclusion, masks.mixed_pixels})
         if (image)
             results.push_back(to_mat(image));
@@ -143,8 +147,12 @@ std::function<int()> configure(CLI::App& app) {
         ->check(is_one_of(channels))
         ->group("Output");
     add_more_options(app, *options);
+    add_relative_options(app, options->relative);
     return [=] {
-        complete(options->lens, options->camera);
+        if (options->relative.order)
+            check_relative(options->relative, options->lens);
+        else
+            complete(options->lens, options->camera);
         const Product product = product_of(*options);
         return each_depth(*options, product, more_of(*options),
                           [&](const StoredDepth& stored, const Job&) { return masks_of(*options, stored); });

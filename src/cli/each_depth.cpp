@@ -5,6 +5,7 @@
 #include "command.hpp"
 #include "interrupt.hpp"
 #include "messages.hpp"
+#include "relative.hpp"
 
 #include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
@@ -34,16 +35,17 @@ std::vector<std::string> channels_of(const Product& product, const cv::Mat& imag
 }
 
 void write(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
-           const std::vector<cv::Mat>& results) {
+           const std::vector<Result>& results) {
     std::vector<ImageFile> images;
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         const Product& product = outputs[i].product;
         images.push_back({job.outputs[i],
-                          results[i],
-                          {.channels = channels_of(product, results[i]),
+                          results[i].image,
+                          {.channels = channels_of(product, results[i].image),
                            .png_scale = product.png_scale ? product.png_scale : options.png_scale,
                            .png_offset = product.png_offset},
-                          product.kind});
+                          product.kind,
+                          results[i].format});
     }
     const StderrSilenced silenced;
     write_images(images);
@@ -66,8 +68,12 @@ double seconds(Clock::time_point from, Clock::time_point to) {
     return std::chrono::duration<double>(to - from).count();
 }
 
-void announce(Report report, const std::vector<Output>& outputs, const Job& job, const cv::Mat& result,
+void announce(Report report, const std::vector<Output>& outputs, const Job& job, const Result& made,
               const Times& times) {
+    const cv::Mat& result = made.image;
+    std::optional<PictureFormat> format;
+    if (made.format)
+        format = format_for(job.outputs.front(), *made.format);
     const double whole = seconds(times.start, times.was_written);
     switch (report) {
     case Report::nothing:
@@ -76,7 +82,11 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
         std::string files;
         for (const std::filesystem::path& file : job.outputs)
             files += (files.empty() ? "" : ", ") + file.native();
-        fmt::print("{}  {} × {}  {:.0f} ms\n", files, result.cols, result.rows, whole * 1e3);
+        const std::string held = !format ? ""
+                                 : format->bits == 32
+                                     ? "  linear floats"
+                                     : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
+        fmt::print("{}  {} × {}{}  {:.0f} ms\n", files, result.cols, result.rows, held, whole * 1e3);
         break;
     }
     case Report::json: {
@@ -89,6 +99,10 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
                                     {"read_seconds", seconds(times.start, times.was_read)},
                                     {"compute_seconds", seconds(times.was_read, times.was_computed)},
                                     {"write_seconds", seconds(times.was_computed, times.was_written)}};
+        if (format) {
+            line["color_space"] = to_string(format->encoding);
+            line["bits"] = format->bits;
+        }
         for (std::size_t i = 1; i < outputs.size(); ++i)
             line[key_of(outputs[i].option)] = job.outputs[i].native();
         print_json(line);
@@ -104,22 +118,33 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     std::vector<Output> outputs{{"-o", options.output, product}};
     outputs.insert(outputs.end(), more.outputs.begin(), more.outputs.end());
     const std::vector<Job> jobs = plan(options, outputs, more.companions);
-    const CameraFile camera = read_camera(options.camera);
+    const bool relative = options.relative.order.has_value();
+    const CameraFile camera = relative ? CameraFile{} : options.camera.read();
     const Device device = options.device.open();
 
     const auto process = [&](const Job& job) {
         Times times;
-        const DepthFile depth = read(job.input, {.channel = options.channel, .packing = camera.packing});
+        const DepthFile depth =
+            relative ? DepthFile{relative_depth(options.relative, job, options.channel), Storage::float32, {}}
+                     : read(job.input, {.channel = options.channel, .packing = camera.packing});
+        const int width = depth.values.cols, height = depth.values.rows;
         times.was_read = Clock::now();
-        const std::vector<cv::Mat> results =
+        const std::vector<Result> results =
             operation({.image = to_device(device, depth.values),
-                       .camera = camera_for(camera, depth.values.cols, depth.values.rows),
+                       .camera = relative ? relative_camera(width, height, *options.relative.order)
+                                          : camera_for(camera, width, height),
                        .storage = depth.storage},
                       job);
         times.was_computed = Clock::now();
         stop_if_interrupted();
         prepare_folders(options, outputs, job);
         write(options, outputs, job, results);
+        for (std::size_t i = 0; i < outputs.size(); ++i)
+            if (results[i].format && loses_metadata(job.outputs[i], *results[i].format))
+                complain(
+                    fmt::format("{}: does not hold the colour profile or the camera's data of the picture; write the "
+                                "picture's own type to keep them",
+                                job.outputs[i].native()));
         times.was_written = Clock::now();
         announce(options.report, outputs, job, results.front(), times);
     };
@@ -133,7 +158,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
             complain(about(job.input, "not enough memory for an image of this size; crop it or split it"));
             code = input_failed;
         } catch (const std::invalid_argument& error) { // a field of the camera
-            complain(about(options.camera, error.what(), {job.input}));
+            complain(about(options.camera.name(), error.what(), {job.input}));
             code = input_failed;
         } catch (const std::exception& error) {
             complain(about(job.input, error.what(), job.others()));
@@ -146,7 +171,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
 int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation) {
     return each_depth(options, product, {},
-                      [&](const StoredDepth& stored, const Job&) { return std::vector{operation(stored)}; });
+                      [&](const StoredDepth& stored, const Job&) { return std::vector<Result>{operation(stored)}; });
 }
 
 void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const StoredDepth& stored,

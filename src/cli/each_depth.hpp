@@ -6,7 +6,11 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include <fathom/picture.hpp>
+
 #include <functional>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace fathom::cli {
@@ -17,8 +21,17 @@ struct More {
     std::vector<Output> outputs = {};
 };
 
+/// An image that an operation made, and the format that it has as a picture.
+struct Result {
+    Result(cv::Mat made) : image(std::move(made)) {}
+    Result(Picture made) : image(std::move(made.color)), format(std::move(made.format)) {}
+
+    cv::Mat image;
+    std::optional<PictureFormat> format = {};
+};
+
 /// Makes the images of a job: its result, then one for each of `More::outputs`.
-using Operation = std::function<std::vector<cv::Mat>(const StoredDepth&, const Job&)>;
+using Operation = std::function<std::vector<Result>(const StoredDepth&, const Job&)>;
 
 /// Reads each input, runs the operation, writes the result and says so; a bad input is reported and the others are
 /// still done. Of an input's images all are written or none. Gives the exit code.

@@ -71,17 +71,15 @@ void add_fog_options(CLI::App& app, FogOptions& fog) {
     add_enum_option(app, "--sky", fog.sky, {{"fog", FogSky::fog}, {"keep", FogSky::keep}},
                     "the background: infinitely far away (default), or left alone")
         ->group("Fog");
-    add_enum_option(app, "--alpha", fog.alpha,
-                    {{"premultiplied", FogAlpha::premultiplied}, {"straight", FogAlpha::straight}},
-                    "is a picture's alpha multiplied into its colours?\n(default: premultiplied)")
-        ->group("Fog");
 }
 
-cv::Mat fogged(const Options& options, const StoredDepth& stored, const Job& job) {
-    const cv::Mat color = picture_of(job.companions.front(), options.picture, stored, job);
+Picture fogged(const Options& options, const StoredDepth& stored, const Job& job) {
+    Picture picture = picture_of(job.companions.front(), options.picture, stored, job);
     FogOptions asked = options.fog;
     std::swap(asked.color[0], asked.color[2]); // a matrix is B, G, R
-    return to_mat(fog(stored, to_device(stored.image.device(), color), asked));
+    const cv::Mat color = picture.color;       // read by the device until the result is there
+    picture.color = to_mat(fog(stored, to_device(stored.image.device(), color), asked));
+    return picture;
 }
 
 std::function<int()> configure(CLI::App& app) {
@@ -94,7 +92,7 @@ std::function<int()> configure(CLI::App& app) {
         More more;
         more.companions.push_back({"--color", options->picture.color});
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
-            return std::vector{fogged(*options, stored, job)};
+            return std::vector<Result>{fogged(*options, stored, job)};
         });
     };
 }
@@ -107,7 +105,7 @@ extern const Command fog_command{
     .notes = R"(Each pixel becomes color (1 - f) + fog color f with f = 1 - exp(-density distance). The distance is that
 along the ray, in scene units. Under --height-falloff the density is integrated along the ray in closed form.
 
-The picture is taken to be linear; its alpha stays as it is. A pixel with an invalid depth keeps its colour. With several
+Fog covers light, not codes: see --color-space. An alpha stays as it is. A pixel with an invalid depth keeps its colour. With several
 inputs, IMAGE and OUT are folders. The picture and the result of an input have its name there.
 
 Example:

@@ -21,7 +21,7 @@ namespace {
 
 struct Options {
     std::string file;
-    std::string camera;
+    CameraOption camera;
     std::string channel;
     DeviceOption device;
     bool json = false;
@@ -47,8 +47,8 @@ cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption
 
 Findings inspected(const Options& options) {
     CameraFile camera_file;
-    if (!options.camera.empty())
-        camera_file = read_camera(options.camera);
+    if (options.camera.given())
+        camera_file = options.camera.read();
     Findings found;
     {
         const StderrSilenced silenced;
@@ -58,14 +58,14 @@ Findings inspected(const Options& options) {
     const cv::Mat& values = found.depth.values;
     const HostDepth stored{values.data, values.cols, values.rows, values.step, found.depth.storage};
     found.statistics = stored_statistics(stored);
-    if (options.camera.empty())
+    if (!options.camera.given())
         return found;
     try {
         const Camera camera = camera_for(camera_file, values.cols, values.rows);
         const cv::Mat z = decoded(found.depth, camera, options.device);
         found.camera = camera_findings(camera, stored, {reinterpret_cast<const float*>(z.data), z.total()});
     } catch (const std::invalid_argument& error) { // a field of the camera
-        throw Error(about(options.camera, error.what(), {options.file}));
+        throw Error(about(options.camera.name(), error.what(), {options.file}));
     }
     return found;
 }
@@ -113,6 +113,7 @@ nlohmann::ordered_json as_json(const CameraFindings& found) {
             {"precision_of", name_of(found.bits)},
             {"background", found.background},
             {"invalid", found.invalid ? nlohmann::ordered_json(*found.invalid) : nlohmann::ordered_json()},
+            {"missing", found.missing},
             {"range", range},
             {"surfaces", surfaces},
             {"attainable", attainable}};
@@ -165,10 +166,12 @@ void print_range(const CameraFindings& found) {
 }
 
 void print_camera(const Options& options, const CameraFindings& found) {
-    fmt::print("\ncamera: {}\n", options.camera);
+    fmt::print("\ncamera: {}\n", options.camera.name());
     print_row("encoding", to_string(found.camera.encoding));
     print_row("form", fmt::format("{}: {}", to_string(found.form.form), found.form.reason));
     print_row("background", fmt::format("{} pixels", found.background));
+    if (found.form.missing)
+        print_row("not measured", fmt::format("{} pixels", found.missing));
 
     print_range(found);
 
@@ -216,7 +219,7 @@ void print_findings(const Options& options, const Findings& found) {
     if (found.camera)
         print_camera(options, *found.camera);
     else
-        print_row("background", "unknown without --camera");
+        print_row("background", "unknown without --camera or --preset");
 }
 
 int inspect(const Options& options) {
@@ -234,9 +237,7 @@ std::function<int()> configure(CLI::App& app) {
         ->type_name("DEPTH")
         ->required()
         ->group("Input");
-    app.add_option("--camera", options->camera, "also show what this camera file makes of the values")
-        ->type_name("CAMERA.json")
-        ->group("Input");
+    add_camera_options(app, options->camera, "also show what this camera file makes of the values");
     add_channel_option(app, options->channel);
     app.add_flag("--json", options->json, "print one JSON object")->group("Report");
     add_device_options(app, options->device);

@@ -148,10 +148,11 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
         circle->excludes(other);
 }
 
-void complete(LensOptions& lens, const std::string& camera_file) {
+void complete(LensOptions& lens, const CameraOption& camera) {
     if (lens.circle)
         return;
-    const CameraFile file = read_camera(camera_file);
+    const CameraFile file = camera.read();
+    const std::string camera_file = camera.name();
     const LensDefaults& defaults = file.lens;
     const bool perspective = file.camera.projection.is_perspective();
     if (!lens.focus_at && !lens.focus_along)

@@ -31,7 +31,7 @@ void add_lens_options(CLI::App& app, LensOptions& lens);
 
 /// Takes what is not given from the camera file, and refuses a lens that is still incomplete or impossible.
 /// Throws: UsageError, and Error for the camera file.
-void complete(LensOptions& lens, const std::string& camera_file);
+void complete(LensOptions& lens, const CameraOption& camera);
 
 /// The circle of confusion of this lens for this image. The image gives the focus if the lens focuses on a pixel.
 /// Throws: Error, for instance for a pixel without depth.

@@ -44,7 +44,7 @@ std::function<int()> configure(CLI::App& app) {
     return [options, product] {
         return each_depth(*options, product, {}, [&](const StoredDepth& stored, const Job& job) {
             explain_method(fathom::Operation::normals, stored, job, options->normals.max_error, options->explain);
-            return std::vector{directions_for(job.outputs.front(), to_mat(normals(stored, options->normals)))};
+            return std::vector<Result>{directions_for(job.outputs.front(), to_mat(normals(stored, options->normals)))};
         });
     };
 }

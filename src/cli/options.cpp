@@ -1,7 +1,10 @@
 // Options that several commands share.
 #include "options.hpp"
 
+#include "command.hpp"
 #include "messages.hpp"
+
+#include <fathom/error.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +19,19 @@ Device DeviceOption::open() const {
         setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
     }
     return Device::open(wanted);
+}
+
+CameraFile CameraOption::read() const {
+    if (!given())
+        throw UsageError("--camera: missing; give a camera file, or --preset with the source of the depth "
+                         "(fathom presets lists them)");
+    if (!file.empty())
+        return read_camera(file);
+    try {
+        return preset_camera(preset);
+    } catch (const Error& error) { // it is an argument
+        throw UsageError(error.what());
+    }
 }
 
 CLI::Validator is_one_of(const std::vector<std::string>& names) {
@@ -36,6 +52,16 @@ CLI::Validator is_a_number(const std::string& kind, const std::function<bool(dou
             return good ? std::string() : "'" + text + "' will not do; it is a " + kind;
         },
         "");
+}
+
+void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description) {
+    CLI::Option* file = app.add_option("--camera", camera.file, description)->type_name("CAMERA.json")->group("Input");
+    app.add_option("--preset", camera.preset,
+                   "instead of a camera file: the source of the depth, and what it\n"
+                   "leaves open, as in carla:fov_x_deg=90 (fathom presets)")
+        ->type_name("NAME[:KEY=VALUE,...]")
+        ->excludes(file)
+        ->group("Input");
 }
 
 void add_channel_option(CLI::App& app, std::string& channel) {
@@ -63,10 +89,7 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
         ->type_name("DEPTH")
         ->required()
         ->group("Input");
-    app.add_option("--camera", options.camera, "camera file: the projection and what the values mean\n(docs/camera.md)")
-        ->type_name("CAMERA.json")
-        ->required()
-        ->group("Input");
+    add_camera_options(app, options.camera, "camera file: the projection and what the values mean\n(docs/camera.md)");
     add_channel_option(app, options.channel);
 
     std::vector<std::string> formats;

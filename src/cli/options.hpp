@@ -2,9 +2,11 @@
 
 #include <fathom/device.hpp>
 #include <fathom/io.hpp>
+#include <fathom/relative.hpp>
 
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -21,13 +23,36 @@ struct DeviceOption {
     Device open() const;
 };
 
+/// The camera of the images: a file, or a source of depth by name.
+struct CameraOption {
+    std::string file;
+    std::string preset; ///< NAME or NAME:key=value,...
+
+    bool given() const { return !file.empty() || !preset.empty(); }
+    std::string name() const { return file.empty() ? "preset " + preset : file; } ///< for messages
+
+    /// Throws: UsageError where neither was given.
+    CameraFile read() const;
+};
+
+/// Depth without a unit, see fathom/relative.hpp.
+struct RelativeOptions {
+    std::optional<RelativeOrder> order; ///< none: the depth has a camera
+    std::optional<double> blur_px;
+    std::optional<FocusRange> focus_range;
+    std::optional<std::array<double, 2>> range;
+    std::optional<std::size_t> picture; ///< which companion of an input gives the size
+    std::string color_layer;            ///< of that picture
+};
+
 /// What the program prints on stdout about its successes.
 enum class Report { line, json, nothing };
 
 /// What every operation on depth images takes.
 struct DepthOptions {
     std::vector<std::string> inputs;
-    std::string camera;
+    CameraOption camera;
+    RelativeOptions relative; ///< of commands that take it
     std::string output;
     std::string format; ///< extension of the results in a folder, with its dot; empty: .exr
     std::string channel;
@@ -48,6 +73,7 @@ struct Product {
 /// Adds the options of `DepthOptions` for what comes out.
 void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product);
 
+void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description);
 void add_channel_option(CLI::App& app, std::string& channel);
 void add_device_options(CLI::App& app, DeviceOption& device);
 

@@ -92,14 +92,14 @@ fs::path find(const DepthOptions& options, const Companion& companion, const fs:
         return companion.source;
     }
     const fs::path named = fs::path(companion.source) / input.stem();
-    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".png"})
+    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".png", ".jpg", ".jpeg", ".hdr"})
         if (const fs::path file = named.native() + extension; fs::exists(file, ignored))
             return file;
     return named.native() + ".exr";
 }
 
 void refuse_replacing(const DepthOptions& options, const std::vector<Job>& jobs) {
-    std::set<std::optional<Identity>> read{identity(options.camera)};
+    std::set<std::optional<Identity>> read{identity(options.camera.file)};
     for (const Job& job : jobs) {
         read.insert(identity(job.input));
         for (const fs::path& companion : job.companions)
@@ -123,7 +123,7 @@ std::string extension_of(const std::filesystem::path& file) {
     std::string extension = file.extension().native();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension == ".tiff" ? ".tif" : extension;
+    return extension == ".tiff" ? ".tif" : extension == ".jpeg" ? ".jpg" : extension;
 }
 
 std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,

@@ -6,14 +6,14 @@
 namespace fathom::cli {
 
 Product picture_product() {
-    return {.extensions = {".exr", ".tif", ".pfm", ".png"},
+    return {.extensions = {".exr", ".tif", ".pfm", ".png", ".jpg", ".hdr"},
             .channels = {"R", "G", "B", "A"},
             .png_scale = 1,
             .kind = ImageKind::color};
 }
 
 void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what) {
-    app.add_option("--color", options.color, what + ", of the depth's size: EXR, PNG, TIFF or PFM")
+    app.add_option("--color", options.color, what + ", of the depth's size: EXR, JPEG, PNG,\nTIFF, HDR or PFM")
         ->type_name("IMAGE")
         ->required()
         ->group("Input");
@@ -21,17 +21,28 @@ void add_picture_options(CLI::App& app, PictureOptions& options, const std::stri
                    "EXR layer that holds the picture\n(default: R, G, B, or *.Combined, *.beauty, or the only one)")
         ->type_name("NAME")
         ->group("Input");
+    app.add_option_function<std::string>(
+           "--color-space",
+           [&options](const std::string& text) {
+               if (text != "auto")
+                   options.encoding = text == "srgb" ? ColorEncoding::srgb : ColorEncoding::linear;
+           },
+           "how the picture counts light. auto (default): JPEG and integers\n"
+           "are sRGB unless the file says linear, floats are linear")
+        ->type_name("auto|linear|srgb")
+        ->check(is_one_of({"auto", "linear", "srgb"}))
+        ->group("Input");
 }
 
-cv::Mat picture_of(const std::filesystem::path& file, const PictureOptions& options, const StoredDepth& stored,
+Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const StoredDepth& stored,
                    const Job& job) {
-    cv::Mat color;
+    Picture picture;
     {
         const StderrSilenced silenced;
-        color = read_color(file, options.color_layer);
+        picture = read_picture(file, {.layer = options.color_layer, .encoding = options.encoding});
     }
-    check_same_size(file, color, stored, job);
-    return color;
+    check_same_size(file, picture.color, stored, job);
+    return picture;
 }
 
 } // namespace fathom::cli

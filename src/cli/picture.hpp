@@ -3,7 +3,7 @@
 #include "options.hpp"
 
 #include <fathom/image.hpp>
-#include <fathom/io.hpp>
+#include <fathom/picture.hpp>
 
 #include <opencv2/core/mat.hpp>
 
@@ -17,6 +17,7 @@ struct Job;
 /// The picture that an operation changes.
 struct PictureOptions {
     std::string color, color_layer;
+    std::optional<ColorEncoding> encoding; ///< of the files; none: what their type says
 };
 
 /// A picture as a result.
@@ -27,7 +28,7 @@ void add_picture_options(CLI::App& app, PictureOptions& options, const std::stri
 
 /// Reads a picture of the depth's size.
 /// Throws: Error for a file that is none, or one of another size.
-cv::Mat picture_of(const std::filesystem::path& file, const PictureOptions& options, const StoredDepth& stored,
+Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const StoredDepth& stored,
                    const Job& job);
 
 } // namespace fathom::cli

@@ -94,13 +94,13 @@ void add_occlusion_options(CLI::App& app, Options& options) {
 void use_default_radius(Options& options) {
     if (options.radius > 0)
         return;
-    const std::optional<double> distance = read_camera(options.camera).lens.ao_distance;
+    const std::optional<double> distance = options.camera.read().lens.ao_distance;
     if (!distance)
-        throw UsageError("--radius: missing, and " + options.camera +
+        throw UsageError("--radius: missing, and " + options.camera.name() +
                          " has no \"ao_distance\"; give a length in scene units");
     if (!(*distance > 0 && std::isfinite(*distance)))
         throw UsageError(fmt::format("{}: \"ao_distance\" is {}, which is no length of a ray; give --radius",
-                                     options.camera, number(*distance)));
+                                     options.camera.name(), number(*distance)));
     options.radius = *distance;
 }
 
@@ -127,7 +127,7 @@ cv::Mat read_thickness(const std::filesystem::path& file) {
 }
 
 // Visibility, then what else was asked for, in the order of the options.
-std::vector<cv::Mat> occlude(const Options& options, const StoredDepth& stored, const Job& job) {
+std::vector<Result> occlude(const Options& options, const StoredDepth& stored, const Job& job) {
     check_region(options.ssao.region, stored);
     explain_method(fathom::Operation::ssao, stored, job, options.ssao.max_error, options.explain);
     SsaoOptions asked = options.ssao;
@@ -147,7 +147,7 @@ std::vector<cv::Mat> occlude(const Options& options, const StoredDepth& stored, 
     asked.bent_normal = options.bent_normal.has_value();
     asked.confidence = options.confidence.has_value();
     const Occlusion occlusion = ssao(stored, options.radius, asked);
-    std::vector<cv::Mat> results{to_mat(occlusion.visibility)};
+    std::vector<Result> results{to_mat(occlusion.visibility)};
     if (asked.bent_normal)
         results.push_back(directions_for(job.outputs[1], to_mat(occlusion.bent_normal)));
     if (asked.confidence)

@@ -3,6 +3,7 @@
 #include "camera_file/file.hpp"
 
 #include <fathom/io.hpp>
+#include <fathom/picture.hpp>
 
 #include <opencv2/core.hpp>
 
@@ -36,6 +37,34 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
 
 /// The image of a file of any of these three. Refuses a layer, which only OpenEXR has.
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer = {});
+
+/// A picture as its file holds it, and what the file says about it.
+struct PictureFile {
+    cv::Mat image;                              ///< 8 or 16 bits or floats; B, G, R and perhaps an alpha
+    Bytes icc, exif;                            ///< empty where there is none
+    std::optional<ColorEncoding> encoding = {}; ///< where the file says so without a profile
+    std::optional<bool> straight_alpha = {};    ///< likewise
+};
+
+/// Any file that `read_picture` reads. Refuses what is no picture.
+PictureFile read_picture_file(const std::filesystem::path& file, const std::string& layer);
+
+std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const Bytes& bytes);
+
+/// What the file says beside its pixels, which have been read already.
+void read_png_metadata(const Bytes& bytes, PictureFile& picture);
+void read_tiff_metadata(const Bytes& bytes, PictureFile& picture);
+
+/// Codes of 8 or 16 bits (or floats, in a TIFF) in B, G, R order, with the format's profile and camera data.
+Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format);
+Bytes png_bytes(const cv::Mat& bgr, const PictureFormat& format);
+Bytes tiff_bytes(const cv::Mat& rgb, const PictureFormat& format);
+
+/// The bytes of a picture where its format is not that of plain floats, which `write_image` writes: then nothing.
+std::optional<Bytes> picture_bytes(const std::filesystem::path& file, const Picture& picture);
+
+/// The first row on top, the first column on the left, for an orientation of Exif or TIFF from 1 to 8.
+cv::Mat upright(cv::Mat image, int orientation);
 
 /// Channels of an EXR side by side, as floats. Refuses integers, which `what` they hold ("normals") cannot be.
 cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what);

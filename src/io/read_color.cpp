@@ -1,11 +1,15 @@
 // Colours out of files: the picture of a renderer's layers, or an image.
+#include "color_encoding.hpp"
 #include "formats.hpp"
+#include "metadata.hpp"
 
 #include <algorithm>
+#include <string_view>
 
 namespace fathom {
 namespace {
 
+using io::PictureFile;
 using io::refuse;
 
 bool has(const std::vector<Channel>& channels, const std::string& name) {
@@ -69,12 +73,16 @@ cv::Mat from_exr(const std::filesystem::path& file, const std::string& wanted) {
     return io::read_exr_floats(file, names, "colours");
 }
 
-cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
+void check_picture(const std::filesystem::path& file, const cv::Mat& image) {
     const bool codes = image.depth() == CV_8U || image.depth() == CV_16U;
     if ((image.channels() != 3 && image.channels() != 4) || (!codes && image.depth() != CV_32F))
         refuse(file,
                "is " + io::described(image) +
                    ", which is no picture; one has channels R, G, B and may have an alpha, in 8 or 16 bits or float");
+}
+
+cv::Mat as_floats(const cv::Mat& image) {
+    const bool codes = image.depth() != CV_32F;
     cv::Mat color;
     image.convertTo(color, CV_32F);
     const float largest = image.depth() == CV_8U ? 255.0f : image.depth() == CV_16U ? 65535.0f : 1.0f;
@@ -86,19 +94,59 @@ cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
     return color;
 }
 
-cv::Mat read(const std::filesystem::path& file, const std::string& layer) {
+PictureFile read(const std::filesystem::path& file, const std::string& layer) {
     if (io::begins_like_exr(file))
-        return from_exr(file, layer);
-    if (const auto image = io::read_plain(file, layer))
-        return from_picture(file, *image);
-    refuse(file, "is no picture, or its beginning is damaged; pictures are read from .exr, .tif, .pfm and .png");
+        return {.image = from_exr(file, layer), .icc = {}, .exif = {}};
+    const io::Bytes bytes = io::read_file(file);
+    const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 10));
+    if (layer.empty()) {
+        if (auto picture = io::read_jpeg(file, bytes))
+            return *picture;
+        if (begin.starts_with("#?RADIANCE") || begin.starts_with("#?RGBE"))
+            return {.image = io::decode_with_opencv(file, bytes), .icc = {}, .exif = {}};
+    }
+    const auto image = io::read_plain(file, layer);
+    if (!image)
+        refuse(file, "is no picture, or its beginning is damaged; "
+                     "pictures are read from .exr, .jpg, .png, .tif, .hdr and .pfm");
+    PictureFile picture{.image = *image, .icc = {}, .exif = {}};
+    if (begin.starts_with("\x89PNG"))
+        io::read_png_metadata(bytes, picture);
+    else if (begin.starts_with("II") || begin.starts_with("MM"))
+        io::read_tiff_metadata(bytes, picture);
+    return picture;
 }
 
 } // namespace
 
+io::PictureFile io::read_picture_file(const std::filesystem::path& file, const std::string& layer) {
+    check_readable(file);
+    PictureFile picture = within_memory(file, [&] { return read(file, layer); });
+    check_picture(file, picture.image);
+    return picture;
+}
+
 cv::Mat read_color(const std::filesystem::path& file, const std::string& layer) {
-    io::check_readable(file);
-    return io::within_memory(file, [&] { return read(file, layer); });
+    return as_floats(io::read_picture_file(file, layer).image);
+}
+
+Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions& options) {
+    io::PictureFile held = io::read_picture_file(file, options.layer);
+    const int depth = held.image.depth();
+    const bool codes = depth != CV_32F;
+    Picture picture;
+    picture.format.bits = depth == CV_8U ? 8 : depth == CV_16U ? 16 : 32;
+    const ColorEncoding of_type =
+        !codes || io::is_linear_profile(held.icc) ? ColorEncoding::linear : ColorEncoding::srgb;
+    picture.format.encoding = options.encoding.value_or(held.encoding.value_or(of_type));
+    picture.color = io::upright(as_floats(held.image), io::orientation_of(held.exif));
+    io::set_upright(held.exif);
+    picture.format.icc = std::move(held.icc);
+    picture.format.exif = std::move(held.exif);
+    io::to_linear(picture.color, picture.format.encoding);
+    if (held.straight_alpha.value_or(codes))
+        io::premultiply(picture.color);
+    return picture;
 }
 
 } // namespace fathom

@@ -8,12 +8,25 @@ using io::described;
 using io::refuse;
 
 /// The storage of a matrix in B, G, R order whose channels are packed so; none for a packing of other elements.
-std::optional<Storage> of_bgr(Storage packing) {
-    if (packing == Storage::rgb8_red_low || packing == Storage::bgr8_red_low)
+std::optional<Storage> of_bgr(Packing packing) {
+    if (packing == Packing::rgb_red_low)
         return Storage::bgr8_red_low;
-    if (packing == Storage::rgb8_red_high || packing == Storage::bgr8_red_high)
+    if (packing == Packing::rgb_red_high)
         return Storage::bgr8_red_high;
     return std::nullopt;
+}
+
+/// Floats from 0 to 1 out of four bytes B, G, R, A, which hold more bits than a float does.
+cv::Mat of_bgra(const cv::Mat& bgra, bool red_is_lowest) {
+    cv::Mat values(bgra.size(), CV_32FC1);
+    for (int y = 0; y < bgra.rows; ++y)
+        for (int x = 0; x < bgra.cols; ++x) {
+            const auto& [b, g, r, a] = bgra.at<cv::Vec4b>(y, x).val;
+            const double value =
+                red_is_lowest ? ((r / 256.0 + g) / 256 + b) / 256 + a : ((a / 255.0 + b) / 256 + g) / 256 + r;
+            values.at<float>(y, x) = static_cast<float>(value / 256);
+        }
+    return values;
 }
 
 /// Codes of 24 bits only: a buffer with a stencil beside its depth must not be decoded as if it had none.
@@ -27,27 +40,36 @@ void check_codes(const std::filesystem::path& file, const cv::Mat& codes) {
 }
 
 /// The image as depth, if its type and the packing that the camera file speaks of agree.
-DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, std::optional<Storage> packing) {
+DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, std::optional<Packing> packing) {
+    const auto refuse_packing = [&](const char* needs) {
+        refuse(file, "is " + described(image) + ", but the packing \"" + to_string(*packing) + "\" needs " + needs +
+                         "; take \"packing\" out of the camera file");
+    };
+    if (packing == Packing::rgba_red_low || packing == Packing::rgba_red_high) {
+        if (image.type() != CV_8UC4)
+            refuse_packing("four 8-bit channels");
+        return {of_bgra(image, packing == Packing::rgba_red_low), Storage::float32, {}};
+    }
     if (const auto storage = packing ? of_bgr(*packing) : std::nullopt) {
         if (image.depth() != CV_8U || image.channels() < 3)
-            refuse(file, "is " + described(image) + ", but the packing \"" + to_string(*packing) +
-                             "\" needs three 8-bit channels; take \"packing\" out of the camera file");
+            refuse_packing("three 8-bit channels");
         cv::Mat bgr(image.size(), CV_8UC3); // simulators like to add an alpha channel that says nothing
         const int pairs[] = {0, 0, 1, 1, 2, 2};
         cv::mixChannels(&image, 1, &bgr, 1, pairs, 3);
         return {bgr, *storage, {}};
     }
     if (image.channels() == 1) {
+        if (packing == Packing::uint8 && image.type() == CV_8UC1)
+            return {image, Storage::uint8, {}};
         if (packing && image.type() != CV_32SC1)
-            refuse(file, "is " + described(image) + ", but the packing \"" + to_string(*packing) +
-                             "\" needs 32-bit integers; take \"packing\" out of the camera file");
+            refuse_packing(packing == Packing::uint8 ? "one 8-bit channel" : "32-bit integers");
         if (image.type() == CV_32FC1)
             return {image, Storage::float32, {}};
         if (image.type() == CV_16FC1)
             return {image, Storage::float16, {}};
         if (image.type() == CV_16UC1)
             return {image, Storage::uint16, {}};
-        if (image.type() == CV_32SC1 && packing == Storage::uint24_high)
+        if (image.type() == CV_32SC1 && packing == Packing::uint24_high)
             return {image, Storage::uint24_high, {}};
         if (image.type() == CV_32SC1) {
             check_codes(file, image);
@@ -57,7 +79,9 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
     const auto cure =
         image.depth() == CV_8U && image.channels() >= 3
             ? "if it packs 24 bits into R, G and B, say so in the camera file (\"packing\": \"rgb-low-first\")"
-            : "save depth as one channel of 16-bit or 24-bit integers or of float";
+        : image.depth() == CV_8U ? "save depth as 16-bit integers or as float, or say that it is depth and no picture "
+                                   "(\"packing\": \"uint8\")"
+                                 : "save depth as one channel of 16-bit or 24-bit integers or of float";
     refuse(file, "is " + described(image) + ", which holds no depth; " + cure);
 }
 

@@ -191,7 +191,13 @@ bool read_tiles(const std::filesystem::path& file, TIFF* tiff, cv::Mat& image) {
     return true;
 }
 
-/// The first row on top, the first column on the left.
+bool can_be_decoded(TIFF* tiff, const Directory& d) {
+    std::vector<std::uint32_t> pixels(std::size_t{d.width} * d.height);
+    return TIFFReadRGBAImage(tiff, d.width, d.height, pixels.data(), 1);
+}
+
+} // namespace
+
 cv::Mat upright(cv::Mat image, int orientation) {
     constexpr int none = 2, flips[] = {none, none, 1, -1, 0, none, 1, -1, 0}; // as cv::flip has them
     if (orientation < 1 || orientation > 8)
@@ -202,13 +208,6 @@ cv::Mat upright(cv::Mat image, int orientation) {
         cv::flip(image, image, flips[orientation]);
     return image;
 }
-
-bool can_be_decoded(TIFF* tiff, const Directory& d) {
-    std::vector<std::uint32_t> pixels(std::size_t{d.width} * d.height);
-    return TIFFReadRGBAImage(tiff, d.width, d.height, pixels.data(), 1);
-}
-
-} // namespace
 
 std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes) {
     const std::string_view magic(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 4));
@@ -240,8 +239,31 @@ std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes&
     return half ? cv::Mat(image.size(), CV_16FC(image.channels()), image.data, image.step).clone() : image;
 }
 
-// One strip, no compression: readable by everything, and OpenCV would turn three float channels into lossy LogLuv.
+void read_tiff_metadata(const Bytes& bytes, PictureFile& picture) {
+    Stream stream{.in = bytes};
+    const Tiff tiff = open(stream, "r");
+    if (!tiff)
+        return;
+    std::uint16_t count = 0;
+    std::uint16_t* kinds = nullptr;
+    if (TIFFGetField(tiff.get(), TIFFTAG_EXTRASAMPLES, &count, &kinds) && count > 0) {
+        if (kinds[0] == EXTRASAMPLE_ASSOCALPHA || kinds[0] == EXTRASAMPLE_UNASSALPHA)
+            picture.straight_alpha = kinds[0] == EXTRASAMPLE_UNASSALPHA;
+    }
+    std::uint32_t size = 0;
+    void* profile = nullptr;
+    if (TIFFGetField(tiff.get(), TIFFTAG_ICCPROFILE, &size, &profile)) {
+        const auto* first = static_cast<const unsigned char*>(profile);
+        picture.icc.assign(first, first + size);
+    }
+}
+
 Bytes tiff_bytes(const cv::Mat& image) {
+    return tiff_bytes(image, {});
+}
+
+// One strip, no compression: readable by everything, and OpenCV would turn three float channels into lossy LogLuv.
+Bytes tiff_bytes(const cv::Mat& image, const PictureFormat& format) {
     cv::Mat pixels = image.isContinuous() ? image : image.clone();
     const auto size = pixels.total() * pixels.elemSize();
     if (size > 0xffff0000u)
@@ -255,16 +277,18 @@ Bytes tiff_bytes(const cv::Mat& image) {
         };
         set(TIFFTAG_IMAGEWIDTH, pixels.cols);
         set(TIFFTAG_IMAGELENGTH, pixels.rows);
-        set(TIFFTAG_BITSPERSAMPLE, 32);
-        set(TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+        set(TIFFTAG_BITSPERSAMPLE, 8 * static_cast<int>(pixels.elemSize1()));
+        set(TIFFTAG_SAMPLEFORMAT, pixels.depth() == CV_32F ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT);
         set(TIFFTAG_SAMPLESPERPIXEL, pixels.channels());
         set(TIFFTAG_PHOTOMETRIC, pixels.channels() >= 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK);
         set(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
         set(TIFFTAG_COMPRESSION, COMPRESSION_NONE);
         set(TIFFTAG_ROWSPERSTRIP, pixels.rows);
-        const std::uint16_t unspecified = EXTRASAMPLE_UNSPECIFIED;
+        const std::uint16_t alpha = pixels.depth() == CV_32F ? EXTRASAMPLE_UNSPECIFIED : EXTRASAMPLE_UNASSALPHA;
         if (pixels.channels() == 4)
-            set(TIFFTAG_EXTRASAMPLES, 1, &unspecified);
+            set(TIFFTAG_EXTRASAMPLES, 1, &alpha);
+        if (!format.icc.empty())
+            set(TIFFTAG_ICCPROFILE, static_cast<std::uint32_t>(format.icc.size()), format.icc.data());
         const auto written = TIFFWriteEncodedStrip(tiff.get(), 0, pixels.data, static_cast<tmsize_t>(size));
         if (written != static_cast<tmsize_t>(size) || !TIFFWriteDirectory(tiff.get()))
             throw Error("libtiff cannot write it: " + stream.error);

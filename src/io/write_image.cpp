@@ -69,7 +69,9 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
                              std::to_string(options.png_offset) + "; both must be finite");
         return io::png_bytes(image, *options.png_scale, options.png_offset);
     }
-    refuse(file, "the extension \"" + extension + "\" is none that can be written; use .exr, .tif, .pfm, .png or .ply");
+    refuse(file, "the extension \"" + extension +
+                     "\" is none that can be written; use .exr, .tif, .pfm, .png or .ply, "
+                     "and for a picture .jpg or .hdr as well");
 }
 
 io::Bytes bytes_of(const ImageFile& given) {
@@ -96,6 +98,10 @@ io::Bytes bytes_of_color(ImageFile picture) {
     if (picture.options.channels.empty()) {
         picture.options.channels = {"R", "G", "B", "A"};
         picture.options.channels.resize(static_cast<std::size_t>(channels));
+    }
+    if (picture.format && picture.image.depth() == CV_32F) {
+        if (const auto bytes = io::picture_bytes(picture.file, {picture.image, *picture.format}))
+            return *bytes;
     }
     picture.image = io::swap_red_and_blue(picture.image);
     return bytes_of(picture);

@@ -66,7 +66,8 @@ void take_worse(MeasuredMethod& known, const Measured& other) {
 
 // The storage whose rounding the depth has: a float image may come from a 16-bit buffer.
 std::string storage_of(const StoredDepth& stored) {
-    return to_string(stored.camera.depth_bits.value_or(32) <= 16 ? Storage::uint16 : stored.storage);
+    const bool few_bits = stored.storage == Storage::uint8 || stored.camera.depth_bits.value_or(32) <= 16;
+    return to_string(few_bits ? Storage::uint16 : stored.storage);
 }
 
 template <typename Options>

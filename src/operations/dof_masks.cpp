@@ -98,8 +98,8 @@ DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, run
 void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
                          DepthForm form, const DofMasks& masks) {
     const Device& device = stored.image.device();
-    Rays view = form.form == Form::ray_distance ? camera_rays(stored.camera) : Rays{};
-    count_from_lens(form, view, coc);
+    const Rays view = needs_rays(form) ? camera_rays(stored.camera) : Rays{};
+    count_from_lens(form, coc);
     const Arithmetic arithmetic = device.options().arithmetic;
     const int width = stored.image.width(), height = stored.image.height();
     const int vector_width = vector_width_for(device, width);
@@ -112,8 +112,7 @@ void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc
     const auto launch = [&](const auto&... results) { // which all have the same layout
         runtime::launch(device, kernel, range, stored.image, results..., grid_parameters(stored, masks.coc, 0, width),
                         depth_parameters(form, stored.storage, Background::inf, arithmetic),
-                        ray_parameters(view, form.scale, arithmetic),
-                        circle_parameters(form, coc, options, arithmetic));
+                        ray_parameters(view, arithmetic), circle_parameters(form, coc, options, arithmetic));
     };
     if (options.weights)
         launch(masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight);

@@ -111,7 +111,7 @@ void fog(const StoredDepth& stored, const Image& color, const Image& result, con
                     stored.image, color, result, grid_parameters(stored, result, 0, width),
                     params::source_params{color.offset(), u32(color.row_stride()), u32(color.channels())},
                     depth_parameters(form, stored.storage, Background::inf, arithmetic),
-                    ray_parameters(rays, form.scale, arithmetic), ray_parameters(centred, form.scale, arithmetic),
+                    ray_parameters(rays, arithmetic), ray_parameters(centred, arithmetic),
                     fog_parameters(stored.camera, centred, options, arithmetic));
     launched.done();
 }

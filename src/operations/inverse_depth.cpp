@@ -26,8 +26,7 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const 
     const auto vectors = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::launch(device, kernel, {vectors, static_cast<std::size_t>(padded_rows)}, stored.image, result,
                     grid_parameters(stored, result, 0, width),
-                    depth_parameters(form, stored.storage, background, arithmetic),
-                    ray_parameters(view, form.scale, arithmetic));
+                    depth_parameters(form, stored.storage, background, arithmetic), ray_parameters(view, arithmetic));
     return result;
 }
 

@@ -13,14 +13,14 @@ void run(const StoredDepth& stored, const Image& result, const LinearizeOptions&
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays view = form.form == Form::ray_distance ? camera_rays(stored.camera) : Rays{};
+    const Rays view = needs_rays(form) ? camera_rays(stored.camera) : Rays{};
     runtime::Kernel& kernel =
         runtime::kernel(device, "linearize", decoder_defines(form, view, stored.storage, vector_width, stream));
     const auto columns = static_cast<std::size_t>((end - begin + vector_width - 1) / vector_width);
     runtime::launch(device, kernel, {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
                     grid_parameters(stored, result, begin, end),
                     depth_parameters(form, stored.storage, options.background, arithmetic),
-                    ray_parameters(view, form.scale, arithmetic));
+                    ray_parameters(view, arithmetic));
 }
 
 // Groups that overlap would decode a pixel twice, so the columns after the last whole group are done pixel by pixel.

@@ -77,8 +77,7 @@ params::normal_params normal_parameters(const CentreRays& rays, const InverseDep
 NormalMethod chosen_method(NormalMethod wanted, const StoredDepth& stored) {
     if (wanted != NormalMethod::automatic)
         return wanted;
-    const bool coarse = stored.storage == Storage::uint16 || stored.storage == Storage::float16 ||
-                        stored.camera.depth_bits.value_or(32) <= 16;
+    const bool coarse = is_coarse(stored);
     return coarse ? NormalMethod::least_squares : NormalMethod::neighbours;
 }
 

@@ -25,6 +25,8 @@ int storage_define(Storage storage) {
         return STORAGE_FLOAT32;
     case Storage::float16:
         return STORAGE_FLOAT16;
+    case Storage::uint8:
+        return STORAGE_UINT8;
     case Storage::uint16:
         return STORAGE_UINT16;
     case Storage::uint24:
@@ -39,7 +41,8 @@ static_assert(static_cast<int>(Form::reciprocal) == FORM_RECIPROCAL &&
               static_cast<int>(Form::reciprocal_affine) == FORM_RECIPROCAL_AFFINE &&
               static_cast<int>(Form::affine) == FORM_AFFINE && static_cast<int>(Form::rational) == FORM_RATIONAL &&
               static_cast<int>(Form::exponential) == FORM_EXPONENTIAL &&
-              static_cast<int>(Form::ray_distance) == FORM_RAY_DISTANCE);
+              static_cast<int>(Form::ray_distance) == FORM_RAY_DISTANCE &&
+              static_cast<int>(Form::inverse_ray_distance) == FORM_INVERSE_RAY_DISTANCE);
 
 void pack(params::wide (&target)[4], const Affine& row, long double unit, Arithmetic arithmetic) {
     for (std::size_t i = 0; i < 4; ++i)
@@ -73,6 +76,8 @@ void set_reciprocal(params::depth_params& p, const DepthForm& form) {
 // A quotient of sums is the same in any unit: one that keeps the low parts of two floats away from the denormals, and
 // the largest sum away from infinity.
 long double unit_of_quotient(const DepthForm& form) {
+    if (form.form == Form::inverse_ray_distance)
+        return 0x1p24L; // the inverse of the largest float is no denormal then
     if (form.form != Form::rational)
         return 1;
     const auto exponent = [](const Affine& row) {
@@ -120,7 +125,8 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
                                       Arithmetic arithmetic) {
     params::depth_params p{};
     const long double unit = unit_of_quotient(form);
-    pack(p.numerator, form.numerator, unit, arithmetic);
+    const bool inverse_ray = form.form == Form::inverse_ray_distance;
+    pack(p.numerator, form.numerator, inverse_ray ? unit / params::inverse_ray_unit : unit, arithmetic);
     pack(p.denominator, form.denominator, unit, arithmetic);
     p.rate = pack_wide(form.rate, arithmetic);
     p.start = pack_wide(form.start, arithmetic);
@@ -134,7 +140,13 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
     p.background_depth = background == Background::nan ? std::numeric_limits<float>::quiet_NaN()
                                                        : std::numeric_limits<float>::infinity();
     p.background = form.background.value_or(0);
-    p.background_mask = form.background && background != Background::decode ? ~params::u32{0} : 0;
+    const bool decode = background == Background::decode;
+    p.background_mask = form.background && !decode ? ~params::u32{0} : 0;
+    p.farther = form.farther;
+    p.background_from =
+        form.background_from && !decode ? *form.background_from : std::numeric_limits<float>::quiet_NaN();
+    p.missing = form.missing.value_or(0);
+    p.missing_mask = form.missing ? ~params::u32{0} : 0;
     p.code_shift = storage == Storage::uint24_high ? 8 : 0;
     const bool first_is_highest = storage == Storage::rgb8_red_high || storage == Storage::bgr8_red_low;
     p.byte_weights[0] = first_is_highest ? 1u << 16 : 1u;
@@ -143,7 +155,17 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
     return p;
 }
 
-params::ray_params ray_parameters(const Rays& rays, long double scale, Arithmetic arithmetic) {
+bool is_coarse(const StoredDepth& stored) {
+    const bool few_bits =
+        stored.storage == Storage::uint8 || stored.storage == Storage::uint16 || stored.storage == Storage::float16;
+    return few_bits || stored.camera.depth_bits.value_or(32) <= 16;
+}
+
+bool needs_rays(const DepthForm& form) {
+    return form.form == Form::ray_distance || form.form == Form::inverse_ray_distance;
+}
+
+params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic) {
     params::ray_params p{};
     const Rays::Matrix length = Eigen::HouseholderQR<Rays::Matrix>(rays.direction).matrixQR();
     for (int i = 0; i < 3; ++i) {
@@ -155,7 +177,6 @@ params::ray_params ray_parameters(const Rays& rays, long double scale, Arithmeti
         p.depth[i] = pack_wide(rays.depth(i), arithmetic);
     }
     p.centre_depth = pack_wide(rays.centre_depth, arithmetic);
-    p.scale = pack_wide(scale, arithmetic);
     return p;
 }
 

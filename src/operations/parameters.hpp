@@ -20,7 +20,13 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
                                       Arithmetic arithmetic);
 
 /// Constants of the rays. `scale` is the ray distance's scene units per stored unit.
-params::ray_params ray_parameters(const Rays& rays, long double scale, Arithmetic arithmetic);
+/// Is depth stored in steps so large that slopes have to be fitted to more pixels?
+bool is_coarse(const StoredDepth& stored);
+
+/// Does decoding need the lengths of the camera's rays?
+bool needs_rays(const DepthForm& form);
+
+params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic);
 
 /// Does the image fit the storage and the camera?
 /// Throws: std::invalid_argument naming both.

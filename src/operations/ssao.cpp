@@ -29,7 +29,7 @@ constexpr float filter_edge = 0.5f;
 // Lengths are squared in floats. Every visible surface is nearer than this.
 constexpr double longest_length = 1e18;
 
-struct Preset {
+struct Sampling {
     int slices, samples, jitter;
 };
 
@@ -126,14 +126,13 @@ Image normals_for(const StoredDepth& stored, const SsaoOptions& options) {
         return options.normals;
     if (options.tolerance > 1)
         return normals(stored, {.method = NormalMethod::least_squares, .tolerance = options.tolerance});
-    const bool coarse = stored.storage == Storage::uint16 || stored.storage == Storage::float16 ||
-                        stored.camera.depth_bits.value_or(32) <= 16;
+    const bool coarse = is_coarse(stored);
     return coarse ? normals(stored) : Image();
 }
 
-Preset preset(const SsaoOptions& options) {
-    constexpr Preset presets[] = {{1, 6, 16}, {1, 32, 16}, {4, 30, 4}};
-    Preset chosen = presets[static_cast<int>(options.quality)];
+Sampling sampling_of(const SsaoOptions& options) {
+    constexpr Sampling of_quality[] = {{1, 6, 16}, {1, 32, 16}, {4, 30, 4}};
+    Sampling chosen = of_quality[static_cast<int>(options.quality)];
     chosen.slices = options.slices.value_or(chosen.slices);
     chosen.samples = options.samples.value_or(chosen.samples);
     chosen.jitter = options.jitter.value_or(chosen.jitter);
@@ -235,7 +234,7 @@ struct Call {
     CentreRays rays;
     PixelLattice lattice;
     params::split_params split;
-    Preset chosen;
+    Sampling chosen;
     SliceTable table;
     params::occlusion_params occlusion;
     runtime::Scratch scratch;
@@ -243,7 +242,7 @@ struct Call {
     Call(const StoredDepth& depth, double length, const SsaoOptions& asked)
         : stored(depth), radius(length), options(asked), device(depth.image.device()),
           rays(centre_rays(camera_rays(depth.camera))), lattice(pixel_lattice(depth, asked.half_resolution ? 2 : 1)),
-          split(split_parameters(lattice)), chosen(preset(asked)),
+          split(split_parameters(lattice)), chosen(sampling_of(asked)),
           table(slice_table(chosen.slices, chosen.samples, std::max(lattice.width, lattice.height), chosen.jitter,
                             asked.falloff, asked.seed,
                             {static_cast<int>(split.stride), static_cast<int>(split.plane)})),

@@ -40,7 +40,7 @@ void unproject(const StoredDepth& stored, const Image& result, const UnprojectOp
                     {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
                     grid_parameters(stored, result, 0, width),
                     depth_parameters(form, stored.storage, options.background, arithmetic),
-                    ray_parameters(view, form.scale, arithmetic), ray_parameters(target, form.scale, arithmetic));
+                    ray_parameters(view, arithmetic), ray_parameters(target, arithmetic));
     launched.done();
 }
 

@@ -101,7 +101,7 @@ Element element_of(Storage storage) {
 }
 
 int channels_of(Storage storage) {
-    return element_of(storage) == Element::u8 ? 3 : 1;
+    return element_of(storage) == Element::u8 && storage != Storage::uint8 ? 3 : 1;
 }
 
 Image::Image(const Device& device, Element element, Layout layout)

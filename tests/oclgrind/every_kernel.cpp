@@ -46,6 +46,9 @@ std::vector<Camera> cameras() {
     distance.encoding = Encoding::ray_distance;
     all.push_back(exponential);
     all.push_back(distance);
+    distance.encoding = Encoding::inverse;
+    distance.along = Along::ray;
+    all.push_back(distance);
     return all;
 }
 
@@ -187,11 +190,10 @@ int run_streamed(const Device& device, const Camera& camera) {
     const Rays view = camera_rays(camera);
     const Arithmetic arithmetic = device.options().arithmetic;
     const auto defines = decoder_defines(form, view, stored.storage, vector_width, /*stream=*/true);
-    runtime::launch(device, runtime::kernel(device, "linearize", defines),
-                    {static_cast<std::size_t>(32 / vector_width), height}, stored.image, result,
-                    grid_parameters(stored, result, 0, 32),
-                    depth_parameters(form, stored.storage, Background::inf, arithmetic),
-                    ray_parameters(view, form.scale, arithmetic));
+    runtime::launch(
+        device, runtime::kernel(device, "linearize", defines), {static_cast<std::size_t>(32 / vector_width), height},
+        stored.image, result, grid_parameters(stored, result, 0, 32),
+        depth_parameters(form, stored.storage, Background::inf, arithmetic), ray_parameters(view, arithmetic));
     device.finish();
     return 1;
 }
@@ -209,7 +211,8 @@ int main(int count, char** arguments) {
             images += run(device, camera, Storage::float32);
         for (const Camera& camera : cameras())
             images += run_masks(device, camera, false);
-        for (const Storage storage : {Storage::float16, Storage::uint16, Storage::uint24, Storage::rgb8_red_low})
+        for (const Storage storage :
+             {Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24, Storage::rgb8_red_low})
             images += run(device, cameras().front(), storage);
         images += run_normals(device, cameras().front());
         images += run_normals(device, cameras()[2]);

@@ -62,10 +62,10 @@ std::array<Quad, 3> flip(ViewAxes axes) {
 double storage_largest(Storage storage) {
     if (storage == Storage::float32 || storage == Storage::float16)
         return 1;
-    return storage == Storage::uint16 ? 65535 : 16777215;
+    return storage == Storage::uint8 ? 255 : storage == Storage::uint16 ? 65535 : 16777215;
 }
 
-bool is_metric(Encoding encoding) {
+bool counts_as_is(Encoding encoding) {
     return encoding == Encoding::view_z || encoding == Encoding::inverse || encoding == Encoding::ray_distance;
 }
 
@@ -153,8 +153,8 @@ Eigen::Matrix4d moved(Eigen::Matrix4d matrix, const Eigen::Vector3d& centre) {
 Truth::Truth(const Subject& subject, Storage storage)
     : camera_(subject.camera), storage_(storage), frustum_(subject.frustum) {
     const Quad largest = storage_largest(storage);
-    quotient_.v_low = is_metric(camera_.encoding) ? 0 : camera_.depth_range[0] * largest;
-    quotient_.v_high = is_metric(camera_.encoding) ? 1 : camera_.depth_range[1] * largest;
+    quotient_.v_low = counts_as_is(camera_.encoding) ? 0 : camera_.depth_range[0] * largest;
+    quotient_.v_high = counts_as_is(camera_.encoding) ? 1 : camera_.depth_range[1] * largest;
     if (frustum_)
         set_frustum(*frustum_);
     else
@@ -234,6 +234,12 @@ void Truth::set_encoding() {
     case Encoding::inverse:
         n.one = camera_.scale;
         d.high = 1;
+        d.one = camera_.offset;
+        break;
+    case Encoding::inverse_range:
+        n.one = 1;
+        d.low = 1 / value(camera_.near_plane);
+        d.high = 1 / value(camera_.far_plane);
         break;
     case Encoding::linear:
     case Encoding::pseudo_linear:
@@ -259,9 +265,11 @@ void Truth::set_encoding() {
 }
 
 Quad Truth::depth(double v, double x, double y) const {
+    if (camera_.along == Along::ray)
+        return along_ray(quotient_.at(v, x, y), x, y);
     switch (camera_.encoding) {
     case Encoding::ray_distance:
-        return along_ray(quad(camera_.scale) * v, x, y);
+        return along_ray(quad(camera_.scale) * v, x, y) + beyond_centre();
     case Encoding::logarithmic:
     case Encoding::exponential:
         return amplitude_ * expm1q(rate_ * (v - quotient_.v_low) / (quotient_.v_high - quotient_.v_low)) + offset_;
@@ -270,7 +278,13 @@ Quad Truth::depth(double v, double x, double y) const {
     }
 }
 
+Quad Truth::beyond_centre() const {
+    return camera_.from_near_plane ? quad(camera_.near_plane.value_or(0)) : Quad{0};
+}
+
 long double Truth::quick_depth(double v, double x, double y) const {
+    if (camera_.along == Along::ray)
+        return static_cast<long double>(depth(v, x, y));
     switch (camera_.encoding) {
     case Encoding::ray_distance:
         return static_cast<long double>(depth(v, x, y));
@@ -293,7 +307,7 @@ bool Truth::in_range(double v) const {
     case Encoding::ray_distance:
         return v >= 0;
     case Encoding::inverse:
-        return v >= 0 && !(is_float && v > 0x1p95);
+        return (is_float ? v >= 0 || camera_.offset != 0 : v >= 0) && v >= -camera_.offset && !(is_float && v > 0x1p95);
     default: {
         const double a = static_cast<double>(quotient_.v_low), b = static_cast<double>(quotient_.v_high);
         const double low = std::min(a, b), high = std::max(a, b);
@@ -377,9 +391,14 @@ Quad Truth::condition(Form form, double v, double x, double y) const {
         const Quad within = amplitude_ * expq(slope * v + start) * (fabsq(slope * v) + fabsq(start));
         return (within + fabsq(z - offset_) + fabsq(offset_)) / fabsq(z);
     }
-    case Form::ray_distance: {
-        const Quad z = depth(v, x, y);
-        return (fabsq(z + centre_[2]) + fabsq(centre_[2])) / fabsq(z);
+    case Form::ray_distance:
+    case Form::inverse_ray_distance: {
+        // The sum with the place that the distance is counted from, and 2^-12 times that of the distance itself
+        const Quad z = depth(v, x, y), from = beyond_centre() - centre_[2];
+        const Quad distance = camera_.encoding == Encoding::ray_distance ? 0
+                              : form == Form::ray_distance               ? of(quotient_.numerator)
+                                                                         : of(quotient_.denominator);
+        return (fabsq(z - from) + fabsq(from)) / fabsq(z) + 0x1p-12 * distance;
     }
     default:
         return 1; // counted from the end nearest to the pole: both terms are positive

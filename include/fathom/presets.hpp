@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+/// Sources of depth by name: what their stored values mean. Target `fathom::camera_file`.
+namespace fathom {
+
+/// What a camera file says that names this source: `"preset": "carla"`. Keys that stand in the file itself come first.
+struct Preset {
+    /// A key that the source leaves open.
+    struct Need {
+        std::string key;
+        std::string meaning; ///< "the near plane, in metres"
+    };
+
+    std::string name;
+    std::string source;     ///< what writes such depth, for people
+    std::string formula;    ///< z, the distance along the view axis, from a stored value v
+    std::string keys;       ///< JSON: keys of the camera file (docs/camera.md)
+    std::string projection; ///< the key of the projection that people have: fov_x_deg, fov_y_deg or fx
+    std::string usual;      ///< what that key usually is; empty where nothing is usual
+    std::vector<Need> needs = {};
+};
+
+/// All sources, in alphabetical order of their names.
+const std::vector<Preset>& presets();
+
+} // namespace fathom

@@ -1,0 +1,133 @@
+// Relative depth for `fathom dof` and `fathom dof-masks`.
+#include "relative.hpp"
+
+#include "codecs.hpp"
+#include "command.hpp"
+#include "messages.hpp"
+
+#include <fathom/dof_masks.hpp>
+#include <fathom/error.hpp>
+#include <fathom/io.hpp>
+#include <fathom/picture.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace fathom::cli {
+namespace {
+
+constexpr const char* group = "Relative depth";
+
+// Two numbers "A,B"; nothing otherwise.
+std::optional<std::array<double, 2>> two_numbers(const std::string& text) {
+    const std::vector<std::string> parts = CLI::detail::split(text, ',');
+    std::array<double, 2> numbers{};
+    bool good = parts.size() == 2;
+    for (std::size_t i = 0; good && i < 2; ++i)
+        good = CLI::detail::lexical_cast(parts[i], numbers[i]) && std::isfinite(numbers[i]);
+    return good ? std::optional(numbers) : std::nullopt;
+}
+
+CLI::Option* add_two(CLI::App& app, const char* name, const std::function<bool(const std::array<double, 2>&)>& accepted,
+                     const std::function<void(const std::array<double, 2>&)>& take, const char* what,
+                     const char* description) {
+    const auto check = [=](std::string& text) {
+        const auto numbers = two_numbers(text);
+        return numbers && accepted(*numbers) ? std::string() : "'" + text + "' will not do; it is " + what;
+    };
+    return app
+        .add_option_function<std::string>(
+            name, [take](const std::string& text) { take(*two_numbers(text)); }, description)
+        ->type_name("A,B")
+        ->check(CLI::Validator(check, ""))
+        ->group(group);
+}
+
+} // namespace
+
+void add_relative_options(CLI::App& app, RelativeOptions& relative) {
+    CLI::Option* order =
+        app.add_option_function<std::string>(
+               "--relative",
+               [&relative](const std::string& text) {
+                   relative.order = text == "high-is-near" ? RelativeOrder::high_is_near : RelativeOrder::low_is_near;
+               },
+               "the depth has no unit and needs no camera: 8 or 16 bits, or\n"
+               "floats, as neural networks give it. Says which values are near")
+            ->type_name("high-is-near|low-is-near")
+            ->check(is_one_of({"high-is-near", "low-is-near"}))
+            ->group(group);
+    for (const char* other : {"--camera", "--preset", "--focus", "--focus-along", "--f-stop", "--focal-length-mm",
+                              "--sensor-mm", "--mm-per-unit", "--circle"})
+        order->excludes(other);
+    app.add_option("--blur-px", relative.blur_px,
+                   "circle, in pixels, where the depth is 1 more or less than at\nthe focus, of 0 to 1")
+        ->type_name("N")
+        ->check(is_a_number("number from 0", [](double n) { return n >= 0; }))
+        ->needs(order)
+        ->group(group);
+    add_two(
+        app, "--focus-range", [](const auto& n) { return n[0] >= 0 && n[0] <= n[1] && n[1] <= 1; },
+        [&relative](const auto& n) {
+            relative.focus_range = FocusRange{n[0], n[1]};
+        },
+        "two numbers A,B with 0 <= A <= B <= 1", "all of these values are in focus, instead of --focus-at")
+        ->needs(order)
+        ->excludes("--focus-at");
+    add_two(
+        app, "--relative-range", [](const auto& n) { return n[0] < n[1]; },
+        [&relative](const auto& n) { relative.range = n; }, "two numbers A,B with A < B",
+        "values of floats that are 0 and 1 (default: their own least and\ngreatest)")
+        ->needs(order);
+}
+
+void check_relative(const RelativeOptions& relative, const LensOptions& lens) {
+    if (!relative.blur_px)
+        throw UsageError(
+            "--blur-px: missing; say with it how many pixels wide the largest blur is, as in --blur-px 24");
+    if (!lens.focus_at && !relative.focus_range)
+        throw UsageError(
+            "--focus-at: missing; say with --focus-at X,Y which pixel is in focus, or with --focus-range A,B "
+            "which values are");
+}
+
+cv::Mat relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel) {
+    const StderrSilenced silenced;
+    RelativeFile depth = read_relative(job.input, {.channel = channel, .range = relative.range});
+    cv::Mat& values = depth.values;
+    const auto all = [&] { return std::span(values.ptr<float>(), values.total()); };
+    if (depth.bits == 8)
+        smooth_steps(all(), values.cols, values.rows, 1 / 255.0);
+    if (relative.picture) {
+        const std::filesystem::path& file = job.companions[*relative.picture];
+        const cv::Mat color = read_picture(file, {.layer = relative.color_layer, .encoding = {}}).color;
+        const double aspect = static_cast<double>(color.cols) / color.rows * values.rows / values.cols;
+        if (std::abs(aspect - 1) > 0.01)
+            throw Error(
+                fmt::format("{}: is {} × {}, but {} is {} × {}; both must show the same, with the same ratio of "
+                            "width to height",
+                            job.input.native(), values.cols, values.rows, file.native(), color.cols, color.rows));
+        if (values.size() != color.size())
+            values = upsample_along_edges(values, color);
+    }
+    if (relative.focus_range)
+        flatten_range(all(), *relative.focus_range);
+    return values;
+}
+
+CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const StoredDepth& stored,
+                                      const LensOptions& lens) {
+    if (!lens.focus_at)
+        return relative_circle(*relative.blur_px, relative.focus_range->low, *relative.order);
+    const auto [x, y] = *lens.focus_at;
+    if (x >= stored.camera.width || y >= stored.camera.height)
+        throw Error(fmt::format("--focus-at: pixel {},{} lies outside the image of {} × {}; the last one is {},{}", x,
+                                y, stored.camera.width, stored.camera.height, stored.camera.width - 1,
+                                stored.camera.height - 1));
+    const double z = depth_at(stored, x, y);
+    return relative_circle(*relative.blur_px, *relative.order == RelativeOrder::high_is_near ? 1 - z : z,
+                           *relative.order);
+}
+
+} // namespace fathom::cli

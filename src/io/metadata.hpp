@@ -1,0 +1,22 @@
+#pragma once
+
+#include "camera_file/file.hpp"
+
+#include <optional>
+#include <span>
+
+/// What a picture's file says beside its pixels.
+namespace fathom::io {
+
+using View = std::span<const unsigned char>;
+
+/// Does a colour profile count light in proportion? All three curves are straight.
+bool is_linear_profile(View icc);
+
+/// Where the first row and column lie, 1 to 8 as Exif and TIFF have it; 1 where the data does not say.
+int orientation_of(View exif);
+
+/// Says that the picture stands upright.
+void set_upright(Bytes& exif);
+
+} // namespace fathom::io

@@ -1,0 +1,149 @@
+// Relative depth out of files, and onto the grid of a picture.
+#include "formats.hpp"
+
+#include <fathom/error.hpp>
+
+#include <opencv2/core.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace fathom {
+namespace {
+
+using io::refuse;
+
+/// One channel of a picture whose channels are equal. A map of colours has no order of distances.
+cv::Mat only_channel(const std::filesystem::path& file, const cv::Mat& image) {
+    const int channels = image.channels();
+    if (channels == 1)
+        return image;
+    if (channels != 3 && channels != 4)
+        refuse(file, "is " + io::described(image) + "; relative depth has one channel, or R = G = B");
+    std::array<cv::Mat, 4> planes;
+    cv::split(image, planes.data());
+    for (int c = 1; c < 3; ++c) {
+        double largest = 0;
+        cv::Point where;
+        cv::Mat difference;
+        cv::absdiff(planes[0], planes[static_cast<std::size_t>(c)], difference);
+        cv::minMaxLoc(difference, nullptr, &largest, nullptr, &where);
+        if (largest > 0)
+            refuse(file, "has colours, as at pixel (" + std::to_string(where.x) + ", " + std::to_string(where.y) +
+                             "): it is a picture, or depth painted with a colour map, which cannot be undone; "
+                             "save the depth in grey");
+    }
+    return planes[0];
+}
+
+/// Floats to 0 to 1 by a range, or by their own least and greatest.
+void normalise(const std::filesystem::path& file, cv::Mat& values, std::optional<std::array<double, 2>> range) {
+    if (!range) {
+        range = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+        for (const float value : cv::Mat_<float>(values))
+            if (std::isfinite(value)) {
+                (*range)[0] = std::min((*range)[0], static_cast<double>(value));
+                (*range)[1] = std::max((*range)[1], static_cast<double>(value));
+            }
+    }
+    const auto [low, high] = *range;
+    if (!(high > low))
+        refuse(file, "has no two different values, so nothing is nearer than anything else; is it the right file?");
+    for (float& value : cv::Mat_<float>(values))
+        if (!std::isnan(value))
+            value = static_cast<float>(std::clamp((static_cast<double>(value) - low) / (high - low), 0.0, 1.0));
+}
+
+cv::Mat image_of(const std::filesystem::path& file, const std::string& channel) {
+    if (io::begins_like_exr(file))
+        return io::read_exr(file, {.channel = channel, .packing = {}}).values;
+    if (!channel.empty())
+        refuse(file, "is no OpenEXR file and has no channel \"" + channel + "\"; leave --channel out");
+    const io::Bytes bytes = io::read_file(file);
+    if (const auto jpeg = io::read_jpeg(file, bytes))
+        return jpeg->image;
+    if (const auto image = io::read_plain(file))
+        return *image;
+    refuse(file,
+           "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm and .exr");
+}
+
+} // namespace
+
+RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options) {
+    io::check_readable(file);
+    return io::within_memory(file, [&] {
+        const cv::Mat image = only_channel(file, image_of(file, options.channel));
+        RelativeFile result{.values = {}, .bits = image.depth() == CV_8U ? 8 : image.depth() == CV_16U ? 16 : 32};
+        if (image.depth() != CV_8U && image.depth() != CV_16U && image.depth() != CV_16F && image.depth() != CV_32F)
+            refuse(file, "is " + io::described(image) + "; relative depth has 8 or 16 bits, or floats");
+        image.convertTo(result.values, CV_32F);
+        if (result.bits == 32)
+            normalise(file, result.values, options.range);
+        else if (options.range)
+            refuse(file, "has integers, which count from 0 to 1 by themselves; a range is for floats");
+        else
+            for (float& value : cv::Mat_<float>(result.values))
+                value /= result.bits == 8 ? 255.0f : 65535.0f;
+        return result;
+    });
+}
+
+cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color) {
+    if (depth.type() != CV_32FC1 || color.depth() != CV_32F || color.channels() < 3 || depth.empty() || color.empty())
+        throw Error("depth must be CV_32FC1 and the picture CV_32FC3 or CV_32FC4, and neither may be empty");
+    const double across = static_cast<double>(depth.cols) / color.cols,
+                 down = static_cast<double>(depth.rows) / color.rows;
+    // Differences of colour are judged as eyes do, about, and against the mean colour of a depth's pixel.
+    const auto seen = [](const cv::Mat& image, int x, int y) {
+        const float* c = image.ptr<float>(y) + x * image.channels();
+        const auto root = [](float v) { return v > 0 ? std::sqrt(std::min(v, 4.0f)) : 0.0f; };
+        return cv::Vec3f(root(c[0]), root(c[1]), root(c[2]));
+    };
+    cv::Mat mean(depth.size(), CV_32FC3);
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x) {
+            const auto first = [](int at, double scale, int count) {
+                return std::min(static_cast<int>(at / scale), count - 1);
+            };
+            const int x0 = first(x, across, color.cols), y0 = first(y, down, color.rows);
+            const int x1 = std::max(x0 + 1, std::min(static_cast<int>((x + 1) / across), color.cols));
+            const int y1 = std::max(y0 + 1, std::min(static_cast<int>((y + 1) / down), color.rows));
+            cv::Vec3f sum(0, 0, 0);
+            for (int j = y0; j < y1; ++j)
+                for (int i = x0; i < x1; ++i)
+                    sum += seen(color, i, j);
+            mean.at<cv::Vec3f>(y, x) = sum / static_cast<float>((x1 - x0) * (y1 - y0));
+        }
+
+    constexpr float sigma = 0.08f, least = 1e-4f; // of colours from 0 to 1; what another colour counts all the same
+    constexpr int reach = 2;                      // pixels of the depth image
+    cv::Mat result(color.size(), CV_32FC1);
+    cv::parallel_for_(cv::Range(0, color.rows), [&](const cv::Range& rows) {
+        for (int y = rows.start; y < rows.end; ++y)
+            for (int x = 0; x < color.cols; ++x) {
+                const double fx = (x + 0.5) * across - 0.5, fy = (y + 0.5) * down - 0.5;
+                const int left = static_cast<int>(std::floor(fx)), top = static_cast<int>(std::floor(fy));
+                const cv::Vec3f own = seen(color, x, y);
+                double sum = 0, weights = 0;
+                for (int j = top - reach + 1; j <= top + reach; ++j)
+                    for (int i = left - reach + 1; i <= left + reach; ++i) {
+                        const int u = std::clamp(i, 0, depth.cols - 1), v = std::clamp(j, 0, depth.rows - 1);
+                        const float value = depth.at<float>(v, u);
+                        if (std::isnan(value))
+                            continue;
+                        const cv::Vec3f d = mean.at<cv::Vec3f>(v, u) - own;
+                        const double weight = (reach - std::abs(i - fx)) * (reach - std::abs(j - fy)) *
+                                              static_cast<double>(std::exp(-d.dot(d) / (2 * sigma * sigma)) + least);
+                        sum += weight * static_cast<double>(value);
+                        weights += weight;
+                    }
+                result.at<float>(y, x) =
+                    weights > 0 ? static_cast<float>(sum / weights) : std::numeric_limits<float>::quiet_NaN();
+            }
+    });
+    return result;
+}
+
+} // namespace fathom

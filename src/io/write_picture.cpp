@@ -1,0 +1,112 @@
+// Pictures into files: light becomes what the format holds.
+#include "color_encoding.hpp"
+#include "formats.hpp"
+
+#include <fathom/error.hpp>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <cmath>
+
+namespace fathom {
+namespace {
+
+std::string type_of(const std::filesystem::path& file) {
+    const std::string extension = io::lower(file.extension().string());
+    return extension == ".jpeg" ? ".jpg" : extension == ".tiff" ? ".tif" : extension;
+}
+
+/// Codes of 8 or 16 bits: cut off at 0 and 1, 0 for NaN.
+cv::Mat codes_of(const cv::Mat& color, int bits) {
+    const double largest = bits == 8 ? 255 : 65535;
+    cv::Mat codes(color.size(), CV_MAKETYPE(bits == 8 ? CV_8U : CV_16U, color.channels()));
+    const auto fill = [&]<typename Code>(Code) {
+        for (int y = 0; y < color.rows; ++y)
+            std::transform(color.ptr<float>(y), color.ptr<float>(y) + color.cols * color.channels(), codes.ptr<Code>(y),
+                           [largest](float value) {
+                               return static_cast<Code>(value > 0 ? std::min<double>(value, 1) * largest + 0.5 : 0);
+                           });
+    };
+    if (bits == 8)
+        fill(std::uint8_t{});
+    else
+        fill(std::uint16_t{});
+    return codes;
+}
+
+/// The picture without its alpha, which must be 1 everywhere.
+cv::Mat opaque(const std::filesystem::path& file, const cv::Mat& color) {
+    if (color.channels() == 3)
+        return color;
+    cv::Mat bgr(color.size(), CV_32FC3);
+    for (int y = 0; y < color.rows; ++y)
+        for (int x = 0; x < color.cols; ++x) {
+            const auto& pixel = color.at<cv::Vec4f>(y, x);
+            if (std::abs(pixel[3] - 1) > 0x1p-9f)
+                io::refuse(file, "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") has an alpha of " +
+                                     std::to_string(pixel[3]) + ", which a " + type_of(file) +
+                                     " does not hold; write a .png, .tif or .exr");
+            bgr.at<cv::Vec3f>(y, x) = {pixel[0], pixel[1], pixel[2]};
+        }
+    return bgr;
+}
+
+io::Bytes radiance_bytes(cv::Mat bgr) {
+    bgr = bgr.clone();
+    for (int y = 0; y < bgr.rows; ++y)
+        for (auto* value = bgr.ptr<float>(y); value != bgr.ptr<float>(y) + 3 * bgr.cols; ++value)
+            *value = *value > 0 ? *value : 0.0f; // it holds neither negative values nor NaN
+    io::Bytes bytes;
+    if (!cv::imencode(".hdr", bgr, bytes))
+        throw Error("OpenCV cannot write a Radiance HDR");
+    return bytes;
+}
+
+} // namespace
+
+PictureFormat format_for(const std::filesystem::path& file, const PictureFormat& format) {
+    const std::string type = type_of(file);
+    PictureFormat result = format;
+    if (type == ".jpg") {
+        result.encoding = ColorEncoding::srgb;
+        result.bits = 8;
+    } else if (type == ".png") {
+        result.bits = format.bits == 32 ? 16 : format.bits;
+    } else if (type == ".tif") {
+        result.exif.clear();
+    } else {
+        return {};
+    }
+    if (result.encoding != format.encoding)
+        result.icc.clear(); // whose curves are the other ones
+    return result;
+}
+
+bool loses_metadata(const std::filesystem::path& file, const PictureFormat& format) {
+    const PictureFormat kept = format_for(file, format);
+    return kept.icc.size() < format.icc.size() || kept.exif.size() < format.exif.size();
+}
+
+std::optional<io::Bytes> io::picture_bytes(const std::filesystem::path& file, const Picture& picture) {
+    const std::string type = type_of(file);
+    const PictureFormat format = format_for(file, picture.format);
+    const bool codes = format.bits < 32;
+    if (type == ".hdr")
+        return radiance_bytes(opaque(file, picture.color));
+    if (!codes || (type != ".jpg" && type != ".png" && type != ".tif"))
+        return std::nullopt;
+    cv::Mat color = type == ".jpg" ? opaque(file, picture.color).clone() : picture.color.clone();
+    unpremultiply(color);
+    from_linear(color, format.encoding);
+    const cv::Mat pixels = codes_of(color, format.bits);
+    return type == ".jpg"   ? jpeg_bytes(pixels, format)
+           : type == ".png" ? png_bytes(pixels, format)
+                            : tiff_bytes(swap_red_and_blue(pixels), format);
+}
+
+void write_picture(const std::filesystem::path& file, const Picture& picture) {
+    write_images({{.file = file, .image = picture.color, .kind = ImageKind::color, .format = picture.format}});
+}
+
+} // namespace fathom

@@ -1,0 +1,93 @@
+// fathom presets, and --preset in place of a camera file.
+#include "io_files.hpp"
+#include "program.hpp"
+
+#include <fathom/presets.hpp>
+
+#include <nlohmann/json.hpp>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+std::string kinect_file(const Folder& folder) {
+    cv::Mat codes;
+    ramp().convertTo(codes, CV_16U, 8000);
+    const std::string file = folder / "depth.png";
+    cv::imwrite(file, codes);
+    return file;
+}
+
+const std::string kinect = "kinect:fx=40,fy=40,cx=23.5,cy=15.5";
+
+} // namespace
+
+TEST_CASE("presets program: lists every source with its formula and what it needs") {
+    const Outcome list = run({"presets"});
+    check_done(list);
+    const Outcome json = run({"presets", "--json"});
+    check_done(json);
+    const auto all = nlohmann::json::parse(json.out);
+    CHECK(all.size() == presets().size());
+    for (const Preset& preset : presets()) {
+        INFO(preset.name);
+        CHECK(("\n" + list.out).find("\n" + preset.name + " ") != std::string::npos);
+        CHECK(list.out.find(preset.formula + "; needs ") != std::string::npos);
+        const Outcome one = run({"presets", preset.name});
+        check_done(one);
+        CHECK(one.out.find(preset.source) != std::string::npos);
+
+        // The camera file to start from is one, as soon as each question mark is a number.
+        std::string file = one.out.substr(one.out.find("\n{") + 1);
+        const TempFolder folder;
+        if (file.find('?') != std::string::npos)
+            check_says(refusal([&] { read_camera(put(folder / "camera.json", file)); }),
+                       {"camera.json", "\"?\"", "number"});
+        for (std::size_t at = 0, value = 1; (at = file.find("\"?\"")) != std::string::npos; ++value)
+            file.replace(at, 3, std::to_string(value));
+        CHECK(read_camera(put(folder / "camera.json", file)).preset == preset.name);
+    }
+}
+
+TEST_CASE("presets program: a preset gives the bits of the camera file that it stands for") {
+    const Folder folder;
+    const std::string depth = kinect_file(folder), camera = folder / "camera.json";
+    write(camera,
+          R"({"width": 48, "height": 32, "encoding": "view-z", "scale": 0.001, "missing": 0, "view_axes": "opencv",
+                      "intrinsics": {"fx": 40, "fy": 40, "cx": 23.5, "cy": 15.5, "pixel_origin": "centre"}})");
+    const Arguments commands[] = {{"linearize"},
+                                  {"unproject"},
+                                  {"normals"},
+                                  {"ssao", "--radius", "0.1"},
+                                  {"dof-masks", "--f-stop", "2", "--focus", "3", "--sensor-mm", "36"}};
+    for (const Arguments& command : commands) {
+        INFO(command.front());
+        check_done(run(joined(command, {depth, "--camera", camera, "-o", folder / "out/a.exr"})));
+        check_done(run(joined(command, {depth, "--preset", kinect, "-o", folder / "out/b.exr"})));
+        for (const Channel& each : list_channels(folder / "out/a.exr"))
+            CHECK(same(channel(folder / "out/a.exr", each.name), channel(folder / "out/b.exr", each.name)));
+    }
+    const Outcome inspected = run({"inspect", depth, "--preset", kinect});
+    check_done(inspected);
+    CHECK(inspected.out.find("camera: preset kinect:") != std::string::npos);
+    CHECK(inspected.out.find("not measured") != std::string::npos);
+}
+
+TEST_CASE("presets program: what is wrong is told in a line, and nothing is done") {
+    const Folder folder;
+    const std::string depth = kinect_file(folder), camera = camera_file(folder), output = folder / "out/z.exr";
+    const auto refused = [&](const Arguments& more, const std::string& named) {
+        check_refused(run(joined({"linearize", depth, "-o", output}, more)), 2, named);
+        CHECK(folder.results().empty());
+    };
+    refused({}, "--preset with the source of the depth (fathom presets lists them)");
+    refused({"--camera", camera, "--preset", kinect}, "--preset");
+    refused({"--preset", "kinekt:fx=40"}, "the nearest is \"kinect\"");
+    refused({"--preset", "kinect"}, "\"intrinsics\" is missing; the preset \"kinect\" needs a projection");
+    refused({"--preset", "kinect:fx=40,fy"}, "\"fy\" is no key and value");
+    refused({"--preset", "kinect:fx=40,fy=40,cx=a,cy=1"}, "\"a\" must be a number");
+    check_refused(run({"presets", "kinekt"}), 2, "did you mean kinect?");
+    check_refused(run({"ssao", depth, "--preset", kinect, "-o", output}), 2, "preset kinect");
+    check_refused(run({"linearize", depth, "--preset", "carla:fov_x_deg=90", "-o", output}), 1, "three 8-bit channels");
+}

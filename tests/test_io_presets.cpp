@@ -1,0 +1,350 @@
+// Sources of depth by name. The truth is each source's own formula, written down here once more, at one pixel.
+#include "catch.hpp"
+#include "io_files.hpp"
+
+#include <fathom/fathom.hpp>
+#include <fathom/io.hpp>
+#include <fathom/opencv.hpp>
+#include <fathom/presets.hpp>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <map>
+#include <set>
+#include <sstream>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+constexpr float nothing = std::numeric_limits<float>::infinity();
+constexpr float invalid = std::numeric_limits<float>::quiet_NaN();
+
+/// Decoded depth is within an ulp of the stored number's; the formulas here are in double.
+constexpr double tolerance = 0x1p-23;
+
+// Images of 4 x 2 pixels under 90 degrees across: the first pixel's centre lies ¾ to the left and ¼ up on the plane z = 1.
+constexpr int width = 4, height = 2;
+const double slant = std::sqrt(1 + 0.75 * 0.75 + 0.25 * 0.25);
+const std::string wide = "fov_x_deg=90";
+
+/// Floats, and what each is.
+struct Pixel {
+    double stored;
+    double z;
+};
+
+cv::Mat floats(const std::vector<Pixel>& pixels) {
+    cv::Mat image(height, width, CV_32FC1);
+    for (int i = 0; i < width * height; ++i)
+        image.at<float>(i / width, i % width) =
+            static_cast<float>(pixels[static_cast<std::size_t>(i) % pixels.size()].stored);
+    return image;
+}
+
+cv::Mat as(int type, const std::vector<Pixel>& pixels) {
+    cv::Mat image;
+    floats(pixels).convertTo(image, type);
+    return image;
+}
+
+/// A file's depth as the preset decodes it, one float a pixel.
+std::vector<float> decoded(const std::string& preset, const std::filesystem::path& path) {
+    static const Device device = Device::open("cpu");
+    const CameraFile file = preset_camera(preset);
+    const DepthFile depth = read_depth(path, {.packing = file.packing});
+    const Camera camera = camera_for(file, depth.values.cols, depth.values.rows);
+    const cv::Mat z = to_mat(linearize({to_device(device, depth.values), camera, depth.storage}).image);
+    return {z.ptr<float>(0), z.ptr<float>(0) + z.cols};
+}
+
+/// Checks a row of pixels: those of `image`'s first row are `pixels` in turn.
+void check(const std::string& preset, const cv::Mat& image, const std::vector<Pixel>& pixels,
+           const std::string& name = "depth.tif") {
+    const TempFolder folder;
+    const auto path = folder / name;
+    REQUIRE(cv::imwrite(path.string(), image));
+    const std::vector<float> z = decoded(preset, path);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+        INFO(preset << ": stored " << pixels[i].stored << " is " << z[i] << ", expected " << pixels[i].z);
+        if (std::isfinite(pixels[i].z))
+            CHECK(std::abs(z[i] - pixels[i].z) <= tolerance * std::abs(pixels[i].z));
+        else
+            CHECK((std::isnan(pixels[i].z) ? std::isnan(z[i]) : std::isinf(z[i])));
+    }
+}
+
+void check_floats(const std::string& preset, const std::vector<Pixel>& pixels) {
+    check(preset, floats(pixels), pixels);
+}
+
+void check_codes(const std::string& preset, const std::vector<Pixel>& pixels) {
+    check(preset, as(CV_16U, pixels), pixels, "depth.png");
+}
+
+void check_bytes(const std::string& preset, const std::vector<Pixel>& pixels) {
+    check(preset, as(CV_8U, pixels), pixels, "depth.png");
+}
+
+/// A picture whose first pixels are these bytes, in B, G, R, A order.
+cv::Mat packed(int channels, const std::vector<std::array<int, 4>>& pixels) {
+    cv::Mat image(height, width, CV_8UC(channels), cv::Scalar::all(0));
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        for (int c = 0; c < channels; ++c)
+            image.ptr<std::uint8_t>(0)[static_cast<int>(i) * channels + c] =
+                static_cast<std::uint8_t>(pixels[i][static_cast<std::size_t>(c)]);
+    return image;
+}
+
+/// z of a depth-buffer value from 0 to 1.
+double window(double v, double near, double far) {
+    return 1 / (1 / near + v * (1 / far - 1 / near));
+}
+
+const std::string intrinsics = "fx=2,fy=2,cx=1.5,cy=0.5";
+
+/// What is decoded with each preset. Names that are missing here fail the test below.
+const std::map<std::string, std::function<void()>>& truths() {
+    static const std::map<std::string, std::function<void()>> all{
+        {"airsim-planar",
+         [] {
+             check_floats("airsim-planar:" + wide, {{2.5, 2.5}, {65504, nothing}, {70000, nothing}});
+         }},
+        {"airsim-perspective",
+         [] {
+             check_floats("airsim-perspective:" + wide, {{2.5, 2.5 / slant}, {65504, nothing}});
+         }},
+        {"airsim-vis",
+         [] {
+             check_bytes("airsim-vis:" + wide, {{51, 20}, {255, nothing}, {254, 25400 / 255.0}});
+         }},
+        {"apple-disparity",
+         [] {
+             check_floats("apple-disparity:" + intrinsics, {{0.5, 2}, {0, nothing}, {-1, invalid}});
+         }},
+        {"blender",
+         [] {
+             check_floats("blender:" + wide, {{3, 3}, {1e10, nothing}, {65504, 65504}});
+         }},
+        {"carla",
+         [] { // R = 3, G = 2, B = 1
+             check("carla:" + wide, packed(3, {{1, 2, 3}, {255, 255, 255}}),
+                   {{0, 1000.0 * (3 + 256 * 2 + 65536) / 16777215}, {0, nothing}}, "depth.png");
+             check("carla:" + wide, packed(4, {{1, 2, 3, 255}}), {{0, 1000.0 * (3 + 256 * 2 + 65536) / 16777215}},
+                   "depth.png");
+         }},
+        {"colmap",
+         [] {
+             check_floats("colmap:" + intrinsics, {{1.25, 1.25}, {0, invalid}});
+         }},
+        {"gazebo",
+         [] {
+             check_floats("gazebo:fov_x_deg=60", {{1.25, 1.25}, {INFINITY, nothing}, {NAN, invalid}});
+         }},
+        {"gdepth-inverse",
+         [] {
+             const auto z = [](double v) { return 20 * 0.5 / (20 - v / 255 * (20 - 0.5)); };
+             check_bytes("gdepth-inverse:near=0.5,far=20," + intrinsics, {{0, 0.5}, {51, z(51)}, {254, z(254)}});
+             const double aside = std::sqrt(1 + 0.5 * 0.5 + 0.0); // pixel (0.5, 0.5), centre (1.5, 0.5), fx = 2
+             check_bytes("gdepth-inverse:near=0.5,far=20,along=ray," + intrinsics, {{51, z(51) / aside}});
+         }},
+        {"gdepth-linear",
+         [] {
+             check_bytes("gdepth-linear:near=0.5,far=20," + intrinsics, {{0, 0.5}, {51, 0.5 + 19.5 / 5}});
+             check_bytes("gdepth-linear:near=0.5,far=20,along=ray," + intrinsics, {{51, 4.4 / std::sqrt(1.25)}});
+         }},
+        {"habitat",
+         [] {
+             check_floats("habitat:" + wide, {{2.5, 2.5}, {0, nothing}});
+         }},
+        {"habitat-lab",
+         [] {
+             check_floats("habitat-lab:near=0,far=10," + wide, {{0.25, 2.5}, {0, invalid}, {1, nothing}});
+             check_floats("habitat-lab:near=0.5,far=5," + wide, {{0.5, 2.75}, {0, invalid}, {1, nothing}});
+         }},
+        {"hypersim",
+         [] {
+             check_floats("hypersim:" + wide, {{2.5, 2.5 / slant}, {NAN, invalid}});
+         }},
+        {"isaac-planar",
+         [] {
+             check_floats("isaac-planar:" + wide, {{2.5, 2.5}, {INFINITY, nothing}});
+         }},
+        {"isaac-ray",
+         [] {
+             check_floats("isaac-ray:" + wide, {{2.5, 2.5 / slant}, {INFINITY, nothing}});
+         }},
+        {"kinect",
+         [] {
+             check_codes("kinect:" + intrinsics, {{1500, 1.5}, {0, invalid}, {65535, 65.535}});
+         }},
+        {"kitti",
+         [] {
+             check_codes("kitti:" + intrinsics, {{1280, 5}, {0, invalid}});
+         }},
+        {"middlebury",
+         [] {
+             check_floats("middlebury:scale=800,offset=30.5," + intrinsics,
+                          {{9.5, 20}, {INFINITY, invalid}, {0, 800 / 30.5}});
+         }},
+        {"mitsuba2",
+         [] {
+             check_floats("mitsuba2:" + wide, {{2.5, 2.5 / slant}, {0, nothing}});
+         }},
+        {"mitsuba3",
+         [] { // the ray crosses the near plane at near/cos, so the distance from the camera centre is v + near/cos
+             check_floats("mitsuba3:near=0.25," + wide, {{2.5, 0.25 + 2.5 / slant}, {0, nothing}});
+         }},
+        {"mujoco",
+         [] { // the last code of 24 bits before the far plane is 49.97
+             check_floats("mujoco:near=0.01,far=50,fov_y_deg=45",
+                          {{2, 2}, {49.95, nothing}, {50, nothing}, {49.9, 49.9}});
+         }},
+        {"mujoco-raw",
+         [] {
+             check_floats("mujoco-raw:near=0.5,far=50,fov_y_deg=45", {{0.5, window(0.5, 0.5, 50)}, {1, nothing}});
+             CHECK(preset_camera("mujoco-raw:near=0.5,far=50,fov_y_deg=45").camera.rows == Rows::bottom_up);
+         }},
+        {"nuke-depth",
+         [] {
+             check_floats("nuke-depth:" + wide, {{0.25, 4}, {0, nothing}});
+         }},
+        {"pybullet",
+         [] {
+             check_floats("pybullet:near=0.5,far=50,fov_y_deg=60", {{0.5, window(0.5, 0.5, 50)}, {1, nothing}});
+         }},
+        {"realsense",
+         [] {
+             check_codes("realsense:" + intrinsics, {{1500, 1.5}, {0, invalid}});
+             check_codes("realsense:scale=0.0001," + intrinsics, {{1500, 0.15}, {0, invalid}});
+         }},
+        {"replica",
+         [] {
+             check_codes("replica:" + intrinsics, {{13107, 13107 / 6553.5}, {0, invalid}});
+         }},
+        {"scannet",
+         [] {
+             check_codes("scannet:" + intrinsics, {{1500, 1.5}, {0, invalid}});
+         }},
+        {"threejs-rgba",
+         [] {
+             const double v = ((7 / 255.0 + 1) / 256 + 2) / 256 + 200;
+             check("threejs-rgba:near=0.5,far=50,fov_y_deg=50", packed(4, {{1, 2, 200, 7}, {255, 255, 255, 255}}),
+                   {{0, window(static_cast<float>(v / 256), 0.5, 50)}, {0, nothing}}, "depth.png");
+         }},
+        {"threejs-rgba-r166",
+         [] {
+             const double v = ((3 / 256.0 + 2) / 256 + 1) / 256 + 200;
+             check("threejs-rgba-r166:near=0.5,far=50,fov_y_deg=50", packed(4, {{1, 2, 3, 200}}),
+                   {{0, window(static_cast<float>(v / 256), 0.5, 50)}}, "depth.png");
+         }},
+        {"tum",
+         [] {
+             check_codes("tum:" + intrinsics, {{5000, 1}, {0, invalid}});
+         }},
+        {"unreal-cm",
+         [] {
+             check_floats("unreal-cm:" + wide, {{250, 2.5}, {65504, nothing}});
+         }},
+        {"unreal-meters",
+         [] {
+             check_floats("unreal-meters:" + wide, {{2.5, 2.5}, {65504, nothing}});
+         }},
+        {"vkitti2",
+         [] {
+             check_codes("vkitti2:" + intrinsics, {{1500, 15}, {65535, nothing}, {65534, 655.34}});
+         }},
+        {"vray-z",
+         [] {
+             check_floats("vray-z:near=2,far=12," + wide, {{0.25, 4.5}, {0, 2}, {1, nothing}});
+             check_floats("vray-z:near=12,far=2," + wide, {{0.75, 4.5}}); // near is white
+         }},
+    };
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("presets: each decodes what its source writes, by the source's own formula", "[presets]") {
+    for (const Preset& preset : presets()) {
+        INFO(preset.name);
+        REQUIRE(truths().contains(preset.name));
+        truths().at(preset.name)();
+    }
+    CHECK(truths().size() == presets().size());
+}
+
+TEST_CASE("presets: a camera file names one, and its own keys come first", "[presets]") {
+    const TempFolder folder;
+    const auto read = [&](const std::string& text) { return read_camera(put(folder / "camera.json", text)); };
+    const CameraFile file = read(R"({"preset": "realsense", "scale": 0.0001, "width": 4, "height": 2,
+                                     "intrinsics": {"fx": 2, "fy": 2, "cx": 1.5, "cy": 0.5}})");
+    CHECK(file.preset == "realsense");
+    CHECK(file.camera.scale == 0.0001);
+    CHECK(file.camera.missing == 0);
+    CHECK(file.camera.projection.convention.view_axes == ViewAxes::opencv);
+    const Rays::Matrix direction =
+        camera_rays(file.camera).direction; // calibrations count from the first pixel's centre
+    CHECK(static_cast<double>((direction * Eigen::Matrix<long double, 3, 1>(2, 1, 1)).head<2>().norm()) < 1e-15);
+
+    const auto refused = [&](const std::string& text) { return refusal([&] { read(text); }); };
+    check_says(refused(R"({"preset": "kinekt", "width": 4})"), {"camera.json", "\"kinekt\"", "nearest is \"kinect\""});
+    check_says(refused(R"({"preset": "kinect"})"), {"\"intrinsics\" is missing", "fx, fy, cx and cy"});
+    check_says(refused(R"({"preset": "carla"})"), {"\"perspective.fov_x_deg\" is missing", "usually fov_x_deg is 90"});
+    check_says(refused(R"({"preset": "gdepth-linear", "near": 1, "perspective": {"fov_x_deg": 60}})"),
+               {"\"far\" is missing", "GDepth:Far"});
+    check_says(refused(R"({"preset": "carla", "encoding": "window", "perspective": {"fov_x_deg": 90}})"),
+               {"\"window\" contradicts the preset \"carla\", whose encoding is \"view-z\""});
+    check_says(refused(R"({"preset": 3})"), {"must be a word in quotes"});
+    CHECK_NOTHROW(
+        read(R"({"preset": "pybullet", "projection": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1.1, -1], [0, 0, -1, 0]]})"));
+}
+
+TEST_CASE("presets: as text", "[presets]") {
+    const auto refused = [](const std::string& text) { return refusal([&] { preset_camera(text); }); };
+    check_says(refused("carla:fov_x_deg"), {"preset carla:fov_x_deg", "no key and value", "key=value"});
+    check_says(refused("carla:=90"), {"no key and value"});
+    check_says(refused("carla:fov_x_deg="), {"no key and value"});
+    check_says(refused("carla:fov_x_deg=90,fov_x_deg=80"), {"\"fov_x_deg\" is given twice"});
+    check_says(refused("carla:fov_x_deg=wide"), {"\"wide\" must be a number"});
+    check_says(refused("carla:fov_x=90"), {"unknown key \"fov_x\""});
+    check_says(refused("karla:fov_x_deg=90"), {"nearest is \"carla\""});
+    check_says(refused("carla"), {"\"perspective.fov_x_deg\" is missing"});
+    check_says(refused(""), {"preset"});
+    check_says(refused("mujoco:near=1,far=inf,fov_y_deg=45"), {"far"});
+    CHECK(preset_camera("carla:fov_x_deg=90,width=800,height=600").camera.width == 800);
+    CHECK(preset_camera("isaac-ray:fov_x_deg=90,background=infinity").camera.background == INFINITY);
+}
+
+TEST_CASE("presets: width, height and aspect come from the image", "[presets]") {
+    const Camera image = camera_for(preset_camera("carla:fov_x_deg=90"), 800, 600);
+    CHECK(image.projection.matrix(0, 0) == Approx(1.0L).epsilon(1e-15));
+    CHECK(image.projection.matrix(1, 1) == Approx(800.0L / 600).epsilon(1e-15));
+    const Camera calibrated = camera_for(preset_camera("tum:fx=500,fy=510,cx=319.5,cy=239.5"), 640, 480);
+    const PixelScale scale = pixel_scale(calibrated);
+    CHECK((scale.x == Approx(500.0L).epsilon(1e-15) && scale.y == Approx(510.0L).epsilon(1e-15)));
+}
+
+TEST_CASE("presets: the page lists each with its formula and what it needs", "[presets][pages]") {
+    std::ifstream page(std::string(FATHOM_SOURCE_DIR) + "/docs/sources.md");
+    const std::string text((std::istreambuf_iterator<char>(page)), std::istreambuf_iterator<char>());
+    std::set<std::string> seen;
+    for (const Preset& preset : presets()) {
+        CHECK(seen.insert(preset.name).second);
+        std::string needs;
+        for (const auto& [key, meaning] : preset.needs)
+            needs += "`" + key + "`, ";
+        needs += preset.projection == "fx" ? "`fx`, `fy`, `cx`, `cy`" : "`" + preset.projection + "`";
+        if (!preset.usual.empty())
+            needs += " (" + preset.usual + ")";
+        const std::string row =
+            "| `" + preset.name + "` | " + preset.source + " | " + preset.formula + " | " + needs + " |";
+        INFO("this row is missing in docs/sources.md:\n" << row);
+        CHECK(text.find(row) != std::string::npos);
+    }
+}

@@ -1,0 +1,178 @@
+// Relative depth in files, on the grid of a picture, and through the program.
+#include "io_files.hpp"
+#include "program.hpp"
+
+#include <fathom/dof.hpp>
+#include <fathom/opencv.hpp>
+#include <fathom/picture.hpp>
+#include <fathom/relative.hpp>
+
+#include <cmath>
+#include <iostream>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+/// Disparity of a slanted floor with a box on it, from 0 to 1.
+cv::Mat scene(int columns = 96, int rows = 64) {
+    cv::Mat values(rows, columns, CV_32FC1);
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
+            const bool box = x > columns / 3 && x < columns * 2 / 3 && y > rows / 4 && y < rows * 3 / 4;
+            values.at<float>(y, x) = box ? 0.9f : 0.1f + 0.5f * static_cast<float>(y) / static_cast<float>(rows);
+        }
+    return values;
+}
+
+/// A picture of it: the box is bright.
+cv::Mat photo(int columns = 96, int rows = 64) {
+    const cv::Mat values = scene(columns, rows);
+    cv::Mat color(rows, columns, CV_8UC3);
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x)
+            color.at<cv::Vec3b>(y, x) = values.at<float>(y, x) > 0.8f
+                                            ? cv::Vec3b(200, static_cast<uchar>(180 + x % 7), 240)
+                                            : cv::Vec3b(static_cast<uchar>(40 + y % 5), 60, 20);
+    return color;
+}
+
+cv::Mat as(const cv::Mat& values, int depth, double scale) {
+    cv::Mat result;
+    values.convertTo(result, depth, scale);
+    return result;
+}
+
+fs::path saved(const fs::path& file, const cv::Mat& image) {
+    REQUIRE(cv::imwrite(file.string(), image));
+    return file;
+}
+
+} // namespace
+
+TEST_CASE("relative files: integers count from 0 to 1, floats by a range", "[relative]") {
+    const TempFolder folder;
+    const cv::Mat values = scene();
+    for (const char* name : {"a.png", "a.tif"}) {
+        const RelativeFile bytes = read_relative(saved(folder / name, as(values, CV_8U, 255)));
+        CHECK(bytes.bits == 8);
+        CHECK(cv::norm(bytes.values, values, cv::NORM_INF) <= 0.501 / 255);
+        const RelativeFile words = read_relative(saved(folder / name, as(values, CV_16U, 65535)));
+        CHECK(words.bits == 16);
+        CHECK(cv::norm(words.values, values, cv::NORM_INF) <= 0.501 / 65535);
+        const cv::Mat grey = as(values, CV_8U, 255), channels[] = {grey, grey, grey};
+        cv::Mat equal;
+        cv::merge(channels, 3, equal);
+        CHECK(same(read_relative(saved(folder / name, equal)).values, bytes.values));
+    }
+    CHECK(read_relative(saved(folder / "a.jpg", as(values, CV_8U, 255))).bits == 8);
+    write_image(folder / "a.exr", values * 20 - 3);
+    const RelativeFile own = read_relative(folder / "a.exr");
+    double low, high;
+    cv::minMaxLoc(own.values, &low, &high);
+    CHECK((own.bits == 32 && low == 0 && high == 1));
+    const RelativeFile asked = read_relative(folder / "a.exr", {.range = std::array{-3.0, 17.0}});
+    CHECK(cv::norm(asked.values, values, cv::NORM_INF) < 1e-6);
+}
+
+TEST_CASE("relative files: what has no order of distances is refused", "[relative]") {
+    const TempFolder folder;
+    const auto refused = [&](const cv::Mat& image, const std::string& name, const ReadRelativeOptions& options = {}) {
+        const auto file = saved(folder / name, image);
+        return refusal([&] { read_relative(file, options); });
+    };
+    check_says(refused(photo(), "map.png"), {"map.png", "has colours, as at pixel (", "colour map", "in grey"});
+    check_says(refused(as(scene(), CV_8U, 255), "a.png", {.range = std::array{0.0, 1.0}}), {"a range is for floats"});
+    check_says(refused(as(scene(), CV_8U, 255), "a.png", {.channel = "Z"}), {"no OpenEXR file"});
+    write_image(folder / "flat.exr", cv::Mat(4, 4, CV_32FC1, cv::Scalar(2)));
+    check_says(refusal([&] { read_relative(folder / "flat.exr"); }), {"no two different values"});
+    write_image(folder / "none.exr", cv::Mat(4, 4, CV_32FC1, cv::Scalar(NAN)));
+    check_says(refusal([&] { read_relative(folder / "none.exr"); }), {"no two different values"});
+    check_says(refusal([&] { read_relative(put(folder / "a.txt", "text")); }), {"is no image"});
+}
+
+TEST_CASE("relative files: depth is upsampled along the picture's edges", "[relative]") {
+    const cv::Mat small = scene(48, 32), truth = scene(192, 128);
+    cv::Mat color;
+    photo(192, 128).convertTo(color, CV_32FC3, 1 / 255.0);
+    const cv::Mat large = upsample_along_edges(small, color);
+    REQUIRE(large.size() == color.size());
+    int off = 0;
+    for (int y = 0; y < large.rows; ++y)
+        for (int x = 0; x < large.cols; ++x)
+            off += std::abs(large.at<float>(y, x) - truth.at<float>(y, x)) > 0.05f;
+    std::cout << "relative: " << off << " of " << large.total()
+              << " pixels off by more than 0.05 after upsampling 4 x\n";
+    CHECK(off < 200); // along the box's 400 pixels of edge, four pixels of one of the depth's each
+
+    cv::Mat slope(16, 24, CV_32FC1); // a plane stays one, but for the image's border
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 24; ++x)
+            slope.at<float>(y, x) = 0.02f * static_cast<float>(x) + 0.03f * static_cast<float>(y);
+    const cv::Mat plain(64, 96, CV_32FC3, cv::Scalar::all(0.4)), fine = upsample_along_edges(slope, plain);
+    for (int y = 8; y < 56; ++y)
+        for (int x = 8; x < 88; ++x)
+            CHECK(std::abs(fine.at<float>(y, x) - (0.02f * ((static_cast<float>(x) + 0.5f) / 4 - 0.5f) +
+                                                   0.03f * ((static_cast<float>(y) + 0.5f) / 4 - 0.5f))) < 1e-5f);
+    slope.at<float>(3, 3) = NAN;
+    CHECK(std::isfinite(upsample_along_edges(slope, plain).at<float>(14, 14)));
+    CHECK(std::isnan(upsample_along_edges(cv::Mat(4, 4, CV_32FC1, cv::Scalar(NAN)), plain).at<float>(3, 3)));
+}
+
+TEST_CASE("relative program: a photograph and a network's depth need no camera", "[relative]") {
+    const Folder folder;
+    const std::string picture = saved(folder / "photo.png", photo()),
+                      depth = saved(folder / "depth.png", as(scene(), CV_8U, 255)),
+                      deep = saved(folder / "deep.png", as(scene(), CV_16U, 65535)), out = folder / "out/blurred.png";
+    const auto blur = [&](const std::string& input, const Arguments& more) {
+        return run(joined({"dof", input, "--relative", "high-is-near", "--color", picture, "-o", out}, more));
+    };
+    check_done(blur(deep, {"--blur-px", "20", "--focus-at", "48,32"}));
+    const cv::Mat got = cv::imread(out, cv::IMREAD_UNCHANGED);
+    CHECK(cv::norm(got(cv::Rect(40, 24, 16, 16)), photo()(cv::Rect(40, 24, 16, 16)), cv::NORM_INF) <= 1); // in focus
+    CHECK(!same(got, photo()));
+
+    const RelativeFile values = read_relative(deep); // the library does the same
+    const Picture light = read_picture(picture);
+    const Device device = Device::open();
+    const StoredDepth stored{to_device(device, values.values), relative_camera(96, 64, RelativeOrder::high_is_near)};
+    const double focus = 1 - depth_at(stored, 48, 32);
+    write_picture(folder / "expected.png", {to_mat(dof(stored, to_device(device, light.color),
+                                                       relative_circle(20, focus, RelativeOrder::high_is_near))),
+                                            light.format});
+    CHECK(same(got, cv::imread(folder / "expected.png", cv::IMREAD_UNCHANGED)));
+
+    check_done(blur(depth, {"--blur-px", "20", "--focus-range", "0.85,1"}));
+    check_done(blur(depth, {"--blur-px", "0", "--focus-at", "48,32"}));
+    CHECK(same(cv::imread(out, cv::IMREAD_UNCHANGED), photo()));
+    const std::string small = saved(folder / "small.png", as(scene(48, 32), CV_8U, 255));
+    check_done(blur(small, {"--blur-px", "20", "--focus-at", "48,32"}));
+    check_done(run({"dof-masks", depth, "--relative", "low-is-near", "--blur-px", "20", "--focus-at", "1,1", "-o",
+                    folder / "out/masks.exr"}));
+    CHECK(channel(folder / "out/masks.exr", "coc").at<float>(32, 48) > 10); // low is near: the box is far behind
+}
+
+TEST_CASE("relative program: what is wrong is told in one line", "[relative]") {
+    const Folder folder;
+    const std::string picture = saved(folder / "photo.png", photo()),
+                      depth = saved(folder / "depth.png", as(scene(), CV_8U, 255)), out = folder / "out/blurred.png",
+                      camera = camera_file(folder);
+    const auto refused = [&](const Arguments& more, int code, const std::string& named, const std::string& input) {
+        check_refused(run(joined({"dof", input, "--color", picture, "-o", out}, more)), code, named);
+        CHECK(folder.results().empty());
+    };
+    const Arguments relative{"--relative", "high-is-near"}, focus{"--focus-at", "4,4"}, blur{"--blur-px", "9"};
+    refused(joined(relative, focus), 2, "--blur-px: missing", depth);
+    refused(joined(relative, blur), 2, "--focus-at: missing", depth);
+    refused(joined(joined(relative, joined(focus, blur)), {"--camera", camera}), 2, "--relative", depth);
+    refused(joined(joined(relative, joined(focus, blur)), {"--f-stop", "2"}), 2, "--relative", depth);
+    refused(joined(focus, blur), 2, "--relative", depth);
+    refused(joined(joined(relative, blur), {"--focus-range", "0.5,0.2"}), 2, "0 <= A <= B <= 1", depth);
+    refused(joined({"--relative", "near"}, joined(focus, blur)), 2, "high-is-near or low-is-near", depth);
+    refused(joined(joined(relative, blur), {"--focus-at", "400,4"}), 1, "400,4 lies outside", depth);
+    refused(joined(relative, joined(focus, blur)), 1, "colour map", picture);
+    const std::string tall = saved(folder / "tall.png", as(scene(40, 64), CV_8U, 255));
+    refused(joined(relative, joined(focus, blur)), 1, "same ratio of width to height", tall);
+    refused(joined(joined(relative, joined(focus, blur)), {"--clean-plate", picture}), 2, "--clean-plate", depth);
+}

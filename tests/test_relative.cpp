@@ -1,0 +1,155 @@
+// Relative depth: its circles against the formula, and the steps of 8 bits made smooth against the plane that made them.
+#include "catch.hpp"
+
+#include <fathom/fathom.hpp>
+#include <fathom/relative.hpp>
+
+#include <cmath>
+#include <iostream>
+#include <random>
+
+using namespace fathom;
+
+namespace {
+
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+
+std::vector<float> circles(std::vector<float> values, int width, const CircleOfConfusion& circle, RelativeOrder order) {
+    const int height = static_cast<int>(values.size()) / width;
+    const Device device = Device::open("cpu");
+    const Image image = Image::from_host(device, Element::f32, values.data(), {width, height});
+    std::vector<float> result(values.size());
+    dof_masks({image, relative_camera(width, height, order)}, circle).coc.download(result.data());
+    return result;
+}
+
+/// Values of a plane from 0 to 1, and the same with the steps of 8 bits.
+struct Plane {
+    std::vector<float> exact, stored;
+};
+
+constexpr int width = 240, height = 180;
+
+Plane plane(double across, double down, double start) {
+    Plane result;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double v = start + across * (x + 0.5) / width + down * (y + 0.5) / height;
+            result.exact.push_back(static_cast<float>(v));
+            result.stored.push_back(static_cast<float>(std::round(v * 255) / 255));
+        }
+    return result;
+}
+
+double rms_steps(const std::vector<float>& got, const std::vector<float>& exact) {
+    double sum = 0;
+    for (std::size_t i = 0; i < got.size(); ++i)
+        sum += std::pow(255 * (static_cast<double>(got[i]) - static_cast<double>(exact[i])), 2);
+    return std::sqrt(sum / static_cast<double>(got.size()));
+}
+
+} // namespace
+
+TEST_CASE("relative: the circle is the line through the focus, whichever end is near", "[relative]") {
+    std::mt19937 random(2);
+    std::uniform_real_distribution<float> unit(0, 1);
+    std::vector<float> values{0, 1, 0.5f, not_a_number, -0.25f, 1.25f};
+    while (values.size() < 67 * 5)
+        values.push_back(unit(random));
+    for (const RelativeOrder order : {RelativeOrder::high_is_near, RelativeOrder::low_is_near})
+        for (const double blur : {0.0, 1.0, 24.5, 512.0})
+            for (const double focus : {0.0, 0.25, 0.7, 1.0}) {
+                const CircleOfConfusion circle = relative_circle(blur, focus, order);
+                const std::vector<float> got = circles(values, 67, circle, order);
+                for (std::size_t i = 0; i < values.size(); ++i) {
+                    const auto v = static_cast<double>(values[i]);
+                    const double expected =
+                        order == RelativeOrder::high_is_near ? blur * (focus - v) : blur * (v - focus);
+                    INFO("v = " << v << ", focus " << focus << ", blur " << blur << ": " << got[i]);
+                    if (!(v >= 0 && v <= 1))
+                        REQUIRE(std::isnan(got[i]));
+                    else
+                        REQUIRE(std::abs(static_cast<double>(got[i]) - expected) <= coc_ulp * 0x1p-23 * blur);
+                }
+            }
+    CHECK_THROWS_AS(relative_circle(-1, 0.5, RelativeOrder::high_is_near), std::invalid_argument);
+    CHECK_THROWS_AS(relative_circle(NAN, 0.5, RelativeOrder::high_is_near), std::invalid_argument);
+    CHECK_THROWS_AS(relative_circle(1, 1.5, RelativeOrder::high_is_near), std::invalid_argument);
+    CHECK_THROWS_AS(relative_circle(1, NAN, RelativeOrder::low_is_near), std::invalid_argument);
+}
+
+TEST_CASE("relative: a thin lens's circles come from its inverse depth", "[relative]") {
+    Camera camera;
+    camera.projection = perspective(1.0, 1.5, {0.1, 100});
+    camera.width = 300;
+    camera.height = 200;
+    const double focus = 3;
+    const CircleOfConfusion lens = circle_of_confusion({.f_number = 2, .focus = focus, .focal_length_mm = 50}, camera);
+    const double nearest = 1, farthest = 40;
+    const auto v = [&](double z) { return (1 / z - 1 / farthest) / (1 / nearest - 1 / farthest); };
+    const double blur = static_cast<double>(lens.g) * (1 / nearest - 1 / farthest);
+    const CircleOfConfusion line = relative_circle(blur, v(focus), RelativeOrder::high_is_near);
+    for (const double z : {1.0, 1.7, 3.0, 8.0, 40.0})
+        CHECK(static_cast<double>(coc_at(line, 1 - v(z))) ==
+              Approx(static_cast<double>(coc_at(lens, z))).epsilon(1e-12).margin(1e-12 * blur));
+}
+
+TEST_CASE("relative: the steps of 8 bits become slopes", "[relative]") {
+    double worst = 0, raw = 0;
+    int planes = 0;
+    for (const auto& [across, down] : {std::pair{0.2, 0.0},
+                                       {0.0, 0.2},
+                                       {0.1, 0.07},
+                                       {-0.15, 0.2},
+                                       {0.5, 0.1},
+                                       {0.04, -0.05},
+                                       {0.8, 0.0},
+                                       {0.3, 0.6},
+                                       {-0.05, -0.02}}) {
+        const double start = 0.05 + std::max(0.0, -across) + std::max(0.0, -down);
+        const Plane truth = plane(across, down, start);
+        std::vector<float> got = truth.stored;
+        smooth_steps(got, width, height, 1 / 255.0);
+        for (std::size_t i = 0; i < got.size(); ++i)
+            REQUIRE(std::abs(got[i] - truth.stored[i]) * 255 <= 0.5f + 1e-4f);
+
+        worst = std::max(worst, rms_steps(got, truth.exact));
+        raw += rms_steps(truth.stored, truth.exact);
+        ++planes;
+    }
+    std::cout << "relative: slanted planes in steps of 8 bits, rms error in steps: " << raw / planes
+              << " as stored, at most " << worst << " smoothed\n";
+    CHECK(raw / planes > 0.28);
+    CHECK(worst <= 0.1);
+}
+
+TEST_CASE("relative: edges of two steps and more stay where they are", "[relative]") {
+    std::vector<float> values;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            values.push_back(static_cast<float>(x < 90 ? 100 : x < 150 ? 102 : 40) / 255);
+    values[5 * width + 7] = not_a_number;
+    values[6 * width + 7] = 0.3f / 255; // no code
+    std::vector<float> got = values;
+    smooth_steps(got, width, height, 1 / 255.0);
+    for (std::size_t i = 0; i < got.size(); ++i)
+        CHECK((got[i] == values[i] || (std::isnan(got[i]) && std::isnan(values[i]))));
+    for (const auto& [w, h] : {std::pair{1, 1}, {1, 7}, {7, 1}}) {
+        std::vector<float> thin(static_cast<std::size_t>(w * h), 0.5f);
+        CHECK_NOTHROW(smooth_steps(thin, w, h, 1 / 255.0));
+    }
+    CHECK_THROWS_AS(smooth_steps(got, width, height + 1, 1 / 255.0), std::invalid_argument);
+    CHECK_THROWS_AS(smooth_steps(got, width, height, 0), std::invalid_argument);
+}
+
+TEST_CASE("relative: a range in focus has one value, and the rest keeps its distance to it", "[relative]") {
+    std::vector<float> values{0, 0.25f, 0.5f, 0.625f, 0.75f, 1, not_a_number};
+    CHECK(flatten_range(values, {0.5, 0.75}) == 0.5);
+    const std::vector<float> expected{0, 0.25f, 0.5f, 0.5f, 0.5f, 0.75f};
+    for (std::size_t i = 0; i < expected.size(); ++i)
+        CHECK(values[i] == expected[i]);
+    CHECK(std::isnan(values.back()));
+    CHECK_THROWS_AS(flatten_range(values, {0.5, 0.25}), std::invalid_argument);
+    CHECK_THROWS_AS(flatten_range(values, {-0.5, 0.25}), std::invalid_argument);
+    CHECK_THROWS_AS(flatten_range(values, {0.5, NAN}), std::invalid_argument);
+}
