@@ -75,6 +75,8 @@ TEST_CASE("camera file: every key arrives", "[io]") {
     CHECK((file.lens.lens_mm == 35 && file.lens.sensor_mm == 36 && file.lens.f_stop == 2.8));
     CHECK((file.lens.focus_distance == 5 && file.lens.ao_distance == 1));
     CHECK(camera(opengl_matrix + R"(, "background": "infinity")").camera.background == infinity);
+    const auto none = camera(opengl_matrix + R"(, "width": 4, "height": 4, "background": "none")").camera;
+    CHECK_FALSE(depth_form(none, Storage::uint16).background);
     const auto disparity =
         camera(lens + R"(, "encoding": "inverse", "offset": 30.5, "along": "ray", "missing": "infinity",
                                             "background_from": 0.5)")
@@ -186,7 +188,7 @@ TEST_CASE("camera file: a value of the wrong kind is named with its key", "[io]"
     says(R"("depth_bits": 25)", {"\"depth_bits\": 25", "1 to 24, or 32"});
     says(R"("depth_range": [0])", {"\"depth_range\": [0]", "2 numbers"});
     says(R"("depth_range": [1, 1])", {"different"});
-    says(R"("background": "none")", {"\"background\": \"none\"", "infinity"});
+    says(R"("background": "sky")", {"\"background\": \"sky\"", "infinity"});
     says(R"("scale": null)", {"\"scale\": null", "a number"});
     says(R"("scale": 0)", {"\"scale\": 0"});
     says(R"("missing": true)", {"\"missing\": true", "infinity"});

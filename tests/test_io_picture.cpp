@@ -10,6 +10,7 @@
 #include <tiffio.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -79,6 +80,7 @@ Bytes exif(unsigned char orientation, bool little) {
 /// A colour profile with three curves of this kind, padded to a size.
 Bytes profile(const Bytes& curve, std::size_t size = 300) {
     Bytes icc(128, 0);
+    std::copy_n("RGB ", 4, icc.begin() + 16);
     big_endian(icc, 3, 4);
     for (const std::string tag : {"rTRC", "gTRC", "bTRC"}) {
         icc.insert(icc.end(), tag.begin(), tag.end());
@@ -258,6 +260,9 @@ TEST_CASE("picture: an alpha is multiplied in, whatever the file does", "[pictur
         CHECK(same(cv::imread((folder / name).string(), cv::IMREAD_UNCHANGED), codes));
         CHECK(cv::norm(read_picture(folder / name).color, png.color, cv::NORM_INF) < 1e-6);
     }
+    const Picture bytes{cv::Mat(4, 4, CV_32FC4, cv::Scalar(0.25, 0.25, 0.25, 0.5)), {ColorEncoding::srgb, 8}};
+    write_picture(folder / "bytes.tif", bytes); // in 8 bits, too
+    CHECK(cv::norm(read_picture(folder / "bytes.tif").color, bytes.color, cv::NORM_INF) < 0.01);
     const auto tiff = [&](std::uint16_t kind) {
         const auto file = (folder / "c.tif").string();
         TIFF* out = TIFFOpen(file.c_str(), "w");
@@ -268,14 +273,14 @@ TEST_CASE("picture: an alpha is multiplied in, whatever the file does", "[pictur
         TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
         TIFFSetField(out, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
         TIFFSetField(out, TIFFTAG_EXTRASAMPLES, 1, &kind);
-        std::uint16_t pixel[] = {65535, 65535, 65535, 16384};
+        std::uint16_t pixel[] = {16384, 16384, 16384, 16384}; // white, if the alpha is multiplied in
         TIFFWriteEncodedStrip(out, 0, pixel, sizeof pixel);
         TIFFClose(out);
         return read_picture(file).color.at<cv::Vec4f>(0, 0)[0];
     };
-    CHECK(tiff(EXTRASAMPLE_UNASSALPHA) == Approx(alpha));
-    CHECK(tiff(EXTRASAMPLE_ASSOCALPHA) == Approx(1));
-    CHECK(tiff(EXTRASAMPLE_UNSPECIFIED) == Approx(alpha));
+    CHECK(tiff(EXTRASAMPLE_UNASSALPHA) == Approx(alpha * light_of(alpha)));
+    CHECK(tiff(EXTRASAMPLE_ASSOCALPHA) == Approx(alpha));
+    CHECK(tiff(EXTRASAMPLE_UNSPECIFIED) == Approx(alpha * light_of(alpha)));
 }
 
 TEST_CASE("picture: floats keep their values, and codes end at 0 and 1", "[picture]") {
@@ -316,9 +321,14 @@ TEST_CASE("picture: what a file cannot hold, and what is damaged, is refused", "
     }
     write_picture(folder / "b.jpg", {cv::Mat(2, 3, CV_32FC4, cv::Scalar(0.1, 0.1, 0.1, 1)), {}});
 
+    Bytes longer = encoded(".png", every_code<std::uint8_t>()); // what follows a PNG is no part of it
+    longer.insert(longer.end(), 40, 0xff);
+    CHECK(read_picture(put(folder / "longer.png", longer)).color.rows == 16);
     cv::Mat noise(24, 24, CV_8UC3);
     cv::randu(noise, 0, 255);
-    const Bytes whole = with_segment(encoded(".jpg", noise), 0xe1, std::string("Exif\0\0", 6), exif(6, true));
+    Bytes data = exif(6, true), thumbnail = encoded(".jpg", noise(cv::Rect(0, 0, 8, 8)).clone());
+    data.insert(data.end(), thumbnail.begin(), thumbnail.end()); // whose end is not the picture's
+    const Bytes whole = with_segment(encoded(".jpg", noise), 0xe1, std::string("Exif\0\0", 6), data);
     for (std::size_t size = 1; size + 2 < whole.size(); size += 1 + whole.size() / 300) {
         const auto file =
             put(folder / "cut.jpg", Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)));

@@ -149,13 +149,17 @@ const std::map<std::string, std::function<void()>>& truths() {
         {"gdepth-inverse",
          [] {
              const auto z = [](double v) { return 20 * 0.5 / (20 - v / 255 * (20 - 0.5)); };
-             check_bytes("gdepth-inverse:near=0.5,far=20," + intrinsics, {{0, 0.5}, {51, z(51)}, {254, z(254)}});
+             check_bytes("gdepth-inverse:near=0.5,far=20," + intrinsics, {{0, 0.5}, {51, z(51)}, {255, 20}});
              const double aside = std::sqrt(1 + 0.5 * 0.5 + 0.0); // pixel (0.5, 0.5), centre (1.5, 0.5), fx = 2
              check_bytes("gdepth-inverse:near=0.5,far=20,along=ray," + intrinsics, {{51, z(51) / aside}});
          }},
         {"gdepth-linear",
          [] {
-             check_bytes("gdepth-linear:near=0.5,far=20," + intrinsics, {{0, 0.5}, {51, 0.5 + 19.5 / 5}});
+             check_bytes("gdepth-linear:near=0.5,far=20," + intrinsics, {{0, 0.5}, {51, 0.5 + 19.5 / 5}, {255, 20}});
+             const cv::Mat bytes = as(CV_8U, {{51, 0}}), channels[] = {bytes, bytes, bytes};
+             cv::Mat equal; // as some programs write them
+             cv::merge(channels, 3, equal);
+             check("gdepth-linear:near=0.5,far=20," + intrinsics, equal, {{51, 0.5 + 19.5 / 5}}, "depth.png");
              check_bytes("gdepth-linear:near=0.5,far=20,along=ray," + intrinsics, {{51, 4.4 / std::sqrt(1.25)}});
          }},
         {"habitat",
@@ -262,7 +266,7 @@ const std::map<std::string, std::function<void()>>& truths() {
         {"vray-z",
          [] {
              check_floats("vray-z:near=2,far=12," + wide, {{0.25, 4.5}, {0, 2}, {1, nothing}});
-             check_floats("vray-z:near=12,far=2," + wide, {{0.75, 4.5}}); // near is white
+             check_floats("vray-z:near=12,far=2," + wide, {{0.75, 4.5}, {1, 2}, {0, nothing}}); // near is white
          }},
     };
     return all;
@@ -305,6 +309,18 @@ TEST_CASE("presets: a camera file names one, and its own keys come first", "[pre
         read(R"({"preset": "pybullet", "projection": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1.1, -1], [0, 0, -1, 0]]})"));
 }
 
+TEST_CASE("presets: a grey picture of depth is no packed depth", "[presets]") {
+    const TempFolder folder;
+    cv::Mat grey(16, 16, CV_8UC3);
+    for (int i = 0; i < 256; ++i)
+        grey.at<cv::Vec3b>(i / 16, i % 16) = cv::Vec3b::all(static_cast<std::uint8_t>(i));
+    REQUIRE(cv::imwrite((folder / "grey.png").string(), grey));
+    check_says(refusal([&] { read_depth(folder / "grey.png", {.packing = Packing::rgb_red_low}); }),
+               {"grey.png", "R = G = B in every pixel", "save raw depth"});
+    REQUIRE(cv::imwrite((folder / "sky.png").string(), cv::Mat(16, 16, CV_8UC3, cv::Scalar::all(255))));
+    CHECK_NOTHROW(read_depth(folder / "sky.png", {.packing = Packing::rgb_red_low}));
+}
+
 TEST_CASE("presets: as text", "[presets]") {
     const auto refused = [](const std::string& text) { return refusal([&] { preset_camera(text); }); };
     check_says(refused("carla:fov_x_deg"), {"preset carla:fov_x_deg", "no key and value", "key=value"});
@@ -316,6 +332,11 @@ TEST_CASE("presets: as text", "[presets]") {
     check_says(refused("karla:fov_x_deg=90"), {"nearest is \"carla\""});
     check_says(refused("carla"), {"\"perspective.fov_x_deg\" is missing"});
     check_says(refused(""), {"preset"});
+    check_says(refused("carla:perspective=1,fov_x_deg=90"), {"\"perspective\" does not stand here"});
+    check_says(refused("carla\xff:fov_x_deg=90"), {"preset carla"});
+    check_says(refused("kinect:fx=2,fy=2,cx=1,cy=1,scale=1e-999"), {"preset kinect"});
+    check_says(refused("mujoco:near=1,far=infinity,fov_y_deg=45"), {"a finite one"});
+    CHECK(preset_camera("habitat:fov_x_deg=90,missing=0").camera.missing == 0);
     check_says(refused("mujoco:near=1,far=inf,fov_y_deg=45"), {"far"});
     CHECK(preset_camera("carla:fov_x_deg=90,width=800,height=600").camera.width == 800);
     CHECK(preset_camera("isaac-ray:fov_x_deg=90,background=infinity").camera.background == INFINITY);

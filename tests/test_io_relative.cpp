@@ -7,6 +7,7 @@
 #include <fathom/picture.hpp>
 #include <fathom/relative.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 
@@ -83,7 +84,11 @@ TEST_CASE("relative files: what has no order of distances is refused", "[relativ
         return refusal([&] { read_relative(file, options); });
     };
     check_says(refused(photo(), "map.png"), {"map.png", "has colours, as at pixel (", "colour map", "in grey"});
-    check_says(refused(as(scene(), CV_8U, 255), "a.png", {.range = std::array{0.0, 1.0}}), {"a range is for floats"});
+    check_says(refused(as(scene(), CV_8U, 255), "a.png", {.range = std::array{90.0, 10.0}}),
+               {"first end must be the lesser one"});
+    check_says(refused(cv::Mat(4, 4, CV_16UC1, cv::Scalar(9)), "b.png"), {"no two different values"});
+    CHECK(read_relative(saved(folder / "range.png", as(scene(), CV_16U, 1000)), {.range = std::array{100.0, 900.0}})
+              .values.at<float>(32, 48) == 1);
     check_says(refused(as(scene(), CV_8U, 255), "a.png", {.channel = "Z"}), {"no OpenEXR file"});
     write_image(folder / "flat.exr", cv::Mat(4, 4, CV_32FC1, cv::Scalar(2)));
     check_says(refusal([&] { read_relative(folder / "flat.exr"); }), {"no two different values"});
@@ -151,6 +156,25 @@ TEST_CASE("relative program: a photograph and a network's depth need no camera",
     check_done(run({"dof-masks", depth, "--relative", "low-is-near", "--blur-px", "20", "--focus-at", "1,1", "-o",
                     folder / "out/masks.exr"}));
     CHECK(channel(folder / "out/masks.exr", "coc").at<float>(32, 48) > 10); // low is near: the box is far behind
+}
+
+TEST_CASE("relative program: the nearest plateau of 8 bits has a depth, and a narrow range warns", "[relative]") {
+    const Folder folder;
+    cv::Mat bump(48, 96, CV_8UC1);
+    for (int y = 0; y < bump.rows; ++y)
+        for (int x = 0; x < bump.cols; ++x)
+            bump.at<uchar>(y, x) = static_cast<uchar>(std::clamp(262 - 3 * std::hypot(x - 48.0, y - 24.0), 0.0, 255.0));
+    const std::string depth = saved(folder / "bump.png", bump), picture = saved(folder / "photo.png", photo(96, 48));
+    const Arguments blur{"dof", depth, "--relative", "high-is-near", "--color", picture, "--blur-px", "24", "-o"};
+    check_done(run(joined(blur, {folder / "out/a.exr", "--focus-at", "48,24"})));
+    CHECK(cv::checkRange(read_color(folder / "out/a.exr")));
+    const std::string narrow = saved(folder / "narrow.png", as(scene(), CV_16U, 900));
+    const Outcome outcome =
+        run({"dof", narrow, "--relative", "high-is-near", "--color", saved(folder / "p.png", photo()), "--blur-px",
+             "24", "--focus-at", "4,4", "-o", folder / "out/b.exr"});
+    CHECK(outcome.code == 0);
+    CHECK(outcome.err.find("warning: ") != std::string::npos);
+    CHECK(outcome.err.find("--relative-range") != std::string::npos);
 }
 
 TEST_CASE("relative program: what is wrong is told in one line", "[relative]") {

@@ -96,11 +96,12 @@ TEST_CASE("tiff: depth of every type comes back bit for bit from every form of f
             INFO(image.elemSize() * 8 << " bits, format " << format << ", " << form.mode << ", compression "
                                       << form.compression << ", " << form.rows << (form.tiled ? " tiled" : " rows"));
             const auto file = written(folder / "a.tif", image, static_cast<std::uint16_t>(format), form);
-            DepthFile depth = read_depth(file);
+            const DepthFile depth = read_depth(file);
             CHECK(depth.storage == storage);
+            cv::Mat values = depth.values;
             if (storage == Storage::float16)
-                depth.values = cv::Mat(depth.values.size(), CV_16UC1, depth.values.data);
-            CHECK(same(depth.values, image));
+                values = cv::Mat(depth.values.size(), CV_16UC1, depth.values.data);
+            CHECK(same(values, image));
         }
     }
 }

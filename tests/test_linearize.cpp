@@ -452,6 +452,11 @@ TEST_CASE("linearize: what was not measured is invalid, and from background_from
     linearize({Image::from_host(device, Element::u16, codes.data(), {3, 1}), millimetres, Storage::uint16})
         .image.download(z.data());
     CHECK((std::isnan(z[0]) && z[1] == 1 && z[2] == INFINITY));
+    millimetres.missing = 65535; // which is also beyond the background's first value
+    linearize({Image::from_host(device, Element::u16, codes.data(), {3, 1}), millimetres, Storage::uint16})
+        .image.download(z.data());
+    CHECK((std::isnan(z[0]) && z[1] == 1 && std::isnan(z[2])));
+    millimetres.missing = 0;
     millimetres.background = 0;
     CHECK_THROWS_AS(depth_form(millimetres, Storage::uint16), std::invalid_argument); // a value means one thing
 }

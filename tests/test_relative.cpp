@@ -4,6 +4,7 @@
 #include <fathom/fathom.hpp>
 #include <fathom/relative.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <random>
@@ -121,6 +122,20 @@ TEST_CASE("relative: the steps of 8 bits become slopes", "[relative]") {
               << " as stored, at most " << worst << " smoothed\n";
     CHECK(raw / planes > 0.28);
     CHECK(worst <= 0.1);
+}
+
+TEST_CASE("relative: values from 0 to 1 stay there", "[relative]") {
+    for (const auto& [across, start] : {std::pair{0.2, 0.0}, {0.2, 0.8}, {1.0, 0.0}, {-0.2, 1.0}}) {
+        std::vector<float> got = plane(across, 0, start).stored;
+        smooth_steps(got, width, height, 1 / 255.0);
+        const auto [least, most] = std::ranges::minmax(got);
+        CHECK((least >= 0 && most <= 1));
+    }
+    std::vector<float> ramp; // truncated codes: the first plateau is as wide as the others
+    for (int i = 0; i < width * height; ++i)
+        ramp.push_back(static_cast<float>(i % width / 8) / 255);
+    smooth_steps(ramp, width, height, 1 / 255.0);
+    CHECK(std::ranges::min(ramp) >= 0);
 }
 
 TEST_CASE("relative: edges of two steps and more stay where they are", "[relative]") {

@@ -87,7 +87,7 @@ struct Camera {
     double offset = 0.0; ///< for `inverse`; stored units
     Along along = Along::axis;
     bool from_near_plane = false;     ///< for `ray_distance`: is it counted from where the ray crosses the near plane?
-    std::optional<double> background; ///< stored value that means "nothing here"; default by encoding
+    std::optional<double> background; ///< stored value that means "nothing here"; NaN: none; default by encoding
     std::optional<double> background_from; ///< so do this stored value and all that mean a greater distance
     std::optional<double> missing;         ///< stored value that means "not measured": an invalid pixel
     std::optional<int>

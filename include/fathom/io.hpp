@@ -52,7 +52,7 @@ struct ReadRelativeOptions {
         {}; ///< floats that become 0 and 1; default: their own least and greatest
 };
 
-/// Reads relative depth: PNG, JPEG and TIFF of 8 and 16 bits, TIFF, PFM and OpenEXR of floats; one channel, or R = G = B.
+/// Reads relative depth: PNG, JPEG and TIFF of 8 and 16 bits, TIFF, PFM and OpenEXR of floats; one channel, or (but for OpenEXR) R = G = B.
 /// Throws: Error as `read_depth`, for depth painted with a colour map, and for floats that are all the same.
 RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options = {});
 

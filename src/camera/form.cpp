@@ -138,6 +138,8 @@ bool is_float(Storage storage) {
 
 // The end of the depth range at which the far plane lies.
 bool far_is_low(const Camera& camera) {
+    if (camera.encoding == Encoding::linear || camera.encoding == Encoding::pseudo_linear)
+        return camera.near_plane > camera.far_plane; // a ramp whose white is near
     return camera.encoding == Encoding::window && camera.projection.order == DepthOrder::reversed;
 }
 
@@ -179,8 +181,10 @@ std::optional<std::uint32_t> default_background(const Camera& camera, Storage st
 void set_special_values(DepthForm& form, const Camera& camera, Storage storage) {
     if (camera.missing)
         form.missing = bits_of("missing", *camera.missing, storage);
-    form.background =
-        camera.background ? bits_of("background", *camera.background, storage) : default_background(camera, storage);
+    if (!camera.background)
+        form.background = default_background(camera, storage);
+    else if (!std::isnan(*camera.background)) // NaN: no value is the background
+        form.background = bits_of("background", *camera.background, storage);
     require(!(camera.missing && camera.background && form.missing == form.background),
             text("missing and background are both ", *camera.missing, "; a value can mean one of them only"));
     if (form.missing == form.background)

@@ -243,7 +243,9 @@ void smooth_steps(std::span<float> values, int width, int height, double step) {
     for (int i = 0; i < 2; ++i)
         steps.even_out(within);
     for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] += static_cast<float>(within[i] * step);
+        if (within[i] != 0) // what is stored from 0 to 1 stays there
+            values[i] = std::clamp(values[i] + static_cast<float>(within[i] * step), std::min(values[i], 0.0f),
+                                   std::max(values[i], 1.0f));
 }
 
 } // namespace fathom

@@ -266,7 +266,9 @@ std::string use_preset(JsonObject& json) {
     }
     if (!preset)
         json.refuse_word("preset", names);
-    const auto own = nlohmann::json::parse(preset->keys);
+    auto own = nlohmann::json::parse(preset->keys);
+    if (own.contains("background") && json.holds("missing", own["background"]))
+        own.erase("background"); // the file says what the value means
     if (const auto encoding = json.string("encoding"); encoding && *encoding != own["encoding"])
         json.refuse_value("encoding", "contradicts the preset \"" + *name + "\", whose encoding is " +
                                           own["encoding"].dump() + "; leave one of the two out");
@@ -292,8 +294,8 @@ std::optional<double> read_background_from(const JsonObject& json, const Camera&
     if (!json.holds("background_from", "far"))
         return json.number_or_infinity("background_from");
     if (camera.encoding != Encoding::view_z || !camera.near_plane || !camera.far_plane || !(*camera.near_plane > 0) ||
-        !(*camera.far_plane > *camera.near_plane))
-        json.refuse_value("background_from", "is for the encoding \"view-z\", and needs 0 < near < far");
+        !(*camera.far_plane > *camera.near_plane) || std::isinf(*camera.far_plane))
+        json.refuse_value("background_from", "is for the encoding \"view-z\", and needs 0 < near < far, a finite one");
     const double steps = 4 * 0x1p-24 * *camera.far_plane / *camera.near_plane; // relative, there
     return *camera.far_plane / camera.scale / (1 + steps);
 }
@@ -330,7 +332,8 @@ CameraFile read(JsonObject json) {
         if (range->front() == range->back())
             json.refuse_value("depth_range", "must have two different ends");
     }
-    camera.background = json.number_or_infinity("background");
+    camera.background = json.holds("background", "none") ? std::numeric_limits<double>::quiet_NaN()
+                                                         : json.number_or_infinity("background");
     camera.background_from = read_background_from(json, camera);
     camera.missing = json.number_or_infinity("missing");
     camera.depth_bits = json.count("depth_bits");
@@ -363,6 +366,8 @@ CameraFile preset_camera(const std::string& text) {
         return read(JsonObject(source, io::parsed_preset(source, text), keys));
     } catch (const std::invalid_argument& error) {
         io::refuse(source, error.what());
+    } catch (const nlohmann::json::exception&) { // a text that is none
+        io::refuse(source, "cannot be read; write NAME:key=value,key=value in plain letters");
     }
 }
 

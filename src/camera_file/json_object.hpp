@@ -35,8 +35,8 @@ public:
     bool has_within(const std::string& object, const std::string& key) const {
         return has(object) && value_[object].contains(key);
     }
-    /// Is the value this word?
-    bool holds(const std::string& key, const char* word) const { return has(key) && value_[key] == word; }
+    /// Is the value this one?
+    bool holds(const std::string& key, const nlohmann::json& value) const { return has(key) && value_[key] == value; }
 
     std::optional<double> number(const std::string& key) const;
     std::optional<double> number_or_infinity(const std::string& key) const; ///< "infinity" is a number, too

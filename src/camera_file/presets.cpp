@@ -17,7 +17,7 @@ const std::vector<Preset>& presets() {
     static const std::vector<Preset> all{
         {.name = "airsim-perspective",
          .source = "AirSim, image type DepthPerspective",
-         .formula = "z = v D_z/|D|, v metres along the ray",
+         .formula = "z = v cos a, v metres along the ray, a its angle to the axis",
          .keys = R"({"encoding": "ray-distance", "background_from": 65504})",
          .projection = "fov_x_deg",
          .usual = "90"},
@@ -36,7 +36,7 @@ const std::vector<Preset>& presets() {
         {.name = "apple-disparity",
          .source = "Apple's depth data of type disparity",
          .formula = "z = 1/v metres",
-         .keys = R"({"encoding": "inverse", "view_axes": "opencv", "pixel_origin": "centre"})",
+         .keys = R"({"encoding": "inverse", "view_axes": "opencv", "pixel_origin": "corner"})",
          .projection = "fx",
          .usual = ""},
         {.name = "blender",
@@ -67,14 +67,14 @@ const std::vector<Preset>& presets() {
         {.name = "gdepth-inverse",
          .source = "Google's depth map in XMP, Format RangeInverse",
          .formula = "1/z = 1/near + u (1/far − 1/near), u = v/255",
-         .keys = R"({"encoding": "inverse-range", "packing": "uint8", "view_axes": "opencv"})",
+         .keys = R"({"encoding": "inverse-range", "packing": "uint8", "background": "none", "view_axes": "opencv"})",
          .projection = "fx",
          .usual = "",
          .needs = {{"near", "GDepth:Near"}, {"far", "GDepth:Far"}}},
         {.name = "gdepth-linear",
          .source = "Google's depth map in XMP, Format RangeLinear",
          .formula = "z = near + u (far − near), u = v/255",
-         .keys = R"({"encoding": "linear", "packing": "uint8", "view_axes": "opencv"})",
+         .keys = R"({"encoding": "linear", "packing": "uint8", "background": "none", "view_axes": "opencv"})",
          .projection = "fx",
          .usual = "",
          .needs = {{"near", "GDepth:Near"}, {"far", "GDepth:Far"}}},
@@ -94,7 +94,7 @@ const std::vector<Preset>& presets() {
                    {"far", "max_depth of the sensor, 10 by default"}}},
         {.name = "hypersim",
          .source = "Hypersim's depth_meters",
-         .formula = "z = v D_z/|D|, v metres along the ray",
+         .formula = "z = v cos a, v metres along the ray, a its angle to the axis",
          .keys = R"({"encoding": "ray-distance"})",
          .projection = "fov_x_deg",
          .usual = "60"},
@@ -106,7 +106,7 @@ const std::vector<Preset>& presets() {
          .usual = ""},
         {.name = "isaac-ray",
          .source = "Isaac Sim, distance_to_camera",
-         .formula = "z = v D_z/|D|, v metres along the ray",
+         .formula = "z = v cos a, v metres along the ray, a its angle to the axis",
          .keys = R"({"encoding": "ray-distance"})",
          .projection = "fov_x_deg",
          .usual = ""},
@@ -134,13 +134,13 @@ const std::vector<Preset>& presets() {
                    {"offset", "doffs of calib.txt, in pixels"}}},
         {.name = "mitsuba2",
          .source = "Mitsuba 2's depth integrator",
-         .formula = "z = v D_z/|D|, v along the ray, 0 is background",
+         .formula = "z = v cos a, v along the ray, a its angle to the axis, 0 is background",
          .keys = R"({"encoding": "ray-distance", "background": 0})",
          .projection = "fov_x_deg",
          .usual = ""},
         {.name = "mitsuba3",
          .source = "Mitsuba 3's depth integrator",
-         .formula = "z = near + v D_z/|D|, v along the ray from the near plane, 0 is background",
+         .formula = "z = near + v cos a, v along the ray from the near plane, a its angle to the axis, 0 is background",
          .keys = R"({"encoding": "ray-distance", "from_near_plane": true, "background": 0})",
          .projection = "fov_x_deg",
          .usual = "",
@@ -263,9 +263,10 @@ nlohmann::json value_of(std::string_view text) {
     if (text == "true" || text == "false")
         return text == "true";
     const char* end = text.data() + text.size();
-    if (long long whole; std::from_chars(text.data(), end, whole).ptr == end)
+    const auto is_read = [&](std::from_chars_result result) { return result.ec == std::errc() && result.ptr == end; };
+    if (long long whole = 0; is_read(std::from_chars(text.data(), end, whole)))
         return whole;
-    if (double number; std::from_chars(text.data(), end, number).ptr == end && std::isfinite(number))
+    if (double number = 0; is_read(std::from_chars(text.data(), end, number)) && std::isfinite(number))
         return number;
     return std::string(text);
 }
@@ -284,6 +285,8 @@ nlohmann::json parsed_preset(const std::string& source, const std::string& text)
         if (equals == std::string_view::npos || equals == 0 || equals + 1 == item.size())
             refuse(source, "\"" + std::string(item) + "\" is no key and value; write key=value, as in fov_x_deg=90");
         const std::string key(item.substr(0, equals)), object = object_of(key);
+        if (key == "perspective" || key == "intrinsics" || key == "orthographic" || key == "preset")
+            refuse(source, "\"" + key + "\" does not stand here; write its keys alone, as in fov_x_deg=90");
         auto& target = object.empty() ? file : file[object];
         if (target.contains(key))
             refuse(source, "\"" + key + "\" is given twice; keep one");

@@ -107,6 +107,17 @@ DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options&
     return depth;
 }
 
+// Where nothing is known of a pixel, because its depth is invalid and no blur reaches it, the sharp picture is the best guess.
+void keep_unknown(cv::Mat& blurred, const cv::Mat& sharp) {
+    const int elements = blurred.cols * blurred.channels();
+    for (int y = 0; y < blurred.rows; ++y) {
+        auto* result = blurred.ptr<float>(y);
+        const auto* own = sharp.ptr<float>(y);
+        for (int i = 0; i < elements; ++i)
+            result[i] = std::isnan(result[i]) ? own[i] : result[i];
+    }
+}
+
 Picture blur(const Options& options, const StoredDepth& stored, const Job& job) {
     explain_method(fathom::Operation::dof, stored, job, options.dof.max_error, options.explain);
     Picture picture = picture_of(job.companions.front(), options.picture, stored, job);
@@ -133,6 +144,7 @@ Picture blur(const Options& options, const StoredDepth& stored, const Job& job) 
                                          ? relative_circle_for(options.relative, stored, options.lens)
                                          : circle_for(options.lens, stored);
     picture.color = to_mat(dof(stored, to_device(stored.image.device(), color), circle, asked));
+    keep_unknown(picture.color, color);
     return picture;
 }
 

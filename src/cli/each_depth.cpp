@@ -4,6 +4,7 @@
 #include "codecs.hpp"
 #include "command.hpp"
 #include "interrupt.hpp"
+#include "look.hpp"
 #include "messages.hpp"
 #include "relative.hpp"
 
@@ -69,7 +70,7 @@ double seconds(Clock::time_point from, Clock::time_point to) {
 }
 
 void announce(Report report, const std::vector<Output>& outputs, const Job& job, const Result& made,
-              const Times& times) {
+              const std::optional<Look>& look, const Times& times) {
     const cv::Mat& result = made.image;
     std::optional<PictureFormat> format;
     if (made.format)
@@ -82,10 +83,12 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
         std::string files;
         for (const std::filesystem::path& file : job.outputs)
             files += (files.empty() ? "" : ", ") + file.native();
-        const std::string held = !format ? ""
-                                 : format->bits == 32
-                                     ? "  linear floats"
-                                     : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
+        std::string held = !format ? ""
+                           : format->bits == 32
+                               ? "  linear floats"
+                               : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
+        if (look)
+            held += "  " + in_words(*look);
         fmt::print("{}  {} × {}{}  {:.0f} ms\n", files, result.cols, result.rows, held, whole * 1e3);
         break;
     }
@@ -99,6 +102,12 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
                                     {"read_seconds", seconds(times.start, times.was_read)},
                                     {"compute_seconds", seconds(times.was_read, times.was_computed)},
                                     {"write_seconds", seconds(times.was_computed, times.was_written)}};
+        if (look) {
+            line["nearest"] = look->surfaces() > 0 ? json_number(look->nearest) : nlohmann::ordered_json();
+            line["farthest"] = look->surfaces() > 0 ? json_number(look->farthest) : nlohmann::ordered_json();
+            line["background"] = look->background;
+            line["invalid"] = look->invalid;
+        }
         if (format) {
             line["color_space"] = to_string(format->encoding);
             line["bits"] = format->bits;
@@ -129,12 +138,20 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
                      : read(job.input, {.channel = options.channel, .packing = camera.packing});
         const int width = depth.values.cols, height = depth.values.rows;
         times.was_read = Clock::now();
-        const std::vector<Result> results =
-            operation({.image = to_device(device, depth.values),
-                       .camera = relative ? relative_camera(width, height, *options.relative.order)
-                                          : camera_for(camera, width, height),
-                       .storage = depth.storage},
-                      job);
+        const StoredDepth stored{.image = to_device(device, depth.values),
+                                 .camera = relative ? relative_camera(width, height, *options.relative.order)
+                                                    : camera_for(camera, width, height),
+                                 .storage = depth.storage};
+        std::optional<Look> look;
+        if (!relative) {
+            look = look_at(stored);
+            for (const std::string& doubt : doubts(depth, stored, *look)) {
+                if (options.strict)
+                    throw Error(doubt);
+                complain(fmt::format("warning: {}: {}", job.input.native(), doubt));
+            }
+        }
+        const std::vector<Result> results = operation(stored, job);
         times.was_computed = Clock::now();
         stop_if_interrupted();
         prepare_folders(options, outputs, job);
@@ -146,7 +163,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
                                 "picture's own type to keep them",
                                 job.outputs[i].native()));
         times.was_written = Clock::now();
-        announce(options.report, outputs, job, results.front(), times);
+        announce(options.report, outputs, job, results.front(), look, times);
     };
 
     int code = done;
@@ -158,7 +175,8 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
             complain(about(job.input, "not enough memory for an image of this size; crop it or split it"));
             code = input_failed;
         } catch (const std::invalid_argument& error) { // a field of the camera
-            complain(about(options.camera.name(), error.what(), {job.input}));
+            complain(
+                about(relative ? job.input : std::filesystem::path(options.camera.name()), error.what(), {job.input}));
             code = input_failed;
         } catch (const std::exception& error) {
             complain(about(job.input, error.what(), job.others()));

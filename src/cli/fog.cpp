@@ -51,7 +51,7 @@ void add_fog_options(CLI::App& app, FogOptions& fog) {
         ->required();
     add_three(
         app, "--fog-color", "R,G,B", [&fog](const auto& rgb) { fog.color = rgb; },
-        "colour of the fog, linear as the picture\n(default: 0.5,0.6,0.7)");
+        "colour of the fog, linear light\n(default: 0.5,0.6,0.7)");
     add("--start", "S", from_0, fog.start, "distance along the ray at which the fog begins, scene units\n(default: 0)");
     add("--max-opacity", "F", is_a_number("number from 0 to 1", [](double v) { return v >= 0 && v <= 1; }),
         fog.max_opacity, "no pixel is fogged more than this, 0 to 1 (default: 1)");

@@ -116,10 +116,11 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
             ->group("Output");
 
     CLI::Option* quiet = app.add_flag_callback(
-        "--quiet", [&options] { options.report = Report::nothing; }, "print nothing on success");
+        "--quiet", [&options] { options.report = Report::nothing; }, "print nothing on success; warnings still come");
     CLI::Option* json = app.add_flag_callback(
         "--json", [&options] { options.report = Report::json; }, "print one line of JSON for each file");
     quiet->group("Report");
+    app.add_flag("--strict", options.strict, "take warnings for errors: no result is written")->group("Report");
     json->group("Report")->excludes(quiet);
 
     add_device_options(app, options.device);

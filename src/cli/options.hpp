@@ -59,6 +59,7 @@ struct DepthOptions {
     std::optional<double> png_scale;
     DeviceOption device;
     Report report = Report::line;
+    bool strict = false; ///< is what is probably wrong an error?
 };
 
 /// What an operation makes of a depth image.

@@ -12,12 +12,15 @@
 
 #include <fmt/format.h>
 
+#include <opencv2/core.hpp>
+
 #include <cmath>
 
 namespace fathom::cli {
 namespace {
 
 constexpr const char* group = "Relative depth";
+constexpr double little_range = 0.1; // of 0 to 1
 
 // Two numbers "A,B"; nothing otherwise.
 std::optional<std::array<double, 2>> two_numbers(const std::string& text) {
@@ -78,7 +81,7 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative) {
     add_two(
         app, "--relative-range", [](const auto& n) { return n[0] < n[1]; },
         [&relative](const auto& n) { relative.range = n; }, "two numbers A,B with A < B",
-        "values of floats that are 0 and 1 (default: their own least and\ngreatest)")
+        "stored values that are 0 and 1 (default: floats' own least and\ngreatest; all that integers can hold)")
         ->needs(order);
 }
 
@@ -93,15 +96,29 @@ void check_relative(const RelativeOptions& relative, const LensOptions& lens) {
 }
 
 cv::Mat relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel) {
-    const StderrSilenced silenced;
-    RelativeFile depth = read_relative(job.input, {.channel = channel, .range = relative.range});
+    RelativeFile depth;
+    {
+        const StderrSilenced silenced;
+        depth = read_relative(job.input, {.channel = channel, .range = relative.range});
+    }
     cv::Mat& values = depth.values;
     const auto all = [&] { return std::span(values.ptr<float>(), values.total()); };
-    if (depth.bits == 8)
+    if (depth.bits == 8 && !relative.range)
         smooth_steps(all(), values.cols, values.rows, 1 / 255.0);
+    double least = 0, most = 1;
+    cv::minMaxLoc(values, &least, &most);
+    if (!relative.range && most - least < little_range)
+        complain(fmt::format(
+            "warning: {}: its values take {:.2g} % of what {} bits hold, so that little is blurred; say with "
+            "--relative-range which codes are nearest and farthest",
+            job.input.native(), 100 * (most - least), depth.bits));
     if (relative.picture) {
         const std::filesystem::path& file = job.companions[*relative.picture];
-        const cv::Mat color = read_picture(file, {.layer = relative.color_layer, .encoding = {}}).color;
+        cv::Mat color;
+        {
+            const StderrSilenced silenced;
+            color = read_picture(file, {.layer = relative.color_layer, .encoding = {}}).color;
+        }
         const double aspect = static_cast<double>(color.cols) / color.rows * values.rows / values.cols;
         if (std::abs(aspect - 1) > 0.01)
             throw Error(
@@ -125,7 +142,12 @@ CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const Sto
         throw Error(fmt::format("--focus-at: pixel {},{} lies outside the image of {} × {}; the last one is {},{}", x,
                                 y, stored.camera.width, stored.camera.height, stored.camera.width - 1,
                                 stored.camera.height - 1));
-    const double z = depth_at(stored, x, y);
+    double z = 0;
+    try {
+        z = depth_at(stored, x, y);
+    } catch (const std::invalid_argument&) {
+        throw Error(fmt::format("--focus-at: pixel {},{} has no depth; choose one that has", x, y));
+    }
     return relative_circle(*relative.blur_px, *relative.order == RelativeOrder::high_is_near ? 1 - z : z,
                            *relative.order);
 }

@@ -33,7 +33,7 @@ const char* to_string(ColorEncoding encoding) {
 void restore_highlights(Picture& picture, double peak) {
     require(std::isfinite(peak) && peak >= 1, text("peak = ", peak, " must be finite and 1 or greater"));
     constexpr double from = 0.97;
-    if (picture.format.bits == 32) // floats go beyond white
+    if (picture.format.bits == 32 || peak == 1) // floats go beyond white
         return;
     for_each_pixel(picture.color, [&](float* pixel) {
         const double brightest = static_cast<double>(std::max({pixel[0], pixel[1], pixel[2]}));

@@ -4,8 +4,7 @@
 
 namespace fathom::io {
 
-/// Light from the numbers of a file, and back. The fourth channel, an alpha, is left alone. `bits` of the numbers: 8 and 16 say
-/// that they are k/255 and k/65535, 32 that they are any.
+/// Light from the numbers of a file, and back. The fourth channel, an alpha, is left alone.
 void to_linear(cv::Mat& color, ColorEncoding encoding);
 void from_linear(cv::Mat& color, ColorEncoding encoding);
 

@@ -65,7 +65,8 @@ std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const By
         return std::nullopt;
     PictureFile picture;
     const auto cut_short = [&] { refuse(file, "ends in the middle of the picture; write or copy it again"); };
-    for (std::size_t at = 2;;) {
+    std::size_t at = 2;
+    for (;;) {
         const auto segment = segment_at(bytes, at);
         if (!segment)
             cut_short();
@@ -80,7 +81,8 @@ std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const By
             break;
     }
     static constexpr std::array<unsigned char, 2> end{0xff, 0xd9};
-    if (std::find_end(bytes.begin(), bytes.end(), end.begin(), end.end()) == bytes.end())
+    const auto scan = bytes.begin() + static_cast<std::ptrdiff_t>(at); // before it a thumbnail may end
+    if (std::search(scan, bytes.end(), end.begin(), end.end()) == bytes.end())
         cut_short();
     picture.image = decode_with_opencv(file, bytes);
     if (picture.image.channels() == 1) { // a grey photograph is a picture, too
@@ -93,6 +95,10 @@ std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const By
 }
 
 Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format) {
+    constexpr int most = 65500; // rows and columns, of libjpeg
+    if (bgr.cols > most || bgr.rows > most)
+        throw Error("a .jpg has at most 65500 rows and columns, the picture is " + std::to_string(bgr.cols) + " x " +
+                    std::to_string(bgr.rows) + "; write a .png or .exr");
     Bytes pixels;
     if (!cv::imencode(".jpg", bgr, pixels, {cv::IMWRITE_JPEG_QUALITY, quality}))
         throw Error("OpenCV cannot write a JPEG");
@@ -101,13 +107,13 @@ Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format) {
     Bytes file(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(front));
     if (!format.exif.empty() && format.exif.size() + exif_name.size() <= longest_segment)
         append(file, app1, {as_bytes(exif_name), format.exif});
-    const std::size_t most = longest_segment - icc_name.size() - 2;
-    const std::size_t parts = (format.icc.size() + most - 1) / most;
+    const std::size_t longest = longest_segment - icc_name.size() - 2;
+    const std::size_t parts = (format.icc.size() + longest - 1) / longest;
     for (std::size_t i = 0; i < parts && parts < 256; ++i) {
         const std::array<unsigned char, 2> number{static_cast<unsigned char>(i + 1), static_cast<unsigned char>(parts)};
         append(file, app2,
                {as_bytes(icc_name), number,
-                View(format.icc).subspan(i * most, std::min(most, format.icc.size() - i * most))});
+                View(format.icc).subspan(i * longest, std::min(longest, format.icc.size() - i * longest))});
     }
     file.insert(file.end(), pixels.begin() + static_cast<std::ptrdiff_t>(front), pixels.end());
     return file;

@@ -70,6 +70,10 @@ bool is_linear_profile(View icc) {
     return straight == 3;
 }
 
+bool is_rgb_profile(View icc) {
+    return Reader{icc}.has(16, "RGB ");
+}
+
 int orientation_of(View exif) {
     Reader reader{};
     const auto place = place_of_orientation(exif, reader);

@@ -13,6 +13,9 @@ using View = std::span<const unsigned char>;
 /// Does a colour profile count light in proportion? All three curves are straight.
 bool is_linear_profile(View icc);
 
+/// Is a colour profile one of R, G and B?
+bool is_rgb_profile(View icc);
+
 /// Where the first row and column lie, 1 to 8 as Exif and TIFF have it; 1 where the data does not say.
 int orientation_of(View exif);
 

@@ -70,6 +70,8 @@ void read_png_metadata(const Bytes& bytes, PictureFile& picture) {
     for (auto rest = std::span(bytes).subspan(signature.size()); rest.size() >= 12;) {
         const std::size_t length = big_endian(rest);
         const std::string_view type(reinterpret_cast<const char*>(rest.data()) + 4, 4);
+        if (type == "IEND" || length > rest.size() - 12) // anything may follow the picture
+            break;
         const View content = rest.subspan(8, length);
         srgb |= type == "sRGB";
         if (type == "gAMA" && length == 4)

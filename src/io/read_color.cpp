@@ -141,10 +141,14 @@ Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions
     picture.format.encoding = options.encoding.value_or(held.encoding.value_or(of_type));
     picture.color = io::upright(as_floats(held.image), io::orientation_of(held.exif));
     io::set_upright(held.exif);
-    picture.format.icc = std::move(held.icc);
+    if (io::is_rgb_profile(held.icc)) // which a grey one would not fit
+        picture.format.icc = std::move(held.icc);
     picture.format.exif = std::move(held.exif);
+    const bool straight = held.straight_alpha.value_or(codes);
+    if (codes && !straight) // the codes are multiplied, and not the light
+        io::unpremultiply(picture.color);
     io::to_linear(picture.color, picture.format.encoding);
-    if (held.straight_alpha.value_or(codes))
+    if (codes)
         io::premultiply(picture.color);
     return picture;
 }

@@ -39,16 +39,36 @@ void check_codes(const std::filesystem::path& file, const cv::Mat& codes) {
                            ", more than 24 bits; if depth lies in the high bits say so: \"packing\": \"uint24-high\"");
 }
 
+/// Packed depth has R, G and B of its own. A picture of depth has them equal, with more than the two ends of the range.
+void check_packed(const std::filesystem::path& file, const cv::Mat& bgr) {
+    bool is_grey = true, has_steps = false;
+    for (int y = 0; y < bgr.rows && is_grey; ++y)
+        for (int x = 0; x < bgr.cols && is_grey; ++x) {
+            const auto& pixel = bgr.at<cv::Vec3b>(y, x);
+            is_grey = pixel[0] == pixel[1] && pixel[1] == pixel[2];
+            has_steps |= pixel[0] != 0 && pixel[0] != 255;
+        }
+    if (is_grey && has_steps && bgr.total() > 64)
+        refuse(
+            file,
+            "has R = G = B in every pixel: it is a grey picture of depth and holds no packed 24 bits; save raw depth");
+}
+
 /// The image as depth, if its type and the packing that the camera file speaks of agree.
 DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, std::optional<Packing> packing) {
     const auto refuse_packing = [&](const char* needs) {
         refuse(file, "is " + described(image) + ", but the packing \"" + to_string(*packing) + "\" needs " + needs +
-                         "; take \"packing\" out of the camera file");
+                         "; the camera file or the preset is that of other depth");
     };
     if (packing == Packing::rgba_red_low || packing == Packing::rgba_red_high) {
         if (image.type() != CV_8UC4)
             refuse_packing("four 8-bit channels");
         return {of_bgra(image, packing == Packing::rgba_red_low), Storage::float32, {}};
+    }
+    if (packing == Packing::uint8) {
+        if (image.depth() != CV_8U)
+            refuse_packing("8-bit channels");
+        return {io::only_channel(file, image), Storage::uint8, {}}; // some simulators write R = G = B
     }
     if (const auto storage = packing ? of_bgr(*packing) : std::nullopt) {
         if (image.depth() != CV_8U || image.channels() < 3)
@@ -56,13 +76,12 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
         cv::Mat bgr(image.size(), CV_8UC3); // simulators like to add an alpha channel that says nothing
         const int pairs[] = {0, 0, 1, 1, 2, 2};
         cv::mixChannels(&image, 1, &bgr, 1, pairs, 3);
+        check_packed(file, bgr);
         return {bgr, *storage, {}};
     }
     if (image.channels() == 1) {
-        if (packing == Packing::uint8 && image.type() == CV_8UC1)
-            return {image, Storage::uint8, {}};
         if (packing && image.type() != CV_32SC1)
-            refuse_packing(packing == Packing::uint8 ? "one 8-bit channel" : "32-bit integers");
+            refuse_packing("32-bit integers");
         if (image.type() == CV_32FC1)
             return {image, Storage::float32, {}};
         if (image.type() == CV_16FC1)

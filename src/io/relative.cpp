@@ -10,17 +10,20 @@
 #include <cmath>
 
 namespace fathom {
-namespace {
 
 using io::refuse;
 
-/// One channel of a picture whose channels are equal. A map of colours has no order of distances.
-cv::Mat only_channel(const std::filesystem::path& file, const cv::Mat& image) {
+cv::Mat io::only_channel(const std::filesystem::path& file, const cv::Mat& image) {
     const int channels = image.channels();
     if (channels == 1)
         return image;
     if (channels != 3 && channels != 4)
-        refuse(file, "is " + io::described(image) + "; relative depth has one channel, or R = G = B");
+        refuse(file, "is " + io::described(image) + "; depth without a unit has one channel, or R = G = B");
+    if (image.depth() == CV_16F) { // which OpenCV 4.6 has no differences of
+        cv::Mat floats;
+        image.convertTo(floats, CV_32F);
+        return only_channel(file, floats);
+    }
     std::array<cv::Mat, 4> planes;
     cv::split(image, planes.data());
     for (int c = 1; c < 3; ++c) {
@@ -37,6 +40,8 @@ cv::Mat only_channel(const std::filesystem::path& file, const cv::Mat& image) {
     return planes[0];
 }
 
+namespace {
+
 /// Floats to 0 to 1 by a range, or by their own least and greatest.
 void normalise(const std::filesystem::path& file, cv::Mat& values, std::optional<std::array<double, 2>> range) {
     if (!range) {
@@ -50,6 +55,12 @@ void normalise(const std::filesystem::path& file, cv::Mat& values, std::optional
     const auto [low, high] = *range;
     if (!(high > low))
         refuse(file, "has no two different values, so nothing is nearer than anything else; is it the right file?");
+    if (!std::isfinite(low) || !std::isfinite(high))
+        refuse(file, "cannot be brought from " + std::to_string(low) + " to " + std::to_string(high) +
+                         "; both ends of the range must be finite");
+    if (!std::isfinite(low) || !std::isfinite(high))
+        refuse(file, "cannot be brought from " + std::to_string(low) + " to " + std::to_string(high) +
+                         "; both ends of the range must be finite");
     for (float& value : cv::Mat_<float>(values))
         if (!std::isnan(value))
             value = static_cast<float>(std::clamp((static_cast<double>(value) - low) / (high - low), 0.0, 1.0));
@@ -74,15 +85,19 @@ cv::Mat image_of(const std::filesystem::path& file, const std::string& channel) 
 RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options) {
     io::check_readable(file);
     return io::within_memory(file, [&] {
-        const cv::Mat image = only_channel(file, image_of(file, options.channel));
+        const cv::Mat given = image_of(file, options.channel);
+        if (given.depth() != CV_8U && given.depth() != CV_16U && given.depth() != CV_16F && given.depth() != CV_32F)
+            refuse(file, "is " + io::described(given) + "; relative depth has 8 or 16 bits, or floats");
+        const cv::Mat image = io::only_channel(file, given);
         RelativeFile result{.values = {}, .bits = image.depth() == CV_8U ? 8 : image.depth() == CV_16U ? 16 : 32};
-        if (image.depth() != CV_8U && image.depth() != CV_16U && image.depth() != CV_16F && image.depth() != CV_32F)
-            refuse(file, "is " + io::described(image) + "; relative depth has 8 or 16 bits, or floats");
         image.convertTo(result.values, CV_32F);
-        if (result.bits == 32)
+        if (options.range && !(options.range->front() < options.range->back()))
+            refuse(file, "cannot be brought from " + std::to_string(options.range->front()) + " to " +
+                             std::to_string(options.range->back()) + "; the range's first end must be the lesser one");
+        double least = 0, most = 0;
+        cv::minMaxLoc(image, &least, &most);
+        if (result.bits == 32 || options.range || least == most)
             normalise(file, result.values, options.range);
-        else if (options.range)
-            refuse(file, "has integers, which count from 0 to 1 by themselves; a range is for floats");
         else
             for (float& value : cv::Mat_<float>(result.values))
                 value /= result.bits == 8 ? 255.0f : 65535.0f;

@@ -157,6 +157,10 @@ std::optional<int> plain_type(const Directory& d) {
                is_float = d.format == SAMPLEFORMAT_IEEEFP;
     if (!plain || d.photometric > PHOTOMETRIC_RGB)
         return std::nullopt;
+    if (d.bits == 8 && is_unsigned && d.samples >= 3 && !grey && d.planes == PLANARCONFIG_CONTIG)
+        return CV_8UC(d.samples); // OpenCV would multiply the alpha in
+    if (d.bits == 8 && is_unsigned && d.samples >= 3 && !grey && d.planes == PLANARCONFIG_CONTIG)
+        return CV_8UC(d.samples); // OpenCV would multiply the alpha in
     if (d.bits == 16 && (is_unsigned || is_float) && (d.samples == 1 || !grey))
         return CV_16UC(d.samples);
     if (d.bits == 32 && (is_unsigned || is_float || d.format == SAMPLEFORMAT_INT))

@@ -74,13 +74,11 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
                      "and for a picture .jpg or .hdr as well");
 }
 
-io::Bytes bytes_of(const ImageFile& given) {
-    const auto& file = given.file;
-    const cv::Mat& image = given.image;
-    if (image.empty() || image.dims != 2 || image.depth() != CV_32F)
-        refuse(file, "only images of 32-bit floats can be written; convert it first");
+/// What `encode` returns, or a refusal that names the file.
+template <typename Encode>
+auto described_failure(const std::filesystem::path& file, const Encode& encode) {
     try {
-        return encoded(file, image, given.options);
+        return encode();
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
@@ -88,6 +86,14 @@ io::Bytes bytes_of(const ImageFile& given) {
     } catch (const std::exception& error) {
         refuse(file, std::string("cannot be written: ") + error.what());
     }
+}
+
+io::Bytes bytes_of(const ImageFile& given) {
+    const auto& file = given.file;
+    const cv::Mat& image = given.image;
+    if (image.empty() || image.dims != 2 || image.depth() != CV_32F)
+        refuse(file, "only images of 32-bit floats can be written; convert it first");
+    return described_failure(file, [&] { return encoded(file, image, given.options); });
 }
 
 io::Bytes bytes_of_color(ImageFile picture) {
@@ -100,7 +106,10 @@ io::Bytes bytes_of_color(ImageFile picture) {
         picture.options.channels.resize(static_cast<std::size_t>(channels));
     }
     if (picture.format && picture.image.depth() == CV_32F) {
-        if (const auto bytes = io::picture_bytes(picture.file, {picture.image, *picture.format}))
+        const auto bytes = described_failure(picture.file, [&] {
+            return io::picture_bytes(picture.file, {picture.image, *picture.format});
+        });
+        if (bytes)
             return *bytes;
     }
     picture.image = io::swap_red_and_blue(picture.image);

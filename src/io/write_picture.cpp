@@ -56,7 +56,7 @@ io::Bytes radiance_bytes(cv::Mat bgr) {
     bgr = bgr.clone();
     for (int y = 0; y < bgr.rows; ++y)
         for (auto* value = bgr.ptr<float>(y); value != bgr.ptr<float>(y) + 3 * bgr.cols; ++value)
-            *value = *value > 0 ? *value : 0.0f; // it holds neither negative values nor NaN
+            *value = *value > 0 ? std::min(*value, 1e38f) : 0.0f; // it holds no negative values, NaN or infinity
     io::Bytes bytes;
     if (!cv::imencode(".hdr", bgr, bytes))
         throw Error("OpenCV cannot write a Radiance HDR");
@@ -73,7 +73,7 @@ PictureFormat format_for(const std::filesystem::path& file, const PictureFormat&
         result.bits = 8;
     } else if (type == ".png") {
         result.bits = format.bits == 32 ? 16 : format.bits;
-    } else if (type == ".tif") {
+    } else if (type == ".tif" && format.bits < 32) {
         result.exif.clear();
     } else {
         return {};

@@ -19,13 +19,13 @@ params::wide pack_wide(long double value, Arithmetic arithmetic);
 params::depth_params depth_parameters(const DepthForm& form, Storage storage, Background background,
                                       Arithmetic arithmetic);
 
-/// Constants of the rays. `scale` is the ray distance's scene units per stored unit.
 /// Is depth stored in steps so large that slopes have to be fitted to more pixels?
 bool is_coarse(const StoredDepth& stored);
 
 /// Does decoding need the lengths of the camera's rays?
 bool needs_rays(const DepthForm& form);
 
+/// Constants of the rays.
 params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic);
 
 /// Does the image fit the storage and the camera?

@@ -1,0 +1,141 @@
+// Looks at decoded depth: a description that does not fit its image is told, because every result of it would be wrong.
+#include "look.hpp"
+
+#include "messages.hpp"
+
+#include <fathom/error.hpp>
+#include <fathom/findings.hpp>
+#include <fathom/linearize.hpp>
+#include <fathom/opencv.hpp>
+
+#include <fmt/format.h>
+
+#include <opencv2/core.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace fathom::cli {
+namespace {
+
+constexpr double many_invalid = 0.25; // a fraction of the pixels that is probably no accident
+constexpr double many_far = 0.001;    // the same for one value that is farther than all others
+
+HostDepth on_host(const DepthFile& depth) {
+    return {depth.values.data, depth.values.cols, depth.values.rows, depth.values.step, depth.storage};
+}
+
+std::string percent(std::size_t part, std::size_t whole) {
+    const double share = 100 * static_cast<double>(part) / static_cast<double>(whole);
+    return part == 0 || part == whole || share >= 1 ? fmt::format("{:.0f} %", share) : fmt::format("{:.2g} %", share);
+}
+
+// The largest value of floats or halves that is finite; 0 where none is above.
+double largest_finite(const cv::Mat& values) {
+    cv::Mat floats = values;
+    if (values.depth() != CV_32F)
+        values.convertTo(floats, CV_32F);
+    float largest = 0;
+    for (int y = 0; y < floats.rows; ++y) {
+        const auto* row = floats.ptr<float>(y);
+        for (int x = 0; x < floats.cols; ++x)
+            largest = row[x] > largest && row[x] < std::numeric_limits<float>::infinity() ? row[x] : largest;
+    }
+    return static_cast<double>(largest);
+}
+
+// Why no value, or few of them, has a depth.
+std::string reason(const DepthFile& depth, const StoredDepth& stored, const StoredStatistics& found) {
+    const Camera& camera = stored.camera;
+    const DepthForm form = depth_form(camera, stored.storage);
+    const std::string values = found.min == found.max
+                                   ? fmt::format("the values are {}", number(found.min))
+                                   : fmt::format("the values run from {} to {}", number(found.min), number(found.max));
+    if (found.nan == found.pixels)
+        return "all of its values are NaN; is it the right file, or the right --channel?";
+    if (std::isnan(found.min))
+        return "none of its values is finite; is it the right file, or the right --channel?";
+    const auto missing = camera_findings(camera, on_host(depth)).missing;
+    if (missing == found.pixels)
+        return fmt::format("all of its values are {}, which the camera says was not measured", number(found.min));
+    const bool is_float = stored.storage == Storage::float32 || stored.storage == Storage::float16;
+    if (!is_metric(camera.encoding) && is_float && found.percentiles[3] > static_cast<double>(form.highest))
+        return fmt::format("{}, and \"{}\" depth lies in {} to {}; are these distances (\"encoding\": \"view-z\")?",
+                           values, to_string(camera.encoding), number(static_cast<double>(form.lowest)),
+                           number(static_cast<double>(form.highest)));
+    if (camera.encoding == Encoding::window)
+        return values + "; do clip_z, reversed and depth_range fit the program that wrote them?";
+    return values + "; fathom inspect shows what the camera makes of them";
+}
+
+} // namespace
+
+Look look_at(const StoredDepth& stored) {
+    const cv::Mat z = to_mat(linearize(stored).image);
+    Look look{.pixels = z.total()};
+    float nearest = std::numeric_limits<float>::infinity(), farthest = -nearest;
+    for (int y = 0; y < z.rows; ++y) {
+        const auto* row = z.ptr<float>(y);
+        std::size_t invalid = 0, background = 0;
+        for (int x = 0; x < z.cols; ++x) {
+            const float depth = row[x];
+            const bool is_surface = std::abs(depth) < std::numeric_limits<float>::infinity();
+            invalid += depth != depth;
+            background += depth == std::numeric_limits<float>::infinity();
+            nearest = is_surface && depth < nearest ? depth : nearest;
+            farthest = is_surface && depth > farthest ? depth : farthest;
+        }
+        look.invalid += invalid;
+        look.background += background;
+    }
+    if (look.surfaces() > 0) {
+        look.nearest = nearest;
+        look.farthest = farthest;
+    }
+    return look;
+}
+
+std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& stored, const Look& look) {
+    std::vector<std::string> said;
+    const Camera& camera = stored.camera;
+    const auto part = [&](std::size_t count) { return static_cast<double>(count) / static_cast<double>(look.pixels); };
+    if (look.invalid == look.pixels)
+        throw Error("no pixel has a depth: " + reason(depth, stored, stored_statistics(on_host(depth))));
+    if (part(look.invalid) > many_invalid) {
+        const std::size_t missing = camera_findings(camera, on_host(depth)).missing;
+        const StoredStatistics found = stored_statistics(on_host(depth));
+        if (part(look.invalid - std::min(look.invalid, missing + found.nan)) > many_invalid)
+            said.push_back(fmt::format("{} of the pixels are invalid: {}", percent(look.invalid, look.pixels),
+                                       reason(depth, stored, found)));
+    }
+    const bool distances = camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance;
+    if (distances && !camera.background_from &&
+        (depth.storage == Storage::float32 || depth.storage == Storage::float16)) {
+        const double largest = largest_finite(depth.values);
+        if (largest == 65504 || largest >= 1e9) {
+            Camera counted = camera;
+            counted.background_from = largest;
+            const std::size_t far_away = camera_findings(counted, on_host(depth)).background;
+            if (part(far_away) > many_far)
+                said.push_back(
+                    fmt::format("{} of the pixels hold {}, which renderers write where nothing is, and which counts "
+                                "as a surface here; if so, say \"background_from\": {}",
+                                percent(far_away, look.pixels), number(largest), number(largest)));
+        }
+    }
+    return said;
+}
+
+std::string in_words(const Look& look) {
+    std::string text =
+        look.surfaces() == 0 ? "no surface" : fmt::format("z {:.4g} to {:.4g}", look.nearest, look.farthest);
+    if (look.background > 0)
+        text += fmt::format(", {} background", percent(look.background, look.pixels));
+    if (look.invalid > 0)
+        text += fmt::format(", {} invalid", percent(look.invalid, look.pixels));
+    return text;
+}
+
+} // namespace fathom::cli
