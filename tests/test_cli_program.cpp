@@ -207,6 +207,8 @@ TEST_CASE("program: inspect tells what the file holds and what the camera makes 
          {"48 × 32", "float32, channel Z", "Z (float)", "50 %", "NaN           1\n", "-Inf          1\n"})
         CHECK(plain.out.find(text) != std::string::npos);
 
+    CHECK(run({"inspect", input, "--camera", camera}).out.find("81.79° × 60°") !=
+          std::string::npos); // 2 atan(1.5 tan 30°)
     const Outcome json = run({"inspect", input, "--camera", camera, "--json"});
     check_done(json);
     for (const char* text :

@@ -14,7 +14,13 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+
+#include <array>
+#include <cmath>
 #include <memory>
+#include <numbers>
+#include <optional>
 
 namespace fathom::cli {
 namespace {
@@ -88,7 +94,22 @@ const char* name_of(std::optional<DepthBits> bits) {
     return "unknown";
 }
 
+// Degrees across and down between the rays at the middles of opposite edges; none under an orthographic camera.
+std::optional<std::array<double, 2>> field_of_view(const CameraFindings& found) {
+    if (!found.form.perspective)
+        return std::nullopt;
+    const Rays rays = camera_rays(found.camera);
+    const double right = found.camera.width, bottom = found.camera.height;
+    const auto angle = [&](double x0, double y0, double x1, double y1) {
+        using Vector = Eigen::Matrix<long double, 3, 1>;
+        const Vector a = rays.direction * Vector(x0, y0, 1), b = rays.direction * Vector(x1, y1, 1);
+        return static_cast<double>(std::atan2(a.cross(b).norm(), a.dot(b))) * 180 / std::numbers::pi;
+    };
+    return std::array{angle(0, bottom / 2, right, bottom / 2), angle(right / 2, 0, right / 2, bottom)};
+}
+
 nlohmann::ordered_json as_json(const CameraFindings& found) {
+    const auto view = field_of_view(found);
     nlohmann::ordered_json range, surfaces, attainable;
     for (const RangePoint& point : found.range) {
         range[point.name] = {{"stored", json_number(point.stored)}, {"z", json_number(point.z)}};
@@ -110,6 +131,7 @@ nlohmann::ordered_json as_json(const CameraFindings& found) {
             {"form", to_string(found.form.form)},
             {"reason", found.form.reason},
             {"perspective", found.form.perspective},
+            {"field_of_view_deg", view ? nlohmann::ordered_json(*view) : nlohmann::ordered_json()},
             {"precision_of", name_of(found.bits)},
             {"background", found.background},
             {"invalid", found.invalid ? nlohmann::ordered_json(*found.invalid) : nlohmann::ordered_json()},
@@ -169,6 +191,8 @@ void print_camera(const Options& options, const CameraFindings& found) {
     fmt::print("\ncamera: {}\n", options.camera.name());
     print_row("encoding", to_string(found.camera.encoding));
     print_row("form", fmt::format("{}: {}", to_string(found.form.form), found.form.reason));
+    if (const auto view = field_of_view(found))
+        print_row("field of view", fmt::format("{:.4g}° × {:.4g}°", (*view)[0], (*view)[1]));
     print_row("background", fmt::format("{} pixels", found.background));
     if (found.form.missing)
         print_row("not measured", fmt::format("{} pixels", found.missing));

@@ -21,6 +21,8 @@ namespace fathom::cli {
 namespace {
 
 constexpr double many_invalid = 0.25; // a fraction of the pixels that is probably no accident
+constexpr float many_units = 100;     // no scene in metres begins so far away and is stored in whole metres
+constexpr float few_units = 0.25f;    // no scene in metres ends so near
 constexpr double many_far = 0.001;    // the same for one value that is farther than all others
 
 HostDepth on_host(const DepthFile& depth) {
@@ -111,8 +113,17 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
                                        reason(depth, stored, found)));
     }
     const bool distances = camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance;
-    if (distances && !camera.background_from &&
-        (depth.storage == Storage::float32 || depth.storage == Storage::float16)) {
+    const bool is_float = depth.storage == Storage::float32 || depth.storage == Storage::float16;
+    if (distances && look.surfaces() > 0 && !is_float && camera.scale == 1 && look.nearest >= many_units)
+        said.push_back(
+            fmt::format("its integers count as scene units, so that depths run from {:.4g} to {:.4g}; if they are "
+                        "millimetres and a unit is a metre, say \"scale\": 0.001",
+                        look.nearest, look.farthest));
+    if (distances && look.surfaces() > 0 && is_float && camera.scale < 0.1 && look.farthest < few_units)
+        said.push_back(fmt::format("its floats times the scale of {} are {:.4g} at most; floats are mostly scene units "
+                                   "already, which is \"scale\": 1",
+                                   number(camera.scale), look.farthest));
+    if (distances && !camera.background_from && is_float) {
         const double largest = largest_finite(depth.values);
         if (largest == 65504 || largest >= 1e9) {
             Camera counted = camera;
