@@ -76,9 +76,9 @@ std::vector<Result> masks_of(const Options& options, const StoredDepth& stored) 
                                              : side_by_side(all)};
     for (const Image& image : {masks.max_near_coc, masks.near_alpha, masks.disocclusion, masks.mixed_pixels})
         if (image)
-            results.push_back(to_mat(image));
+            results.emplace_back(to_mat(image));
     if (options.tiles)
-        results.push_back(side_by_side({masks.tile_min_coc, masks.tile_max_coc}));
+        results.emplace_back(side_by_side({masks.tile_min_coc, masks.tile_max_coc}));
     return results;
 }
 

@@ -149,9 +149,9 @@ std::vector<Result> occlude(const Options& options, const StoredDepth& stored, c
     const Occlusion occlusion = ssao(stored, options.radius, asked);
     std::vector<Result> results{to_mat(occlusion.visibility)};
     if (asked.bent_normal)
-        results.push_back(directions_for(job.outputs[1], to_mat(occlusion.bent_normal)));
+        results.emplace_back(directions_for(job.outputs[1], to_mat(occlusion.bent_normal)));
     if (asked.confidence)
-        results.push_back(to_mat(occlusion.confidence));
+        results.emplace_back(to_mat(occlusion.confidence));
     return results;
 }
 

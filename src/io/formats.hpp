@@ -49,9 +49,6 @@ struct PictureFile {
 /// One channel of a picture whose channels are equal. Refuses colours: a map of them has no order of distances.
 cv::Mat only_channel(const std::filesystem::path& file, const cv::Mat& image);
 
-/// One channel of a picture whose channels are equal. Refuses colours: a map of them has no order of distances.
-cv::Mat only_channel(const std::filesystem::path& file, const cv::Mat& image);
-
 /// Any file that `read_picture` reads. Refuses what is no picture.
 PictureFile read_picture_file(const std::filesystem::path& file, const std::string& layer);
 
