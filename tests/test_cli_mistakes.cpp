@@ -101,6 +101,7 @@ std::vector<Mistake> mistakes() {
         {"millimetres with a scale", codes(metres(), 1000), "a.png", view_z + R"(, "scale": 0.001)", 0, {}},
         {"whole metres", codes(metres(), 1), "a.png", view_z, 0, {}},
         {"a sky that is said", metres(0.2, 1e10f), "a.exr", view_z + R"(, "background_from": 1e10)", 0, {}},
+        {"a sky that is said by its value", metres(0.2, 1e10f), "a.exr", view_z + R"(, "background": 1e10)", 0, {}},
         {"holes that are said",
          codes(metres(0.6, 0), 1000),
          "a.png",

@@ -50,6 +50,28 @@ Frame read_frame(const fs::path& file) {
     return frame;
 }
 
+// Blender's frame: its depth, what the path tracer makes of it through the lens, and that lens.
+struct BlenderFrame {
+    fs::path folder;
+    cv::Mat depth;
+    Frame truth;
+    Camera camera;
+    CircleOfConfusion circle;
+};
+
+BlenderFrame blender_frame() {
+    const fs::path folder = data / "blender" / "perspective";
+    const cv::Mat depth = read_depth(folder / "sharp.exr").values;
+    const CameraFile file = read_camera(folder / "camera.json");
+    const Camera camera = camera_for(file, depth.cols, depth.rows);
+    return {folder, depth, read_frame(folder / "dof.exr"), camera,
+            circle_of_confusion({.f_number = file.lens.f_stop.value(),
+                                 .focus = file.lens.focus_distance.value(),
+                                 .focal_length_mm = file.lens.lens_mm,
+                                 .sensor_width_mm = file.lens.sensor_mm},
+                                camera)};
+}
+
 // Pixels within 12 of two neighbours of which one is more than 5 % farther away.
 std::vector<char> near_edges(const cv::Mat& depth) {
     constexpr int reach = 12;
@@ -98,16 +120,8 @@ double psnr(const std::vector<float>& got, const std::vector<float>& truth, cons
 TEST_CASE("real: the blur of Blender's frame against the path tracer's", "[dof][real]") {
     if (!there("blender/perspective"))
         return;
-    const fs::path folder = data / "blender" / "perspective";
-    const cv::Mat depth = read_depth(folder / "sharp.exr").values;
-    const Frame sharp = read_frame(folder / "sharp.exr"), truth = read_frame(folder / "dof.exr");
-    const CameraFile file = read_camera(folder / "camera.json");
-    const Camera camera = camera_for(file, depth.cols, depth.rows);
-    const CircleOfConfusion circle = circle_of_confusion({.f_number = file.lens.f_stop.value(),
-                                                          .focus = file.lens.focus_distance.value(),
-                                                          .focal_length_mm = file.lens.lens_mm,
-                                                          .sensor_width_mm = file.lens.sensor_mm},
-                                                         camera);
+    const auto [folder, depth, truth, camera, circle] = blender_frame();
+    const Frame sharp = read_frame(folder / "sharp.exr");
     const Device device = Device::open("cpu");
     const Image stored = Image::from_host(device, Element::f32, depth.data, {depth.cols, depth.rows});
     const Image color = Image::from_host(device, Element::f32, sharp.values.data(), {depth.cols, depth.rows, 3});
@@ -136,17 +150,8 @@ TEST_CASE("real: the blur of Blender's frame against the path tracer's", "[dof][
 TEST_CASE("real: a photograph with relative depth is blurred as with the frame's own depth", "[dof][relative][real]") {
     if (!there("blender/perspective"))
         return;
-    const fs::path folder = data / "blender" / "perspective";
+    const auto [folder, depth, truth, camera, lens] = blender_frame();
     const test::TempFolder scratch;
-    const cv::Mat depth = read_depth(folder / "sharp.exr").values;
-    const Frame truth = read_frame(folder / "dof.exr");
-    const CameraFile file = read_camera(folder / "camera.json");
-    const Camera camera = camera_for(file, depth.cols, depth.rows);
-    const CircleOfConfusion lens = circle_of_confusion({.f_number = file.lens.f_stop.value(),
-                                                        .focus = file.lens.focus_distance.value(),
-                                                        .focal_length_mm = file.lens.lens_mm,
-                                                        .sensor_width_mm = file.lens.sensor_mm},
-                                                       camera);
     // The frame as a photograph: sRGB, 8 bits, JPEG of quality 98.
     Picture photo = read_picture(folder / "sharp.exr", {.layer = "ViewLayer.Combined"});
     cv::Mat bgr(photo.color.size(), CV_32FC3); // without the alpha
@@ -173,7 +178,8 @@ TEST_CASE("real: a photograph with relative depth is blurred as with the frame's
     const double focus = (static_cast<double>(lens.k / lens.g) - least) / (most - least);
 
     const Device device = Device::open("cpu");
-    const auto figure = [&](const StoredDepth& stored, const CircleOfConfusion& circle, double peak) {
+    const auto figure = [&, &depth = depth, &truth = truth](const StoredDepth& stored, const CircleOfConfusion& circle,
+                                                            double peak) {
         Picture light = read_picture(scratch / "photo.jpg");
         restore_highlights(light, peak);
         const Image color = Image::from_host(device, Element::f32, light.color.data, {depth.cols, depth.rows, 3});

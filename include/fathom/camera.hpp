@@ -77,15 +77,15 @@ struct Camera {
     Rows rows = Rows::top_down;
     Encoding encoding = Encoding::window;
     std::array<double, 2> depth_range{0.0, 1.0}; ///< stored values of clip_z's low and high end (glDepthRange)
-    std::optional<double>
-        near_plane; ///< for `linear`, `exponential`, `pseudo_linear`, `inverse_range`, `from_near_plane`; scene units
-    std::optional<double>
-        far_plane; ///< for `linear`, `exponential`, `pseudo_linear`, `inverse_range`, `logarithmic`; scene units
+    /// Scene units; for `linear`, `exponential`, `pseudo_linear`, `inverse_range` and `from_near_plane`.
+    std::optional<double> near_plane;
+    /// Scene units; for `linear`, `exponential`, `pseudo_linear`, `inverse_range` and `logarithmic`.
+    std::optional<double> far_plane;
     std::optional<double> median; ///< for `median`; scene units
     double log_c = 1.0;           ///< C of `logarithmic`; per scene unit
     double scale = 1.0;  ///< scene units per stored unit (metric encodings); z = scale / (v + offset) for `inverse`
     double offset = 0.0; ///< for `inverse`; stored units
-    Along along = Along::axis;
+    Along along = Along::axis;        ///< for `linear`, `inverse` and `inverse_range`
     bool from_near_plane = false;     ///< for `ray_distance`: is it counted from where the ray crosses the near plane?
     std::optional<double> background; ///< stored value that means "nothing here"; NaN: none; default by encoding
     std::optional<double> background_from; ///< so do this stored value and all that mean a greater distance
@@ -97,13 +97,13 @@ struct Camera {
 
 /// The formula that decodes a camera. See docs/camera.md.
 enum class Form {
-    reciprocal,           ///< z = A / (t + C), t the distance from the end of the range
-    reciprocal_affine,    ///< z = 1 / (a v + b·(x, y) + c)
-    affine,               ///< z = a v + b·(x, y) + c
-    rational,             ///< z = (n·q) / (m·q), q = (v, x, y, 1)
-    exponential,          ///< z = A (2^(L v + S) − 1) + B
-    ray_distance,         ///< z = (n v + n') / |D(x, y)| + B
-    inverse_ray_distance, ///< z = 1 / (m v + m') / |D(x, y)| + B
+    reciprocal,        ///< z = A / (t + C), t the distance from the end of the range
+    reciprocal_affine, ///< z = 1 / (a v + b·(x, y) + c)
+    affine,            ///< z = a v + b·(x, y) + c
+    rational,          ///< z = (n·q) / (m·q), q = (v, x, y, 1)
+    exponential,       ///< z = A (2^(L v + S) − 1) + B
+    ray_distance,      ///< z = (n v + n') D_z/|D(x, y)| + B, D_z the part of the ray's direction D along the view axis
+    inverse_ray_distance, ///< z = D_z/|D(x, y)| / (m v + m') + B
 };
 
 /// Four coefficients of (v, x, y, 1): v the stored value as it lies in memory (an integer code, or a float),

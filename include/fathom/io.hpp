@@ -17,8 +17,8 @@ namespace fathom {
 
 /// A depth image as its file holds it: values untouched, one channel (or three bytes for packed depth).
 struct DepthFile {
-    cv::Mat
-        values; ///< CV_32FC1, CV_16FC1 (half), CV_8UC1, CV_16UC1, CV_32SC1 (uint24 in a uint32) or CV_8UC3 (B, G, R)
+    /// CV_32FC1, CV_16FC1 (half), CV_8UC1, CV_16UC1, CV_32SC1 (uint24 in a uint32) or CV_8UC3 (B, G, R)
+    cv::Mat values;
     Storage storage;     ///< how `values` is to be read
     std::string channel; ///< name of the EXR channel that was taken; empty for other files
 };
@@ -48,12 +48,14 @@ struct RelativeFile {
 
 struct ReadRelativeOptions {
     std::string channel = {}; ///< as in ReadOptions
-    std::optional<std::array<double, 2>> range =
-        {}; ///< floats that become 0 and 1; default: their own least and greatest
+    /// Stored values that become 0 and 1. Default: the least and the greatest of floats, all codes of integers.
+    std::optional<std::array<double, 2>> range = {};
 };
 
-/// Reads relative depth: PNG, JPEG and TIFF of 8 and 16 bits, TIFF, PFM and OpenEXR of floats; one channel, or (but for OpenEXR) R = G = B.
-/// Throws: Error as `read_depth`, for depth painted with a colour map, and for floats that are all the same.
+/// Reads relative depth: PNG, JPEG and TIFF of 8 and 16 bits; TIFF, PFM and OpenEXR of floats. It has one channel, or R = G = B;
+/// of OpenEXR a channel is taken.
+/// Throws: Error as `read_depth`, for depth painted with a colour map, for values that are all the same, and for a range that
+/// is not finite or does not ascend.
 RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options = {});
 
 /// Depth on the grid of a picture of another size: a mean of the nearest 4 × 4 depths, in which those count whose part of the

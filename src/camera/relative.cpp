@@ -210,7 +210,7 @@ Camera relative_camera(int width, int height, RelativeOrder order) {
     camera.far_plane = 1;
     if (order == RelativeOrder::high_is_near)
         camera.depth_range = {1, 0};
-    camera.background = -1; // which no value is
+    camera.background = std::numeric_limits<double>::quiet_NaN(); // none
     return camera;
 }
 

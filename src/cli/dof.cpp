@@ -172,7 +172,7 @@ std::function<int()> configure(CLI::App& app) {
     add_max_error(app, options->dof.max_error, options->explain, "rms of colours from 0 to 1", {"--quality"}, "Blur");
     app.add_option("--highlights", options->highlights,
                    "how many times brighter than white a white is taken to be, which\n"
-                   "a photograph has cut off (default: 1; for a JPEG, try 2 to 4)")
+                   "a photograph has cut off (default: 1; try 1.05 for a JPEG)")
         ->type_name("X")
         ->check(is_a_number("number from 1", [](double x) { return x >= 1; }))
         ->group("Blur");
@@ -208,7 +208,8 @@ extern const Command dof_command{
     .summary = "Blurs a picture as a lens does that is focused on one depth: depth of field.",
     .notes =
         R"(Light is blurred, not codes: see --color-space. The result has the picture's channels and, in a .png or .tif, its
-codes: sRGB of 8 bits stay sRGB of 8 bits. A .jpg is sRGB, and .exr, .hdr and .pfm are linear floats. Invalid pixels, and colours that are no numbers, take part in nothing.
+codes: sRGB of 8 bits stay sRGB of 8 bits. A .jpg is sRGB, and .exr, .hdr and .pfm are linear floats. Invalid
+pixels, and colours that are no numbers, take part in nothing. They keep the picture where no blur reaches them.
 
 Give the lens by its focal length and sensor. With one of them the projection gives the other. The camera file may
 hold both.
@@ -223,7 +224,8 @@ Example:
   fathom dof frame.exr --color frame.exr --camera camera.json -o blurred.exr --focus-at 640,360 --f-stop 2.8 \
       --focal-length-mm 50 --sensor-mm 36
   fathom dof frame.exr --color frame.png --camera camera.json -o blurred.png --focus 7 --f-stop 2 --sensor-mm 36 \
-      --aperture 6 --rotate 15 --quality fast)",
+      --aperture 6 --rotate 15 --quality fast
+  fathom dof depth.png --relative high-is-near --color photo.jpg -o blurred.jpg --blur-px 24 --focus-at 620,410)",
     .configure = configure,
 };
 

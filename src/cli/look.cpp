@@ -125,7 +125,7 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
                                    number(camera.scale), look.farthest));
     if (distances && !camera.background_from && is_float) {
         const double largest = largest_finite(depth.values);
-        if (largest == 65504 || largest >= 1e9) {
+        if ((largest == 65504 || largest >= 1e9) && camera.background != largest) {
             Camera counted = camera;
             counted.background_from = largest;
             const std::size_t far_away = camera_findings(counted, on_host(depth)).background;

@@ -13,7 +13,9 @@ Product picture_product() {
 }
 
 void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what) {
-    app.add_option("--color", options.color, what + ", of the depth's size: EXR, JPEG, PNG,\nTIFF, HDR or PFM")
+    app.add_option(
+           "--color", options.color,
+           what + ": EXR, JPEG, PNG, TIFF, HDR or PFM.\nIt has the depth's size (relative depth: its ratio of sides)")
         ->type_name("IMAGE")
         ->required()
         ->group("Input");
