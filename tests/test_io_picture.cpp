@@ -263,23 +263,31 @@ TEST_CASE("picture: an alpha is multiplied in, whatever the file does", "[pictur
     const Picture bytes{cv::Mat(4, 4, CV_32FC4, cv::Scalar(0.25, 0.25, 0.25, 0.5)), {ColorEncoding::srgb, 8}};
     write_picture(folder / "bytes.tif", bytes); // in 8 bits, too
     CHECK(cv::norm(read_picture(folder / "bytes.tif").color, bytes.color, cv::NORM_INF) < 0.01);
-    const auto tiff = [&](std::uint16_t kind) {
+    const auto tiff = [&](std::uint16_t kind, bool floats = false) {
         const auto file = (folder / "c.tif").string();
         TIFF* out = TIFFOpen(file.c_str(), "w");
         TIFFSetField(out, TIFFTAG_IMAGEWIDTH, 1);
         TIFFSetField(out, TIFFTAG_IMAGELENGTH, 1);
-        TIFFSetField(out, TIFFTAG_BITSPERSAMPLE, 16);
+        TIFFSetField(out, TIFFTAG_BITSPERSAMPLE, floats ? 32 : 16);
+        TIFFSetField(out, TIFFTAG_SAMPLEFORMAT, floats ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT);
         TIFFSetField(out, TIFFTAG_SAMPLESPERPIXEL, 4);
         TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
         TIFFSetField(out, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
         TIFFSetField(out, TIFFTAG_EXTRASAMPLES, 1, &kind);
         std::uint16_t pixel[] = {16384, 16384, 16384, 16384}; // white, if the alpha is multiplied in
-        TIFFWriteEncodedStrip(out, 0, pixel, sizeof pixel);
+        float light[] = {0.5f, 0.5f, 0.5f, 0.25f};
+        if (floats)
+            TIFFWriteEncodedStrip(out, 0, light, sizeof light);
+        else
+            TIFFWriteEncodedStrip(out, 0, pixel, sizeof pixel);
         TIFFClose(out);
         return read_picture(file).color.at<cv::Vec4f>(0, 0)[0];
     };
     CHECK(tiff(EXTRASAMPLE_UNASSALPHA) == Approx(alpha * light_of(alpha)));
     CHECK(tiff(EXTRASAMPLE_ASSOCALPHA) == Approx(alpha));
+    CHECK(tiff(EXTRASAMPLE_UNASSALPHA, true) == 0.125f);
+    CHECK(tiff(EXTRASAMPLE_ASSOCALPHA, true) == 0.5f);
+    CHECK(tiff(EXTRASAMPLE_UNSPECIFIED, true) == 0.5f);
     CHECK(tiff(EXTRASAMPLE_UNSPECIFIED) == Approx(alpha * light_of(alpha)));
 }
 

@@ -105,8 +105,8 @@ extern const Command fog_command{
     .notes = R"(Each pixel becomes color (1 - f) + fog color f with f = 1 - exp(-density distance). The distance is that
 along the ray, in scene units. Under --height-falloff the density is integrated along the ray in closed form.
 
-Fog covers light, not codes: see --color-space. An alpha stays as it is. A pixel with an invalid depth keeps its colour. With several
-inputs, IMAGE and OUT are folders. The picture and the result of an input have its name there.
+Fog covers light, not codes: see --color-space. An alpha stays as it is. A pixel with an invalid depth keeps its
+colour. With several inputs, IMAGE and OUT are folders. The picture and the result of an input have its name there.
 
 Example:
   fathom fog frame.exr --color frame.exr --camera camera.json -o foggy.exr --density 0.02

@@ -12,11 +12,17 @@ void check_size(const std::filesystem::path& file, long long width, long long he
                          " pixels; it is damaged, or larger than the 32768 x 32768 that can be read");
 }
 
+void refuse_layer(const std::filesystem::path& file, const std::string& layer) {
+    refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave it out (--color-layer of the program)");
+}
+
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer) {
     if (!layer.empty())
-        refuse(file,
-               "is no OpenEXR file and has no layer \"" + layer + "\"; leave it out (--color-layer of the program)");
-    const Bytes bytes = read_file(file);
+        refuse_layer(file, layer);
+    return read_plain(file, read_file(file));
+}
+
+std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes) {
     for (const auto read : {read_png, read_tiff, read_netpbm})
         if (auto image = read(file, bytes))
             return image;

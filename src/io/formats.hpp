@@ -37,6 +37,10 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
 
 /// The image of a file of any of these three. Refuses a layer, which only OpenEXR has.
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer = {});
+std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes);
+
+/// Refuses a layer of a file that has none.
+[[noreturn]] void refuse_layer(const std::filesystem::path& file, const std::string& layer);
 
 /// A picture as its file holds it, and what the file says about it.
 struct PictureFile {

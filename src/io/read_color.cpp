@@ -99,13 +99,13 @@ PictureFile read(const std::filesystem::path& file, const std::string& layer) {
         return {.image = from_exr(file, layer), .icc = {}, .exif = {}};
     const io::Bytes bytes = io::read_file(file);
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 10));
-    if (layer.empty()) {
-        if (auto picture = io::read_jpeg(file, bytes))
-            return *picture;
-        if (begin.starts_with("#?RADIANCE") || begin.starts_with("#?RGBE"))
-            return {.image = io::decode_with_opencv(file, bytes), .icc = {}, .exif = {}};
-    }
-    const auto image = io::read_plain(file, layer);
+    if (!layer.empty())
+        io::refuse_layer(file, layer);
+    if (auto picture = io::read_jpeg(file, bytes))
+        return *picture;
+    if (begin.starts_with("#?RADIANCE") || begin.starts_with("#?RGBE"))
+        return {.image = io::decode_with_opencv(file, bytes), .icc = {}, .exif = {}};
+    const auto image = io::read_plain(file, bytes);
     if (!image)
         refuse(file, "is no picture, or its beginning is damaged; "
                      "pictures are read from .exr, .jpg, .png, .tif, .hdr and .pfm");
@@ -145,10 +145,11 @@ Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions
         picture.format.icc = std::move(held.icc);
     picture.format.exif = std::move(held.exif);
     const bool straight = held.straight_alpha.value_or(codes);
-    if (codes && !straight) // the codes are multiplied, and not the light
+    const bool encoded = picture.format.encoding != ColorEncoding::linear;
+    if (encoded && !straight) // the codes are multiplied, and not the light
         io::unpremultiply(picture.color);
     io::to_linear(picture.color, picture.format.encoding);
-    if (codes)
+    if (encoded || straight)
         io::premultiply(picture.color);
     return picture;
 }

@@ -74,7 +74,7 @@ cv::Mat image_of(const std::filesystem::path& file, const std::string& channel) 
     const io::Bytes bytes = io::read_file(file);
     if (const auto jpeg = io::read_jpeg(file, bytes))
         return jpeg->image;
-    if (const auto image = io::read_plain(file))
+    if (const auto image = io::read_plain(file, bytes))
         return *image;
     refuse(file,
            "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm and .exr");
