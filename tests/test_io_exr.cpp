@@ -1,22 +1,12 @@
 // Depth out of OpenEXR files: which channel, which window, which of them are refused.
 #include "catch.hpp"
+#include "exr_files.hpp"
 #include "io_files.hpp"
 #include "real_inputs.hpp"
 
 #include <fathom/io.hpp>
 
 #include <opencv2/core.hpp>
-
-#include <OpenEXR/ImfChannelList.h>
-#include <OpenEXR/ImfDeepFrameBuffer.h>
-#include <OpenEXR/ImfDeepScanLineOutputFile.h>
-#include <OpenEXR/ImfFrameBuffer.h>
-#include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfMultiPartOutputFile.h>
-#include <OpenEXR/ImfOutputFile.h>
-#include <OpenEXR/ImfOutputPart.h>
-#include <OpenEXR/ImfPartType.h>
-#include <OpenEXR/ImfTiledOutputFile.h>
 
 #include <cmath>
 #include <map>
@@ -27,106 +17,6 @@ using Imath::Box2i;
 using Imath::V2i;
 
 namespace {
-
-struct ExrImage {
-    Box2i display{{0, 0}, {6, 4}};
-    Box2i data{{0, 0}, {6, 4}};
-    std::vector<std::string> channels{"Z"};
-    Imf::PixelType type = Imf::FLOAT;
-    Imf::Compression compression = Imf::ZIP_COMPRESSION;
-    std::string part = {}; ///< its name in a file of several
-};
-
-/// What channel number `c` holds at a pixel: exact in a half and positive.
-double truth(std::size_t c, int x, int y) {
-    return static_cast<double>(c) * 256 + (y + 8) * 16 + x + 8;
-}
-
-Imf::Header header_of(const ExrImage& picture) {
-    Imf::Header header(picture.display, picture.data);
-    header.compression() = picture.compression;
-    for (const auto& name : picture.channels)
-        header.channels().insert(name, Imf::Channel(picture.type));
-    if (!picture.part.empty()) {
-        header.setName(picture.part);
-        header.setType(Imf::SCANLINEIMAGE);
-    }
-    return header;
-}
-
-/// Pixels of a picture with the frame buffer that shows them to OpenEXR.
-struct Pixels {
-    std::vector<cv::Mat> planes;
-    Imf::FrameBuffer frame;
-
-    explicit Pixels(const ExrImage& picture) {
-        const auto size = picture.data.size() + V2i(1, 1);
-        for (std::size_t c = 0; c < picture.channels.size(); ++c) {
-            cv::Mat values(size.y, size.x, CV_32FC1), plane;
-            for (int y = 0; y < size.y; ++y)
-                for (int x = 0; x < size.x; ++x)
-                    values.at<float>(y, x) =
-                        static_cast<float>(truth(c, x + picture.data.min.x, y + picture.data.min.y));
-            values.convertTo(plane, picture.type == Imf::HALF ? CV_16F : picture.type == Imf::FLOAT ? CV_32F : CV_32S);
-            frame.insert(picture.channels[c],
-                         Imf::Slice::Make(picture.type, plane.data, picture.data, plane.elemSize(), plane.step));
-            planes.push_back(plane);
-        }
-    }
-};
-
-fs::path write(const fs::path& file, const ExrImage& picture) {
-    const Pixels pixels(picture);
-    Imf::OutputFile exr(file.c_str(), header_of(picture));
-    exr.setFrameBuffer(pixels.frame);
-    exr.writePixels(picture.data.max.y - picture.data.min.y + 1);
-    return file;
-}
-
-fs::path write(const fs::path& file, const std::vector<ExrImage>& parts) {
-    std::vector<Imf::Header> headers;
-    for (const auto& part : parts)
-        headers.push_back(header_of(part));
-    Imf::MultiPartOutputFile exr(file.c_str(), headers.data(), static_cast<int>(headers.size()));
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-        const Pixels pixels(parts[i]);
-        Imf::OutputPart out(exr, static_cast<int>(i));
-        out.setFrameBuffer(pixels.frame);
-        out.writePixels(parts[i].data.max.y - parts[i].data.min.y + 1);
-    }
-    return file;
-}
-
-fs::path write_tiled(const fs::path& file, const ExrImage& picture) {
-    const Pixels pixels(picture);
-    auto header = header_of(picture);
-    header.setTileDescription({4, 4, Imf::ONE_LEVEL});
-    Imf::TiledOutputFile exr(file.c_str(), header);
-    exr.setFrameBuffer(pixels.frame);
-    exr.writeTiles(0, exr.numXTiles() - 1, 0, exr.numYTiles() - 1);
-    return file;
-}
-
-fs::path write_deep(const fs::path& file) {
-    Imf::Header header(4, 3);
-    header.channels().insert("Z", Imf::Channel(Imf::FLOAT));
-    header.setType(Imf::DEEPSCANLINE);
-    header.compression() = Imf::ZIPS_COMPRESSION;
-    std::vector<unsigned> counts(12, 1);
-    std::vector<float> samples(12, 2.5f);
-    std::vector<float*> pointers;
-    for (auto& sample : samples)
-        pointers.push_back(&sample);
-    Imf::DeepFrameBuffer frame;
-    frame.insertSampleCountSlice(
-        Imf::Slice(Imf::UINT, reinterpret_cast<char*>(counts.data()), sizeof(unsigned), 4 * sizeof(unsigned)));
-    frame.insert("Z", Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(pointers.data()), sizeof(float*),
-                                     4 * sizeof(float*), sizeof(float)));
-    Imf::DeepScanLineOutputFile exr(file.c_str(), header);
-    exr.setFrameBuffer(frame);
-    exr.writePixels(3);
-    return file;
-}
 
 double value(const cv::Mat& image, int x, int y) {
     if (image.type() == CV_32SC1)

@@ -159,6 +159,11 @@ struct Rays {
 /// Throws: std::invalid_argument naming the field, its value and what it must be.
 DepthForm depth_form(const Camera& camera, Storage storage = Storage::float32);
 
+/// The camera of a part of its image, or of an image that reaches beyond it (overscan): the pixels of `width` × `height` from
+/// (x, y) on, which are counted from the first stored pixel and may be negative. Depths and positions stay the same.
+/// Throws: std::invalid_argument for a camera or a part without pixels.
+Camera cropped(const Camera& camera, int x, int y, int width, int height);
+
 /// Derives the rays of the camera's pixels.
 /// Throws: std::invalid_argument as above, and for rays that run across the view axis.
 Rays camera_rays(const Camera& camera);

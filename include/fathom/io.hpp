@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fathom/camera_file.hpp>
+#include <fathom/exr.hpp>
 #include <fathom/picture.hpp>
 
 #include <opencv2/core/mat.hpp>
@@ -21,21 +22,25 @@ struct DepthFile {
     cv::Mat values;
     Storage storage;     ///< how `values` is to be read
     std::string channel; ///< name of the EXR channel that was taken; empty for other files
+    Windows windows = {}; ///< where `values` lie
 };
 
 struct ReadOptions {
     std::string channel = {}; ///< EXR channel to take, or PART.CHANNEL; empty: the one that is named like depth
     std::optional<Packing> packing = {}; ///< what the camera file's `packing` says
+    /// Of OpenEXR, read the data window instead of the display window: `cropped` makes its camera.
+    bool overscan = false;
 };
 
 /// Reads a depth image. The content decides what it is, not the extension.
 ///
 /// OpenEXR: any part, scan lines or tiles, half, float or uint; the display window, NaN where the data window does not
-/// reach. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V, Y, or the only one
+/// reach, or the data window. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V, Y, or the only one
 /// there is; X, Y and Z side by side are a position. PNG: 16-bit grey. TIFF: one channel of 16-bit or 32-bit integers, half
 /// or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit grey, R, G, B (and an alpha that is left
 /// out) and R, G, B, A with the packing that says so: R, G, B come back in B, G, R order, with the bgr8_ storage of that
-/// packing, and R, G, B, A as floats from 0 to 1. Codes of more than 24 bits are refused, unless they are said to lie in the
+/// packing, and R, G, B, A as floats from 0 to 1. NPY (NumPy): rows and columns of floats or integers, of any byte order; what
+/// has 64 bits is rounded to 32. Codes of more than 24 bits are refused, unless they are said to lie in the
 /// high bits.
 /// Throws: Error for a file that is missing, empty, a folder, damaged, cut short, incomplete, deep, or of any other type.
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options = {});
@@ -71,8 +76,10 @@ cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color);
 /// name the first of N, Normal, Normals, alone or at the end of a name, or the only three channels there are. TIFF and PFM:
 /// three channels of float. PNG: three channels of 8 or 16 bits that hold ½n + ½, black where there is none. An alpha is
 /// left out. Lengths that a file rounded or a renderer averaged are made 1; NaN and lengths below 0.001 are no normal.
-/// Throws: Error as `read_depth`, and for a file without such a layer or with other channels.
-cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer = {});
+/// With `windows`, those of a depth image, the result has that image's pixels, without a normal where the file has none.
+/// Throws: Error as `read_depth`, and for a file without such a layer, with other channels, or of another display window.
+cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer = {},
+                     const std::optional<Windows>& windows = {});
 
 /// Reads a picture: CV_32FC3 or CV_32FC4 in OpenCV's order B, G, R, and the alpha where the file has one. Values are as they
 /// are; codes of 8 and 16 bits count from 0 to 1.
@@ -82,6 +89,9 @@ cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer
 /// is. PNG, TIFF and PFM: three or four channels. JPEG and Radiance HDR. `read_picture` makes light of the values.
 /// Throws: Error as `read_depth`, and for a file without such a layer or with other channels.
 cv::Mat read_color(const std::filesystem::path& file, const std::string& layer = {});
+
+/// Names of the channels of the layer that `read_color` takes from an OpenEXR file: R, G, B and perhaps A.
+std::vector<std::string> color_channels(const std::filesystem::path& file, const std::string& layer = {});
 
 /// A channel of an OpenEXR file.
 struct Channel {
@@ -97,13 +107,24 @@ struct WriteOptions {
     std::vector<std::string> channels = {}; ///< EXR channel names, one a channel, in the image's order; a single one: Z
     std::optional<double> png_scale = {}; ///< .png: round((value × scale + offset) × 65535); without it .png is refused
     double png_offset = 0;
+    /// .exr: whose header is kept: all attributes but those of the old pixels (preview, tiles, chunkCount), the display window, the
+    /// part's name.
+    std::optional<ExrSource> source = {};
+    bool half = false; ///< .exr: floats of 16 bits; numbers beyond 65504 are refused
+    /// .exr. Default: that of the file to append to if it keeps every bit, otherwise zip.
+    std::optional<ExrCompression> compression = {};
+    cv::Mat normals = {}, colors = {}; ///< .ply: of the points; CV_32FC3 x, y, z; and B, G, R in linear light, perhaps an alpha
 };
 
 /// Writes a CV_32F image of any number of channels, temporary file first and then renamed, so that no half-written file is
 /// ever seen and a failure leaves the old one. Channels keep their order: x, y, z of vectors. For pictures see `write_color`.
 ///
-/// `.exr` (32-bit float, zip), `.tif` (float; 1, 3 or 4 channels), `.pfm` (1 or 3), `.png` (16-bit; 1, 3 or 4; clipped to its
-/// range, NaN becomes 0), `.ply` for 3 or 4 (binary; the first three are the point, points that are not finite are left out).
+/// `.exr` (32-bit float or half), `.tif` (float; 1, 3 or 4 channels), `.pfm` (1 or 3), `.npy` (float32 in rows), `.png` (16-bit;
+/// 1, 3 or 4; clipped to its range, NaN becomes 0), `.ply` for 3 or 4 (binary; the first three are the point, points that are
+/// not finite are left out; colours are sRGB of 8 bits).
+///
+/// A result may be appended to its source: a copy of the file with channels more. They join the only part of a file that keeps
+/// every bit (and is neither deep nor tiled), and are a part of their own beside unchanged copies of all parts otherwise.
 /// Throws: Error for another extension, a target that cannot be written, a full disk.
 void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options = {});
 

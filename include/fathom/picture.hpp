@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fathom/exr.hpp>
+
 #include <opencv2/core/mat.hpp>
 
 #include <filesystem>
@@ -33,6 +35,7 @@ struct Picture {
 struct ReadPictureOptions {
     std::string layer = {};                     ///< of an OpenEXR file, see `read_color`
     std::optional<ColorEncoding> encoding = {}; ///< of the file; default: what its type says
+    std::optional<Windows> windows = {};        ///< of a depth image, whose pixels the picture is to have
 };
 
 /// Reads a picture and makes light of it.

@@ -97,13 +97,13 @@ DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options&
     const StderrSilenced silenced;
     DepthFile depth;
     try {
-        depth = read_depth(file, {.channel = options.channel, .packing = options.packing});
+        depth = read_depth(file, {.channel = options.channel, .packing = options.packing, .overscan = has_overscan(job)});
     } catch (const Error& error) {
         if (options.clean_plate_depth)
             throw;
         throw Error(fmt::format("{}; a clean plate whose file holds no depth needs --clean-plate-depth", error.what()));
     }
-    check_same_size(file, depth.values, stored, job);
+    check_same_pixels(file, depth, stored, job);
     return depth;
 }
 
@@ -142,7 +142,7 @@ Picture blur(const Options& options, const StoredDepth& stored, const Job& job) 
     }
     const CircleOfConfusion circle = options.relative.order
                                          ? relative_circle_for(options.relative, stored, options.lens)
-                                         : circle_for(options.lens, stored);
+                                         : circle_for(options.lens, stored, job.windows);
     picture.color = to_mat(dof(stored, to_device(stored.image.device(), color), circle, asked));
     keep_unknown(picture.color, color);
     return picture;
@@ -162,7 +162,7 @@ void add_clean_plate_options(CLI::App& app, Options& options) {
 }
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product = picture_product();
+    const Product product = picture_product("dof");
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, product);
     add_picture_options(app, options->picture, "the sharp picture");
@@ -187,6 +187,8 @@ std::function<int()> configure(CLI::App& app) {
             complete(options->lens, options->camera);
         More more;
         more.companions.push_back({"--color", options->picture.color});
+        more.picture = 0;
+        more.color_layer = options->picture.color_layer;
         if (options->clean_plate) {
             if (relative.order)
                 throw UsageError("--clean-plate: needs depth with a camera; leave out --relative, or the clean plate");

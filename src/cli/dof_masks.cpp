@@ -35,13 +35,14 @@ CLI::Validator is_a_width() {
 Product product_of(const Options& options) {
     if (!options.mask) {
         const std::string extension = options.format.empty() ? extension_of(options.output) : options.format;
-        if (extension == ".tif" || extension == ".pfm" || extension == ".png")
+        if (extension == ".tif" || extension == ".pfm" || extension == ".npy" || extension == ".png")
             throw UsageError(fmt::format("{}: a {} holds one mask; choose it with --mask {}, or write .exr",
                                          options.output, extension, CLI::detail::join(channels, "|")));
-        return {.extensions = {".exr"}, .channels = channels};
+        return {.extensions = {".exr"}, .channels = channels, .layer = "depth"};
     }
-    Product product{.extensions = {".exr", ".tif", ".pfm", ".png"},
-                    .channels = {channels[static_cast<std::size_t>(*options.mask)]}};
+    Product product{.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"},
+                    .channels = {channels[static_cast<std::size_t>(*options.mask)]},
+                    .layer = "depth"};
     product.png_scale = options.png_scale;
     if (options.mask != Mask::circle && !product.png_scale)
         product.png_scale = 1;
@@ -58,7 +59,7 @@ cv::Mat side_by_side(const std::vector<Image>& images) {
 }
 
 // The masks, then what else was asked for, in the order of `more_of`.
-std::vector<Result> masks_of(const Options& options, const StoredDepth& stored) {
+std::vector<Result> masks_of(const Options& options, const StoredDepth& stored, const Job& job) {
     DofMasksOptions asked = options.masks;
     asked.weights = options.mask != Mask::circle;
     asked.max_near_coc = options.max_near_coc.has_value();
@@ -69,7 +70,7 @@ std::vector<Result> masks_of(const Options& options, const StoredDepth& stored) 
         asked.tile_px = 0;
     const CircleOfConfusion circle = options.relative.order
                                          ? relative_circle_for(options.relative, stored, options.lens)
-                                         : circle_for(options.lens, stored);
+                                         : circle_for(options.lens, stored, job.windows);
     const DofMasks masks = dof_masks(stored, circle, asked);
     const std::vector<Image> all{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
     std::vector<Result> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
@@ -83,13 +84,13 @@ std::vector<Result> masks_of(const Options& options, const StoredDepth& stored) 
 }
 
 More more_of(const Options& options) {
-    const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".png"};
+    const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".npy", ".png"};
     More more;
     const auto add = [&](const char* option, const std::optional<std::string>& target, const Product& product) {
         if (target)
             more.outputs.push_back({option, *target, product});
     };
-    add("--max-near-coc", options.max_near_coc, {.extensions = {".exr", ".tif", ".pfm"}, .channels = {"coc"}});
+    add("--max-near-coc", options.max_near_coc, {.extensions = {".exr", ".tif", ".pfm", ".npy"}, .channels = {"coc"}});
     add("--near-alpha", options.near_alpha, {.extensions = extensions, .channels = {"near"}, .png_scale = 1});
     add("--disocclusion", options.disocclusion,
         {.extensions = extensions, .channels = {"disocclusion"}, .png_scale = 1});
@@ -118,7 +119,7 @@ void add_more_options(CLI::App& app, Options& options) {
 
 std::function<int()> configure(CLI::App& app) {
     const auto options = std::make_shared<Options>();
-    add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".png"}, .channels = channels});
+    add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = channels});
     add_lens_options(app, options->lens);
     const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
                          const char* description) {
@@ -155,7 +156,7 @@ std::function<int()> configure(CLI::App& app) {
             complete(options->lens, options->camera);
         const Product product = product_of(*options);
         return each_depth(*options, product, more_of(*options),
-                          [&](const StoredDepth& stored, const Job&) { return masks_of(*options, stored); });
+                          [&](const StoredDepth& stored, const Job& job) { return masks_of(*options, stored, job); });
     };
 }
 

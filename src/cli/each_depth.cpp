@@ -24,6 +24,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+// The camera of the pixels that were read.
+Camera camera_of(const CameraFile& file, const Windows& windows) {
+    const Camera camera = camera_for(file, windows.display.width, windows.display.height);
+    const cv::Rect& part = windows.data;
+    const bool whole = part == cv::Rect({0, 0}, windows.display);
+    return whole ? camera : cropped(camera, part.x, part.y, part.width, part.height);
+}
+
 DepthFile read(const std::filesystem::path& file, const ReadOptions& options) {
     const StderrSilenced silenced;
     return read_depth(file, options);
@@ -35,18 +43,68 @@ std::vector<std::string> channels_of(const Product& product, const cv::Mat& imag
     return {product.channels.begin(), product.channels.begin() + static_cast<std::ptrdiff_t>(there)};
 }
 
+bool is_exr(const std::filesystem::path& file) {
+    return std::filesystem::is_regular_file(file) && !list_channels(file).empty();
+}
+
+// Overscan is computed, too, unless a file beside the depth cannot hold it.
+bool takes_overscan(const Job& job) {
+    return std::ranges::all_of(job.companions, is_exr);
+}
+
+// The EXR whose header the results keep: that of the picture they are made of, or that of the depth.
+std::optional<ExrSource> source_of(const More& more, const Job& job, const DepthFile& depth) {
+    if (more.picture && is_exr(job.companions[*more.picture])) {
+        const std::filesystem::path& file = job.companions[*more.picture];
+        return ExrSource{file, color_channels(file, more.color_layer).front(), depth.windows};
+    }
+    if (depth.channel.empty())
+        return std::nullopt;
+    return ExrSource{job.input, depth.channel, depth.windows};
+}
+
+// A file that has no windows gets the pixels of the display window. So it does not depend on where a renderer had pixels.
+void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& file, ImageKind kind) {
+    const std::string extension = extension_of(file);
+    if (extension == ".exr" || extension == ".ply" || image.size() != windows.data.size())
+        return;
+    cv::Mat whole(windows.display, image.type());
+    whole.setTo(cv::Scalar::all(kind == ImageKind::color ? 0 : std::numeric_limits<double>::quiet_NaN()));
+    if (const cv::Rect seen = windows.data & cv::Rect({0, 0}, windows.display); !seen.empty())
+        image(seen - windows.data.tl()).copyTo(whole(seen));
+    image = whole;
+}
+
+// Names for channels among others: "view" in front of Z, which a depth image has already.
+std::vector<std::string> in_layer(std::vector<std::string> channels, const std::string& layer) {
+    for (std::string& channel : channels)
+        channel.insert(0, layer.empty() ? "" : layer + ".");
+    return channels;
+}
+
 void write(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
-           const std::vector<Result>& results) {
+           const std::vector<Result>& results, const std::optional<ExrSource>& source) {
     std::vector<ImageFile> images;
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         const Product& product = outputs[i].product;
-        images.push_back({job.outputs[i],
-                          results[i].image,
-                          {.channels = channels_of(product, results[i].image),
-                           .png_scale = product.png_scale ? product.png_scale : options.png_scale,
-                           .png_offset = product.png_offset},
-                          product.kind,
-                          results[i].format});
+        const cv::Mat& image = results[i].image;
+        WriteOptions how{.channels = channels_of(product, image),
+                         .png_scale = product.png_scale ? product.png_scale : options.png_scale,
+                         .png_offset = product.png_offset,
+                         .source = source,
+                         .half = options.half,
+                         .compression = options.compression,
+                         .normals = results[i].normals,
+                         .colors = results[i].colors};
+        if (source && results[i].part)
+            how.source->windows.data = *results[i].part + source->windows.data.tl();
+        else if (source && image.size() != source->windows.data.size()) // not one value a pixel
+            how.source.reset();
+        if (i == 0 && options.append) {
+            how.source->append = true;
+            how.channels = in_layer(how.channels, product.layer);
+        }
+        images.push_back({job.outputs[i], image, how, product.kind, results[i].format});
     }
     const StderrSilenced silenced;
     write_images(images);
@@ -131,17 +189,24 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     const CameraFile camera = relative ? CameraFile{} : options.camera.read();
     const Device device = options.device.open();
 
-    const auto process = [&](const Job& job) {
+    const auto process = [&](Job job) {
         Times times;
         const DepthFile depth =
-            relative ? DepthFile{relative_depth(options.relative, job, options.channel), Storage::float32, {}}
-                     : read(job.input, {.channel = options.channel, .packing = camera.packing});
-        const int width = depth.values.cols, height = depth.values.rows;
+            relative ? relative_depth(options.relative, job, options.channel)
+                     : read(job.input, {.channel = options.channel,
+                                        .packing = camera.packing,
+                                        .overscan = takes_overscan(job)});
+        job.windows = depth.windows;
         times.was_read = Clock::now();
         const StoredDepth stored{.image = to_device(device, depth.values),
-                                 .camera = relative ? relative_camera(width, height, *options.relative.order)
-                                                    : camera_for(camera, width, height),
+                                 .camera = relative ? relative_camera(depth.values.cols, depth.values.rows,
+                                                                      *options.relative.order)
+                                                    : camera_of(camera, depth.windows),
                                  .storage = depth.storage};
+        const std::optional<ExrSource> source = source_of(more, job, depth);
+        if (options.append && !source)
+            throw Error(fmt::format("{}: is no OpenEXR file, and --append adds to one; leave --append out",
+                                    (more.picture ? job.companions[*more.picture] : job.input).native()));
         std::optional<Look> look;
         if (!relative) {
             look = look_at(stored);
@@ -151,11 +216,13 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
                 complain(fmt::format("warning: {}: {}", job.input.native(), doubt));
             }
         }
-        const std::vector<Result> results = operation(stored, job);
+        std::vector<Result> results = operation(stored, job);
+        for (std::size_t i = 0; i < outputs.size() && has_overscan(job); ++i)
+            fit(results[i].image, job.windows, job.outputs[i], outputs[i].product.kind);
         times.was_computed = Clock::now();
         stop_if_interrupted();
         prepare_folders(options, outputs, job);
-        write(options, outputs, job, results);
+        write(options, outputs, job, results, source);
         for (std::size_t i = 0; i < outputs.size(); ++i)
             if (results[i].format && loses_metadata(job.outputs[i], *results[i].format))
                 complain(
@@ -190,6 +257,18 @@ int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation) {
     return each_depth(options, product, {},
                       [&](const StoredDepth& stored, const Job&) { return std::vector<Result>{operation(stored)}; });
+}
+
+bool has_overscan(const Job& job) {
+    return job.windows.data != cv::Rect({0, 0}, job.windows.display);
+}
+
+void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const StoredDepth& stored,
+                       const Job& job) {
+    check_same_size(file, other.values, stored, job);
+    if (other.windows != job.windows)
+        throw Error(fmt::format("{}: has other data and display windows than {}; write both with the same ones",
+                                file.native(), job.input.native()));
 }
 
 void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const StoredDepth& stored,

@@ -19,6 +19,8 @@ namespace fathom::cli {
 struct More {
     std::vector<Companion> companions = {};
     std::vector<Output> outputs = {};
+    std::optional<std::size_t> picture = {}; ///< which companion the result is made of, if not of the depth
+    std::string color_layer = {};            ///< of that picture
 };
 
 /// An image that an operation made, and the format that it has as a picture.
@@ -28,6 +30,8 @@ struct Result {
 
     cv::Mat image;
     std::optional<PictureFormat> format = {};
+    std::optional<cv::Rect> part = {}; ///< of the depth image, if it has no more pixels
+    cv::Mat normals = {}, colors = {}; ///< of points
 };
 
 /// Makes the images of a job: its result, then one for each of `More::outputs`.
@@ -41,6 +45,13 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
 /// The same for an operation that reads only the depth and has one result.
 int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation);
+
+/// Do the windows of the depth differ?
+bool has_overscan(const Job& job);
+
+/// Throws: Error where another depth image does not lie where the depth does.
+void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const StoredDepth& stored,
+                       const Job& job);
 
 /// Throws: Error where an image from another file is not of the depth's size.
 void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const StoredDepth& stored,

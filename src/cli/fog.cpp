@@ -83,7 +83,7 @@ Picture fogged(const Options& options, const StoredDepth& stored, const Job& job
 }
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product = picture_product();
+    const Product product = picture_product("fog");
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, product);
     add_picture_options(app, options->picture, "the clear picture");
@@ -91,6 +91,8 @@ std::function<int()> configure(CLI::App& app) {
     return [=] {
         More more;
         more.companions.push_back({"--color", options->picture.color});
+        more.picture = 0;
+        more.color_layer = options->picture.color_layer;
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector<Result>{fogged(*options, stored, job)};
         });

@@ -80,27 +80,28 @@ void use_default(std::optional<Value>& value, const std::optional<double>& from_
     value = *from_file;
 }
 
-void require_inside(const LensOptions::Pixel& pixel, const char* option, const Camera& camera) {
-    if (pixel.x >= camera.width || pixel.y >= camera.height)
+// A pixel of the display window as one of the image.
+LensOptions::Pixel pixel_in(const Windows& windows, const LensOptions::Pixel& pixel, const char* option) {
+    const auto& [data, display] = windows;
+    if (!data.contains({pixel.x, pixel.y}))
         throw Error(fmt::format("{}: pixel {},{} lies outside the image of {} × {}; the last one is {},{}", option,
-                                pixel.x, pixel.y, camera.width, camera.height, camera.width - 1, camera.height - 1));
+                                pixel.x, pixel.y, data.width, data.height, data.br().x - 1, data.br().y - 1));
+    return {pixel.x - data.x, pixel.y - data.y};
 }
 
-double focus_of(const LensOptions& lens, const StoredDepth& stored) {
+double focus_of(const LensOptions& lens, const StoredDepth& stored, const Windows& windows) {
     if (lens.focus_at) {
-        const auto [x, y] = *lens.focus_at;
-        require_inside(*lens.focus_at, "--focus-at", stored.camera);
+        const auto [x, y] = pixel_in(windows, *lens.focus_at, "--focus-at");
         try {
             return depth_at(stored, x, y);
         } catch (const std::invalid_argument&) {
             throw Error(fmt::format("--focus-at: pixel {},{} is invalid; choose one that has a depth, or say the "
                                     "depth with --focus",
-                                    x, y));
+                                    lens.focus_at->x, lens.focus_at->y));
         }
     }
     if (lens.focus_along) {
-        const auto [x, y] = lens.focus_along->pixel;
-        require_inside(lens.focus_along->pixel, "--focus-along", stored.camera);
+        const auto [x, y] = pixel_in(windows, lens.focus_along->pixel, "--focus-along");
         return depth_along_ray(stored.camera, x + 0.5, y + 0.5, lens.focus_along->distance);
     }
     return lens.focus.value_or(0);
@@ -179,18 +180,21 @@ void complete(LensOptions& lens, const CameraOption& camera) {
                                      number(*lens.focal_length_mm)));
 }
 
-CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored) {
+CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored, const Windows& windows) {
     const Camera& camera = stored.camera;
     if (lens.circle) {
         const bool perspective = depth_form(camera, stored.storage).perspective;
         return {(*lens.circle)[0], (*lens.circle)[1], perspective ? camera_rays(camera).centre_depth : 0, !perspective};
     }
     try {
-        const double focus = focus_of(lens, stored);
+        const double focus = focus_of(lens, stored, windows);
+        std::optional<double> sensor_mm = lens.sensor_mm; // of all columns of the image
+        if (sensor_mm && windows.data.width != windows.display.width)
+            sensor_mm = *sensor_mm * windows.data.width / windows.display.width;
         return circle_of_confusion({.f_number = *lens.f_stop,
                                     .focus = focus,
                                     .focal_length_mm = lens.focal_length_mm,
-                                    .sensor_width_mm = lens.sensor_mm,
+                                    .sensor_width_mm = sensor_mm,
                                     .mm_per_unit = lens.mm_per_unit},
                                    camera);
     } catch (const std::invalid_argument& error) { // of the lens, not of the camera file

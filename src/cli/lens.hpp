@@ -33,8 +33,9 @@ void add_lens_options(CLI::App& app, LensOptions& lens);
 /// Throws: UsageError, and Error for the camera file.
 void complete(LensOptions& lens, const CameraOption& camera);
 
-/// The circle of confusion of this lens for this image. The image gives the focus if the lens focuses on a pixel.
+/// The circle of confusion of this lens for this image. The image gives the focus if the lens focuses on a pixel. Pixels are
+/// counted in the display window, which the sensor has, too.
 /// Throws: Error, for instance for a pixel without depth.
-CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored);
+CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored, const Windows& windows);
 
 } // namespace fathom::cli

@@ -13,7 +13,7 @@ struct Options : DepthOptions {
 };
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product{.extensions = {".exr", ".tif", ".pfm", ".png"}, .channels = {"Z"}};
+    const Product product{.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = {"Z"}, .layer = "linear"};
     const auto options = std::make_shared<Options>();
     add_depth_options(app, *options, product);
     add_enum_option(app, "--background", options->linearize.background,

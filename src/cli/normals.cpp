@@ -15,7 +15,7 @@ struct Options : DepthOptions {
 };
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product{.extensions = {".exr", ".tif", ".pfm", ".png"},
+    const Product product{.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"},
                           .channels = {"N.X", "N.Y", "N.Z"},
                           .png_scale = 0.5,
                           .png_offset = 0.5};

@@ -18,6 +18,7 @@ Device DeviceOption::open() const {
         setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1); // PoCL to 4
         setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
     }
+    set_exr_threads(threads);
     return Device::open(wanted);
 }
 
@@ -77,7 +78,7 @@ void add_device_options(CLI::App& app, DeviceOption& device) {
                    "as `fathom devices` lists them (default: a GPU if there is one)")
         ->type_name("DEVICE")
         ->group("Device");
-    app.add_option("--threads", device.threads, "number of threads of a CPU device (PoCL; default: all cores)")
+    app.add_option("--threads", device.threads, "number of threads of a CPU device (PoCL) and of OpenEXR\n(default: all cores)")
         ->type_name("N")
         ->check(is_a_number("whole number from 1 to 4096",
                             [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }))
@@ -85,7 +86,7 @@ void add_device_options(CLI::App& app, DeviceOption& device) {
 }
 
 void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product) {
-    app.add_option("DEPTH", options.inputs, "depth images: EXR, 16-bit PNG, TIFF or PFM")
+    app.add_option("DEPTH", options.inputs, "depth images: EXR, 16-bit PNG, TIFF, PFM or NPY")
         ->type_name("DEPTH")
         ->required()
         ->group("Input");
@@ -114,6 +115,19 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
             ->type_name("S")
             ->check(is_a_number("number above 0", [](double scale) { return scale > 0; }))
             ->group("Output");
+
+    app.add_flag("--append", options.append,
+                 "write a copy of the input EXR that has the result beside its own\nchannels")
+        ->group("Output");
+    app.add_flag("--half", options.half, "write .exr of 16-bit floats (default: 32 bits)")->group("Output");
+    add_enum_option(app, "--compression", options.compression,
+                    {{"none", ExrCompression::none},
+                     {"zips", ExrCompression::zips},
+                     {"zip", ExrCompression::zip},
+                     {"piz", ExrCompression::piz},
+                     {"dwaa", ExrCompression::dwaa}},
+                    "of .exr (default: zip). dwaa loses a little of channels called\nR, G, B or Y, N.Y and P.Y among them")
+        ->group("Output");
 
     CLI::Option* quiet = app.add_flag_callback(
         "--quiet", [&options] { options.report = Report::nothing; }, "print nothing on success; warnings still come");

@@ -57,6 +57,9 @@ struct DepthOptions {
     std::string format; ///< extension of the results in a folder, with its dot; empty: .exr
     std::string channel;
     std::optional<double> png_scale;
+    bool append = false; ///< does the first result also hold what its source holds?
+    bool half = false;
+    std::optional<ExrCompression> compression;
     DeviceOption device;
     Report report = Report::line;
     bool strict = false; ///< is what is probably wrong an error?
@@ -69,6 +72,7 @@ struct Product {
     std::optional<double> png_scale = {}; ///< of values that have a range; none: --png-scale must say it
     double png_offset = 0;
     ImageKind kind = ImageKind::values;
+    std::string layer = {}; ///< of appended channels whose names say too little
 };
 
 /// Adds the options of `DepthOptions` for what comes out.

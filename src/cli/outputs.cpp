@@ -74,6 +74,12 @@ fs::path place(const DepthOptions& options, const Output& output, const fs::path
     fs::path file = output.target;
     if (is_folder(options, output.target))
         file /= input.stem().native() + (options.format.empty() ? output.product.extensions.front() : options.format);
+    const bool exr = extension_of(file) == ".exr" || output.option != "-o";
+    if (!exr && options.append)
+        throw UsageError(file.native() + ": --append adds channels to an EXR; write .exr");
+    if (!exr && (options.half || options.compression))
+        throw UsageError(fmt::format("{}: {} is for .exr; leave it out", file.native(),
+                                     options.half ? "--half" : "--compression"));
     if (extension_of(file) == ".png" && !options.png_scale && !output.product.png_scale)
         throw UsageError(file.native() + ": PNG holds 0 to 1 only; give --png-scale or write .exr, .tif or .pfm");
     return file;
@@ -92,7 +98,7 @@ fs::path find(const DepthOptions& options, const Companion& companion, const fs:
         return companion.source;
     }
     const fs::path named = fs::path(companion.source) / input.stem();
-    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".png", ".jpg", ".jpeg", ".hdr"})
+    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
         if (const fs::path file = named.native() + extension; fs::exists(file, ignored))
             return file;
     return named.native() + ".exr";
@@ -133,7 +139,7 @@ std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& ou
     std::vector<Job> jobs;
     std::map<fs::path, std::string> taken;
     for (const fs::path input : options.inputs) {
-        Job job{input, {}, {}};
+        Job job{.input = input, .companions = {}, .outputs = {}};
         for (const Companion& companion : companions)
             job.companions.push_back(find(options, companion, input));
         for (const Output& output : outputs) {

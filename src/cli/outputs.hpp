@@ -25,6 +25,7 @@ struct Job {
     std::filesystem::path input;
     std::vector<std::filesystem::path> companions;
     std::vector<std::filesystem::path> outputs;
+    Windows windows = {}; ///< of the depth, once it is read
 
     /// All but the input.
     std::vector<std::filesystem::path> others() const;

@@ -5,11 +5,12 @@
 
 namespace fathom::cli {
 
-Product picture_product() {
-    return {.extensions = {".exr", ".tif", ".pfm", ".png", ".jpg", ".hdr"},
+Product picture_product(const std::string& layer) {
+    return {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png", ".jpg", ".hdr"},
             .channels = {"R", "G", "B", "A"},
             .png_scale = 1,
-            .kind = ImageKind::color};
+            .kind = ImageKind::color,
+            .layer = layer};
 }
 
 void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what) {
@@ -41,7 +42,8 @@ Picture picture_of(const std::filesystem::path& file, const PictureOptions& opti
     Picture picture;
     {
         const StderrSilenced silenced;
-        picture = read_picture(file, {.layer = options.color_layer, .encoding = options.encoding});
+        picture = read_picture(
+            file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
     }
     check_same_size(file, picture.color, stored, job);
     return picture;

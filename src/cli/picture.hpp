@@ -20,8 +20,8 @@ struct PictureOptions {
     std::optional<ColorEncoding> encoding; ///< of the files; none: what their type says
 };
 
-/// A picture as a result.
-Product picture_product();
+/// A picture as a result, and its layer where it is appended to another one.
+Product picture_product(const std::string& layer);
 
 /// Adds --color and --color-layer. `what` names the picture: "the sharp picture".
 void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what);

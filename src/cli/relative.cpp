@@ -95,7 +95,7 @@ void check_relative(const RelativeOptions& relative, const LensOptions& lens) {
             "which values are");
 }
 
-cv::Mat relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel) {
+DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel) {
     RelativeFile depth;
     {
         const StderrSilenced silenced;
@@ -130,7 +130,7 @@ cv::Mat relative_depth(const RelativeOptions& relative, const Job& job, const st
     }
     if (relative.focus_range)
         flatten_range(all(), *relative.focus_range);
-    return values;
+    return {values, Storage::float32, {}, {{{0, 0}, values.size()}, values.size()}};
 }
 
 CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const StoredDepth& stored,

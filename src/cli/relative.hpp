@@ -20,7 +20,7 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative);
 void check_relative(const RelativeOptions& relative, const LensOptions& lens);
 
 /// An input's relative depth, floats from 0 to 1, made smooth, and of the picture's size if there is one.
-cv::Mat relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel);
+DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel);
 
 /// The circle for a focus at a pixel, or for the range that is in focus.
 CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const StoredDepth& stored,

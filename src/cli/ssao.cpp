@@ -104,21 +104,31 @@ void use_default_radius(Options& options) {
     options.radius = *distance;
 }
 
-void check_region(const std::optional<Region>& region, const StoredDepth& stored) {
-    const int width = stored.image.width(), height = stored.image.height();
-    if (region && (region->x > width - region->width || region->y > height - region->height))
-        throw Error(fmt::format("--region {},{},{},{} reaches beyond the image of {} × {}; choose a part of it",
-                                region->x, region->y, region->width, region->height, width, height));
+// A region of the display window as one of the image.
+std::optional<Region> region_in(const Windows& windows, const std::optional<Region>& region) {
+    if (!region)
+        return std::nullopt;
+    const cv::Rect& data = windows.data;
+    const Region& wanted = *region;
+    const auto inside = [](int first, int count, int of_data, int pixels) {
+        return first >= of_data && first - of_data <= pixels - count;
+    };
+    if (!inside(wanted.x, wanted.width, data.x, data.width) || !inside(wanted.y, wanted.height, data.y, data.height))
+        throw Error(fmt::format("--region {},{},{},{} reaches beyond the image of {} × {}{}; choose a part of it",
+                                wanted.x, wanted.y, wanted.width, wanted.height, data.width, data.height,
+                                data.tl() == cv::Point() ? "" : fmt::format(" from pixel {},{} on", data.x, data.y)));
+    return Region{wanted.x - data.x, wanted.y - data.y, wanted.width, wanted.height};
 }
 
-cv::Mat read_directions(const std::filesystem::path& file) {
+cv::Mat read_directions(const std::filesystem::path& file, const Job& job) {
     const StderrSilenced silenced;
-    return read_normals(file);
+    return read_normals(file, {}, job.windows);
 }
 
-cv::Mat read_thickness(const std::filesystem::path& file) {
+cv::Mat read_thickness(const std::filesystem::path& file, const StoredDepth& stored, const Job& job) {
     const StderrSilenced silenced;
-    const DepthFile read = read_depth(file);
+    const DepthFile read = read_depth(file, {.overscan = has_overscan(job)});
+    check_same_pixels(file, read, stored, job);
     if (read.storage != Storage::float32 && read.storage != Storage::float16)
         throw Error(file.native() + ": holds integers, but a thickness is a float in scene units; save it as float");
     cv::Mat thickness;
@@ -128,20 +138,20 @@ cv::Mat read_thickness(const std::filesystem::path& file) {
 
 // Visibility, then what else was asked for, in the order of the options.
 std::vector<Result> occlude(const Options& options, const StoredDepth& stored, const Job& job) {
-    check_region(options.ssao.region, stored);
+    const std::optional<Region> region = region_in(job.windows, options.ssao.region);
     explain_method(fathom::Operation::ssao, stored, job, options.ssao.max_error, options.explain);
     SsaoOptions asked = options.ssao;
+    asked.region = region;
     cv::Mat normals, thickness; // read by the device until the results are there
     if (options.normals) {
         const std::filesystem::path& file = job.companions.front();
-        normals = read_directions(file);
+        normals = read_directions(file, job);
         check_same_size(file, normals, stored, job);
         asked.normals = to_device(stored.image.device(), normals);
     }
     if (options.thickness_map) {
         const std::filesystem::path& file = job.companions.back();
-        thickness = read_thickness(file);
-        check_same_size(file, thickness, stored, job);
+        thickness = read_thickness(file, stored, job);
         asked.thickness_map = to_device(stored.image.device(), thickness);
     }
     asked.bent_normal = options.bent_normal.has_value();
@@ -152,11 +162,14 @@ std::vector<Result> occlude(const Options& options, const StoredDepth& stored, c
         results.emplace_back(directions_for(job.outputs[1], to_mat(occlusion.bent_normal)));
     if (asked.confidence)
         results.emplace_back(to_mat(occlusion.confidence));
+    for (Result& result : results)
+        if (region)
+            result.part = cv::Rect(region->x, region->y, region->width, region->height);
     return results;
 }
 
 std::function<int()> configure(CLI::App& app) {
-    const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".png"};
+    const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".npy", ".png"};
     const Product visibility{.extensions = extensions, .channels = {"AO"}, .png_scale = 1};
     const Product bent_normal{
         .extensions = extensions, .channels = {"N.X", "N.Y", "N.Z"}, .png_scale = 0.5, .png_offset = 0.5};

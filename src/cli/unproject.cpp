@@ -1,18 +1,23 @@
 // fathom unproject
 #include "command.hpp"
 #include "each_depth.hpp"
+#include "picture.hpp"
 
+#include <fathom/normals.hpp>
 #include <fathom/opencv.hpp>
 #include <fathom/unproject.hpp>
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <sstream>
 
 namespace fathom::cli {
 namespace {
 
 struct Options : DepthOptions {
     UnprojectOptions unproject;
+    PictureOptions picture;
+    bool normals = false;
 };
 
 // Three finite numbers "X,Y,Z"; what is wrong with them otherwise.
@@ -26,8 +31,17 @@ std::string parse_point(const std::string& text, Eigen::Vector3d& point) {
     return good ? "" : "'" + text + "' is no point; it is three numbers X,Y,Z";
 }
 
+Result points(const Options& options, const StoredDepth& stored, const Job& job) {
+    Result result = to_mat(unproject(stored, options.unproject));
+    if (!job.companions.empty())
+        result.colors = picture_of(job.companions.front(), options.picture, stored, job).color;
+    if (options.normals)
+        result.normals = to_mat(normals(stored, {.space = options.unproject.space}));
+    return result;
+}
+
 std::function<int()> configure(CLI::App& app) {
-    const Product product{.extensions = {".exr", ".ply", ".tif", ".pfm", ".png"}, .channels = {"P.X", "P.Y", "P.Z"}};
+    const Product product{.extensions = {".exr", ".ply", ".tif", ".pfm", ".npy", ".png"}, .channels = {"P.X", "P.Y", "P.Z"}};
     const auto options = std::make_shared<Options>();
     UnprojectOptions& unprojection = options->unproject;
     add_depth_options(app, *options, product);
@@ -49,13 +63,25 @@ std::function<int()> configure(CLI::App& app) {
         add_enum_option(app, "--background", unprojection.background,
                         {{"nan", Background::nan}, {"inf", Background::inf}, {"decode", Background::decode}},
                         "background pixels have no position (nan or inf; default), or lie\non the far plane (decode)");
-    for (CLI::Option* option : {space, origin, background})
+    add_picture_options(app, options->picture, "colours of the points of a .ply");
+    app.get_option("--color")->required(false);
+    CLI::Option* with_normals = app.add_flag("--normals", options->normals, "a .ply also holds the points' normals");
+    for (CLI::Option* option : {space, origin, background, with_normals})
         option->group("Output");
     return [options, product, origin] {
         if (origin->count() > 0 && options->unproject.space == Space::view)
             throw UsageError("--origin: a point of the world, without meaning in --space view; say --space world");
-        return each_depth(*options, product,
-                          [&](const StoredDepth& stored) { return to_mat(unproject(stored, options->unproject)); });
+        const std::string extension = options->format.empty() ? extension_of(options->output) : options->format;
+        const bool colored = !options->picture.color.empty();
+        if (extension != ".ply" && (colored || options->normals))
+            throw UsageError(fmt::format("{}: only a .ply holds {}; write one (for several inputs: --format ply)",
+                                         options->output, colored ? "colours of points" : "normals of points"));
+        More more;
+        if (colored)
+            more.companions.push_back({"--color", options->picture.color});
+        return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
+            return std::vector<Result>{points(*options, stored, job)};
+        });
     };
 }
 
@@ -66,7 +92,7 @@ extern const Command unproject_command{
     .summary = "Turns stored depth into exact positions, in the camera's axes or the world's.",
     .notes =
         R"(The result is three float32 a pixel in scene units. An EXR holds them as P.X P.Y P.Z. Pixels without a position
-are NaN. A PLY leaves them out.
+are NaN. A PLY leaves them out. It may have the points' colours (--color, sRGB of 8 bits) and --normals.
 
 Example:
   fathom unproject frame.exr --camera camera.json -o points.ply --space world)",

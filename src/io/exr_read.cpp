@@ -1,6 +1,6 @@
 // Depth from OpenEXR, with OpenEXR's own library: any part, half, float or uint, scan lines or tiles.
-// What comes back is the display window, which is what a camera's projection maps: pixels that the data window does not
-// reach are NaN, and overscan is cut off.
+// What comes back is the display window, which is what a camera's projection maps, or any other rectangle: pixels that the
+// data window does not reach are NaN.
 #include "formats.hpp"
 
 #include <fathom/error.hpp>
@@ -14,6 +14,7 @@
 #include <OpenEXR/ImfTestFile.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 
 namespace fathom::io {
@@ -117,47 +118,69 @@ int mat_type(Imf::PixelType type) {
     return type == Imf::HALF ? CV_16FC1 : type == Imf::FLOAT ? CV_32FC1 : CV_32SC1;
 }
 
-/// The display window's pixels from the data window's.
-cv::Mat placed(const std::filesystem::path& file, const cv::Mat& pixels, const cv::Rect& data,
-               const cv::Rect& display) {
-    if (data == display)
+/// The pixels of `wanted` from those of `data`.
+cv::Mat placed(const std::filesystem::path& file, const cv::Mat& pixels, const cv::Rect& data, const cv::Rect& wanted) {
+    if (data == wanted)
         return pixels;
-    const auto seen = data & display;
-    if (pixels.type() == CV_32SC1 && seen != display)
+    const auto seen = data & wanted;
+    if (pixels.type() == CV_32SC1 && seen != wanted)
         refuse(file, "has integer depth and a data window smaller than its display window, and no integer says "
                      "\"nothing here\"; write depth as float");
-    cv::Mat image(display.size(), pixels.type());
+    cv::Mat image(wanted.size(), pixels.type());
     if (pixels.type() == CV_32FC1)
         image.setTo(std::numeric_limits<float>::quiet_NaN());
     else if (pixels.type() == CV_16FC1)
         cv::Mat(image.size(), CV_16UC1, image.data, image.step).setTo(0x7e00); // a half's NaN
     if (!seen.empty())
-        pixels(seen - data.tl()).copyTo(image(seen));
+        pixels(seen - data.tl()).copyTo(image(seen - wanted.tl()));
     return image;
 }
 
-DepthFile read(const std::filesystem::path& file, const ReadOptions& options) {
+/// Which pixels of a file are wanted.
+cv::Rect wanted_of(const std::filesystem::path& file, const Windows& held, const ExrPixels& pixels) {
+    if (!pixels.windows)
+        return pixels.overscan ? held.data : cv::Rect({0, 0}, held.display);
+    if (pixels.windows->display != held.display)
+        refuse(file, "has a display window of " + described(held.display) + " pixels, and that of the depth is " +
+                         described(pixels.windows->display) + "; both must be of the same size");
+    return pixels.windows->data;
+}
+
+std::vector<DepthFile> read(const std::filesystem::path& file, const std::vector<std::string>& names,
+                            const ExrPixels& wanted) {
     Imf::MultiPartInputFile exr(file.c_str());
     const auto channels = channels_of(exr);
-    const auto& channel = choose(file, channels, options.channel);
-    if (!exr.partComplete(channel.part))
+    std::vector<Candidate> chosen;
+    for (const std::string& name : names)
+        chosen.push_back(choose(file, channels, name));
+    const int part_number = chosen.front().part;
+    if (std::ranges::any_of(chosen, [&](const Candidate& channel) { return channel.part != part_number; }))
+        refuse(file, "has the channels " + listed(names, std::identity()) + " in several parts; name one of them");
+    if (!exr.partComplete(part_number))
         refuse(file, "is incomplete: some of its rows were never written; render or copy it again");
 
-    const auto& header = exr.header(channel.part);
+    const auto& header = exr.header(part_number);
     const auto display = rectangle(file, header.displayWindow(), header.displayWindow());
     const auto data = rectangle(file, header.dataWindow(), header.displayWindow());
-    cv::Mat pixels(data.size(), mat_type(channel.type));
+    const Windows held{data, display.size()};
+    const cv::Rect place = wanted_of(file, held, wanted);
+    std::vector<DepthFile> images;
     Imf::FrameBuffer frame;
-    frame.insert(channel.name,
-                 Imf::Slice::Make(channel.type, pixels.data, header.dataWindow(), pixels.elemSize(), pixels.step));
-    Imf::InputPart part(exr, channel.part);
+    for (const Candidate& channel : chosen) {
+        const auto storage = channel.type == Imf::HALF    ? Storage::float16
+                             : channel.type == Imf::FLOAT ? Storage::float32
+                                                          : Storage::uint24;
+        const cv::Mat pixels(data.size(), mat_type(channel.type));
+        frame.insert(channel.name,
+                     Imf::Slice::Make(channel.type, pixels.data, header.dataWindow(), pixels.elemSize(), pixels.step));
+        images.push_back({pixels, storage, channel.full_name, {place, held.display}});
+    }
+    Imf::InputPart part(exr, part_number);
     part.setFrameBuffer(frame);
     part.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
-
-    const auto storage = channel.type == Imf::HALF    ? Storage::float16
-                         : channel.type == Imf::FLOAT ? Storage::float32
-                                                      : Storage::uint24;
-    return {placed(file, pixels, data, display), storage, channel.full_name};
+    for (DepthFile& image : images)
+        image.values = placed(file, image.values, data, place);
+    return images;
 }
 
 /// OpenEXR's reason without the file's name, which stands in front of our line already.
@@ -183,8 +206,14 @@ bool begins_like_exr(const std::filesystem::path& file) {
     return Imf::isOpenExrFile(file.c_str());
 }
 
-DepthFile read_exr(const std::filesystem::path& file, const ReadOptions& options) {
-    return refusing_damage(file, [&] { return read(file, options); });
+std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
+                                const ExrPixels& pixels) {
+    return refusing_damage(file, [&] { return read(file, channels, pixels); });
+}
+
+int exr_part_of(const std::filesystem::path& file, const std::string& channel) {
+    return refusing_damage(
+        file, [&] { return choose(file, channels_of(Imf::MultiPartInputFile(file.c_str())), channel).part; });
 }
 
 } // namespace fathom::io

@@ -23,28 +23,32 @@ std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::
 }
 
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes) {
-    for (const auto read : {read_png, read_tiff, read_netpbm})
+    for (const auto read : {read_png, read_tiff, read_netpbm, read_npy})
         if (auto image = read(file, bytes))
             return image;
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 6));
-    if (begin == "\x93NUMPY")
-        refuse(file, "is a NumPy array, which is not read; save it as .tif, .pfm or .exr");
     if (begin.starts_with("\xff\xd8\xff"))
         refuse(file, "is a JPEG, which is not read because its losses change values; save it as .png, .tif or .exr");
     return std::nullopt;
 }
 
-cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what) {
-    std::vector<cv::Mat> parts;
-    for (const std::string& channel : channels) {
-        const DepthFile part = read_exr(file, {.channel = channel, .packing = {}});
-        if (part.storage != Storage::float32 && part.storage != Storage::float16)
-            refuse(file, "channel \"" + channel + "\" holds integers; " + what + " are floats");
-        part.values.convertTo(parts.emplace_back(), CV_32F);
+cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what,
+                        const std::optional<Windows>& windows) {
+    std::vector<cv::Mat> planes;
+    for (const DepthFile& plane : read_exr(file, channels, {.windows = windows})) {
+        if (plane.storage != Storage::float32 && plane.storage != Storage::float16)
+            refuse(file, "channel \"" + plane.channel + "\" holds integers; " + what + " are floats");
+        plane.values.convertTo(planes.emplace_back(), CV_32F);
     }
     cv::Mat image;
-    cv::merge(parts, image);
+    cv::merge(planes, image);
     return image;
+}
+
+void check_fills(const std::filesystem::path& file, const cv::Mat& image, const std::optional<Windows>& windows) {
+    if (windows && windows->data != cv::Rect({0, 0}, image.size()))
+        refuse(file, "is " + described(image.size()) + ", and the depth has " + described(windows->data.size()) +
+                         " pixels, with overscan; only OpenEXR holds that");
 }
 
 std::optional<int> place_of(const std::string& layer, std::initializer_list<std::string> known) {
@@ -65,6 +69,10 @@ std::string described(const cv::Mat& image) {
                                             "32-bit integer", "32-bit float", "64-bit float",    "16-bit float"};
     const auto channels = std::to_string(image.channels()) + (image.channels() == 1 ? " channel" : " channels");
     return std::string(types[image.depth()]) + " with " + channels;
+}
+
+std::string described(cv::Size size) {
+    return std::to_string(size.width) + " × " + std::to_string(size.height);
 }
 
 } // namespace fathom::io

@@ -26,16 +26,27 @@ void check_size(const std::filesystem::path& file, long long width, long long he
 
 bool begins_like_exr(const std::filesystem::path& file);
 
-/// See `fathom::read_depth`.
-DepthFile read_exr(const std::filesystem::path& file, const ReadOptions& options);
+/// Which pixels of an EXR are wanted: those of the display window, those of the data window, or those of another image.
+struct ExrPixels {
+    bool overscan = false;
+    std::optional<Windows> windows = {};
+};
+
+/// Channels of one part, an image each. An empty name is the channel that is named like depth.
+std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
+                                const ExrPixels& pixels);
+
+/// The number of the part that has a channel.
+int exr_part_of(const std::filesystem::path& file, const std::string& channel);
 
 /// An image in OpenCV's order of channels (B, G, R, A), or nothing when the bytes do not begin like this format's.
 /// Refused: whatever is cut short or contradicts itself, which codecs tend to fill with zeros or garbage.
 std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes);
+std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes);
 
-/// The image of a file of any of these three. Refuses a layer, which only OpenEXR has.
+/// The image of a file of any of these four. Refuses a layer, which only OpenEXR has.
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer = {});
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes);
 
@@ -54,7 +65,7 @@ struct PictureFile {
 cv::Mat only_channel(const std::filesystem::path& file, const cv::Mat& image);
 
 /// Any file that `read_picture` reads. Refuses what is no picture.
-PictureFile read_picture_file(const std::filesystem::path& file, const std::string& layer);
+PictureFile read_picture_file(const std::filesystem::path& file, const ReadPictureOptions& options);
 
 std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const Bytes& bytes);
 
@@ -74,7 +85,11 @@ std::optional<Bytes> picture_bytes(const std::filesystem::path& file, const Pict
 cv::Mat upright(cv::Mat image, int orientation);
 
 /// Channels of an EXR side by side, as floats. Refuses integers, which `what` they hold ("normals") cannot be.
-cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what);
+cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what,
+                        const std::optional<Windows>& windows);
+
+/// Refuses an image of a file without windows that does not fill those of a depth image.
+void check_fills(const std::filesystem::path& file, const cv::Mat& image, const std::optional<Windows>& windows);
 
 /// What `read` returns, or a refusal when there is too little memory for what the file asks for.
 template <typename Read>
@@ -90,10 +105,12 @@ auto within_memory(const std::filesystem::path& file, const Read& read) {
 }
 
 /// The bytes of a file that holds `image`, a CV_32F matrix in the file's order: x, y, z or R, G, B, A.
-Bytes exr_bytes(const cv::Mat& image, const std::vector<std::string>& channels);
+Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options);
 Bytes tiff_bytes(const cv::Mat& image);
-Bytes pfm_bytes(const cv::Mat& image);     ///< 1 or 3 channels
-Bytes ply_bytes(const cv::Mat& positions); ///< 3 or 4 channels; the fourth is no part of the position
+Bytes npy_bytes(const cv::Mat& image);
+Bytes pfm_bytes(const cv::Mat& image); ///< 1 or 3 channels
+Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, const cv::Mat& normals,
+                const cv::Mat& colors); ///< positions of 3 or 4 channels; the fourth is no part of the position
 Bytes png_bytes(const cv::Mat& image, double scale, double offset);
 
 /// Names for a message, between commas; of a long list the first ones.
@@ -113,6 +130,9 @@ std::string lower(std::string text);
 
 /// An image's type for a message: "unsigned 8-bit with 3 channels".
 std::string described(const cv::Mat& image);
+
+/// "640 × 480"
+std::string described(cv::Size size);
 
 /// Decodes unchanged with OpenCV. Throws: Error when it cannot.
 cv::Mat decode_with_opencv(const std::filesystem::path& file, const Bytes& bytes);

@@ -1,4 +1,6 @@
-// Positions as a point cloud: PLY, binary, in the machine's byte order (Turk 1994).
+// Positions as a point cloud: PLY, binary, in the machine's byte order (Turk 1994). Normals are nx, ny, nz, colours red, green
+// and blue of 8 bits, as all readers know them.
+#include "color_encoding.hpp"
 #include "formats.hpp"
 
 #include <opencv2/core.hpp>
@@ -10,27 +12,69 @@
 namespace fathom::io {
 namespace {
 
-template <typename Use>
-void for_each_point(const cv::Mat& positions, Use use) {
-    for (int y = 0; y < positions.rows; ++y)
-        for (int x = 0; x < positions.cols; ++x) {
-            const auto* p = positions.ptr<float>(y) + x * positions.channels();
-            if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]))
-                use(reinterpret_cast<const unsigned char*>(p));
-        }
+bool is_point(const float* p) {
+    return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+}
+
+void check(const std::filesystem::path& file, const cv::Mat& attribute, const cv::Mat& positions, const char* what) {
+    if (attribute.depth() != CV_32F || attribute.channels() < 3 || attribute.size() != positions.size())
+        refuse(file, std::string("its ") + what + " must be 3 floats for each of the " + described(positions.size()) +
+                         " positions");
+}
+
+/// The colours of pixels as codes from 0 to 255, in the order B, G, R.
+cv::Mat codes_of(const cv::Mat& colors) {
+    cv::Mat light = colors.clone(), codes;
+    unpremultiply(light);
+    from_linear(light, ColorEncoding::srgb);
+    cv::patchNaNs(light, 0);
+    light.convertTo(codes, CV_8U, 255); // rounds, and ends at 0 and 255
+    return codes;
+}
+
+template <typename Value>
+void put(Bytes& bytes, const Value* values) {
+    const auto* begin = reinterpret_cast<const unsigned char*>(values);
+    bytes.insert(bytes.end(), begin, begin + 3 * sizeof(Value));
 }
 
 } // namespace
 
-Bytes ply_bytes(const cv::Mat& positions) {
+Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, const cv::Mat& normals,
+                const cv::Mat& colors) {
+    if (!normals.empty())
+        check(file, normals, positions, "normals");
+    if (!colors.empty())
+        check(file, colors, positions, "colours");
+    const cv::Mat codes = colors.empty() ? cv::Mat() : codes_of(colors);
+    const auto for_each_point = [&](const auto& use) {
+        for (int y = 0; y < positions.rows; ++y)
+            for (int x = 0; x < positions.cols; ++x)
+                if (const float* p = positions.ptr<float>(y) + x * positions.channels(); is_point(p))
+                    use(p, x, y);
+    };
     std::size_t count = 0;
-    for_each_point(positions, [&](const unsigned char*) { ++count; });
+    for_each_point([&](const float*, int, int) { ++count; });
     const std::string order = std::endian::native == std::endian::little ? "little" : "big";
-    const auto header = "ply\nformat binary_" + order + "_endian 1.0\nelement vertex " + std::to_string(count) +
-                        "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    std::string header = "ply\nformat binary_" + order + "_endian 1.0\nelement vertex " + std::to_string(count) +
+                         "\nproperty float x\nproperty float y\nproperty float z\n";
+    if (!normals.empty())
+        header += "property float nx\nproperty float ny\nproperty float nz\n";
+    if (!colors.empty())
+        header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    header += "end_header\n";
     Bytes bytes(header.begin(), header.end());
-    bytes.reserve(header.size() + count * 3 * sizeof(float));
-    for_each_point(positions, [&](const unsigned char* p) { bytes.insert(bytes.end(), p, p + 3 * sizeof(float)); });
+    bytes.reserve(header.size() + count * ((normals.empty() ? 3 : 6) * sizeof(float) + (colors.empty() ? 0 : 3)));
+    for_each_point([&](const float* p, int x, int y) {
+        put(bytes, p);
+        if (!normals.empty())
+            put(bytes, normals.ptr<float>(y) + x * normals.channels());
+        if (!codes.empty()) {
+            const unsigned char* bgr = codes.ptr(y) + x * codes.channels();
+            const unsigned char rgb[] = {bgr[2], bgr[1], bgr[0]};
+            put(bytes, rgb);
+        }
+    });
     return bytes;
 }
 

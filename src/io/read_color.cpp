@@ -64,13 +64,10 @@ std::string choose(const std::filesystem::path& file, const std::vector<Channel>
                      (meant.empty() ? "; it has " + list : ", but " + meant + "; name that one"));
 }
 
-cv::Mat from_exr(const std::filesystem::path& file, const std::string& wanted) {
-    const std::vector<Channel> channels = list_channels(file);
-    const std::string layer = choose(file, channels, wanted), front = layer.empty() ? "" : layer + ".";
-    std::vector<std::string> names{front + "B", front + "G", front + "R"};
-    if (has(channels, front + "A"))
-        names.push_back(front + "A");
-    return io::read_exr_floats(file, names, "colours");
+cv::Mat from_exr(const std::filesystem::path& file, const ReadPictureOptions& options) {
+    std::vector<std::string> names = color_channels(file, options.layer);
+    std::swap(names[0], names[2]);
+    return io::read_exr_floats(file, names, "colours", options.windows);
 }
 
 void check_picture(const std::filesystem::path& file, const cv::Mat& image) {
@@ -94,13 +91,13 @@ cv::Mat as_floats(const cv::Mat& image) {
     return color;
 }
 
-PictureFile read(const std::filesystem::path& file, const std::string& layer) {
+PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& options) {
     if (io::begins_like_exr(file))
-        return {.image = from_exr(file, layer), .icc = {}, .exif = {}};
+        return {.image = from_exr(file, options), .icc = {}, .exif = {}};
     const io::Bytes bytes = io::read_file(file);
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 10));
-    if (!layer.empty())
-        io::refuse_layer(file, layer);
+    if (!options.layer.empty())
+        io::refuse_layer(file, options.layer);
     if (auto picture = io::read_jpeg(file, bytes))
         return *picture;
     if (begin.starts_with("#?RADIANCE") || begin.starts_with("#?RGBE"))
@@ -108,7 +105,7 @@ PictureFile read(const std::filesystem::path& file, const std::string& layer) {
     const auto image = io::read_plain(file, bytes);
     if (!image)
         refuse(file, "is no picture, or its beginning is damaged; "
-                     "pictures are read from .exr, .jpg, .png, .tif, .hdr and .pfm");
+                     "pictures are read from .exr, .jpg, .png, .tif, .hdr, .npy and .pfm");
     PictureFile picture{.image = *image, .icc = {}, .exif = {}};
     if (begin.starts_with("\x89PNG"))
         io::read_png_metadata(bytes, picture);
@@ -119,19 +116,28 @@ PictureFile read(const std::filesystem::path& file, const std::string& layer) {
 
 } // namespace
 
-io::PictureFile io::read_picture_file(const std::filesystem::path& file, const std::string& layer) {
+std::vector<std::string> color_channels(const std::filesystem::path& file, const std::string& wanted) {
+    const std::vector<Channel> channels = list_channels(file);
+    const std::string layer = choose(file, channels, wanted), front = layer.empty() ? "" : layer + ".";
+    std::vector<std::string> names{front + "R", front + "G", front + "B"};
+    if (has(channels, front + "A"))
+        names.push_back(front + "A");
+    return names;
+}
+
+io::PictureFile io::read_picture_file(const std::filesystem::path& file, const ReadPictureOptions& options) {
     check_readable(file);
-    PictureFile picture = within_memory(file, [&] { return read(file, layer); });
+    PictureFile picture = within_memory(file, [&] { return read(file, options); });
     check_picture(file, picture.image);
     return picture;
 }
 
 cv::Mat read_color(const std::filesystem::path& file, const std::string& layer) {
-    return as_floats(io::read_picture_file(file, layer).image);
+    return as_floats(io::read_picture_file(file, {.layer = layer}).image);
 }
 
 Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions& options) {
-    io::PictureFile held = io::read_picture_file(file, options.layer);
+    io::PictureFile held = io::read_picture_file(file, options);
     const int depth = held.image.depth();
     const bool codes = depth != CV_32F;
     Picture picture;
@@ -140,6 +146,8 @@ Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions
         !codes || io::is_linear_profile(held.icc) ? ColorEncoding::linear : ColorEncoding::srgb;
     picture.format.encoding = options.encoding.value_or(held.encoding.value_or(of_type));
     picture.color = io::upright(as_floats(held.image), io::orientation_of(held.exif));
+    if (!io::begins_like_exr(file))
+        io::check_fills(file, picture.color, options.windows);
     io::set_upright(held.exif);
     if (io::is_rgb_profile(held.icc)) // which a grey one would not fit
         picture.format.icc = std::move(held.icc);

@@ -109,19 +109,23 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options) {
     io::check_readable(file);
     if (io::begins_like_exr(file)) {
-        auto depth = io::read_exr(file, options);
-        auto checked = interpreted(file, depth.values, options.packing);
-        checked.channel = depth.channel;
-        return checked;
+        const DepthFile held = io::read_exr(file, {options.channel}, {.overscan = options.overscan}).front();
+        DepthFile depth = interpreted(file, held.values, options.packing);
+        depth.channel = held.channel;
+        depth.windows = held.windows;
+        return depth;
     }
     if (!options.channel.empty())
         refuse(file, "is no OpenEXR file and has no channel \"" + options.channel + "\"; leave --channel out");
 
     return io::within_memory(file, [&] {
-        if (const auto image = io::read_plain(file))
-            return interpreted(file, *image, options.packing);
-        refuse(file, "is no image that holds depth, or its beginning is damaged; "
-                     "depth is read from .exr, .tif, .pfm, 16-bit .png and 16-bit .pgm");
+        const auto image = io::read_plain(file);
+        if (!image)
+            refuse(file, "is no image that holds depth, or its beginning is damaged; "
+                         "depth is read from .exr, .tif, .pfm, .npy, 16-bit .png and 16-bit .pgm");
+        DepthFile depth = interpreted(file, *image, options.packing);
+        depth.windows = {{{0, 0}, image->size()}, image->size()};
+        return depth;
     });
 }
 

@@ -58,8 +58,8 @@ Layer choose(const std::filesystem::path& file, const std::string& wanted) {
     return *best;
 }
 
-cv::Mat from_exr(const std::filesystem::path& file, const std::string& layer) {
-    return io::read_exr_floats(file, choose(file, layer).channels, "normals");
+cv::Mat from_exr(const std::filesystem::path& file, const std::string& layer, const std::optional<Windows>& windows) {
+    return io::read_exr_floats(file, choose(file, layer).channels, "normals", windows);
 }
 
 cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
@@ -97,21 +97,24 @@ void make_unit(cv::Mat& normals) {
     }
 }
 
-cv::Mat read(const std::filesystem::path& file, const std::string& layer) {
+cv::Mat read(const std::filesystem::path& file, const std::string& layer, const std::optional<Windows>& windows) {
     if (io::begins_like_exr(file))
-        return from_exr(file, layer);
-    if (const auto image = io::read_plain(file, layer))
-        return from_picture(file, *image);
-    refuse(file, "is no image that holds normals, or its beginning is damaged; "
-                 "they are read from .exr, .tif, .pfm and .png");
+        return from_exr(file, layer, windows);
+    const auto image = io::read_plain(file, layer);
+    if (!image)
+        refuse(file, "is no image that holds normals, or its beginning is damaged; "
+                     "they are read from .exr, .tif, .pfm, .npy and .png");
+    io::check_fills(file, *image, windows);
+    return from_picture(file, *image);
 }
 
 } // namespace
 
-cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer) {
+cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer,
+                     const std::optional<Windows>& windows) {
     io::check_readable(file);
     return io::within_memory(file, [&] {
-        cv::Mat normals = read(file, layer);
+        cv::Mat normals = read(file, layer, windows);
         make_unit(normals);
         return normals;
     });

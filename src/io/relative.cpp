@@ -68,7 +68,7 @@ void normalise(const std::filesystem::path& file, cv::Mat& values, std::optional
 
 cv::Mat image_of(const std::filesystem::path& file, const std::string& channel) {
     if (io::begins_like_exr(file))
-        return io::read_exr(file, {.channel = channel, .packing = {}}).values;
+        return io::read_exr(file, {channel}, {}).front().values;
     if (!channel.empty())
         refuse(file, "is no OpenEXR file and has no channel \"" + channel + "\"; leave --channel out");
     const io::Bytes bytes = io::read_file(file);
@@ -77,7 +77,7 @@ cv::Mat image_of(const std::filesystem::path& file, const std::string& channel) 
     if (const auto image = io::read_plain(file, bytes))
         return *image;
     refuse(file,
-           "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm and .exr");
+           "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy and .exr");
 }
 
 } // namespace

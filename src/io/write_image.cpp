@@ -45,8 +45,13 @@ std::vector<std::string> channel_names(const std::filesystem::path& file, const 
 
 io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
     const auto extension = extension_of(file);
-    if (extension == ".exr")
-        return io::exr_bytes(image, channel_names(file, image, options));
+    if (extension == ".exr") {
+        WriteOptions named = options;
+        named.channels = channel_names(file, image, options);
+        return io::exr_bytes(file, image, named);
+    }
+    if (extension == ".npy")
+        return io::npy_bytes(image);
     if (extension == ".tif" || extension == ".tiff") {
         check_channels(file, image, {1, 3, 4});
         return io::tiff_bytes(image);
@@ -57,7 +62,7 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
     }
     if (extension == ".ply") {
         check_channels(file, image, {3, 4});
-        return io::ply_bytes(image);
+        return io::ply_bytes(file, image, options.normals, options.colors);
     }
     if (extension == ".png") {
         check_channels(file, image, {1, 3, 4});
@@ -70,7 +75,7 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
         return io::png_bytes(image, *options.png_scale, options.png_offset);
     }
     refuse(file, "the extension \"" + extension +
-                     "\" is none that can be written; use .exr, .tif, .pfm, .png or .ply, "
+                     "\" is none that can be written; use .exr, .tif, .pfm, .npy, .png or .ply, "
                      "and for a picture .jpg or .hdr as well");
 }
 
