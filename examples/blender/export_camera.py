@@ -1,0 +1,219 @@
+"""Writes one Fathom camera file per frame of a Blender scene, for its Z pass (Depth).
+
+From a shell:
+
+    blender -b scene.blend --python export_camera.py -- --output camera.%04d.json [--frames 1-10] [--camera NAME]
+
+From Blender's Text Editor, the same for all frames, beside the saved .blend file. From Python:
+
+    import export_camera
+    export_camera.export(bpy.context.scene, "camera.%04d.json", range(1, 11))
+
+Positions that Fathom computes with --space world are those of Blender's Position pass. The file counts lengths in scene
+units. Cycles takes a unit for a metre when it blurs, whatever the scene's Unit Scale says, and so does Fathom. To blur as
+a real lens does in a scene with another Unit Scale, give `fathom dof` --mm-per-unit (1000 times the Unit Scale).
+"""
+import argparse
+import ctypes
+import json
+import math
+import os
+import re
+import sys
+
+import bpy
+
+
+def rendered_pixels(render):
+    """Width and height of the whole frame, and left, bottom, right and top of the part of it that is written."""
+    width = render.resolution_x * render.resolution_percentage // 100
+    height = render.resolution_y * render.resolution_percentage // 100
+    if not (render.use_border and render.use_crop_to_border):
+        return width, height, (0, 0, width, height)
+
+    def pixel(fraction, size):
+        return int(ctypes.c_float(fraction * size).value)  # Blender multiplies in float32 and cuts off the fraction.
+
+    region = (pixel(render.border_min_x, width), pixel(render.border_min_y, height),
+              pixel(render.border_max_x, width), pixel(render.border_max_y, height))
+    if region[0] >= region[2] or region[1] >= region[3]:
+        raise ValueError("the render region holds no pixel; draw another one, or turn it off")
+    return width, height, region
+
+
+def projection(scene, camera, depsgraph):
+    """Width and height of the image that is written, and the matrix from view space to it."""
+    if camera.data.type not in {"PERSP", "ORTHO"}:
+        raise ValueError(f"the camera {camera.name!r} is of type {camera.data.type}, which is no projection; "
+                         "render with a perspective or an orthographic one")
+    if scene.render.use_multiview:
+        raise ValueError("the scene renders several views; turn Stereoscopy off and export each camera with --camera")
+    width, height, (left, bottom, right, top) = rendered_pixels(scene.render)
+    matrix = camera.calc_matrix_camera(depsgraph, x=width, y=height, scale_x=scene.render.pixel_aspect_x,
+                                       scale_y=scene.render.pixel_aspect_y)
+    rows = [list(row) for row in matrix]
+    # The clip coordinates of the region: x' = (x - centre w) · width/(right - left).
+    for row, size, low, high in ((0, width, left, right), (1, height, bottom, top)):
+        centre = (low + high) / size - 1
+        rows[row] = [(x - centre * w) * size / (high - low) for x, w in zip(rows[row], rows[3])]
+    return right - left, top - bottom, rows
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+def axes_and_place(camera):
+    """The camera's x, y and z axis and its place in the world. Renderers ignore its scale."""
+    columns = [column[:3] for column in camera.matrix_world.col]
+    axes = [[x / (math.sqrt(dot(column, column)) or math.nan) for x in column] for column in columns[:3]]
+    return axes, columns[3]
+
+
+def view(camera):
+    """World to view space: the inverse in doubles, which Blender's own matrices are not."""
+    (x, y, z), place = axes_and_place(camera)
+    volume = dot(x, cross(y, z))
+    if not abs(volume) > 0:
+        raise ValueError(f"the camera {camera.name!r} is scaled to nothing along an axis; apply its scale")
+    rows = [[element / volume for element in row] for row in (cross(y, z), cross(z, x), cross(x, y))]
+    return [row + [-dot(row, place)] for row in rows] + [[0.0, 0.0, 0.0, 1.0]]
+
+
+def focus_distance(camera, depsgraph):
+    """Distance of the focus along the view axis."""
+    focus = camera.data.dof
+    if focus.focus_object is None:
+        return focus.focus_distance
+    target = focus.focus_object.evaluated_get(depsgraph)
+    matrix = target.matrix_world
+    if target.type == "ARMATURE" and focus.focus_subtarget in target.pose.bones:
+        matrix = matrix @ target.pose.bones[focus.focus_subtarget].matrix
+    axes, place = axes_and_place(camera)
+    return abs(dot(axes[2], [a - b for a, b in zip(matrix.translation, place)]))
+
+
+def camera_file(scene, camera, depsgraph):
+    """The keys of the camera file for the frame that the dependency graph is at (docs/camera.md of Fathom)."""
+    camera = camera.evaluated_get(depsgraph)
+    if not camera.is_evaluated:
+        raise ValueError(f"the camera {camera.name!r} is in no collection of the view layer; include its collection")
+    width, height, matrix = projection(scene, camera, depsgraph)
+    return {
+        "width": width,
+        "height": height,
+        "projection": matrix,
+        "view": view(camera),
+        "encoding": "view-z",
+        # Cycles has 1e10 for the sky. Eevee of Blender 3.4 keeps its depth in half floats, which end at 65504.
+        "background_from": 1e10 if scene.render.engine == "CYCLES" else 65504,
+        # No "sensor_mm": with both, Fathom's lens moves to focus and changes the picture's size, and Blender's does not.
+        # Through an orthographic camera the aperture of Cycles is one unit over the f-number.
+        "lens_mm": camera.data.lens if camera.data.type == "PERSP" else 1000,
+        "f_stop": camera.data.dof.aperture_fstop,
+        "focus_distance": focus_distance(camera, depsgraph),
+    }
+
+
+def as_text(keys):
+    """JSON with a line for each key, and for each row of a matrix."""
+    def value(item):
+        if isinstance(item, list):
+            return "[\n    " + ",\n    ".join(json.dumps(row, allow_nan=False) for row in item) + "\n  ]"
+        return json.dumps(item, allow_nan=False)
+
+    return "{\n" + ",\n".join(f"  {json.dumps(key)}: {value(item)}" for key, item in keys.items()) + "\n}\n"
+
+
+def write_whole(path, text):
+    """Writes a file, or leaves none behind."""
+    part = path + ".part"
+    try:
+        with open(part, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(part, path)
+    except OSError:
+        if os.path.exists(part):
+            os.remove(part)
+        raise
+
+
+def export(scene, output, frames, camera_name=None):
+    """Writes the camera files. `output` holds a place for the frame's number, as in camera.%04d.json. Returns their paths.
+
+    Raises ValueError with the reason where the scene has no camera that a camera file can describe.
+    """
+    frames = list(frames)
+    output = bpy.path.abspath(output)
+    try:
+        paths = [output % frame for frame in frames]
+    except (TypeError, ValueError):
+        paths = [output] if len(frames) == 1 and "%" not in output else []
+    if len(set(paths)) != len(frames) or not frames:
+        raise ValueError(f"{output!r} has no place for the number of each frame; write one as in camera.%04d.json")
+
+    before = scene.frame_current
+    try:
+        for frame, path in zip(frames, paths):
+            scene.frame_set(frame)
+            depsgraph = bpy.context.evaluated_depsgraph_get()
+            # Markers may switch the scene's camera, so it is asked for at each frame.
+            camera = scene.objects.get(camera_name) if camera_name else scene.camera
+            if camera is None or camera.type != "CAMERA":
+                cameras = ", ".join(each.name for each in scene.objects if each.type == "CAMERA") or "none"
+                wanted = f"no camera {camera_name!r}" if camera_name else "no active camera"
+                raise ValueError(f"the scene {scene.name!r} has {wanted} at frame {frame}; it has: {cameras}")
+            text = as_text(camera_file(scene, camera, depsgraph))
+            os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+            write_whole(path, text)
+            if camera.data.dof.use_dof or scene.render.use_motion_blur:
+                print(f"export_camera: warning: frame {frame} renders with depth of field or motion blur, and so do its "
+                      "passes; turn both off for the picture that Fathom blurs", file=sys.stderr)
+    finally:
+        scene.frame_set(before)
+    return paths
+
+
+def frame_numbers(text):
+    """The frames of a list such as 1-10,15."""
+    frames = []
+    for part in text.split(","):
+        found = re.fullmatch(r"(-?\d+)(?:-(-?\d+))?", part.strip())
+        if not found or int(found[2] or found[1]) < int(found[1]):
+            raise argparse.ArgumentTypeError(f"{text!r} is no list of frames; write one as in 1-10,15")
+        frames += range(int(found[1]), int(found[2] or found[1]) + 1)
+    return frames
+
+
+class Parser(argparse.ArgumentParser):
+    def error(self, message):
+        raise ValueError(message)
+
+
+def main():
+    parser = Parser(prog="export_camera", description=__doc__.split("\n")[0])
+    parser.add_argument("--output", required=bpy.app.background, default="//camera.%04d.json",
+                        help="file to write, with a place for the frame's number: camera.%%04d.json")
+    parser.add_argument("--frames", type=frame_numbers, help="frames as in 1-10,15 (default: those of the scene)")
+    parser.add_argument("--camera", help="name of the camera (default: the one that renders)")
+    arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
+    asked = parser.parse_args(arguments)
+    scene = bpy.context.scene
+    if not bpy.data.filepath:
+        raise ValueError("no scene is open: check the name of the .blend file, or save it")
+    frames = asked.frames or range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
+    paths = export(scene, asked.output, frames, asked.camera)
+    print(f"wrote {paths[0]}" + (f" to {paths[-1]}" if len(paths) > 1 else ""))
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except (ValueError, OSError) as error:
+        if not bpy.app.background:  # Leaving would close the editor.
+            raise
+        sys.exit(f"export_camera: {error}")
