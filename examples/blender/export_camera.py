@@ -9,9 +9,9 @@ From Blender's Text Editor, the same for all frames, beside the saved .blend fil
     import export_camera
     export_camera.export(bpy.context.scene, "camera.%04d.json", range(1, 11))
 
-Positions that Fathom computes with --space world are those of Blender's Position pass. The file counts lengths in scene
-units. Cycles takes a unit for a metre when it blurs, whatever the scene's Unit Scale says, and so does Fathom. To blur as
-a real lens does in a scene with another Unit Scale, give `fathom dof` --mm-per-unit (1000 times the Unit Scale).
+Positions that Fathom computes with --space world are those of Blender's Position pass. The file counts lengths in
+scene units. Cycles takes a unit for a metre when it blurs, whatever the scene's Unit Scale says, and so does Fathom.
+To blur as a real lens does at another Unit Scale, give `fathom dof` --mm-per-unit with 1000 times that scale.
 """
 import argparse
 import ctypes
@@ -111,7 +111,7 @@ def camera_file(scene, camera, depsgraph):
         "encoding": "view-z",
         # Cycles has 1e10 for the sky. Eevee of Blender 3.4 keeps its depth in half floats, which end at 65504.
         "background_from": 1e10 if scene.render.engine == "CYCLES" else 65504,
-        # No "sensor_mm": with both, Fathom's lens moves to focus and changes the picture's size, and Blender's does not.
+        # No "sensor_mm": with both, Fathom's lens moves to focus and changes the picture's size. Blender's does not.
         # Through an orthographic camera the aperture of Cycles is one unit over the f-number.
         "lens_mm": camera.data.lens if camera.data.type == "PERSP" else 1000,
         "f_stop": camera.data.dof.aperture_fstop,
@@ -143,7 +143,7 @@ def write_whole(path, text):
 
 
 def export(scene, output, frames, camera_name=None):
-    """Writes the camera files. `output` holds a place for the frame's number, as in camera.%04d.json. Returns their paths.
+    """Writes the camera files and returns their paths. `output` holds a place for the frame's number: camera.%04d.json
 
     Raises ValueError with the reason where the scene has no camera that a camera file can describe.
     """
@@ -171,8 +171,8 @@ def export(scene, output, frames, camera_name=None):
             os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
             write_whole(path, text)
             if camera.data.dof.use_dof or scene.render.use_motion_blur:
-                print(f"export_camera: warning: frame {frame} renders with depth of field or motion blur, and so do its "
-                      "passes; turn both off for the picture that Fathom blurs", file=sys.stderr)
+                print(f"export_camera: warning: frame {frame} has depth of field or motion blur, also in its passes; "
+                      "turn both off to blur it with Fathom", file=sys.stderr)
     finally:
         scene.frame_set(before)
     return paths
@@ -207,7 +207,7 @@ def main():
         raise ValueError("no scene is open: check the name of the .blend file, or save it")
     frames = asked.frames or range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
     paths = export(scene, asked.output, frames, asked.camera)
-    print(f"wrote {paths[0]}" + (f" to {paths[-1]}" if len(paths) > 1 else ""))
+    print(f"wrote {paths[0]}" if len(paths) == 1 else f"wrote {len(paths)} files, from {paths[0]} to {paths[-1]}")
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ POSITION_FRACTION = 0.999
 FOOTPRINT = 0.5
 # Blender's roundings of a hit, as in test_real_inputs.cpp.
 ROUNDINGS = 16
-# Cycles hits the lamp some 10 000 times. Their variance then has a standard deviation of 1 %, and its root half of that.
+# Cycles hits the lamp some 10 000 times. Their variance then has a standard deviation of 1 %, its root half of that.
 CIRCLE_ERROR = 0.02
 
 failures = []
@@ -51,8 +51,8 @@ def read_exr(path):
         names.append(name.decode())
         channels = channels[16:]
     offsets = np.frombuffer(data, "<u8", height, at + 1)
-    rows = [np.frombuffer(data, "<f4", width * len(names), int(offset) + 8).reshape(len(names), width) for offset in offsets]
-    return dict(zip(names, np.stack(rows, 1)))
+    rows = [np.frombuffer(data, "<f4", width * len(names), int(offset) + 8) for offset in offsets]
+    return dict(zip(names, np.stack(rows).reshape(height, len(names), width).swapaxes(0, 1)))
 
 
 def read_pfm(path):
@@ -66,7 +66,8 @@ def read_pfm(path):
 
 def fathom(command, exr, camera, *options):
     output = f"{exr}.{command}.pfm"
-    subprocess.run([FATHOM, command, exr, "--camera", camera, "--strict", "--quiet", "-o", output, *options], check=True)
+    subprocess.run([FATHOM, command, exr, "--camera", camera, "-o", output, "--strict", "--quiet", *options],
+                   check=True)
     return read_pfm(output)
 
 
@@ -288,8 +289,9 @@ def check_refusals():
     refused("no active camera at frame 1")
 
     stem = os.path.join(FOLDER, "perspective")
-    for options, text in ((("--camera", "Nobody"), "no camera 'Nobody'"), (("--frames", "3-1"), "'3-1' is no list of frames"),
-                          (("--frame",), "expected one argument")):
+    for options, text in ((("--camera", "Nobody"), "no camera 'Nobody'"),
+                          (("--frames", "3-1"), "'3-1' is no list of frames"),
+                          (("--frames",), "expected one argument")):
         done = export(stem, *options)
         check(done.returncode == 1 and done.stderr.startswith("export_camera: ") and done.stderr.count("\n") == 1
               and text in done.stderr, f"exit code {done.returncode}: {done.stderr.strip()}")
@@ -348,7 +350,7 @@ def add_lamp(radius, z):
 
 
 def blurred_width(exr, lamp):
-    """Diameter of the circle that blurred a disc of this diameter in pixels: a disc's variance is its diameter² / 16."""
+    """Diameter in pixels of the circle that blurred a disc of this diameter: variances add, and a disc's is d²/16."""
     [light] = [values.astype(float) for name, values in read_exr(exr).items() if name.endswith("Combined.R")]
     variances = []
     for axis in (0, 1):
