@@ -69,17 +69,16 @@ void read_shape(const std::filesystem::path& file, std::string_view text, Layout
             sizes.push_back(error == std::errc{} ? size : std::numeric_limits<long long>::max());
         at = end == at ? at + 1 : end;
     }
-    const auto channels = [&] { return sizes.size() == 3 ? sizes.back() : 1; };
-    if (sizes.size() == 3 && sizes.front() == 1) // as networks make them
+    const auto has_channels = [&] { return sizes.size() == 3 && (sizes[2] == 1 || sizes[2] == 3 || sizes[2] == 4); };
+    if (sizes.size() == 3 && sizes[0] == 1 && !has_channels()) // as networks make them
         sizes.erase(sizes.begin());
-    const bool good = sizes.size() == 2 || (sizes.size() == 3 && (sizes[2] == 1 || sizes[2] == 3 || sizes[2] == 4));
-    if (!good)
+    if (sizes.size() != 2 && !has_channels())
         refuse(file, "is a NumPy array of shape " + shape +
                          ", which is no image; save one of rows × columns, or of rows × columns × 3");
     check_size(file, sizes[1], sizes[0]);
     layout.rows = static_cast<int>(sizes[0]);
     layout.cols = static_cast<int>(sizes[1]);
-    layout.channels = static_cast<int>(channels());
+    layout.channels = sizes.size() == 3 ? static_cast<int>(sizes[2]) : 1;
 }
 
 /// The element at a place of the data, in this machine's byte order.

@@ -1,0 +1,151 @@
+// OpenEXR files that other programs made: what OpenImageIO's oiiotool says of a file's header it says of a result's, too.
+#include "catch.hpp"
+#include "program.hpp"
+#include "real_inputs.hpp"
+
+#include <array>
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <set>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+/// What a shell prints.
+std::string printed(const std::string& command) {
+    std::string text;
+    FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+    REQUIRE(pipe);
+    std::array<char, 4096> piece;
+    while (const std::size_t count = fread(piece.data(), 1, piece.size(), pipe))
+        text.append(piece.data(), count);
+    INFO(command << "\n" << text);
+    REQUIRE(pclose(pipe) == 0);
+    return text;
+}
+
+bool is_installed(const std::string& program) {
+    return std::system(("command -v " + program + " > /dev/null").c_str()) == 0;
+}
+
+using Header = std::map<std::string, std::string>;
+
+/// What oiiotool says of each part's header, but for how the pixels are packed.
+std::vector<Header> headers_of(const std::string& file) {
+    static const std::set<std::string> packing{"channel list",    "compression",        "tile size",
+                                               "oiio:subimages",  "openexr:chunkCount", "openexr:lineOrder",
+                                               "MIP-map levels",  "openexr:roundingmode", "textureformat"};
+    std::vector<Header> headers(1);
+    std::istringstream lines(printed("oiiotool --info -v -a '" + file + "'"));
+    for (std::string line; std::getline(lines, line);) {
+        if (line.starts_with(" subimage") && line.find("subimage  0") == std::string::npos)
+            headers.emplace_back();
+        const auto colon = line.find(": ");
+        if (!line.starts_with("    ") || colon == std::string::npos)
+            continue;
+        const std::string name = line.substr(4, colon - 4);
+        if (!packing.contains(name) && name.find("subimages") == std::string::npos)
+            headers.back()[name] = line.substr(colon + 2);
+    }
+    return headers;
+}
+
+struct Made {
+    std::string command; ///< makes a.exr
+    std::size_t part = 0;
+    Arguments more = {};
+};
+
+const std::string one = "oiiotool --pattern constant:color=5 24x16 1 --chnames Z ";
+const std::string five = "oiiotool --pattern constant:color=5,1,2,3,1 24x16 5 --chnames Z,R,G,B,A ";
+
+const std::vector<Made> files{
+    {one + "-o a.exr"},
+    {five + "-d half -o a.exr"},
+    {five + "--attrib shot 'a b' --attrib:type=float exposure 1.5 --attrib:type=int take 7 -o a.exr"},
+    {five + "--attrib:type=matrix worldToCamera 1,0,0,0,0,1,0,0,0,0,1,0,3,4,5,1 --attrib:type=timecode smpte:TimeCode "
+            "01:02:03:04 -o a.exr"},
+    {one + "--origin +4+2 --fullsize 40x30 -o a.exr"},
+    {one + "--origin -4-2 --fullsize 16x12 -o a.exr"},
+    {one + "--origin +104+52 --fullsize 16x12+108+54 -o a.exr"},
+    {one + "--origin -400-200 --fullsize 30x30-402-207 -o a.exr"},
+    {five + "--tile 8 8 -o a.exr"},
+    {five + "-d half --compression piz -o a.exr"},
+    {five + "-d half --compression dwaa:60 -o a.exr"},
+    {five + "-d half --compression b44a -o a.exr"},
+    {five + "--compression pxr24 -o a.exr"},
+    {one + "--attrib:type=float PixelAspectRatio 2 --attrib:type=float screenWindowWidth 1.5 -o a.exr"},
+    {one + "--attrib oiio:subimagename depth " + five.substr(8) + "--attrib oiio:subimagename beauty --siappend -o a.exr",
+     0,
+     {"--channel", "depth.Z"}},
+    {one + "-o b.exr && exrmaketiled -m b.exr a.exr"},
+    {one + "-o b.exr && " + five + "-o c.exr && exrmultipart -combine -i c.exr b.exr -o a.exr", 1, {"--channel", "b.Z"}},
+    {one + "-o b.exr && exrstdattr -owner me -focus 3 -aperture 2.8 -expTime 0.02 -capDate '2026:01:02 03:04:05' "
+           "-comments 'a \"quoted\" one' b.exr a.exr"},
+    {five + "-o b.exr && exrmakepreview -w 8 b.exr a.exr"},
+    {five + "-o b.exr && exrmultiview left b.exr right b.exr a.exr"},
+};
+
+} // namespace
+
+TEST_CASE("exr tools: headers and windows of files from OpenImageIO's and OpenEXR's tools survive", "[slow]") {
+    for (const char* program : {"oiiotool", "exrmaketiled"})
+        if (!is_installed(program)) {
+            WARN("skipped: there is no " << program << " (openimageio-tools and openexr)");
+            return;
+        }
+    const Folder folder;
+    const std::string camera = folder / "camera.json", file = folder / "a.exr", result = folder / "out/n.exr";
+    write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "view-z"})");
+    REQUIRE(files.size() >= 20);
+    for (const Made& made : files) {
+        INFO(made.command);
+        printed("cd '" + folder / "" + "' && " + made.command);
+        const auto before = headers_of(file);
+        const Arguments normals = joined({"normals", file, "--camera", camera, "-o", result, "--quiet"}, made.more);
+        check_done(run(normals));
+        auto expected = before.at(made.part);
+        const auto found = headers_of(result);
+        REQUIRE(found.size() == 1);
+        for (auto& [name, value] : expected) {
+            INFO(name);
+            CHECK((found[0].contains(name) && found[0].at(name) == value));
+        }
+        CHECK(found[0].size() == expected.size());
+
+        check_done(run(joined(normals, {"--append"})));
+        const auto appended = headers_of(result);
+        REQUIRE(appended.size() >= before.size());
+        for (std::size_t i = 0; i < before.size(); ++i)
+            for (const auto& [name, value] : before[i]) {
+                INFO(name);
+                CHECK((appended[i].contains(name) && appended[i].at(name) == value));
+            }
+    }
+    std::cout << "exr tools: " << files.size() << " files, headers as before\n";
+}
+
+TEST_CASE("exr tools: headers and windows of Blender's and a studio's files survive", "[real]") {
+    if (!is_installed("oiiotool")) {
+        WARN("skipped: there is no oiiotool (openimageio-tools)");
+        return;
+    }
+    const Folder folder;
+    for (const char* name : {"blender/perspective/sharp.exr", "blender/orthographic/sharp.exr",
+                             "openexr/beachball-singlepart.exr"}) {
+        const fs::path file = fs::path(FATHOM_SHARED_DATA) / name;
+        if (!fs::exists(file)) {
+            WARN("skipped: ../shared/data is not there");
+            return;
+        }
+        const std::string camera = folder / "camera.json", result = folder / "out/n.exr";
+        write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "view-z", "missing": 0,
+                          "background_from": 1e10})");
+        check_done(run({"normals", file.string(), "--camera", camera, "-o", result, "--quiet", "--channel",
+                        std::string(name).starts_with("blender") ? "ViewLayer.Depth.Z" : "Z"}));
+        CHECK(headers_of(result) == headers_of(file.string()));
+    }
+}

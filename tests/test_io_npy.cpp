@@ -1,0 +1,242 @@
+// NumPy's arrays, written by the format's documentation (numpy.lib.format), byte for byte; and point clouds, read back.
+#include "catch.hpp"
+#include "io_files.hpp"
+#include "program.hpp"
+
+#include <fathom/io.hpp>
+
+#include <bit>
+#include <cstring>
+#include <limits>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+std::string header(const std::string& descr, bool fortran, const std::string& shape, int version = 1) {
+    std::string text = "{'descr': '" + descr + "', 'fortran_order': " + (fortran ? "True" : "False") +
+                       ", 'shape': " + shape + ", }\n";
+    std::string bytes = "\x93NUMPY";
+    bytes += static_cast<char>(version);
+    bytes += '\0';
+    for (std::size_t i = 0, size = text.size(); i < (version == 1 ? 2u : 4u); ++i, size >>= 8)
+        bytes += static_cast<char>(size & 0xff);
+    return bytes + text;
+}
+
+template <typename Element>
+void append(std::string& bytes, Element value, bool big) {
+    char raw[sizeof(Element)];
+    std::memcpy(raw, &value, sizeof(Element));
+    if (big == (std::endian::native == std::endian::little))
+        std::reverse(std::begin(raw), std::end(raw));
+    bytes.append(raw, sizeof(Element));
+}
+
+constexpr int rows = 3, cols = 5;
+
+/// What a pixel and a channel hold: whole numbers below 128.
+int truth(int y, int x, int c) {
+    return 1 + x + y * cols + 40 * c;
+}
+
+template <typename Element>
+std::string array(const std::string& type, bool big, bool fortran, int channels = 1, int version = 1) {
+    std::string shape = "(" + std::to_string(rows) + ", " + std::to_string(cols);
+    shape += channels == 1 ? ")" : ", " + std::to_string(channels) + ")";
+    std::string bytes = header((big ? ">" : "<") + type, fortran, shape, version);
+    const auto put_one = [&](int y, int x, int c) { append(bytes, static_cast<Element>(truth(y, x, c)), big); };
+    if (fortran)
+        for (int c = 0; c < channels; ++c)
+            for (int x = 0; x < cols; ++x)
+                for (int y = 0; y < rows; ++y)
+                    put_one(y, x, c);
+    else
+        for (int y = 0; y < rows; ++y)
+            for (int x = 0; x < cols; ++x)
+                for (int c = 0; c < channels; ++c)
+                    put_one(y, x, c);
+    return bytes;
+}
+
+template <typename Element>
+void check_type(const TempFolder& folder, const std::string& type, Storage storage) {
+    for (const bool big : {false, true})
+        for (const bool fortran : {false, true})
+            for (const int version : {1, 2, 3}) {
+                INFO(type << (big ? " big-endian" : "") << (fortran ? ", columns first" : "") << ", version " << version);
+                const auto depth = read_depth(put(folder / "a.npy", array<Element>(type, big, fortran, 1, version)),
+                                              {.packing = storage == Storage::uint8 ? std::optional(Packing::uint8)
+                                                                                    : std::nullopt});
+                CHECK(depth.storage == storage);
+                REQUIRE(depth.values.size() == cv::Size(cols, rows));
+                cv::Mat values;
+                depth.values.convertTo(values, CV_64F);
+                for (int y = 0; y < rows; ++y)
+                    for (int x = 0; x < cols; ++x)
+                        CHECK(values.at<double>(y, x) == truth(y, x, 0));
+            }
+}
+
+} // namespace
+
+TEST_CASE("npy: every type, byte order and order of axes", "[io]") {
+    const TempFolder folder;
+    check_type<float>(folder, "f4", Storage::float32);
+    check_type<double>(folder, "f8", Storage::float32);
+    check_type<std::uint8_t>(folder, "u1", Storage::uint8);
+    check_type<std::int8_t>(folder, "i1", Storage::uint8);
+    check_type<std::uint16_t>(folder, "u2", Storage::uint16);
+    check_type<std::int16_t>(folder, "i2", Storage::uint16);
+    check_type<std::uint32_t>(folder, "u4", Storage::uint24);
+    check_type<std::int32_t>(folder, "i4", Storage::uint24);
+    check_type<std::uint64_t>(folder, "u8", Storage::uint24);
+    check_type<std::int64_t>(folder, "i8", Storage::uint24);
+    std::string halves = header("<f2", false, "(1, 2)");
+    append<std::uint16_t>(halves, 0x3c00, false); // 1
+    append<std::uint16_t>(halves, 0x7e00, false); // NaN
+    const auto depth = read_depth(put(folder / "h.npy", halves));
+    CHECK(depth.storage == Storage::float16);
+    CHECK(static_cast<float>(depth.values.at<cv::float16_t>(0, 0)) == 1);
+    CHECK(std::isnan(static_cast<float>(depth.values.at<cv::float16_t>(0, 1))));
+}
+
+TEST_CASE("npy: a float64 is the nearest float, and axes of one element are left out", "[io]") {
+    const TempFolder folder;
+    for (const char* shape : {"(1, 2)", "(1, 1, 2)", "(1, 2, 1)"}) {
+        std::string bytes = header("<f8", false, shape);
+        append(bytes, 0.1, false);
+        append(bytes, std::numeric_limits<double>::infinity(), false);
+        const cv::Mat values = read_depth(put(folder / "a.npy", bytes)).values;
+        REQUIRE(values.size() == cv::Size(2, 1));
+        CHECK(values.at<float>(0, 0) == 0.1f);
+        CHECK(std::isinf(values.at<float>(0, 1)));
+    }
+}
+
+TEST_CASE("npy: pictures and normals have channels in the order of the array", "[io]") {
+    const TempFolder folder;
+    for (const bool fortran : {false, true}) {
+        const cv::Mat color = read_color(put(folder / "a.npy", array<float>("f4", false, fortran, 3)));
+        for (int y = 0; y < rows; ++y)
+            for (int x = 0; x < cols; ++x)
+                CHECK(color.at<cv::Vec3f>(y, x) == cv::Vec3f(static_cast<float>(truth(y, x, 2)),
+                                                             static_cast<float>(truth(y, x, 1)),
+                                                             static_cast<float>(truth(y, x, 0))));
+    }
+    std::string bytes = header("<f4", false, "(1, 1, 3)");
+    for (const float value : {0.0f, 0.6f, 0.8f})
+        append(bytes, value, false);
+    CHECK(cv::norm(read_normals(put(folder / "n.npy", bytes)).at<cv::Vec3f>(0, 0) - cv::Vec3f(0, 0.6f, 0.8f)) < 1e-7);
+}
+
+TEST_CASE("npy: damaged arrays and those that are no image are refused in one line", "[io]") {
+    const TempFolder folder;
+    const std::string good = array<float>("f4", false, false);
+    const auto check = [&](const std::string& bytes, const std::string& said) {
+        check_says(refusal([&] { read_depth(put(folder / "a.npy", bytes)); }), {"a.npy: ", said});
+    };
+    for (std::size_t length = 7; length < good.size(); ++length)
+        CHECK_THROWS_AS(read_depth(put(folder / "a.npy", good.substr(0, length))), Error);
+    check(good.substr(0, good.size() - 1), "ends too early: 5 × 3 pixels do not fit");
+    check(good.substr(0, 20), "ends within its header");
+    check(header("<c8", false, "(3, 5)"), "is a NumPy array of '<c8'; save floats, or integers");
+    check(header("|O", false, "(3, 5)"), "is a NumPy array of '|O'");
+    check(header("<f4", false, "(3,)"), "of shape (3,), which is no image");
+    check(header("<f4", false, "()"), "of shape (), which is no image");
+    check(header("<f4", false, "(2, 3, 5)"), "of shape (2, 3, 5), which is no image");
+    check(header("<f4", false, "(0, 5)"), "says it has 5 x 0 pixels");
+    check(header("<f4", false, "(99999999999999999999, 5)"), "pixels; it is damaged");
+    check(header("<f4", false, "(-3, 5)"), "says it has 5 x -3 pixels");
+    std::string negative = header("<i4", false, "(1, 2)");
+    append(negative, 7, false);
+    append(negative, -7, false);
+    check(negative, "pixel (1, 0) holds -7, which is no depth");
+    std::string structured = good;
+    structured.replace(structured.find("'<f4'"), 5, "[('a'");
+    check(structured, "is a NumPy array of [('a'");
+    std::string nameless = good;
+    nameless.replace(nameless.find("shape"), 5, "shapp");
+    check(nameless, "without \"shape\" in its header");
+    std::string newer = good;
+    newer[6] = 9;
+    check(newer, "of format 9; 1 to 3 are read");
+}
+
+TEST_CASE("npy: results are float32 in rows, with a header of a multiple of 64 bytes", "[io]") {
+    const TempFolder folder;
+    for (const int channels : {1, 3, 7}) {
+        cv::Mat values(rows, cols, CV_32FC(channels));
+        cv::randu(values, -1, 1);
+        write_image(folder / "a.npy", values, {});
+        const Bytes bytes = get(folder / "a.npy");
+        const std::size_t data = values.total() * values.elemSize();
+        REQUIRE(bytes.size() > data);
+        CHECK((bytes.size() - data) % 64 == 0);
+        CHECK(std::memcmp(bytes.data() + bytes.size() - data, values.data, data) == 0);
+        const std::string text(bytes.begin(), bytes.end() - static_cast<std::ptrdiff_t>(data));
+        CHECK(text.substr(0, 8) == std::string("\x93NUMPY\x01\x00", 8));
+        CHECK(text.find("'shape': (3, 5" + (channels > 1 ? ", " + std::to_string(channels) : "") + ")") !=
+              std::string::npos);
+        CHECK(text.find("'descr': '<f4', 'fortran_order': False") != std::string::npos);
+        CHECK(text.ends_with("\n"));
+        CHECK(static_cast<std::size_t>(bytes[8]) + 256 * bytes[9] + 10 == text.size());
+    }
+}
+
+TEST_CASE("ply: points have the colours and normals of their pixels", "[io]") {
+    const TempFolder folder;
+    cv::Mat positions(1, 3, CV_32FC3, cv::Scalar(1, 2, 3)), normals(1, 3, CV_32FC3, cv::Scalar(0, 0, 1)),
+        colors(1, 3, CV_32FC4, cv::Scalar(0, 0.5, 1, 1));
+    positions.at<cv::Vec3f>(0, 1)[2] = std::numeric_limits<float>::quiet_NaN(); // is left out
+    normals.at<cv::Vec3f>(0, 2) = {0, 1, 0};
+    colors.at<cv::Vec4f>(0, 2) = {0.25f, 0.25f, 0.25f, 0.25f}; // white, a quarter of it there
+    write_image(folder / "a.ply", positions, {.normals = normals, .colors = colors});
+    const Bytes bytes = get(folder / "a.ply");
+    const std::string text(bytes.begin(), bytes.end());
+    const auto end = text.find("end_header\n") + 11;
+    CHECK(text.find("element vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty "
+                    "float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend") !=
+          std::string::npos);
+    REQUIRE(text.size() - end == 2 * 27);
+    const auto float_at = [&](std::size_t at) {
+        float value;
+        std::memcpy(&value, bytes.data() + end + at, 4);
+        return value;
+    };
+    CHECK((float_at(0) == 1 && float_at(8) == 3 && float_at(12) == 0 && float_at(20) == 1));
+    CHECK((float_at(27 + 16) == 1 && float_at(27 + 20) == 0));
+    CHECK((bytes[end + 24] == 255 && bytes[end + 25] == 188 && bytes[end + 26] == 0)); // of 1, 0.5, 0 in sRGB
+    CHECK((bytes[end + 51] == 255 && bytes[end + 52] == 255 && bytes[end + 53] == 255));
+    check_says(refusal([&] { write_image(folder / "b.ply", positions, {.normals = cv::Mat(2, 2, CV_32FC3)}); }),
+               {"b.ply: its normals must be 3 floats for each of the 3 × 1 positions"});
+}
+
+TEST_CASE("ply: the program writes colours and normals, and only into .ply", "[io]") {
+    const Folder folder;
+    const std::string depth = depth_file(folder, "z.tif"), camera = camera_file(folder), cloud = folder / "out/p.ply";
+    cv::imwrite(folder / "c.png", cv::Mat(height, width, CV_8UC3, cv::Scalar(10, 20, 30)));
+    check_done(run({"unproject", depth, "--camera", camera, "-o", cloud, "--color", folder / "c.png", "--normals",
+                    "--quiet"}));
+    const std::string text = content(cloud);
+    const auto end = text.find("end_header\n") + 11;
+    CHECK(text.find("element vertex " + std::to_string(width * height - 1)) != std::string::npos);
+    REQUIRE((text.size() - end) % 27 == 0);
+    CHECK(text.substr(end + 24, 3) == "\x1e\x14\x0a");
+    check_refused(run({"unproject", depth, "--camera", camera, "-o", folder / "out/p.exr", "--normals"}), 2,
+                  "only a .ply holds normals of points");
+    check_refused(run({"unproject", depth, "--camera", camera, "-o", folder / "out/p.exr", "--color", folder / "c.png"}),
+                  2, "only a .ply holds colours of points");
+}
+
+TEST_CASE("npy: the program reads and writes arrays", "[io]") {
+    const Folder folder;
+    write(folder / "z.npy", array<double>("f8", true, true));
+    write(folder / "camera.json", R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "view-z"})");
+    check_done(run({"linearize", folder / "z.npy", "--camera", folder / "camera.json", "-o", folder / "out/l.npy",
+                    "--quiet"}));
+    const cv::Mat z = channel(folder / "out/l.npy");
+    REQUIRE(z.size() == cv::Size(cols, rows));
+    CHECK(z.at<float>(2, 4) == static_cast<float>(truth(2, 4, 0)));
+}
