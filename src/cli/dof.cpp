@@ -210,7 +210,7 @@ extern const Command dof_command{
     .summary = "Blurs a picture as a lens does that is focused on one depth: depth of field.",
     .notes =
         R"(Light is blurred, not codes: see --color-space. The result has the picture's channels and, in a .png or .tif, its
-codes: sRGB of 8 bits stay sRGB of 8 bits. A .jpg is sRGB, and .exr, .hdr and .pfm are linear floats. Invalid
+codes: sRGB of 8 bits stay sRGB of 8 bits. A .jpg is sRGB, and .exr, .hdr, .pfm and .npy are linear floats. Invalid
 pixels, and colours that are no numbers, take part in nothing. They keep the picture where no blur reaches them.
 
 Give the lens by its focal length and sensor. With one of them the projection gives the other. The camera file may

@@ -257,7 +257,7 @@ int inspect(const Options& options) {
 
 std::function<int()> configure(CLI::App& app) {
     const auto options = std::make_shared<Options>();
-    app.add_option("DEPTH", options->file, "depth image: EXR, 16-bit PNG, TIFF or PFM")
+    app.add_option("DEPTH", options->file, "depth image: EXR, 16-bit PNG, TIFF, PFM or NPY")
         ->type_name("DEPTH")
         ->required()
         ->group("Input");
