@@ -29,6 +29,7 @@ constexpr double least_steps = 20;           // a window's range, in rounding er
 constexpr double smooth = 0.03;              // residual of a cubic, as a part of the range
 constexpr double flat = 1.5, fits = 2;       // times the noise
 constexpr double fails = 4, tells_apart = 8; // times the noise
+constexpr double at_limit = 0.05;            // of a parameter's logarithm
 
 struct Sample {
     double x, y; // from the middle of the image, in half its width
@@ -269,8 +270,11 @@ PlaneFits fit_planes(const std::vector<float>& values, int width, int height, do
         some.push_back(&windows[i * windows.size() / count]);
 
     found.shapes.push_back({Shape::affine});
-    const auto add = [&](Shape shape, double least, double greatest, int steps) {
-        found.shapes.push_back({shape, best_parameter(some, shape, least, greatest, steps)});
+    // A shape becomes a simpler one beyond its first limit.
+    const auto add = [&](Shape shape, double limit, double other, int steps) {
+        ShapeFit fit{shape, best_parameter(some, shape, std::min(limit, other), std::max(limit, other), steps)};
+        fit.at_limit = std::abs(std::log(fit.parameter / limit)) < at_limit;
+        found.shapes.push_back(fit);
     };
     const double least_offset = std::max(1e-4, 1.001 * -lowest / largest);
     if (lowest > 0) {
@@ -278,8 +282,8 @@ PlaneFits fit_planes(const std::vector<float>& values, int width, int height, do
         add(Shape::ray, 0.13, 2.75, 14); // from 15 to 140 degrees
         add(Shape::logarithmic, 1.5, 30, 12);
     }
-    add(Shape::offset, least_offset, 10000 * least_offset, 14);
-    add(Shape::reversed_offset, 1e-3, 1, 10);
+    add(Shape::offset, 10000 * least_offset, least_offset, 14);
+    add(Shape::reversed_offset, 1, 1e-3, 10);
     add(Shape::inverse_ray, 0.13, 2.75, 14);
     add(Shape::exponential, 1, 30, 12);
 

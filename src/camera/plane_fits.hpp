@@ -24,6 +24,7 @@ struct ShapeFit {
     double parameter = 0;
     std::size_t fits = 0;  ///< patches whose residual is noise
     std::size_t fails = 0; ///< patches whose residual is clearly more than noise
+    bool at_limit = false; ///< the parameter is where the shape becomes a simpler one: `affine` or `reciprocal`
 };
 
 /// Flat patches that tell the shapes apart, and what each shape makes of them.

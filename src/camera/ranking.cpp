@@ -143,18 +143,20 @@ struct Findings {
     Near near = Near::unknown;
     PlaneFits planes;
 
-    double part(const std::vector<Shape>& shapes, bool of_fails = false) const {
-        std::size_t best = 0, fails = planes.patches;
+    // How the best of some shapes fits; none where planes told nothing.
+    ShapeFit best_of(const std::vector<Shape>& shapes) const {
+        ShapeFit best;
+        best.fails = planes.patches;
         for (const ShapeFit& fit : planes.shapes)
-            for (const Shape shape : shapes)
-                if (fit.shape == shape && fit.fits >= best) {
-                    best = fit.fits;
-                    fails = fit.fails;
-                }
-        return planes.patches == 0
-                   ? 0
-                   : static_cast<double>(of_fails ? fails : best) / static_cast<double>(planes.patches);
+            if (std::ranges::find(shapes, fit.shape) != shapes.end() && fit.fits > best.fits)
+                best = fit;
+        return best;
     }
+
+    double part(std::size_t patches) const {
+        return planes.patches == 0 ? 0 : static_cast<double>(patches) / static_cast<double>(planes.patches);
+    }
+    double part(const std::vector<Shape>& shapes) const { return part(best_of(shapes).fits); }
 
     double parameter(Shape shape) const {
         for (const ShapeFit& fit : planes.shapes)
@@ -191,8 +193,11 @@ Kind kind_of(const Findings& found) {
         return Kind::unknown;
     Kind kind = Kind::unknown;
     for (const KindShapes& each : kinds()) {
-        const double fits = found.part(each.shapes);
-        if (fits >= most && found.part(each.shapes, true) <= hardly_any && kind == Kind::unknown)
+        const ShapeFit best = found.best_of(each.shapes);
+        const double fits = found.part(best.fits);
+        if (best.at_limit) // a simpler shape, which fits as well, says the same
+            continue;
+        if (fits >= most && found.part(best.fails) <= hardly_any && kind == Kind::unknown)
             kind = each.kind;
         else if (fits > many)
             return Kind::unknown;
@@ -321,6 +326,11 @@ Guess logarithmic_guess(const Findings& found) {
                            : "the angle of view and log_c; log_c × far is measured"};
 }
 
+Guess median_guess(const Findings& found) {
+    return {Family::other, "median depth, z/(z + m)", found.part({Shape::reciprocal}),
+            file(assumed_view + R"(}, "encoding": "median", "median": 1)"), "the angle of view and the median m"};
+}
+
 // What is near, from what stands apart as a sky does, and from silhouettes.
 void find_near(Findings& found, std::vector<std::string>& evidence) {
     const double rounding = found.values.is_float ? 0x1p-23 * found.range.greatest : 1;
@@ -402,9 +412,10 @@ std::vector<Guess> affine_guesses(const Findings& found, bool& decided) {
         return {window};
     if (!found.values.is_float && found.near != Near::less && found.zero.stands_apart && found.zero.is_scattered)
         return {inverse};
-    const bool is_thin = found.in_unit_range() && found.range.least > 0 && found.range.greatest < thin * found.range.least &&
-                         found.range.greatest > 0.9;
-    if (is_thin && found.near != Near::more)
+    if (found.near == Near::less && found.values.largest_code == 0xffffff) // what graphics cards store, and no sensor
+        return {window};
+    if (found.near != Near::more && found.range.least > 0 && found.range.greatest < thin * found.range.least &&
+        found.range.greatest > 0.9 * found.values.largest_code) // anything else would be a relief at the range's end
         return {window, reversed};
     decided = false;
     if (found.near == Near::less)
@@ -472,10 +483,10 @@ Ranking rank_encodings(const HostDepth& stored) {
         break;
     case Kind::reciprocal:
         ranking.guesses = {planar_guess(found)};
-        // Median depth written for each pixel, z/(z + m), has the same planes as depth from 0 to a far plane at 1.
-        if (found.in_unit_range() && found.top.stands_apart && found.part({Shape::reciprocal}) >= most) {
+        if (found.in_unit_range() && found.part({Shape::reciprocal}) >= most) {
             decided = false;
-            ranking.evidence.push_back("median depth, z/(z + m), has the same planes as linear depth from 0 to 1");
+            ranking.evidence.push_back("median depth, z/(z + m), lies between 0 and 1 and has the same planes");
+            ranking.guesses.push_back(median_guess(found));
         }
         break;
     case Kind::over_ray:
