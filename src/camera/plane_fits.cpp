@@ -39,7 +39,8 @@ struct Sample {
 
 struct Window {
     std::vector<Sample> samples;
-    double noise;
+    double rounding; // of the storage
+    double noise;    // that, or more where a cubic polynomial leaves more
     int place;
 };
 
@@ -186,12 +187,13 @@ private:
             }
         if (static_cast<double>(window.samples.size()) < least_samples * samples_across * samples_across)
             return false;
-        const double range = greatest - least,
-                     rounding = (step_ + relative_step_ * std::max(std::abs(least), std::abs(greatest))) / std::sqrt(12);
-        if (!(range > least_steps * rounding))
+        const double range = greatest - least;
+        window.rounding =
+            (step_ + relative_step_ * std::max(std::abs(least), std::abs(greatest))) / std::sqrt(12);
+        if (!(range > least_steps * window.rounding))
             return false;
         const double rest = cubic_residual(window.samples);
-        window.noise = std::max(rest, rounding);
+        window.noise = std::max(rest, window.rounding);
         window.place = 8 * (left + w / 2) / width_ + 8 * (6 * (top + h / 2) / height_);
         return rest <= smooth * range;
     }
@@ -201,12 +203,12 @@ private:
     double step_, relative_step_, largest_;
 };
 
-// How well a shape fits the third of the windows that it fits best: the logarithm of residuals in units of the noise.
+// How well a shape fits the third of the windows that it fits best: the logarithm of residuals in units of the rounding.
 double cost(const std::vector<const Window*>& windows, Shape shape, double parameter) {
     std::vector<double> each;
     each.reserve(windows.size());
     for (const Window* window : windows)
-        each.push_back(std::log(std::max(misfit(*window, shape, parameter) / window->noise, 0.5)));
+        each.push_back(std::log(std::max(misfit(*window, shape, parameter) / window->rounding, 0.5)));
     const auto third = each.begin() + static_cast<std::ptrdiff_t>((each.size() + 2) / 3);
     std::nth_element(each.begin(), third - 1, each.end());
     double sum = 0;

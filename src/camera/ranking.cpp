@@ -19,8 +19,9 @@ namespace {
 
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 constexpr std::size_t least_patches = 12, least_places = 3; // below that, planes have said too little
-constexpr double most = 0.9, hardly_any = 0.05;             // of the patches, that the right reading fits and fails
-constexpr double many = 0.75;                               // of the patches, that another reading may fit at most
+constexpr double least_flat = 0.15;                         // of the smooth patches, that must be flat
+constexpr double most = 0.9, hardly_any = 0.02;             // of the patches, that the right reading fits and fails
+constexpr double many = 0.1;                                // of the patches, that every other reading fails
 constexpr double many_pixels = 0.001;                       // of the pixels, that make a value stand apart
 constexpr double clear_gap = 0.05;                          // of the range, that make a value stand apart
 constexpr double scattered = 0.25; // of a value's pixels, that touch others: above that they are holes and no sky
@@ -188,18 +189,26 @@ const std::vector<KindShapes>& kinds() {
     return all;
 }
 
+// The one kind that fits nearly all patches, where each other one clearly fails many.
 Kind kind_of(const Findings& found) {
-    if (found.planes.patches < least_patches || found.planes.places < least_places)
+    const PlaneFits& planes = found.planes;
+    if (planes.patches < least_patches || planes.places < least_places ||
+        static_cast<double>(planes.patches) < least_flat * static_cast<double>(planes.smooth))
         return Kind::unknown;
     Kind kind = Kind::unknown;
+    ShapeFit winner;
+    for (const KindShapes& each : kinds())
+        if (const ShapeFit best = found.best_of(each.shapes);
+            !best.at_limit && found.part(best.fits) >= most && best.fits > winner.fits) {
+            kind = each.kind;
+            winner = best;
+        }
+    if (found.part(winner.fails) > hardly_any)
+        return Kind::unknown;
     for (const KindShapes& each : kinds()) {
         const ShapeFit best = found.best_of(each.shapes);
-        const double fits = found.part(best.fits);
-        if (best.at_limit) // a simpler shape, which fits as well, says the same
-            continue;
-        if (fits >= most && found.part(best.fails) <= hardly_any && kind == Kind::unknown)
-            kind = each.kind;
-        else if (fits > many)
+        const bool is_refuted = best.fails >= std::max(least_patches, 10 * winner.fails) && found.part(best.fails) >= many;
+        if (each.kind != kind && !best.at_limit && !is_refuted) // at its limit it is a simpler shape
             return Kind::unknown;
     }
     return kind;
@@ -467,9 +476,9 @@ Ranking rank_encodings(const HostDepth& stored) {
     if (found.planes.patches == 0)
         ranking.evidence.push_back("no flat patch tells the readings apart");
     else {
-        std::string said = text(found.planes.patches, " flat patches; of these are affine in the pixel: ");
+        std::string said = text("of ", found.planes.smooth, " smooth patches ", found.planes.patches, " are flat; over these are affine in the pixel: ");
         for (const KindShapes& each : kinds())
-            said += text(each.words, " over ", std::llround(100 * found.part(each.shapes)), " %, ");
+            said += text(each.words, " ", std::llround(100 * found.part(each.shapes)), " %, ");
         ranking.evidence.push_back(said.substr(0, said.size() - 2));
     }
     bool decided = true;
