@@ -80,7 +80,8 @@ Seen seen(const scene::Scene& scene, double fov_x_deg, int width = 320, int heig
     Seen result{width, height, width / (2 * tangent), image.z, {}};
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            const double dx = (x + 0.5 - width / 2.0) / result.focal_px, dy = (y + 0.5 - height / 2.0) / result.focal_px;
+            const double dx = (x + 0.5 - width / 2.0) / result.focal_px,
+                         dy = (y + 0.5 - height / 2.0) / result.focal_px;
             result.along_ray.push_back(result.z[result.along_ray.size()] * std::sqrt(1 + dx * dx + dy * dy));
         }
     return result;
@@ -144,7 +145,8 @@ const std::vector<Source>& sources() {
          }},
         {"Kinect, millimetres with holes", Family::planar,
          [](const Seen& seen) {
-             return codes(seen, [&](std::size_t i) { return is_hole(i) ? 0 : 1000 * seen.z[i]; }, 0);
+             return codes(
+                 seen, [&](std::size_t i) { return is_hole(i) ? 0 : 1000 * seen.z[i]; }, 0);
          }},
         {"Isaac Sim, distance_to_camera", Family::radial,
          [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return seen.along_ray[i]; }); }},
@@ -154,8 +156,7 @@ const std::vector<Source>& sources() {
          }},
         {"Mitsuba 2, 0 where nothing is", Family::radial,
          [](const Seen& seen) {
-             return floats(seen,
-                           [&](std::size_t i) { return std::isinf(seen.along_ray[i]) ? 0 : seen.along_ray[i]; });
+             return floats(seen, [&](std::size_t i) { return std::isinf(seen.along_ray[i]) ? 0 : seen.along_ray[i]; });
          }},
         {"Habitat-sim, metres", Family::planar,
          [](const Seen& seen) {
@@ -185,9 +186,8 @@ const std::vector<Source>& sources() {
          }},
         {"Hypersim, half floats", Family::radial,
          [](const Seen& seen) {
-             DepthFile depth = floats(seen, [&](std::size_t i) {
-                 return std::isinf(seen.along_ray[i]) ? NAN : seen.along_ray[i];
-             });
+             DepthFile depth =
+                 floats(seen, [&](std::size_t i) { return std::isinf(seen.along_ray[i]) ? NAN : seen.along_ray[i]; });
              cv::Mat half;
              depth.values.convertTo(half, CV_16F);
              return DepthFile{half, Storage::float16, {}};
@@ -200,7 +200,10 @@ const std::vector<Source>& sources() {
 const std::vector<Source>& more_sources() {
     static const std::vector<Source> all{
         {"Virtual KITTI 2, centimetres", Family::planar,
-         [](const Seen& seen) { return codes(seen, [&](std::size_t i) { return 100 * seen.z[i]; }, 65535); }},
+         [](const Seen& seen) {
+             return codes(
+                 seen, [&](std::size_t i) { return 100 * seen.z[i]; }, 65535);
+         }},
         {"a reversed buffer without a far plane", Family::window_affine,
          [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return 0.1 / seen.z[i]; }); }},
         {"Nuke's depth.Z", Family::inverse,
@@ -223,7 +226,8 @@ const std::vector<Source>& more_sources() {
          }},
         {"a 16-bit depth buffer", Family::window_affine,
          [](const Seen& seen) {
-             return codes(seen, [&](std::size_t i) { return 65535 * window(seen.z[i], 0.1, 100); }, 65535);
+             return codes(
+                 seen, [&](std::size_t i) { return 65535 * window(seen.z[i], 0.1, 100); }, 65535);
          }},
         {"a depth buffer of floats", Family::window_affine,
          [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return window(seen.z[i], 0.1, 100); }); }},
@@ -231,7 +235,8 @@ const std::vector<Source>& more_sources() {
          [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return std::min(seen.z[i], 1e10); }); }},
         {"logarithmic depth", Family::other,
          [](const Seen& seen) {
-             return floats(seen, [&](std::size_t i) { return std::min(std::log(seen.z[i] + 1) / std::log(101.0), 1.0); });
+             return floats(seen,
+                           [&](std::size_t i) { return std::min(std::log(seen.z[i] + 1) / std::log(101.0), 1.0); });
          }},
         {"exponential depth", Family::other,
          [](const Seen& seen) {
@@ -290,7 +295,8 @@ TEST_CASE("ranking: the family of 32 inputs, none wrong") {
         if (entry.path().extension() != ".json")
             continue;
         const std::string name = entry.path().stem().string();
-        count.add(name, rank_encodings(host(real::opengl_depth(name))), family_of(read_camera(entry.path()).camera.encoding));
+        count.add(name, rank_encodings(host(real::opengl_depth(name))),
+                  family_of(read_camera(entry.path()).camera.encoding));
     }
     for (const char* view : {"blender/perspective", "blender/orthographic"})
         count.add(view, rank_encodings(host(read_depth(real::data / view / "sharp.exr"))),
@@ -313,7 +319,8 @@ TEST_CASE("ranking: every source in every scene and under three angles of view, 
         for (const Source& source : *list) {
             Count count;
             for (const auto& [name, view] : views)
-                count.add(source.name + (" in " + name), rank_encodings(host(source.stored(view))), source.truth, false);
+                count.add(source.name + (" in " + name), rank_encodings(host(source.stored(view))), source.truth,
+                          false);
             std::cout << "  " << source.name << ": " << count.right << " right, " << count.unnamed << " not named, "
                       << count.wrong << " wrong\n";
             CHECK(count.wrong == 0);

@@ -5,7 +5,6 @@
 #include "require.hpp"
 #include "text.hpp"
 
-
 #include <algorithm>
 #include <cstdint>
 #include <utility>

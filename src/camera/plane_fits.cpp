@@ -174,8 +174,8 @@ private:
         for (int j = 0; j < samples_across; ++j)
             for (int i = 0; i < samples_across; ++i) {
                 const int x = left + (w - 1) * i / (samples_across - 1), y = top + (h - 1) * j / (samples_across - 1);
-                const auto index = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                                   static_cast<std::size_t>(x);
+                const auto index =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
                 const double v = static_cast<double>(values_[index]) / largest_;
                 if (std::isnan(v))
                     continue;
@@ -188,8 +188,7 @@ private:
         if (static_cast<double>(window.samples.size()) < least_samples * samples_across * samples_across)
             return false;
         const double range = greatest - least;
-        window.rounding =
-            (step_ + relative_step_ * std::max(std::abs(least), std::abs(greatest))) / std::sqrt(12);
+        window.rounding = (step_ + relative_step_ * std::max(std::abs(least), std::abs(greatest))) / std::sqrt(12);
         if (!(range > least_steps * window.rounding))
             return false;
         const double rest = cubic_residual(window.samples);
@@ -261,8 +260,7 @@ PlaneFits fit_planes(const std::vector<float>& values, int width, int height, do
     PlaneFits found;
     if (!(largest > 0))
         return found;
-    const std::vector<Window> windows =
-        Windows(values, width, height, step, relative_step, largest).smooth_ones();
+    const std::vector<Window> windows = Windows(values, width, height, step, relative_step, largest).smooth_ones();
     found.smooth = windows.size();
     if (windows.empty())
         return found;

@@ -8,9 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <limits>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -83,8 +83,9 @@ Apart look_at(Values& values, double value) {
     const Range rest = range_without(values, value);
     const double gap = value > rest.greatest ? value - rest.greatest : rest.least - value;
     const auto pixels = static_cast<double>(found.pixels);
-    found.stands_apart = rest.count > 0 && found.pixels > 1 &&
-                         (pixels > many_pixels * static_cast<double>(values.all.size()) || gap > clear_gap * rest.size());
+    found.stands_apart =
+        rest.count > 0 && found.pixels > 1 &&
+        (pixels > many_pixels * static_cast<double>(values.all.size()) || gap > clear_gap * rest.size());
     found.is_scattered = static_cast<double>(edges) > scattered * pixels;
     return found;
 }
@@ -97,7 +98,7 @@ struct Limbs {
 
 Limbs limbs_of(Values& values, double rounding) {
     Limbs found;
-    const auto runs_over = [&](const double (&v)[5]) { // the edge lies between the last two
+    const auto runs_over = [&](const double(&v)[5]) { // the edge lies between the last two
         const double first = v[1] - v[0], second = v[2] - v[1], third = v[3] - v[2], jump = v[4] - v[3];
         const double sign = jump < 0 ? -1 : 1;
         return sign * first > 8 * rounding && sign * second > 1.1 * sign * first &&
@@ -180,11 +181,13 @@ struct KindShapes {
 
 const std::vector<KindShapes>& kinds() {
     static const std::vector<KindShapes> all{
-        {Kind::value, {Shape::affine}, "the stored value v"},
-        {Kind::reciprocal, {Shape::reciprocal, Shape::offset, Shape::reversed_offset}, "1/v or 1/(v + c)"},
-        {Kind::over_ray, {Shape::ray}, "(length of the ray)/v"},
-        {Kind::times_ray, {Shape::inverse_ray}, "v × (length of the ray)"},
-        {Kind::exponent, {Shape::logarithmic, Shape::exponential}, "an exponential function of v"},
+        {Kind::value, {Shape::affine}, "v (depth buffer, inverse or orthographic depth)"},
+        {Kind::reciprocal,
+         {Shape::reciprocal, Shape::offset, Shape::reversed_offset},
+         "1/(v + c) (depth along the axis)"},
+        {Kind::over_ray, {Shape::ray}, "ray/v (along the ray)"},
+        {Kind::times_ray, {Shape::inverse_ray}, "ray · v (inverse, along the ray)"},
+        {Kind::exponent, {Shape::logarithmic, Shape::exponential}, "exp(v) (logarithmic or exponential)"},
     };
     return all;
 }
@@ -207,7 +210,8 @@ Kind kind_of(const Findings& found) {
         return Kind::unknown;
     for (const KindShapes& each : kinds()) {
         const ShapeFit best = found.best_of(each.shapes);
-        const bool is_refuted = best.fails >= std::max(least_patches, 10 * winner.fails) && found.part(best.fails) >= many;
+        const bool is_refuted =
+            best.fails >= std::max(least_patches, 10 * winner.fails) && found.part(best.fails) >= many;
         if (each.kind != kind && !best.at_limit && !is_refuted) // at its limit it is a simpler shape
             return Kind::unknown;
     }
@@ -216,7 +220,8 @@ Kind kind_of(const Findings& found) {
 
 std::string percent_of(std::size_t part, std::size_t whole) {
     const double percent = 100 * static_cast<double>(part) / static_cast<double>(whole);
-    return text(percent < 1 ? std::round(10 * percent) / 10 : std::round(percent), " %");
+    return percent < 0.1 ? "under 0.1 %"
+                         : text(percent < 1 ? std::round(10 * percent) / 10 : std::round(percent), " %");
 }
 
 // The file's keys for values that stand apart, with a comma before each.
@@ -237,7 +242,8 @@ std::string file(const std::string& keys) {
 
 Guess window_guess(const Findings& found, bool reversed) {
     return {Family::window_affine,
-            reversed ? "depth-buffer values, reversed: 1 is the near plane" : "depth-buffer values: 0 is the near plane",
+            reversed ? "depth-buffer values, reversed: 1 is the near plane"
+                     : "depth-buffer values: 0 is the near plane",
             found.part({Shape::affine}),
             file(assumed_view + R"(, "near": 0.1, "far": )" +
                  (reversed ? R"("infinity", "reversed": true}, "clip_z": "zero-to-one")" : "100}") +
@@ -296,21 +302,19 @@ Guess orthographic_guess(const Findings& found) {
             "the six sides of the view, and the unit"};
 }
 
-Guess radial_guess(const Findings& found) {
+Guess radial_guess(const Findings& found, bool is_measured) {
     const auto [unit, scale] = plausible_unit(found);
-    const double tangent = found.parameter(Shape::ray);
-    const double degrees = std::isnan(tangent) ? 60 : 2 * std::atan(tangent) * 180 / std::numbers::pi;
+    const double degrees = is_measured ? 2 * std::atan(found.parameter(Shape::ray)) * 180 / std::numbers::pi : 60;
     return {Family::radial, "distance along the ray; " + unit, found.part({Shape::ray}),
             file(text(R"("perspective": {"fov_x_deg": )", std::round(100 * degrees) / 100,
                       R"(}, "encoding": "ray-distance")") +
                  scale_key(scale) + apart_keys(found, !found.values.is_float)),
-            std::isnan(tangent) ? "the angle of view"
-                                : "the scale; the angle of view is measured, with the axis in the middle"};
+            is_measured ? "the scale; the angle of view is measured, with the axis in the middle"
+                        : "the angle of view"};
 }
 
 Guess inverse_guess(const Findings& found, bool along_ray = false) {
-    return {Family::inverse,
-            along_ray ? "inverse distance along the ray" : "inverse distance: disparity, or 1/z",
+    return {Family::inverse, along_ray ? "inverse distance along the ray" : "inverse distance: disparity, or 1/z",
             found.part({along_ray ? Shape::inverse_ray : Shape::affine}),
             file(assumed_view + R"(}, "encoding": "inverse")" + (along_ray ? R"(, "along": "ray")" : "") +
                  R"(, "scale": 1, "offset": 0)" +
@@ -324,15 +328,15 @@ Guess logarithmic_guess(const Findings& found) {
     const bool is_exponential = exponential > logarithmic;
     // v = log(z/n)/log(f/n), or log(C z + 1)/log(C f + 1): the parameter is the logarithm, for the largest value
     const double parameter = found.parameter(is_exponential ? Shape::exponential : Shape::logarithmic);
-    const double ratio =
-        std::isnan(parameter) ? 1000 : std::exp(std::min(parameter / found.range.greatest * found.values.largest_code, 50.0));
-    return {Family::other, is_exponential ? "exponential depth" : "logarithmic depth",
-            std::max(logarithmic, exponential),
-            file(assumed_view + (is_exponential
-                                     ? text(R"(}, "encoding": "exponential", "near": 0.1, "far": )", 0.1 * ratio)
-                                     : text(R"(}, "encoding": "logarithmic", "log_c": 1, "far": )", ratio - 1))),
-            is_exponential ? "the angle of view and near; far/near is measured"
-                           : "the angle of view and log_c; log_c × far is measured"};
+    const double ratio = std::isnan(parameter)
+                             ? 1000
+                             : std::exp(std::min(parameter / found.range.greatest * found.values.largest_code, 50.0));
+    return {
+        Family::other, is_exponential ? "exponential depth" : "logarithmic depth", std::max(logarithmic, exponential),
+        file(assumed_view + (is_exponential ? text(R"(}, "encoding": "exponential", "near": 0.1, "far": )", 0.1 * ratio)
+                                            : text(R"(}, "encoding": "logarithmic", "log_c": 1, "far": )", ratio - 1))),
+        is_exponential ? "the angle of view and near; far/near is measured"
+                       : "the angle of view and log_c; log_c × far is measured"};
 }
 
 Guess median_guess(const Findings& found) {
@@ -379,7 +383,8 @@ Findings findings_of(const HostDepth& stored, std::vector<std::string>& evidence
     for (const Apart& apart : {found.zero, found.top})
         if (apart.stands_apart)
             evidence.push_back(text(apart.pixels, " pixels (", percent_of(apart.pixels, values.all.size()), ") hold ",
-                                    apart.value, apart.is_scattered ? ", scattered like holes" : ", together like a sky"));
+                                    apart.value,
+                                    apart.is_scattered ? ", scattered like holes" : ", together like a sky"));
     for (float& value : values.all) // such values are often no depth, even where they are few
         if (const auto v = static_cast<double>(value); v == 0 || (is_top && v == all.greatest) || v >= huge)
             value = not_a_number;
@@ -388,9 +393,7 @@ Findings findings_of(const HostDepth& stored, std::vector<std::string>& evidence
         return found;
     found.median = median_of(values.all);
     find_near(found, evidence);
-    const double relative_step = stored.storage == Storage::float32 ? 0x1p-23
-                                 : values.is_float                  ? 0x1p-10
-                                                                    : 0;
+    const double relative_step = stored.storage == Storage::float32 ? 0x1p-23 : values.is_float ? 0x1p-10 : 0;
     found.planes = fit_planes(values.all, values.width, values.height, values.is_float ? 0 : 1, relative_step);
     return found;
 }
@@ -436,7 +439,7 @@ std::vector<Guess> affine_guesses(const Findings& found, bool& decided) {
 
 // Readings where planes do not decide: by range and type alone.
 std::vector<Guess> plausible_guesses(const Findings& found) {
-    const Guess window = window_guess(found, false), planar = planar_guess(found), radial = radial_guess(found),
+    const Guess window = window_guess(found, false), planar = planar_guess(found), radial = radial_guess(found, false),
                 inverse = inverse_guess(found);
     if (found.in_unit_range())
         return {window, inverse, planar, radial};
@@ -476,7 +479,8 @@ Ranking rank_encodings(const HostDepth& stored) {
     if (found.planes.patches == 0)
         ranking.evidence.push_back("no flat patch tells the readings apart");
     else {
-        std::string said = text("of ", found.planes.smooth, " smooth patches ", found.planes.patches, " are flat; over these are affine in the pixel: ");
+        std::string said = text(found.planes.patches, " of ", found.planes.smooth,
+                                " smooth patches are flat; affine in the pixel over them: ");
         for (const KindShapes& each : kinds())
             said += text(each.words, " ", std::llround(100 * found.part(each.shapes)), " %, ");
         ranking.evidence.push_back(said.substr(0, said.size() - 2));
@@ -499,7 +503,7 @@ Ranking rank_encodings(const HostDepth& stored) {
         }
         break;
     case Kind::over_ray:
-        ranking.guesses = {radial_guess(found)};
+        ranking.guesses = {radial_guess(found, true)};
         break;
     case Kind::times_ray:
         ranking.guesses = {inverse_guess(found, true)};
