@@ -181,13 +181,13 @@ struct KindShapes {
 
 const std::vector<KindShapes>& kinds() {
     static const std::vector<KindShapes> all{
-        {Kind::value, {Shape::affine}, "v (depth buffer, inverse or orthographic depth)"},
+        {Kind::value, {Shape::affine}, "v (depth buffers, inverse depth, orthographic cameras)"},
         {Kind::reciprocal,
          {Shape::reciprocal, Shape::offset, Shape::reversed_offset},
-         "1/(v + c) (depth along the axis)"},
-        {Kind::over_ray, {Shape::ray}, "ray/v (along the ray)"},
-        {Kind::times_ray, {Shape::inverse_ray}, "ray · v (inverse, along the ray)"},
-        {Kind::exponent, {Shape::logarithmic, Shape::exponential}, "exp(v) (logarithmic or exponential)"},
+         "1/(v + c) (distance along the axis)"},
+        {Kind::over_ray, {Shape::ray}, "|ray|/v (distance along the ray)"},
+        {Kind::times_ray, {Shape::inverse_ray}, "|ray| · v (inverse distance along the ray)"},
+        {Kind::exponent, {Shape::logarithmic, Shape::exponential}, "exp(v) (logarithmic and exponential depth)"},
     };
     return all;
 }
@@ -437,15 +437,19 @@ std::vector<Guess> affine_guesses(const Findings& found, bool& decided) {
     return found.values.is_float ? std::vector{window, reversed, inverse} : std::vector{inverse, window, orthographic};
 }
 
-// Readings where planes do not decide: by range and type alone.
+// Readings where planes do not decide: by range, type and what is near alone.
 std::vector<Guess> plausible_guesses(const Findings& found) {
-    const Guess window = window_guess(found, false), planar = planar_guess(found), radial = radial_guess(found, false),
-                inverse = inverse_guess(found);
-    if (found.in_unit_range())
-        return {window, inverse, planar, radial};
-    if (!found.values.is_float && found.top.stands_apart)
-        return {planar, window, inverse, radial};
-    return {planar, radial, inverse};
+    const Guess window = window_guess(found, found.near == Near::more), planar = planar_guess(found),
+                radial = radial_guess(found, false), inverse = inverse_guess(found);
+    const bool may_be_window = found.in_unit_range() || found.top.value == found.values.largest_code;
+    std::vector<Guess> guesses;
+    if (found.near != Near::more)
+        guesses = {planar, radial};
+    if (found.near != Near::less)
+        guesses.push_back(inverse);
+    if (may_be_window) // floats from 0 to 1 are mostly depth buffers, and integers mostly distances
+        guesses.insert(guesses.begin() + (found.in_unit_range() ? 0 : 1), window);
+    return guesses;
 }
 
 } // namespace
@@ -479,11 +483,11 @@ Ranking rank_encodings(const HostDepth& stored) {
     if (found.planes.patches == 0)
         ranking.evidence.push_back("no flat patch tells the readings apart");
     else {
-        std::string said = text(found.planes.patches, " of ", found.planes.smooth,
-                                " smooth patches are flat; affine in the pixel over them: ");
+        ranking.evidence.push_back(text(found.planes.patches, " of ", found.planes.smooth, " smooth patches are flat"));
         for (const KindShapes& each : kinds())
-            said += text(each.words, " ", std::llround(100 * found.part(each.shapes)), " %, ");
-        ranking.evidence.push_back(said.substr(0, said.size() - 2));
+            if (const auto percent = std::llround(100 * found.part(each.shapes)); percent > 0)
+                ranking.evidence.push_back(
+                    text("over ", percent, " % of these ", each.words, " is affine in the pixel"));
     }
     bool decided = true;
     switch (kind) {

@@ -291,8 +291,7 @@ void print_ranking(const Findings& found) {
     if (found.packing)
         print_row("packing", fmt::format("{}: no other one makes smooth surfaces", to_string(*found.packing)));
     for (const Guess& guess : ranking.guesses)
-        print_row(to_string(guess.family),
-                  fmt::format("{}; {:.0f} % of the flat patches agree", guess.meaning, 100 * guess.fits));
+        print_row(to_string(guess.family), guess.meaning);
     if (ranking.guesses.empty())
         return;
     const Guess& first = ranking.guesses.front();
