@@ -1,70 +1,16 @@
 // What a depth image holds, and what its camera makes of it.
 #include <fathom/findings.hpp>
 
+#include "camera/stored_values.hpp"
 #include "require.hpp"
 #include "text.hpp"
 
-#include <Eigen/Core>
-
 #include <algorithm>
-#include <bit>
 #include <cstdint>
 #include <utility>
 
 namespace fathom {
 namespace {
-
-template <typename Element, typename Visit>
-void visit_pixels(const HostDepth& stored, int channels, const Visit& visit) {
-    for (int y = 0; y < stored.height; ++y) {
-        const auto* row =
-            static_cast<const unsigned char*>(stored.data) + static_cast<std::size_t>(y) * stored.row_bytes;
-        const auto* pixel = reinterpret_cast<const Element*>(row);
-        for (int x = 0; x < stored.width; ++x, pixel += channels)
-            visit(pixel);
-    }
-}
-
-// The stored values as numbers, and their bits, which are compared with the background's.
-template <typename Visit>
-void visit_values(const HostDepth& stored, const Visit& visit) {
-    const auto code = [&](std::uint32_t value) { visit(static_cast<float>(value), value); };
-    const auto bytes = [&](int lowest, int highest) {
-        visit_pixels<std::uint8_t>(stored, 3, [&](const std::uint8_t* b) {
-            code(std::uint32_t{b[lowest]} | std::uint32_t{b[1]} << 8 | std::uint32_t{b[highest]} << 16);
-        });
-    };
-    switch (stored.storage) {
-    case Storage::float32:
-        visit_pixels<float>(stored, 1, [&](const float* v) { visit(*v, std::bit_cast<std::uint32_t>(*v)); });
-        break;
-    case Storage::float16:
-        visit_pixels<Eigen::half>(stored, 1, [&](const Eigen::half* v) {
-            visit(static_cast<float>(*v), std::uint32_t{Eigen::numext::bit_cast<std::uint16_t>(*v)});
-        });
-        break;
-    case Storage::uint8:
-        visit_pixels<std::uint8_t>(stored, 1, [&](const std::uint8_t* v) { code(*v); });
-        break;
-    case Storage::uint16:
-        visit_pixels<std::uint16_t>(stored, 1, [&](const std::uint16_t* v) { code(*v); });
-        break;
-    case Storage::uint24:
-        visit_pixels<std::uint32_t>(stored, 1, [&](const std::uint32_t* v) { code(*v & 0xffffff); });
-        break;
-    case Storage::uint24_high:
-        visit_pixels<std::uint32_t>(stored, 1, [&](const std::uint32_t* v) { code(*v >> 8); });
-        break;
-    case Storage::rgb8_red_low:
-    case Storage::bgr8_red_high:
-        bytes(0, 2);
-        break;
-    case Storage::rgb8_red_high:
-    case Storage::bgr8_red_low:
-        bytes(2, 0);
-        break;
-    }
-}
 
 std::optional<DepthBits> bits_of(const Camera& camera, Storage storage) {
     switch (camera.depth_bits.value_or(0)) {

@@ -11,6 +11,7 @@
 #include <fathom/io.hpp>
 #include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
+#include <fathom/ranking.hpp>
 
 #include <fmt/format.h>
 
@@ -37,7 +38,9 @@ struct Findings {
     DepthFile depth;
     std::vector<Channel> channels;
     StoredStatistics statistics;
-    std::optional<CameraFindings> camera;
+    std::optional<CameraFindings> camera; ///< what the camera makes of the values
+    Ranking ranking;                      ///< what they could be where there is no camera
+    std::optional<Packing> packing;       ///< one that was found and not said
 };
 
 // What linearize makes of the image; nothing without a device, unless one was asked for.
@@ -51,6 +54,42 @@ cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption
     }
 }
 
+HostDepth on_host(const DepthFile& depth) {
+    return {depth.values.data, depth.values.cols, depth.values.rows, depth.values.step, depth.storage};
+}
+
+// Depth in several channels of 8 bits whose packing nobody said: that of the packings which makes planes of planes. None
+// where several do, or none.
+std::optional<Packing> found_packing(const std::string& file) {
+    std::optional<Packing> found;
+    for (const Packing packing :
+         {Packing::rgb_red_low, Packing::rgb_red_high, Packing::rgba_red_low, Packing::rgba_red_high}) {
+        DepthFile depth;
+        try {
+            depth = read_depth(file, {.packing = packing});
+        } catch (const Error&) { // the image has no such channels
+            continue;
+        }
+        if (!rank_encodings(on_host(depth)).family)
+            continue;
+        if (found)
+            return std::nullopt;
+        found = packing;
+    }
+    return found;
+}
+
+DepthFile read_without_camera(const Options& options, std::optional<Packing>& packing) {
+    try {
+        return read_depth(options.file, {.channel = options.channel});
+    } catch (const Error&) {
+        packing = options.channel.empty() ? found_packing(options.file) : std::nullopt;
+        if (!packing)
+            throw;
+        return read_depth(options.file, {.packing = packing});
+    }
+}
+
 Findings inspected(const Options& options) {
     CameraFile camera_file;
     if (options.camera.given())
@@ -58,14 +97,18 @@ Findings inspected(const Options& options) {
     Findings found;
     {
         const StderrSilenced silenced;
-        found.depth = read_depth(options.file, {.channel = options.channel, .packing = camera_file.packing});
+        found.depth = options.camera.given()
+                          ? read_depth(options.file, {.channel = options.channel, .packing = camera_file.packing})
+                          : read_without_camera(options, found.packing);
         found.channels = list_channels(options.file);
     }
+    const HostDepth stored = on_host(found.depth);
     const cv::Mat& values = found.depth.values;
-    const HostDepth stored{values.data, values.cols, values.rows, values.step, found.depth.storage};
     found.statistics = stored_statistics(stored);
-    if (!options.camera.given())
+    if (!options.camera.given()) {
+        found.ranking = rank_encodings(stored);
         return found;
+    }
     try {
         const Camera camera = camera_for(camera_file, values.cols, values.rows);
         const cv::Mat z = decoded(found.depth, camera, options.device);
@@ -141,6 +184,27 @@ nlohmann::ordered_json as_json(const CameraFindings& found) {
             {"attainable", attainable}};
 }
 
+// A camera file with the packing that was found, if any.
+nlohmann::ordered_json camera_file_of(const Guess& guess, std::optional<Packing> packing) {
+    auto file = nlohmann::ordered_json::parse(guess.camera_file);
+    if (packing)
+        file["packing"] = to_string(*packing);
+    return file;
+}
+
+nlohmann::ordered_json as_json(const Ranking& ranking, std::optional<Packing> packing) {
+    auto guesses = nlohmann::ordered_json::array();
+    for (const Guess& guess : ranking.guesses)
+        guesses.push_back({{"family", to_string(guess.family)},
+                           {"meaning", guess.meaning},
+                           {"fits", guess.fits},
+                           {"camera_file", camera_file_of(guess, packing)},
+                           {"assumed", guess.assumed}});
+    return {{"family", ranking.family ? nlohmann::ordered_json(to_string(*ranking.family)) : nlohmann::ordered_json()},
+            {"evidence", ranking.evidence},
+            {"guesses", guesses}};
+}
+
 nlohmann::ordered_json as_json(const Options& options, const Findings& found) {
     nlohmann::ordered_json channels = nlohmann::ordered_json::array(), percentiles;
     for (const Channel& channel : found.channels)
@@ -161,7 +225,8 @@ nlohmann::ordered_json as_json(const Options& options, const Findings& found) {
             {"minus_inf", s.minus_inf},
             {"at_zero", s.at_zero},
             {"at_largest", s.at_largest},
-            {"camera", found.camera ? as_json(*found.camera) : nlohmann::ordered_json()}};
+            {"camera", found.camera ? as_json(*found.camera) : nlohmann::ordered_json()},
+            {"could_be", found.camera ? nlohmann::ordered_json() : as_json(found.ranking, found.packing)}};
 }
 
 void print_row(const std::string& term, const std::string& meaning) {
@@ -218,6 +283,22 @@ void print_camera(const Options& options, const CameraFindings& found) {
         print_row(place, number(z));
 }
 
+void print_ranking(const Findings& found) {
+    const Ranking& ranking = found.ranking;
+    fmt::print("\nwhat the values could be: {}\n", ranking.family ? to_string(*ranking.family) : "cannot tell");
+    for (const std::string& sentence : ranking.evidence)
+        print_row(&sentence == &ranking.evidence.front() ? "evidence" : "", sentence);
+    if (found.packing)
+        print_row("packing", fmt::format("{}: no other one makes smooth surfaces", to_string(*found.packing)));
+    for (const Guess& guess : ranking.guesses)
+        print_row(to_string(guess.family), guess.meaning);
+    if (ranking.guesses.empty())
+        return;
+    const Guess& first = ranking.guesses.front();
+    fmt::print("\na camera file to start from: {}\nassumed in it, for you to replace: {}\n",
+               camera_file_of(first, found.packing).dump(), first.assumed);
+}
+
 void print_findings(const Options& options, const Findings& found) {
     const StoredStatistics& s = found.statistics;
     const std::string channel = io::printable(found.depth.channel);
@@ -242,8 +323,10 @@ void print_findings(const Options& options, const Findings& found) {
     print_row("at " + number(storage_max(found.depth.storage)), std::to_string(s.at_largest));
     if (found.camera)
         print_camera(options, *found.camera);
-    else
+    else {
         print_row("background", "unknown without --camera or --preset");
+        print_ranking(found);
+    }
 }
 
 int inspect(const Options& options) {
@@ -272,13 +355,15 @@ std::function<int()> configure(CLI::App& app) {
 
 extern const Command inspect_command{
     .name = "inspect",
-    .summary = "Shows what a depth image holds and, with a camera, what its values mean.",
+    .summary = "Shows what a depth image holds, and what its values mean or could mean.",
     .notes =
         R"(Run this first. Percentiles are values of the image (nearest rank). With a camera, range shows the nearest and the
-farthest depth that stored values can mean, and their precision. In JSON, NaN and infinities are the strings "nan",
+farthest depth that stored values can mean, and their precision. Without one, what the values could be is ranked by
+what is affine in the pixel over the image's flat patches, by range and by silhouettes. In JSON, NaN and infinities are the strings "nan",
 "inf" and "-inf". Values that are unknown or were not asked for are null.
 
-Example:
+Examples:
+  fathom inspect frame.exr
   fathom inspect frame.exr --camera camera.json)",
     .configure = configure,
 };

@@ -1,0 +1,111 @@
+// fathom inspect without a camera: what it names, and that the camera file that it prints is one.
+#include "program.hpp"
+#include "scene/scene.hpp"
+
+#include <fathom/camera_file.hpp>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <cmath>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+/// A room's distances along the axis, 240 × 180 pixels.
+cv::Mat room() {
+    Camera camera;
+    camera.projection = perspective(1.0, 4.0 / 3, {0.05, 100});
+    camera.width = 240;
+    camera.height = 180;
+    const scene::Rendered image = scene::render(scene::room(), camera);
+    cv::Mat z(camera.height, camera.width, CV_32FC1);
+    std::copy(image.z.begin(), image.z.end(), z.begin<float>());
+    return z;
+}
+
+/// CARLA's 24 bits, R the lowest: 1000 m/(2²⁴ − 1) a step.
+cv::Mat packed(const cv::Mat& z) {
+    cv::Mat bgr(z.size(), CV_8UC3);
+    for (int y = 0; y < z.rows; ++y)
+        for (int x = 0; x < z.cols; ++x) {
+            const auto code = static_cast<unsigned>(std::lround(static_cast<double>(z.at<float>(y, x)) * 16777.215));
+            bgr.at<cv::Vec3b>(y, x) = {static_cast<std::uint8_t>(code >> 16), static_cast<std::uint8_t>(code >> 8),
+                                       static_cast<std::uint8_t>(code)};
+        }
+    return bgr;
+}
+
+/// What follows `label` on its line.
+std::string after(const std::string& text, const std::string& label) {
+    const auto at = text.find(label);
+    REQUIRE(at != std::string::npos);
+    return text.substr(at + label.size(), text.find('\n', at) - at - label.size());
+}
+
+const std::string label = "a camera file to start from: ";
+
+} // namespace
+
+TEST_CASE("inspect: without a camera it names the family and prints a camera file that works") {
+    const Folder folder;
+    const cv::Mat z = room();
+    const std::string input = folder / "z.tif", camera = folder / "camera.json", output = folder / "out/z.tif";
+    cv::imwrite(input, z);
+    const Outcome outcome = run({"inspect", input});
+    check_done(outcome);
+    CHECK(after(outcome.out, "what the values could be: ") == "planar");
+    CHECK(outcome.out.find("metres are plausible") != std::string::npos);
+    CHECK(outcome.out.find("assumed in it, for you to replace: the angle of view\n") != std::string::npos);
+    write(camera, after(outcome.out, label));
+    check_done(run({"linearize", input, "--camera", camera, "-o", output}));
+    CHECK(cv::norm(cv::imread(output, cv::IMREAD_UNCHANGED), z, cv::NORM_INF) == 0);
+
+    const Outcome with_camera = run({"inspect", input, "--camera", camera});
+    CHECK(with_camera.out.find("could be") == std::string::npos);
+    CHECK(run({"inspect", input, "--camera", camera, "--json"}).out.find(R"("could_be":null)") != std::string::npos);
+    const Outcome json = run({"inspect", input, "--json"});
+    CHECK(json.out.find(R"("could_be":{"family":"planar","evidence":[)") != std::string::npos);
+    CHECK(json.out.find(R"("camera_file":{"perspective":{"fov_y_deg":60},"encoding":"view-z"})") != std::string::npos);
+}
+
+TEST_CASE("inspect: a packing that nobody said is found, or the image is refused as before") {
+    const Folder folder;
+    const cv::Mat z = room();
+    const std::string input = folder / "carla.png", camera = folder / "camera.json", output = folder / "out/z.tif";
+    cv::imwrite(input, packed(z));
+    const Outcome outcome = run({"inspect", input});
+    check_done(outcome);
+    CHECK(after(outcome.out, "what the values could be: ") == "planar");
+    CHECK(outcome.out.find("rgb-low-first") != std::string::npos);
+    write(camera, after(outcome.out, label));
+    check_done(run({"linearize", input, "--camera", camera, "-o", output}));
+    constexpr double half_a_step = 0.51 * 1000 / 16777215; // and a float's rounding
+    CHECK(cv::norm(cv::imread(output, cv::IMREAD_UNCHANGED), z, cv::NORM_INF) < half_a_step);
+
+    cv::Mat picture(60, 80, CV_8UC3);
+    cv::randu(picture, 0, 256);
+    cv::imwrite(input, picture);
+    const Outcome refused = run({"inspect", input});
+    check_refused(refused, 1, input);
+    CHECK(refused.err.find("\"packing\": \"rgb-low-first\"") != std::string::npos);
+}
+
+TEST_CASE("inspect: where it cannot tell it says so, with every reading that is left") {
+    const Folder folder;
+    cv::Mat inverse = room();
+    cv::divide(0.5, inverse, inverse); // 1/z, or a reversed depth buffer whose near plane lies at 0.5
+    const std::string input = folder / "inverse.tif";
+    cv::imwrite(input, inverse);
+    const Outcome outcome = run({"inspect", input});
+    check_done(outcome);
+    CHECK(after(outcome.out, "what the values could be: ") == "cannot tell");
+    CHECK(outcome.out.find("\n  window-affine ") != std::string::npos);
+    CHECK(outcome.out.find("\n  inverse  ") != std::string::npos);
+    cv::imwrite(input, cv::Mat(20, 30, CV_32FC1, cv::Scalar(NAN)));
+    const Outcome nothing = run({"inspect", input});
+    check_done(nothing);
+    CHECK(after(nothing.out, "what the values could be: ") == "cannot tell");
+    CHECK(nothing.out.find(label) == std::string::npos);
+}

@@ -1,0 +1,440 @@
+// What values could be, where nobody says it. The truth is each input's own description, or the formula it was made with.
+#include "catch.hpp"
+#include "io_files.hpp"
+#include "real_inputs.hpp"
+#include "scene/scene.hpp"
+
+#include <fathom/camera_file.hpp>
+#include <fathom/io.hpp>
+#include <fathom/ranking.hpp>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <iostream>
+#include <limits>
+#include <numbers>
+#include <random>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+HostDepth host(const DepthFile& depth) {
+    return {depth.values.data, depth.values.cols, depth.values.rows, depth.values.step, depth.storage};
+}
+
+/// The family that a description names: what its stored values are affine in, by the definitions in docs/camera.md.
+Family family_of(Encoding encoding) {
+    switch (encoding) {
+    case Encoding::window:
+        return Family::window_affine;
+    case Encoding::linear:
+    case Encoding::pseudo_linear: // z·w written per vertex: affine in z at every vertex
+    case Encoding::view_z:
+        return Family::planar;
+    case Encoding::ray_distance:
+        return Family::radial;
+    case Encoding::inverse:
+    case Encoding::inverse_range:
+        return Family::inverse;
+    default:
+        return Family::other;
+    }
+}
+
+/// How many inputs were named right, not named, and named wrong.
+struct Count {
+    int right = 0, unnamed = 0, wrong = 0;
+
+    std::string in_words() const {
+        return std::to_string(right) + " right, " + std::to_string(unnamed) + " not named, " + std::to_string(wrong) +
+               " wrong";
+    }
+
+    void add(const std::string& name, const Ranking& ranking, Family truth, bool print = true) {
+        ++(!ranking.family ? unnamed : *ranking.family == truth ? right : wrong);
+        const std::string said = ranking.family ? to_string(*ranking.family) : "cannot tell";
+        if (print || (ranking.family && *ranking.family != truth))
+            std::cout << "  " << name << ": " << said << ", truth " << to_string(truth) << '\n';
+        if (ranking.family && *ranking.family != truth)
+            for (const std::string& sentence : ranking.evidence)
+                std::cout << "    " << sentence << '\n';
+    }
+};
+
+/// What a ray caster sees: distance along the axis and along the ray, infinite where nothing is.
+struct Seen {
+    int width, height;
+    double focal_px;
+    std::vector<double> z, along_ray;
+};
+
+Seen seen(const scene::Scene& scene, double fov_x_deg, int width = 320, int height = 240) {
+    Camera camera;
+    const double tangent = std::tan(fov_x_deg * std::numbers::pi / 360), aspect = static_cast<double>(width) / height;
+    camera.projection = perspective(2 * std::atan(tangent / aspect), aspect, {0.05, 1000});
+    camera.width = width;
+    camera.height = height;
+    const scene::Rendered image = scene::render(scene, camera);
+    Seen result{width, height, width / (2 * tangent), image.z, {}};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double dx = (x + 0.5 - width / 2.0) / result.focal_px,
+                         dy = (y + 0.5 - height / 2.0) / result.focal_px;
+            result.along_ray.push_back(result.z[result.along_ray.size()] * std::sqrt(1 + dx * dx + dy * dy));
+        }
+    return result;
+}
+
+/// A source of depth: its formula, as the source's documentation has it.
+struct Source {
+    const char* name;
+    Family truth;
+    std::function<DepthFile(const Seen&)> stored;
+};
+
+template <typename Element>
+DepthFile image_of(const Seen& seen, int type, Storage storage, const std::function<double(std::size_t)>& value) {
+    cv::Mat image(seen.height, seen.width, type);
+    for (std::size_t i = 0; i < seen.z.size(); ++i)
+        image.ptr<Element>(0)[i] = static_cast<Element>(value(i));
+    return {image, storage, {}};
+}
+
+DepthFile floats(const Seen& seen, const std::function<double(std::size_t)>& value) {
+    return image_of<float>(seen, CV_32FC1, Storage::float32, value);
+}
+
+/// Codes of 16 bits; what is above them is `above`.
+DepthFile codes(const Seen& seen, const std::function<double(std::size_t)>& value, double above) {
+    return image_of<std::uint16_t>(seen, CV_16UC1, Storage::uint16, [&](std::size_t i) {
+        const double code = std::round(value(i));
+        return code > 65535 || std::isnan(code) ? above : code;
+    });
+}
+
+/// One pixel in thirty is not measured.
+bool is_hole(std::size_t i) {
+    return (i * 2654435761U >> 7) % 30 == 0;
+}
+
+double window(double z, double near, double far) {
+    return z < far ? (1 / near - 1 / z) / (1 / near - 1 / far) : 1;
+}
+
+/// A file of four channels of 8 bits, read back as the packing says.
+DepthFile packed(const cv::Mat& bgra, Packing packing) {
+    const TempFolder folder;
+    const auto file = folder / "depth.png";
+    cv::imwrite(file.string(), bgra);
+    return read_depth(file, {.packing = packing});
+}
+
+const std::vector<Source>& sources() {
+    static const std::vector<Source> all{
+        {"CARLA, 24 bits in R, G and B", Family::planar,
+         [](const Seen& seen) {
+             cv::Mat bgra(seen.height, seen.width, CV_8UC4);
+             for (std::size_t i = 0; i < seen.z.size(); ++i) {
+                 const auto code = static_cast<unsigned>(std::round(std::min(seen.z[i] / 1000, 1.0) * 16777215));
+                 const auto byte = [&](int n) { return static_cast<std::uint8_t>(code >> (8 * n)); };
+                 bgra.ptr<cv::Vec4b>(0)[i] = {byte(2), byte(1), byte(0), 255};
+             }
+             return packed(bgra, Packing::rgb_red_low);
+         }},
+        {"Kinect, millimetres with holes", Family::planar,
+         [](const Seen& seen) {
+             return codes(
+                 seen, [&](std::size_t i) { return is_hole(i) ? 0 : 1000 * seen.z[i]; }, 0);
+         }},
+        {"Isaac Sim, distance_to_camera", Family::radial,
+         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return seen.along_ray[i]; }); }},
+        {"AirSim, DepthPerspective", Family::radial,
+         [](const Seen& seen) {
+             return floats(seen, [&](std::size_t i) { return std::min(seen.along_ray[i], 65504.0); });
+         }},
+        {"Mitsuba 2, 0 where nothing is", Family::radial,
+         [](const Seen& seen) {
+             return floats(seen, [&](std::size_t i) { return std::isinf(seen.along_ray[i]) ? 0 : seen.along_ray[i]; });
+         }},
+        {"Habitat-sim, metres", Family::planar,
+         [](const Seen& seen) {
+             return floats(seen, [&](std::size_t i) { return std::isinf(seen.z[i]) ? 0 : seen.z[i]; });
+         }},
+        {"stereo disparity, 256 steps a pixel, with holes", Family::inverse,
+         [](const Seen& seen) {
+             return codes(
+                 seen, [&](std::size_t i) { return is_hole(i) ? 0 : 256 * 0.2 * seen.focal_px / seen.z[i]; }, 0);
+         }},
+        {"MuJoCo's depth buffer, 24 bits", Family::window_affine,
+         [](const Seen& seen) {
+             return image_of<std::uint32_t>(seen, CV_32SC1, Storage::uint24, [&](std::size_t i) {
+                 return std::round(16777215 * window(seen.z[i], 0.1, 50));
+             });
+         }},
+        {"three.js, packDepthToRGBA", Family::window_affine,
+         [](const Seen& seen) {
+             cv::Mat bgra(seen.height, seen.width, CV_8UC4);
+             for (std::size_t i = 0; i < seen.z.size(); ++i) {
+                 const double v = window(seen.z[i], 0.1, 100);
+                 const auto code = v >= 1 ? 0xffffffU : static_cast<unsigned>(v * 0x1p24);
+                 const auto byte = [&](int n) { return static_cast<std::uint8_t>(code >> (8 * n)); };
+                 bgra.ptr<cv::Vec4b>(0)[i] = {byte(0), byte(1), byte(2), static_cast<std::uint8_t>(v >= 1 ? 255 : 0)};
+             }
+             return packed(bgra, Packing::rgba_red_high);
+         }},
+        {"Hypersim, half floats", Family::radial,
+         [](const Seen& seen) {
+             DepthFile depth =
+                 floats(seen, [&](std::size_t i) { return std::isinf(seen.along_ray[i]) ? NAN : seen.along_ray[i]; });
+             cv::Mat half;
+             depth.values.convertTo(half, CV_16F);
+             return DepthFile{half, Storage::float16, {}};
+         }},
+    };
+    return all;
+}
+
+/// More sources, of which some look like others.
+const std::vector<Source>& more_sources() {
+    static const std::vector<Source> all{
+        {"Virtual KITTI 2, centimetres", Family::planar,
+         [](const Seen& seen) {
+             return codes(
+                 seen, [&](std::size_t i) { return 100 * seen.z[i]; }, 65535);
+         }},
+        {"a reversed buffer without a far plane", Family::window_affine,
+         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return 0.1 / seen.z[i]; }); }},
+        {"Nuke's depth.Z", Family::inverse,
+         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return 1 / seen.z[i]; }); }},
+        {"Middlebury's disparity, infinite holes", Family::inverse,
+         [](const Seen& seen) {
+             return floats(seen, [&](std::size_t i) {
+                 return is_hole(i) ? static_cast<double>(infinity) : 0.5 * seen.focal_px / seen.z[i] - 2;
+             });
+         }},
+        {"Habitat-lab, 0 to 1", Family::planar,
+         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return std::min(seen.z[i] / 10, 1.0); }); }},
+        {"linear from a near plane at 0.5", Family::planar,
+         [](const Seen& seen) {
+             return floats(seen, [&](std::size_t i) { return std::clamp((seen.z[i] - 0.5) / 49.5, 0.0, 1.0); });
+         }},
+        {"V-Ray's Z, near is white", Family::planar,
+         [](const Seen& seen) {
+             return floats(seen, [&](std::size_t i) { return std::clamp((50 - seen.z[i]) / 49.5, 0.0, 1.0); });
+         }},
+        {"a 16-bit depth buffer", Family::window_affine,
+         [](const Seen& seen) {
+             return codes(
+                 seen, [&](std::size_t i) { return 65535 * window(seen.z[i], 0.1, 100); }, 65535);
+         }},
+        {"a depth buffer of floats", Family::window_affine,
+         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return window(seen.z[i], 0.1, 100); }); }},
+        {"Blender's Z", Family::planar,
+         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return std::min(seen.z[i], 1e10); }); }},
+        {"logarithmic depth", Family::other,
+         [](const Seen& seen) {
+             return floats(seen,
+                           [&](std::size_t i) { return std::min(std::log(seen.z[i] + 1) / std::log(101.0), 1.0); });
+         }},
+        {"exponential depth", Family::other,
+         [](const Seen& seen) {
+             return floats(seen,
+                           [&](std::size_t i) { return std::min(std::log(seen.z[i] / 0.1) / std::log(1000.0), 1.0); });
+         }},
+        {"median depth", Family::other,
+         [](const Seen& seen) {
+             return floats(seen,
+                           [&](std::size_t i) { return std::isinf(seen.z[i]) ? 1 : seen.z[i] / (seen.z[i] + 3); });
+         }},
+        {"relative depth, A + B/z", Family::inverse,
+         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return 3 + 7 / seen.z[i]; }); }},
+        {"relative depth, 0 to 1", Family::inverse,
+         [](const Seen& seen) {
+             const double nearest = *std::ranges::min_element(seen.z), farthest = *std::ranges::max_element(seen.z);
+             return floats(seen, [&, nearest, farthest](std::size_t i) {
+                 return (1 / seen.z[i] - 1 / farthest) / (1 / nearest - 1 / farthest);
+             });
+         }},
+        {"relative depth, 16 bits", Family::inverse,
+         [](const Seen& seen) {
+             const double nearest = *std::ranges::min_element(seen.z), farthest = *std::ranges::max_element(seen.z);
+             return codes(
+                 seen,
+                 [&, nearest, farthest](std::size_t i) {
+                     return 65535 * (1 / seen.z[i] - 1 / farthest) / (1 / nearest - 1 / farthest);
+                 },
+                 65535);
+         }},
+        {"noisy millimetres", Family::planar,
+         [](const Seen& seen) {
+             std::mt19937 random(1);
+             std::normal_distribution<double> normal;
+             return codes(
+                 seen, [&](std::size_t i) { return 1000 * seen.z[i] * (1 + 0.002 * seen.z[i] * normal(random)); }, 0);
+         }},
+    };
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("ranking: the family of 32 inputs, none wrong") {
+    constexpr int least_right = 26;
+    Count count;
+    const Seen room = seen(scene::room(), 80);
+    for (const Source& source : sources())
+        count.add(source.name, rank_encodings(host(source.stored(room))), source.truth);
+    CHECK(count.wrong == 0);
+    CHECK(count.right == 10);
+    if (!real::there("opengl"))
+        return;
+
+    for (const auto& entry : fs::directory_iterator(real::data / "opengl")) {
+        if (entry.path().extension() != ".json")
+            continue;
+        const std::string name = entry.path().stem().string();
+        count.add(name, rank_encodings(host(real::opengl_depth(name))),
+                  family_of(read_camera(entry.path()).camera.encoding));
+    }
+    for (const char* view : {"blender/perspective", "blender/orthographic"})
+        count.add(view, rank_encodings(host(read_depth(real::data / view / "sharp.exr"))),
+                  family_of(read_camera(real::data / view / "camera.json").camera.encoding));
+    count.add("habitat", rank_encodings(host(read_depth(real::data / "habitat/room.depth.exr"))),
+              family_of(read_camera(real::data / "habitat/room.camera.json").camera.encoding));
+    std::cout << "ranking of 32 inputs: " << count.in_words() << '\n';
+    CHECK(count.right + count.unnamed + count.wrong == 32);
+    CHECK(count.right >= least_right);
+    CHECK(count.wrong == 0);
+}
+
+TEST_CASE("ranking: every source in every scene and under three angles of view, none wrong", "[slow]") {
+    std::vector<std::pair<std::string, Seen>> views;
+    for (const std::string& name : scene::names())
+        for (const double fov : {45.0, 70.0, 100.0})
+            views.emplace_back(name, seen(scene::named(name), fov, 240, 180));
+    Count all;
+    for (const auto* list : {&sources(), &more_sources()})
+        for (const Source& source : *list) {
+            Count count;
+            for (const auto& [name, view] : views)
+                count.add(source.name + (" in " + name), rank_encodings(host(source.stored(view))), source.truth,
+                          false);
+            std::cout << "  " << source.name << ": " << count.in_words() << '\n';
+            CHECK(count.wrong == 0);
+            all.right += count.right;
+            all.unnamed += count.unnamed;
+            all.wrong += count.wrong;
+        }
+    std::cout << "ranking of " << sources().size() + more_sources().size() << " sources in " << views.size()
+              << " views: " << all.in_words() << '\n';
+    CHECK(2 * all.right > all.unnamed); // saying nothing is no way to be never wrong
+}
+
+TEST_CASE("ranking: what is no depth, or shows no planes, has no family") {
+    std::mt19937 random(7);
+    std::normal_distribution<float> normal;
+    const auto unnamed = [](const char* name, const cv::Mat& image) {
+        INFO(name);
+        for (int type : {CV_32F, CV_16U}) {
+            cv::Mat values;
+            image.convertTo(values, type, type == CV_16U ? 10000 : 1);
+            const Ranking ranking =
+                rank_encodings(host(DepthFile{values, type == CV_16U ? Storage::uint16 : Storage::float32, {}}));
+            INFO((ranking.family ? to_string(*ranking.family) : "cannot tell"));
+            CHECK(!ranking.family);
+        }
+    };
+    const auto made = [](int width, int height, const std::function<double(int, int)>& value) {
+        cv::Mat image(height, width, CV_32FC1);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                image.at<float>(y, x) = static_cast<float>(value(x, y));
+        return image;
+    };
+    unnamed("noise", made(200, 150, [&](int, int) { return 2 + 0.3 * static_cast<double>(normal(random)); }));
+    unnamed("noise from 0 to 1", made(200, 150, [&](int, int) { return static_cast<double>(random()) / 0x1p32; }));
+    unnamed("one value", made(200, 150, [](int, int) { return 0.5; }));
+    unnamed("one pixel", made(1, 1, [](int, int) { return 0.5; }));
+    unnamed("one row", made(500, 1, [](int x, int) { return 1.0 / (x + 1); }));
+    unnamed("nothing but NaN", made(200, 150, [](int, int) { return NAN; }));
+    unnamed("nothing but infinity", made(200, 150, [](int, int) { return INFINITY; }));
+    unnamed("steps", made(200, 150, [](int x, int) { return 1.0 + x / 50; }));
+    unnamed("a wave", made(200, 150, [](int x, int y) { return 2 + std::sin(x * 0.05) * std::cos(y * 0.04); }));
+    unnamed("a photograph of a sphere", made(200, 150, [](int x, int y) {
+                const double r = std::hypot(x - 100, y - 75) / 60;
+                return r < 1 ? 0.2 + 0.8 * std::sqrt(1 - r * r) : 0.1;
+            }));
+    for (const double radius : {1.0, 3.0}) {
+        const Seen sphere = seen({scene::Sphere{{0, 0, -5}, radius}}, 60);
+        unnamed("a sphere alone", made(sphere.width, sphere.height, [&](int x, int y) {
+                    return sphere.z[static_cast<std::size_t>(y * sphere.width + x)];
+                }));
+    }
+    CHECK_THROWS_AS(rank_encodings(HostDepth{}), std::invalid_argument);
+    if (!real::there("blender"))
+        return;
+    for (const char* view : {"blender/perspective", "blender/orthographic"})
+        for (const char* channel : {"ViewLayer.Combined.G", "ViewLayer.AO.R", "ViewLayer.Normal.X"})
+            unnamed(channel, read_depth(real::data / view / "sharp.exr", {.channel = channel}).values);
+}
+
+TEST_CASE("ranking: what is named beside the family agrees with how the values were made") {
+    const Seen view = seen(scene::room(), 73);
+    const auto guess_of = [&](const char* name) {
+        for (const auto* list : {&sources(), &more_sources()})
+            for (const Source& source : *list)
+                if (source.name == std::string(name)) {
+                    const Ranking ranking = rank_encodings(host(source.stored(view)));
+                    REQUIRE(!ranking.guesses.empty());
+                    return ranking.guesses.front();
+                }
+        throw std::logic_error(name);
+    };
+    const auto camera_of = [&](const Guess& guess) {
+        const TempFolder folder;
+        return camera_for(read_camera(put(folder / "camera.json", guess.camera_file)), view.width, view.height);
+    };
+    // The angle of view of radial depth is measured: floats give it to a hundredth of a degree, as printed.
+    CHECK_THAT(guess_of("Isaac Sim, distance_to_camera").camera_file, ContainsSubstring("\"fov_x_deg\": 73}"));
+    const Camera linear = camera_of(guess_of("linear from a near plane at 0.5"));
+    CHECK(linear.encoding == Encoding::linear);
+    CHECK(*linear.near_plane / *linear.far_plane == Approx(0.01).epsilon(1e-3));
+    const Camera logarithmic = camera_of(guess_of("logarithmic depth"));
+    CHECK(logarithmic.encoding == Encoding::logarithmic);
+    CHECK(*logarithmic.far_plane == Approx(100).epsilon(0.01));
+    const Camera exponential = camera_of(guess_of("exponential depth"));
+    CHECK(*exponential.far_plane / *exponential.near_plane == Approx(1000).epsilon(0.01));
+    CHECK(camera_of(guess_of("Kinect, millimetres with holes")).scale == 0.001);
+}
+
+TEST_CASE("ranking: every camera file to start from is one") {
+    const Seen room = seen(scene::room(), 70), spheres = seen(scene::spheres(), 70);
+    for (const Seen* view : {&room, &spheres})
+        for (const auto* list : {&sources(), &more_sources()})
+            for (const Source& source : *list)
+                for (const Guess& guess : rank_encodings(host(source.stored(*view))).guesses) {
+                    INFO(source.name << ": " << guess.camera_file);
+                    const TempFolder folder;
+                    CHECK(camera_for(read_camera(put(folder / "camera.json", guess.camera_file)), view->width,
+                                     view->height)
+                              .width == view->width);
+                }
+}
+
+TEST_CASE("ranking: 1920 x 1080 pixels take less than a second", "[slow]") {
+    constexpr double most_seconds = 1;
+    const Seen view = seen(scene::room(), 70, 1920, 1080);
+    const DepthFile depth = sources()[1].stored(view);
+    const auto start = std::chrono::steady_clock::now();
+    CHECK(rank_encodings(host(depth)).family == Family::planar);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    std::cout << "ranking 1920 x 1080: " << seconds.count() << " s\n";
+    CHECK(seconds.count() < most_seconds);
+}
