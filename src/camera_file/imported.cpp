@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <iomanip>
 #include <sstream>
 
@@ -55,24 +56,16 @@ void override(json& keys, const json& by) {
             keys[key] = value;
 }
 
-std::string last_part(const std::string& name, bool with_extension) {
-    const fs::path path(name);
-    return with_extension ? path.filename().string() : path.stem().string();
-}
-
-/// The only one of the names that is called like this file, whatever folders it lies in.
-std::optional<std::size_t> called_like(const std::vector<std::string>& names, const std::string& wanted) {
-    for (const bool with_extension : {true, false}) {
-        std::optional<std::size_t> found;
-        std::size_t count = 0;
-        for (std::size_t i = 0; i < names.size(); ++i)
-            if (last_part(names[i], with_extension) == last_part(wanted, with_extension)) {
-                found = i;
-                ++count;
-            }
-        if (count == 1)
-            return found;
-    }
+/// The only one of the names that is called like this file, whatever folders it lies in: "a.jpg" for a.jpg, a.jpg.depth.tif, a.png.
+std::optional<std::size_t> called_like(const std::vector<std::string>& names, const fs::path& wanted) {
+    const std::string name = wanted.filename().string(), stem = wanted.stem().string();
+    const std::function<bool(const fs::path&)> rules[] = {
+        [&](const fs::path& each) { return each.filename() == name; },
+        [&](const fs::path& each) { return name.starts_with(each.filename().string() + "."); },
+        [&](const fs::path& each) { return each.stem() == stem; }};
+    for (const auto& rule : rules)
+        if (std::ranges::count_if(names, rule) == 1)
+            return static_cast<std::size_t>(std::ranges::find_if(names, rule) - names.begin());
     return std::nullopt;
 }
 
@@ -98,7 +91,7 @@ std::size_t chosen(const fs::path& file, const std::vector<std::string>& names, 
     if (wanted.empty()) {
         if (names.size() == 1)
             return 0;
-        if (const auto like = called_like(names, depth.string()); like && !depth.empty())
+        if (const auto like = depth.empty() ? std::nullopt : called_like(names, depth))
             return *like;
         refuse(file, "has " + std::to_string(names.size()) + " " + what + "s; say which with " + option + ": " +
                          named(names));
