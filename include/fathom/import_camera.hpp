@@ -27,7 +27,7 @@ struct ImportOptions {
 
 /// A camera that a file stands for.
 struct ImportedCamera : CameraFile {
-    std::string text;                  ///< the camera file (JSON) that says the same: `read_camera` makes the same camera of it
+    std::string text; ///< the camera file (JSON) that says the same: `read_camera` makes the same camera of it
     std::vector<std::string> warnings; ///< one line each, without the file's name
 };
 

@@ -147,9 +147,8 @@ Projection read_lens(const JsonObject& json, Camera& camera, Convention conventi
             json.refuse_value(key, "must be positive");
     const double width = size.known() ? size.width : 1, height = size.known() ? size.height : 1;
     const double fx = width * json.needed("lens_mm") / json.needed("sensor_mm");
-    const double fy = json.has("sensor_height_mm")
-                          ? height * json.needed("lens_mm") / json.needed("sensor_height_mm")
-                          : fx;
+    const double fy =
+        json.has("sensor_height_mm") ? height * json.needed("lens_mm") / json.needed("sensor_height_mm") : fx;
     return perspective(Intrinsics{.fx = fx,
                                   .fy = fy,
                                   .cx = width / 2,
@@ -185,8 +184,8 @@ std::string kind_of_projection(const JsonObject& json) {
 /// Does the projection wait for the image's size?
 bool waits_for_size(const JsonObject& json, Size size) {
     const std::string kind = kind_of_projection(json);
-    return !size.known() &&
-           (kind == "intrinsics" || kind == "lens" || (kind == "perspective" && !json.has_within("perspective", "aspect")));
+    return !size.known() && (kind == "intrinsics" || kind == "lens" ||
+                             (kind == "perspective" && !json.has_within("perspective", "aspect")));
 }
 
 /// The projection for an image of this size; for some image, without an oblique plane, if it waits for the size.
@@ -440,7 +439,8 @@ Camera camera_for(const CameraFile& file, int width, int height) {
     if ((camera.width && camera.width != width) || (camera.height && camera.height != height))
         throw Error("the camera file is for " + (camera.width ? std::to_string(camera.width) : "any") + " x " +
                     (camera.height ? std::to_string(camera.height) : "any") + " pixels, the image has " +
-                    std::to_string(width) + " x " + std::to_string(height) + "; " + cure_of_size(camera, width, height));
+                    std::to_string(width) + " x " + std::to_string(height) + "; " +
+                    cure_of_size(camera, width, height));
     camera.width = width;
     camera.height = height;
     if (file.projection_for)

@@ -17,7 +17,7 @@ using nlohmann::json;
 namespace fathom::io {
 namespace {
 
-constexpr double same_length = 1e-6;  // an axis whose length differs by less is of length one
+constexpr double same_length = 1e-6;   // an axis whose length differs by less is of length one
 constexpr double perpendicular = 1e-4; // the cosine between two axes that are
 
 /// The array under a key; empty where there is none.
@@ -64,7 +64,8 @@ Eigen::Matrix4d local_matrix(const fs::path& file, const json& node, const std::
         place.rotate(rotation.normalized());
     }
     if (node.contains("scale"))
-        place.scale(Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(numbers_at(file, node, "scale", 3, path).data())));
+        place.scale(
+            Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(numbers_at(file, node, "scale", 3, path).data())));
     return place.matrix();
 }
 
@@ -84,13 +85,16 @@ Eigen::Matrix4d world_matrix(const fs::path& file, const json& nodes, std::size_
     for (Eigen::Index c = 0; c < 3; ++c) {
         const double length = matrix.col(c).head<3>().norm();
         if (!(length > 0) || !std::isfinite(length))
-            refuse(file, "places its camera with a scale of " + shown(length) + "; apply the scale and export it again");
+            refuse(file,
+                   "places its camera with a scale of " + shown(length) + "; apply the scale and export it again");
         if (std::abs(length - 1) > same_length)
             matrix.col(c) /= length;
     }
     const Eigen::Matrix3d axes = matrix.topLeftCorner<3, 3>();
-    if (!(axes.determinant() > 0) || ((axes.transpose() * axes) - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > perpendicular)
-        refuse(file, "places its camera with a mirrored or sheared matrix; apply the parents' scale and export it again");
+    if (!(axes.determinant() > 0) ||
+        ((axes.transpose() * axes) - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > perpendicular)
+        refuse(file,
+               "places its camera with a mirrored or sheared matrix; apply the parents' scale and export it again");
     return matrix;
 }
 

@@ -15,11 +15,11 @@ namespace fathom::io {
 
 /// What an importer found.
 struct Imported {
-    nlohmann::json keys;                   ///< of the camera file
-    nlohmann::json otherwise = {};         ///< keys about the values, if neither the file nor the user has an encoding
-    std::string cure = {};                 ///< where `otherwise` is empty: what says the encoding
+    nlohmann::json keys;           ///< of the camera file
+    nlohmann::json otherwise = {}; ///< keys about the values, if neither the file nor the user has an encoding
+    std::string cure = {};         ///< where `otherwise` is empty: what says the encoding
     std::vector<std::string> warnings = {};
-    std::vector<std::string> doubts = {};  ///< warnings about `otherwise`
+    std::vector<std::string> doubts = {}; ///< warnings about `otherwise`
 };
 
 /// The keys of the camera file, in the order of its documentation.

@@ -24,10 +24,11 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
 
 json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes) {
     std::vector<std::set<std::string>> open; // keys of the objects that the parser is in
-    constexpr int deepest = 100; // whoever prints or compares a deeper value recurses too often
+    constexpr int deepest = 100;             // whoever prints or compares a deeper value recurses too often
     const auto no_key_twice = [&](int depth, json::parse_event_t event, json& key) {
         if (depth > deepest)
-            refuse(file, "has values nested more than " + std::to_string(deepest) + " deep; it is damaged or no camera");
+            refuse(file,
+                   "has values nested more than " + std::to_string(deepest) + " deep; it is damaged or no camera");
         if (event == json::parse_event_t::object_start)
             open.emplace_back();
         else if (event == json::parse_event_t::object_end)

@@ -69,7 +69,8 @@ std::optional<double> angle(const Frame& frame, const std::string& degrees, cons
     else
         value = frame.number(radians);
     if (value && !(*value > 0 && *value < std::numbers::pi))
-        refuse(frame.file, "\"" + (frame.number(degrees) ? degrees : radians) + "\" must lie between 0 and 180 degrees");
+        refuse(frame.file,
+               "\"" + (frame.number(degrees) ? degrees : radians) + "\" must lie between 0 and 180 degrees");
     return value;
 }
 
@@ -163,14 +164,14 @@ Imported import_transforms(const fs::path& file, const json& transforms, const I
         return !depth.empty() && (depth == wanted || fs::path(depth).filename() == fs::path(wanted).filename());
     };
     const bool by_depth = names.size() > 1 && std::ranges::count_if(depths, is_its_depth) == 1;
-    const auto place = by_depth
-                           ? static_cast<std::size_t>(std::ranges::find_if(depths, is_its_depth) - depths.begin())
-                           : chosen(file, names, options.image, options.depth, "image", "--image");
+    const auto place = by_depth ? static_cast<std::size_t>(std::ranges::find_if(depths, is_its_depth) - depths.begin())
+                                : chosen(file, names, options.image, options.depth, "image", "--image");
     const Frame frame{file, frames[place], transforms, "frames[" + std::to_string(place) + "]."};
     refuse_distortion(frame);
     Imported imported{.keys = projection_of(frame),
                       .otherwise = encoding_of(frame),
-                      .cure = "name its source or give the keys: --preset tum, or --preset encoding=view-z,scale=0.001"};
+                      .cure =
+                          "name its source or give the keys: --preset tum, or --preset encoding=view-z,scale=0.001"};
     imported.keys["camera_to_world"] = rows_of(camera_to_world(frame));
     return imported;
 }

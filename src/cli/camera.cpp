@@ -33,10 +33,9 @@ int convert(const Options& options) {
         if (std::filesystem::equivalent(options.output, camera.file, none))
             throw UsageError("-o: " + options.output + " would replace the file that is read; choose another name");
     }
-    const ImportedCamera imported = import_camera(camera.file, {.image = camera.image,
-                                                                .node = camera.node,
-                                                                .preset = camera.preset,
-                                                                .undistorted = camera.undistorted});
+    const ImportedCamera imported = import_camera(
+        camera.file,
+        {.image = camera.image, .node = camera.node, .preset = camera.preset, .undistorted = camera.undistorted});
     for (const std::string& warning : imported.warnings) {
         if (options.strict)
             throw Error(camera.file + ": " + warning);

@@ -136,8 +136,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
         const DepthFile depth =
             relative ? DepthFile{relative_depth(options.relative, job, options.channel), Storage::float32, {}}
                      : read(job.input, {.channel = options.channel, .packing = packing});
-        const ImportedCamera camera =
-            relative ? ImportedCamera{} : options.camera.read_for(job.input, depth.storage);
+        const ImportedCamera camera = relative ? ImportedCamera{} : options.camera.read_for(job.input, depth.storage);
         const int width = depth.values.cols, height = depth.values.rows;
         times.was_read = Clock::now();
         const StoredDepth stored{.image = to_device(device, depth.values),
@@ -182,7 +181,8 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
             code = input_failed;
         } catch (const std::invalid_argument& error) { // a field of the camera
             const bool of_input = relative || options.camera.of_header(job.input);
-            complain(about(of_input ? job.input : std::filesystem::path(options.camera.name()), error.what(), {job.input}));
+            complain(
+                about(of_input ? job.input : std::filesystem::path(options.camera.name()), error.what(), {job.input}));
             code = input_failed;
         } catch (const std::exception& error) {
             complain(about(job.input, error.what(), job.others()));

@@ -61,7 +61,9 @@ bool CameraOption::of_header(const std::string& depth) const {
 ImportedCamera CameraOption::read_for(const std::string& depth, Storage storage) const {
     const bool header = of_header(depth);
     if (file.empty() && !header && preset.empty())
-        throw Error(depth + ": has no camera in its header; give a camera file (--camera), or --preset with the source of the depth");
+        throw Error(
+            depth +
+            ": has no camera in its header; give a camera file (--camera), or --preset with the source of the depth");
     if (file.empty() && !header)
         return {named_camera(preset), {}, {}};
     return import_camera(header ? depth : file, {.image = image,
@@ -85,7 +87,8 @@ CameraFile CameraOption::read() const {
             continue;
         const CameraFile camera = read_for(depth, Storage::float32);
         if (first && !same_lens(first->lens, camera.lens))
-            throw UsageError(depth + ": its header has another lens or focus than those before; give the images one by one");
+            throw UsageError(depth +
+                             ": its header has another lens or focus than those before; give the images one by one");
         first = first ? first : camera;
     }
     if (first)
@@ -127,7 +130,9 @@ void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& 
 }
 
 void add_choice_of_camera(CLI::App& app, CameraOption& camera) {
-    app.add_option("--image", camera.image, "whose camera of COLMAP or transforms.json")->type_name("NAME")->group("Input");
+    app.add_option("--image", camera.image, "whose camera of COLMAP or transforms.json")
+        ->type_name("NAME")
+        ->group("Input");
     app.add_option("--node", camera.node, "which camera of glTF")->type_name("NAME|INDEX")->group("Input");
     app.add_flag("--undistorted", camera.undistorted,
                  "the depth has been undistorted: take P of ROS, or the matrix of\nOpenCV without its distortion")

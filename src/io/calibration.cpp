@@ -18,7 +18,10 @@ namespace {
 
 /// A node's text for a message; a list or a map says what it is.
 std::string shown(const YAML::Node& node) {
-    return node.IsScalar() ? node.Scalar().substr(0, 60) : node.IsMap() ? "a map" : node.IsSequence() ? "a list" : "nothing";
+    return node.IsScalar()     ? node.Scalar().substr(0, 60)
+           : node.IsMap()      ? "a map"
+           : node.IsSequence() ? "a list"
+                               : "nothing";
 }
 
 double number(const fs::path& file, const YAML::Node& node, const std::string& name) {
@@ -74,12 +77,14 @@ bool is_zero(const std::vector<double>& all) {
 }
 
 /// The four numbers of a camera matrix of three rows and `columns` columns.
-json intrinsics_of(const fs::path& file, const std::vector<double>& matrix, std::size_t columns, const std::string& name) {
+json intrinsics_of(const fs::path& file, const std::vector<double>& matrix, std::size_t columns,
+                   const std::string& name) {
     const auto at = [&](std::size_t row, std::size_t column) { return matrix[row * columns + column]; };
     if (!(at(0, 0) > 0 && at(1, 1) > 0))
         refuse(file, "\"" + name + "\": is not calibrated, its focal lengths are not above 0; calibrate the camera");
     if (at(0, 1) != 0)
-        refuse(file, "\"" + name + "\": has a skew, which neither OpenCV nor ROS applies; set it to 0 if they made the image");
+        refuse(file, "\"" + name +
+                         "\": has a skew, which neither OpenCV nor ROS applies; set it to 0 if they made the image");
     if (at(1, 0) != 0 || at(2, 0) != 0 || at(2, 1) != 0 || at(2, 2) != 1)
         refuse(file, "\"" + name + "\": must have the rows [fx, 0, cx], [0, fy, cy], [0, 0, 1]; is it transposed?");
     return {{"fx", at(0, 0)}, {"fy", at(1, 1)}, {"cx", at(0, 2)}, {"cy", at(1, 2)}, {"pixel_origin", "centre"}};
@@ -92,7 +97,8 @@ constexpr const char* opencv_cure =
 
 Imported import_opencv(const fs::path& file, const YAML::Node& map, const ImportOptions& options) {
     Imported imported{.keys = {{"view_axes", "opencv"}},
-                      .cure = "name its source or give the keys: --preset kinect, or --preset encoding=view-z,scale=0.001"};
+                      .cure =
+                          "name its source or give the keys: --preset kinect, or --preset encoding=view-z,scale=0.001"};
     imported.keys["intrinsics"] =
         intrinsics_of(file, matrix(file, map["camera_matrix"], "camera_matrix", 9), 3, "camera_matrix");
     for (const auto& [key, name] : {std::pair{"width", "image_width"}, {"height", "image_height"}})
@@ -100,7 +106,8 @@ Imported import_opencv(const fs::path& file, const YAML::Node& map, const Import
             imported.keys[key] = pixels;
     if (options.undistorted)
         return imported;
-    if (const YAML::Node fisheye = value(map, {"fisheye_model"}); fisheye.IsDefined() && count(file, fisheye, "fisheye_model"))
+    if (const YAML::Node fisheye = value(map, {"fisheye_model"});
+        fisheye.IsDefined() && count(file, fisheye, "fisheye_model"))
         refuse(file, "\"fisheye_model\": is no pinhole; undo it with cv::fisheye::initUndistortRectifyMap (the new "
                      "camera matrix is this one) and cv::remap with INTER_NEAREST, then say --undistorted");
     for (const char* key : {"distortion_coefficients", "distCoeffs", "dist_coeffs"})
@@ -140,9 +147,10 @@ Imported import_ros(const fs::path& file, const YAML::Node& map, const ImportOpt
     const YAML::Node model = value(map, {"distortion_model"});
     const std::string name = model.IsDefined() && model.IsScalar() ? model.Scalar() : "";
     const bool pinhole = name.empty() || name == "plumb_bob" || name == "rational_polynomial";
-    Imported imported{.keys = {{"view_axes", "opencv"}},
-                      .cure = "name the topic's type: --preset kinect for 16UC1 (millimetres), --preset encoding=view-z for "
-                              "32FC1 (metres)"};
+    Imported imported{
+        .keys = {{"view_axes", "opencv"}},
+        .cure = "name the topic's type: --preset kinect for 16UC1 (millimetres), --preset encoding=view-z for "
+                "32FC1 (metres)"};
     if (options.undistorted) {
         const YAML::Node p = value(map, {"projection_matrix", "p", "P"});
         if (!p.IsDefined())

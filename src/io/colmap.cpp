@@ -196,8 +196,8 @@ std::vector<ColmapImage> read_text_images(const fs::path& file) {
         for (double& each : image.translation)
             words >> each;
         if (!(words >> image.camera >> std::ws) || !std::getline(words, image.name))
-            refuse(file, "has the line \"" + line.substr(0, 60) +
-                             "\"; it must be ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
+            refuse(file,
+                   "has the line \"" + line.substr(0, 60) + "\"; it must be ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
         images.push_back(image);
     }
     return images;
@@ -229,21 +229,24 @@ Files files_of(const fs::path& file) {
         for (const char* extension : {".bin", ".txt"})
             if (const auto files = files_in(folder, extension))
                 return *files;
-    refuse(file, "is a folder without COLMAP's cameras.bin or cameras.txt, also in sparse/0; name the file or its folder");
+    refuse(file,
+           "is a folder without COLMAP's cameras.bin or cameras.txt, also in sparse/0; name the file or its folder");
 }
 
 json keys_of(const fs::path& file, const ColmapCamera& camera) {
     const Model& model = *camera.model;
     for (const double each : camera.parameters)
         if (!std::isfinite(each))
-            refuse(file, "has a camera " + std::string(model.name) + " with a parameter that is not finite; run COLMAP again");
+            refuse(file, "has a camera " + std::string(model.name) +
+                             " with a parameter that is not finite; run COLMAP again");
     const std::size_t of_pinhole = model.focal_lengths + 2;
     const bool distorts = std::any_of(camera.parameters.begin() + static_cast<std::ptrdiff_t>(of_pinhole),
                                       camera.parameters.end(), [](double k) { return k != 0; });
     if (!model.pinhole_without_the_others || distorts)
-        refuse(file, "has a camera " + std::string(model.name) +
-                         " with a lens distortion; run colmap image_undistorter --image_path IMAGES --input_path SPARSE "
-                         "--output_path DENSE, and take DENSE");
+        refuse(file,
+               "has a camera " + std::string(model.name) +
+                   " with a lens distortion; run colmap image_undistorter --image_path IMAGES --input_path SPARSE "
+                   "--output_path DENSE, and take DENSE");
     if (camera.width < 1 || camera.height < 1 || std::max(camera.width, camera.height) > 1'000'000'000)
         refuse(file, "has a camera of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
                          " pixels; copy it again");
@@ -294,7 +297,8 @@ Imported import_colmap(const fs::path& file, const ImportOptions& options) {
     if (!fs::exists(files.images, none)) {
         if (cameras.size() != 1 || !options.image.empty())
             refuse(files.cameras, "has " + std::to_string(cameras.size()) + " cameras and no " +
-                                      files.images.filename().string() + " beside it, which says whose they are; add it");
+                                      files.images.filename().string() +
+                                      " beside it, which says whose they are; add it");
         imported.keys = keys_of(files.cameras, cameras.front());
         return imported;
     }

@@ -117,7 +117,8 @@ public:
     }
 
     [[noreturn]] void refuse(const std::string& name, const std::string& what) const {
-        io::refuse(file_, "\"" + name + "\" of its header " + what + "; render it again, or give a camera file (--camera)");
+        io::refuse(file_,
+                   "\"" + name + "\" of its header " + what + "; render it again, or give a camera file (--camera)");
     }
 
     double width = 0, height = 0; ///< pixels
@@ -171,8 +172,8 @@ std::vector<Reading> affine_readings(const Header& header, const std::string& na
 
 /// Where a camera stands and how it projects, as far as the header says.
 struct HeaderCamera {
-    json projection = {};                  ///< "intrinsics" or "orthographic"
-    std::optional<Matrix4d> view = {};     ///< OpenGL's axes
+    json projection = {};              ///< "intrinsics" or "orthographic"
+    std::optional<Matrix4d> view = {}; ///< OpenGL's axes
     std::vector<std::string> warnings = {};
 };
 
@@ -181,8 +182,8 @@ json intrinsics(double fx, double fy, double cx, double cy) {
 }
 
 /// The projection that camera space is seen through, if A is one: x and y of NDC each depend on their own axis and on depth.
-std::optional<HeaderCamera> camera_of(const Header& header, const Matrix4d& world_to_camera, const Matrix4d& world_to_ndc,
-                                      bool signed_range) {
+std::optional<HeaderCamera> camera_of(const Header& header, const Matrix4d& world_to_camera,
+                                      const Matrix4d& world_to_ndc, bool signed_range) {
     const Matrix4d to_world = world_to_camera.inverse();
     if (!to_world.allFinite())
         return std::nullopt;
@@ -231,8 +232,9 @@ std::optional<HeaderCamera> camera_of(const Header& header, const Matrix4d& worl
                                   shown_number(header.width / window) + " and " + shown_number(fx) +
                                   " pixels; the second is taken");
     if (std::abs(fy / fx / header.pixel_aspect() - 1) > same_lens)
-        camera.warnings.push_back("worldToNDC has pixels of aspect " + shown_number(fy / fx) + ", pixelAspectRatio is " +
-                                  shown_number(header.pixel_aspect()) + "; the first is taken");
+        camera.warnings.push_back("worldToNDC has pixels of aspect " + shown_number(fy / fx) +
+                                  ", pixelAspectRatio is " + shown_number(header.pixel_aspect()) +
+                                  "; the first is taken");
     return camera;
 }
 
@@ -285,8 +287,9 @@ std::optional<Matrix4d> vray_view(const Header& header, std::vector<std::string>
         place.col(1) = -turned.col(2);
         place.col(2) = turned.col(1);
     } else if (host.empty()) {
-        warnings.emplace_back("its V-Ray header does not name its host; cameraTransform is read as from 3ds Max (right, up, "
-                              "back), and from Maya world positions would be turned");
+        warnings.emplace_back(
+            "its V-Ray header does not name its host; cameraTransform is read as from 3ds Max (right, up, "
+            "back), and from Maya world positions would be turned");
     }
     return place.inverse();
 }
@@ -391,16 +394,19 @@ std::optional<Imported> imported(const Header& header) {
     result.keys.update(lens_of(header, camera.projection));
 
     if (vray) {
-        result.cure = "V-Ray writes a ramp: --preset vray-z:near=BLACK,far=WHITE has Depth Black and White, and --preset "
-                      "encoding=view-z is for distances";
+        result.cure =
+            "V-Ray writes a ramp: --preset vray-z:near=BLACK,far=WHITE has Depth Black and White, and --preset "
+            "encoding=view-z is for distances";
     } else if (header.has_name_with("nuke/")) {
-        result.cure = "it went through Nuke: --preset nuke-depth is for Nuke's own 1/z, --preset encoding=view-z for distances";
+        result.cure =
+            "it went through Nuke: --preset nuke-depth is for Nuke's own 1/z, --preset encoding=view-z for distances";
     } else {
         result.otherwise = {{"encoding", "view-z"}};
         if (header.has_name_with("arnold/")) {
             result.otherwise["background_from"] = 1e30;
-            result.doubts.emplace_back("Arnold's Z is taken as the distance along the view axis; some versions write it "
-                                       "along the ray, then add --preset encoding=ray-distance");
+            result.doubts.emplace_back(
+                "Arnold's Z is taken as the distance along the view axis; some versions write it "
+                "along the ray, then add --preset encoding=ray-distance");
         }
     }
     return result;
