@@ -13,7 +13,7 @@ mkdir -p "$POCL_CACHE_DIR"
 # What the program and the demo need. A script that needs more sets `more_packages` and `parts` before it reads this file.
 packages=(g++ cmake ninja-build pocl-opencl-icd ocl-icd-opencl-dev opencl-clhpp-headers opencl-c-headers
     libopencv-core-dev libopencv-imgcodecs-dev libopenexr-dev libtiff-dev zlib1g-dev libeigen3-dev
-    libcli11-dev nlohmann-json3-dev libfmt-dev "${more_packages[@]}")
+    libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libfmt-dev "${more_packages[@]}")
 
 fail() {
     echo "${0##*/}: $*" >&2

@@ -82,7 +82,8 @@ TEST_CASE("presets program: what is wrong is told in a line, and nothing is done
         CHECK(folder.results().empty());
     };
     refused({}, "--preset with the source of the depth (fathom presets lists them)");
-    refused({"--camera", camera, "--preset", kinect}, "--preset");
+    check_refused(run({"linearize", depth, "-o", output, "--camera", camera, "--preset", kinect}), 1,
+                  "both \"perspective\" and \"intrinsics\"");
     refused({"--preset", "kinekt:fx=40"}, "the nearest is \"kinect\"");
     refused({"--preset", "kinect"}, "\"intrinsics\" is missing; the preset \"kinect\" needs a projection");
     refused({"--preset", "kinect:fx=40,fy"}, "\"fy\" is no key and value");

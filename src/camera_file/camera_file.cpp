@@ -2,6 +2,7 @@
 #include "json_object.hpp"
 
 #include "file.hpp"
+#include "imported.hpp"
 #include "presets.hpp"
 
 #include <fathom/camera_file.hpp>
@@ -139,7 +140,30 @@ Projection read_matrix(const JsonObject& json, Convention convention) {
     return projection;
 }
 
-/// Which of the keys the projection has.
+/// A pinhole lens before a sensor, which the image covers: square pixels unless the sensor's height is given, too.
+Projection read_lens(const JsonObject& json, Camera& camera, Convention convention, Size size) {
+    for (const char* key : {"lens_mm", "sensor_mm", "sensor_height_mm"})
+        if (json.has(key) && !(json.needed(key) > 0))
+            json.refuse_value(key, "must be positive");
+    const double width = size.known() ? size.width : 1, height = size.known() ? size.height : 1;
+    const double fx = width * json.needed("lens_mm") / json.needed("sensor_mm");
+    const double fy =
+        json.has("sensor_height_mm") ? height * json.needed("lens_mm") / json.needed("sensor_height_mm") : fx;
+    return perspective(Intrinsics{.fx = fx,
+                                  .fy = fy,
+                                  .cx = width / 2,
+                                  .cy = height / 2,
+                                  .width = static_cast<int>(width),
+                                  .height = static_cast<int>(height)},
+                       read_span(json, camera, {1, infinity}), convention);
+}
+
+/// Makes the lens a projection?
+bool has_lens(const JsonObject& json) {
+    return json.has("lens_mm") && json.has("sensor_mm");
+}
+
+/// Which of the keys the projection has; "lens" where only the lens makes one.
 std::string kind_of_projection(const JsonObject& json) {
     std::string kind;
     for (const std::string each : {"projection", "perspective", "intrinsics", "orthographic"}) {
@@ -149,6 +173,8 @@ std::string kind_of_projection(const JsonObject& json) {
             json.refuse_whole("has both \"" + kind + "\" and \"" + each + "\"; keep one");
         kind = each;
     }
+    if (kind.empty() && has_lens(json))
+        return "lens";
     if (kind.empty())
         json.refuse_whole(
             "has no projection; give one of \"projection\", \"perspective\", \"intrinsics\", \"orthographic\"");
@@ -158,8 +184,8 @@ std::string kind_of_projection(const JsonObject& json) {
 /// Does the projection wait for the image's size?
 bool waits_for_size(const JsonObject& json, Size size) {
     const std::string kind = kind_of_projection(json);
-    return !size.known() &&
-           (kind == "intrinsics" || (kind == "perspective" && !json.has_within("perspective", "aspect")));
+    return !size.known() && (kind == "intrinsics" || kind == "lens" ||
+                             (kind == "perspective" && !json.has_within("perspective", "aspect")));
 }
 
 /// The projection for an image of this size; for some image, without an oblique plane, if it waits for the size.
@@ -169,6 +195,7 @@ Projection read_projection(const JsonObject& json, Camera& camera, Size size) {
     const auto projection = kind == "projection"    ? read_matrix(json, convention)
                             : kind == "perspective" ? read_perspective(json, camera, convention, size)
                             : kind == "intrinsics"  ? read_intrinsics(json, camera, convention, size)
+                            : kind == "lens"        ? read_lens(json, camera, convention, size)
                                                     : read_orthographic(json, camera, convention);
     const auto plane = json.numbers("oblique_near_plane", 4);
     return plane && !waits_for_size(json, size)
@@ -208,12 +235,22 @@ void check_parameters(const JsonObject& json, const Camera& camera) {
         json.refuse_value("log_c", "must be positive");
 }
 
+/// World to view: "view", or the inverse of "camera_to_world".
 std::optional<Eigen::Matrix4d> read_view(const JsonObject& json) {
-    const auto view = json.matrix("view");
-    if (view && view->row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-        json.refuse_value("view", "must have the fourth row [0, 0, 0, 1]; is it transposed?");
-    if (view && !(std::abs(view->determinant()) > 0))
-        json.refuse_value("view", "must be invertible");
+    if (json.has("view") && json.has("camera_to_world"))
+        json.refuse_whole("has both \"view\" and \"camera_to_world\", its inverse; keep one");
+    const std::string key = json.has("camera_to_world") ? "camera_to_world" : "view";
+    const auto matrix = json.matrix(key);
+    if (!matrix)
+        return std::nullopt;
+    if (matrix->row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+        json.refuse_value(key, "must have the fourth row [0, 0, 0, 1]; is it transposed?");
+    if (!(std::abs(matrix->determinant()) > 0))
+        json.refuse_value(key, "must be invertible");
+    if (key == "view")
+        return matrix;
+    Eigen::Matrix4d view = matrix->cast<long double>().inverse().cast<double>();
+    view.row(3) << 0, 0, 0, 1;
     return view;
 }
 
@@ -230,6 +267,7 @@ const std::vector<std::string> keys{"preset",
                                     "oblique_near_plane",
                                     "depth_range",
                                     "view",
+                                    "camera_to_world",
                                     "view_axes",
                                     "pixel_origin",
                                     "encoding",
@@ -248,6 +286,7 @@ const std::vector<std::string> keys{"preset",
                                     "missing",
                                     "lens_mm",
                                     "sensor_mm",
+                                    "sensor_height_mm",
                                     "f_stop",
                                     "focus_distance",
                                     "ao_distance"};
@@ -278,8 +317,8 @@ std::string use_preset(JsonObject& json) {
         if (!json.has(key) && !json.has_within("perspective", key) && !json.has_within("orthographic", key) &&
             !is_matrix)
             json.refuse_missing(key, "the preset \"" + *name + "\" needs it: " + meaning);
-    const bool has_projection =
-        json.has("projection") || json.has("perspective") || json.has("intrinsics") || json.has("orthographic");
+    const bool has_projection = json.has("projection") || json.has("perspective") || json.has("intrinsics") ||
+                                json.has("orthographic") || has_lens(json);
     if (!has_projection)
         json.refuse_missing(
             preset->projection == "fx" ? "intrinsics" : "perspective." + preset->projection,
@@ -350,14 +389,38 @@ CameraFile read(JsonObject json) {
     return file;
 }
 
+/// A word about a size that has the image's aspect.
+std::string cure_of_size(const Camera& camera, int width, int height) {
+    if (!camera.width || !camera.height ||
+        static_cast<long long>(camera.width) * height != static_cast<long long>(camera.height) * width)
+        return "use the camera of this image";
+    std::string factor = std::to_string(static_cast<double>(width) / camera.width);
+    factor.erase(factor.find_last_not_of('0') + 1);
+    if (factor.ends_with('.'))
+        factor.pop_back();
+    return "use the camera of this image, or scale the camera's width, height and pixels by " + factor;
+}
+
 } // namespace
 
-CameraFile read_camera(const std::filesystem::path& file) {
+namespace io {
+
+const std::vector<std::string>& camera_keys() {
+    return keys;
+}
+
+CameraFile read_camera_keys(const std::filesystem::path& file, const nlohmann::json& json) {
     try {
-        return read(JsonObject(file, keys));
+        return read(JsonObject(file.string(), json, keys));
     } catch (const std::invalid_argument& error) { // what the projection's builder says
-        io::refuse(file, error.what());
+        refuse(file, error.what());
     }
+}
+
+} // namespace io
+
+CameraFile read_camera(const std::filesystem::path& file) {
+    return io::read_camera_keys(file, io::parsed_json(file));
 }
 
 CameraFile preset_camera(const std::string& text) {
@@ -376,7 +439,8 @@ Camera camera_for(const CameraFile& file, int width, int height) {
     if ((camera.width && camera.width != width) || (camera.height && camera.height != height))
         throw Error("the camera file is for " + (camera.width ? std::to_string(camera.width) : "any") + " x " +
                     (camera.height ? std::to_string(camera.height) : "any") + " pixels, the image has " +
-                    std::to_string(width) + " x " + std::to_string(height) + "; use the camera of this image");
+                    std::to_string(width) + " x " + std::to_string(height) + "; " +
+                    cure_of_size(camera, width, height));
     camera.width = width;
     camera.height = height;
     if (file.projection_for)

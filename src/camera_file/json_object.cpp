@@ -9,25 +9,26 @@
 #include <set>
 
 namespace fathom::io {
-namespace {
 
 using nlohmann::json;
 
-/// A value as it stands in the file, cut where a line gets too long.
 std::string shown(const json& value) {
     constexpr std::size_t most = 60;
     const auto text = value.dump();
     return text.size() > most ? text.substr(0, most) + "..." : text;
 }
 
-std::string nearest(const std::string& word, const std::vector<std::string>& known) {
+std::string nearest_word(const std::string& word, const std::vector<std::string>& known) {
     return *std::ranges::min_element(known, {}, [&](const std::string& each) { return edit_distance(word, each); });
 }
 
-json parsed(const std::filesystem::path& file) {
-    const auto bytes = read_file(file);
+json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes) {
     std::vector<std::set<std::string>> open; // keys of the objects that the parser is in
-    const auto no_key_twice = [&](int, json::parse_event_t event, json& key) {
+    constexpr int deepest = 100;             // whoever prints or compares a deeper value recurses too often
+    const auto no_key_twice = [&](int depth, json::parse_event_t event, json& key) {
+        if (depth > deepest)
+            refuse(file,
+                   "has values nested more than " + std::to_string(deepest) + " deep; it is damaged or no camera");
         if (event == json::parse_event_t::object_start)
             open.emplace_back();
         else if (event == json::parse_event_t::object_end)
@@ -46,10 +47,9 @@ json parsed(const std::filesystem::path& file) {
     }
 }
 
-} // namespace
-
-JsonObject::JsonObject(const std::filesystem::path& file, const std::vector<std::string>& known)
-    : JsonObject(file, "", parsed(file), known) {}
+json parsed_json(const std::filesystem::path& file) {
+    return parsed_json(file, read_file(file));
+}
 
 JsonObject::JsonObject(std::filesystem::path file, std::string name, json value, const std::vector<std::string>& known)
     : file_(std::move(file)), name_(std::move(name)), value_(std::move(value)) {
@@ -65,7 +65,7 @@ void JsonObject::check_keys(const std::vector<std::string>& known) const {
         if (std::find(known.begin(), known.end(), key) != known.end())
             continue;
         refuse(file_, "unknown key " + json(path_to(key)).dump() + "; the nearest known one is \"" +
-                          path_to(nearest(key, known)) + "\"");
+                          path_to(nearest_word(key, known)) + "\"");
     }
 }
 
@@ -163,7 +163,7 @@ void JsonObject::refuse_word(const std::string& key, const std::vector<std::stri
     for (std::size_t i = 0; i < known.size(); ++i)
         must += (i == 0 ? "\"" : ", \"") + known[i] + "\"";
     if (value_[key].is_string())
-        must += "; the nearest is \"" + nearest(value_[key].get<std::string>(), known) + "\"";
+        must += "; the nearest is \"" + nearest_word(value_[key].get<std::string>(), known) + "\"";
     refuse_value(key, must);
 }
 

@@ -6,20 +6,28 @@
 #include <filesystem>
 #include <initializer_list>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace fathom::io {
 
+/// The JSON in a file, or in the part of it that is given. Refused: syntax errors (with line and column), keys given twice.
+nlohmann::json parsed_json(const std::filesystem::path& file);
+nlohmann::json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes);
+
+/// A value as it stands in the file, cut where a line gets too long.
+std::string shown(const nlohmann::json& value);
+
+/// The known word that is the fewest edits away.
+std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
+
 /// A JSON object whose keys are known. Whatever is not as it should be is refused with the file, the key, its value
 /// and what would be right.
 class JsonObject {
 public:
-    /// Parses a file that holds one object. Refused: syntax errors (with line and column), keys given twice.
-    JsonObject(const std::filesystem::path& file, const std::vector<std::string>& known);
-
-    /// An object that does not come from a file; `source` stands in messages where a file's name would.
+    /// `source` stands in messages: a file's name, or what takes its place.
     JsonObject(const std::string& source, nlohmann::json value, const std::vector<std::string>& known)
         : JsonObject(std::filesystem::path(source), "", std::move(value), known) {}
 

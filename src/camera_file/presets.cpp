@@ -274,10 +274,14 @@ nlohmann::json value_of(std::string_view text) {
 } // namespace
 
 nlohmann::json parsed_preset(const std::string& source, const std::string& text) {
-    const auto colon = text.find(':');
-    nlohmann::json file{{"preset", text.substr(0, colon)}};
+    const auto colon = text.find(':'), first_equals = text.find('=');
+    const bool is_named = first_equals == std::string::npos || colon < first_equals;
+    nlohmann::json file = nlohmann::json::object();
     std::string_view rest = text;
-    rest.remove_prefix(colon == std::string::npos ? text.size() : colon + 1);
+    if (is_named) {
+        file["preset"] = text.substr(0, colon);
+        rest.remove_prefix(colon == std::string::npos ? text.size() : colon + 1);
+    }
     while (!rest.empty()) {
         const auto item = rest.substr(0, rest.find(','));
         rest.remove_prefix(std::min(rest.size(), item.size() + 1));

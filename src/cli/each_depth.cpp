@@ -186,7 +186,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     outputs.insert(outputs.end(), more.outputs.begin(), more.outputs.end());
     const std::vector<Job> jobs = plan(options, outputs, more.companions);
     const bool relative = options.relative.order.has_value();
-    const CameraFile camera = relative ? CameraFile{} : options.camera.read();
+    const std::optional<Packing> packing = relative ? std::nullopt : options.camera.read().packing;
     const Device device = options.device.open();
 
     const auto process = [&](Job job) {
@@ -194,8 +194,9 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
         const DepthFile depth =
             relative ? relative_depth(options.relative, job, options.channel)
                      : read(job.input, {.channel = options.channel,
-                                        .packing = camera.packing,
+                                        .packing = packing,
                                         .overscan = takes_overscan(job)});
+        const ImportedCamera camera = relative ? ImportedCamera{} : options.camera.read_for(job.input, depth.storage);
         job.windows = depth.windows;
         times.was_read = Clock::now();
         const StoredDepth stored{.image = to_device(device, depth.values),
@@ -208,13 +209,17 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
             throw Error(fmt::format("{}: is no OpenEXR file, and --append adds to one; leave --append out",
                                     (more.picture ? job.companions[*more.picture] : job.input).native()));
         std::optional<Look> look;
-        if (!relative) {
-            look = look_at(stored);
-            for (const std::string& doubt : doubts(depth, stored, *look)) {
+        const auto warn = [&](const std::string& subject, const std::vector<std::string>& warnings) {
+            for (const std::string& warning : warnings) {
                 if (options.strict)
-                    throw Error(doubt);
-                complain(fmt::format("warning: {}: {}", job.input.native(), doubt));
+                    throw Error(warning);
+                complain(fmt::format("warning: {}: {}", subject, warning));
             }
+        };
+        if (!relative) {
+            warn(options.camera.of_header(job.input) ? job.input.native() : options.camera.name(), camera.warnings);
+            look = look_at(stored);
+            warn(job.input.native(), doubts(depth, stored, *look));
         }
         std::vector<Result> results = operation(stored, job);
         for (std::size_t i = 0; i < outputs.size() && has_overscan(job); ++i)
@@ -242,8 +247,9 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
             complain(about(job.input, "not enough memory for an image of this size; crop it or split it"));
             code = input_failed;
         } catch (const std::invalid_argument& error) { // a field of the camera
+            const bool of_input = relative || options.camera.of_header(job.input);
             complain(
-                about(relative ? job.input : std::filesystem::path(options.camera.name()), error.what(), {job.input}));
+                about(of_input ? job.input : std::filesystem::path(options.camera.name()), error.what(), {job.input}));
             code = input_failed;
         } catch (const std::exception& error) {
             complain(about(job.input, error.what(), job.others()));

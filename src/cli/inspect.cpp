@@ -28,6 +28,7 @@ namespace {
 
 struct Options {
     std::string file;
+    std::vector<std::string> inputs; // the file
     CameraOption camera;
     std::string channel;
     DeviceOption device;
@@ -90,27 +91,39 @@ DepthFile read_without_camera(const Options& options, std::optional<Packing>& pa
     }
 }
 
-Findings inspected(const Options& options) {
-    CameraFile camera_file;
+// A header that leaves the values open describes nothing.
+bool has_camera_for(const Options& options) {
     if (options.camera.given())
-        camera_file = options.camera.read();
+        return true;
+    try {
+        return options.camera.of_header(options.file) && (options.camera.read(), true);
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+Findings inspected(const Options& options) {
+    const bool has_camera = has_camera_for(options);
+    const std::optional<Packing> packing = has_camera ? options.camera.read().packing : std::nullopt;
     Findings found;
     {
         const StderrSilenced silenced;
-        found.depth = options.camera.given()
-                          ? read_depth(options.file, {.channel = options.channel, .packing = camera_file.packing})
-                          : read_without_camera(options, found.packing);
+        found.depth = has_camera ? read_depth(options.file, {.channel = options.channel, .packing = packing})
+                                 : read_without_camera(options, found.packing);
         found.channels = list_channels(options.file);
     }
     const HostDepth stored = on_host(found.depth);
     const cv::Mat& values = found.depth.values;
     found.statistics = stored_statistics(stored);
-    if (!options.camera.given()) {
+    if (!has_camera) {
         found.ranking = rank_encodings(stored);
         return found;
     }
     try {
-        const Camera camera = camera_for(camera_file, values.cols, values.rows);
+        const ImportedCamera imported = options.camera.read_for(options.file, found.depth.storage);
+        for (const std::string& warning : imported.warnings)
+            complain(fmt::format("warning: {}: {}", options.camera.name(), warning));
+        const Camera camera = camera_for(imported, values.cols, values.rows);
         const cv::Mat z = decoded(found.depth, camera, options.device);
         found.camera = camera_findings(camera, stored, {reinterpret_cast<const float*>(z.data), z.total()});
     } catch (const std::invalid_argument& error) { // a field of the camera
@@ -348,7 +361,11 @@ std::function<int()> configure(CLI::App& app) {
     add_channel_option(app, options->channel);
     app.add_flag("--json", options->json, "print one JSON object")->group("Report");
     add_device_options(app, options->device);
-    return [options] { return inspect(*options); };
+    return [options] {
+        options->inputs = {options->file};
+        options->camera.inputs = &options->inputs;
+        return inspect(*options);
+    };
 }
 
 } // namespace

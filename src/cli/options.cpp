@@ -4,6 +4,8 @@
 #include "command.hpp"
 #include "messages.hpp"
 
+#include "io/camera_formats.hpp"
+
 #include <fathom/error.hpp>
 
 #include <algorithm>
@@ -22,17 +24,80 @@ Device DeviceOption::open() const {
     return Device::open(wanted);
 }
 
-CameraFile CameraOption::read() const {
-    if (!given())
-        throw UsageError("--camera: missing; give a camera file, or --preset with the source of the depth "
-                         "(fathom presets lists them)");
-    if (!file.empty())
-        return read_camera(file);
+namespace {
+
+// The preset alone, as an argument.
+CameraFile named_camera(const std::string& preset) {
     try {
         return preset_camera(preset);
-    } catch (const Error& error) { // it is an argument
+    } catch (const Error& error) {
         throw UsageError(error.what());
     }
+}
+
+bool is_complete(const std::string& preset) {
+    try {
+        preset_camera(preset);
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+bool same_lens(const LensDefaults& a, const LensDefaults& b) {
+    return a.lens_mm == b.lens_mm && a.sensor_mm == b.sensor_mm && a.f_stop == b.f_stop &&
+           a.focus_distance == b.focus_distance;
+}
+
+} // namespace
+
+std::string CameraOption::name() const {
+    return !file.empty() ? file : !preset.empty() ? "preset " + preset : inputs ? inputs->front() : "the camera";
+}
+
+bool CameraOption::of_header(const std::string& depth) const {
+    return file.empty() && (preset.empty() || !is_complete(preset)) && io::exr_has_camera(depth);
+}
+
+ImportedCamera CameraOption::read_for(const std::string& depth, Storage storage) const {
+    const bool header = of_header(depth);
+    if (file.empty() && !header && preset.empty())
+        throw Error(
+            depth +
+            ": has no camera in its header; give a camera file (--camera), or --preset with the source of the depth");
+    if (file.empty() && !header)
+        return {named_camera(preset), {}, {}};
+    return import_camera(header ? depth : file, {.image = image,
+                                                 .node = node,
+                                                 .preset = preset,
+                                                 .undistorted = undistorted,
+                                                 .storage = storage,
+                                                 .depth = depth});
+}
+
+CameraFile CameraOption::read() const {
+    static const std::vector<std::string> none;
+    const std::vector<std::string>& depths = inputs ? *inputs : none;
+    if (file.empty() && (!image.empty() || !node.empty() || undistorted))
+        throw UsageError("--image, --node and --undistorted: choose from a file; give it with --camera");
+    if (!file.empty())
+        return read_for(depths.empty() ? std::string() : depths.front(), Storage::float32);
+    std::optional<CameraFile> first;
+    for (const std::string& depth : depths) {
+        if (!of_header(depth))
+            continue;
+        const CameraFile camera = read_for(depth, Storage::float32);
+        if (first && !same_lens(first->lens, camera.lens))
+            throw UsageError(depth +
+                             ": its header has another lens or focus than those before; give the images one by one");
+        first = first ? first : camera;
+    }
+    if (first)
+        return *first;
+    if (preset.empty())
+        throw UsageError("--camera: missing; give a camera file, or --preset with the source of the depth "
+                         "(fathom presets lists them)");
+    return named_camera(preset);
 }
 
 CLI::Validator is_one_of(const std::vector<std::string>& names) {
@@ -56,12 +121,22 @@ CLI::Validator is_a_number(const std::string& kind, const std::function<bool(dou
 }
 
 void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description) {
-    CLI::Option* file = app.add_option("--camera", camera.file, description)->type_name("CAMERA.json")->group("Input");
+    app.add_option("--camera", camera.file, description)->type_name("FILE")->group("Input");
     app.add_option("--preset", camera.preset,
-                   "instead of a camera file: the source of the depth, and what it\n"
-                   "leaves open, as in carla:fov_x_deg=90 (fathom presets)")
+                   "the source of the depth, and what it or the camera leaves open, as in\n"
+                   "carla:fov_x_deg=90 (fathom presets) or encoding=view-z")
         ->type_name("NAME[:KEY=VALUE,...]")
-        ->excludes(file)
+        ->group("Input");
+    add_choice_of_camera(app, camera);
+}
+
+void add_choice_of_camera(CLI::App& app, CameraOption& camera) {
+    app.add_option("--image", camera.image, "whose camera of COLMAP or transforms.json")
+        ->type_name("NAME")
+        ->group("Input");
+    app.add_option("--node", camera.node, "which camera of glTF")->type_name("NAME|INDEX")->group("Input");
+    app.add_flag("--undistorted", camera.undistorted,
+                 "the depth has been undistorted: take P of ROS, or the matrix of\nOpenCV without its distortion")
         ->group("Input");
 }
 
@@ -90,7 +165,10 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
         ->type_name("DEPTH")
         ->required()
         ->group("Input");
-    add_camera_options(app, options.camera, "camera file: the projection and what the values mean\n(docs/camera.md)");
+    options.camera.inputs = &options.inputs;
+    add_camera_options(app, options.camera,
+                       "camera file, glTF, transforms.json, OpenCV or ROS calibration,\n"
+                       "COLMAP folder, EXR (docs/cameras.md; default: the depth's header)");
     add_channel_option(app, options.channel);
 
     std::vector<std::string> formats;

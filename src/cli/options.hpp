@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fathom/device.hpp>
+#include <fathom/import_camera.hpp>
 #include <fathom/io.hpp>
 #include <fathom/relative.hpp>
 
@@ -23,16 +24,27 @@ struct DeviceOption {
     Device open() const;
 };
 
-/// The camera of the images: a file, or a source of depth by name.
+/// The camera of the images: a file of any format that Fathom reads, a source of depth by name, both, or the headers of the
+/// images.
 struct CameraOption {
     std::string file;
-    std::string preset; ///< NAME or NAME:key=value,...
+    std::string preset;                               ///< NAME, NAME:key=value,... or key=value,...
+    std::string image, node;                          ///< which camera of the file
+    bool undistorted = false;                         ///< see ImportOptions
+    const std::vector<std::string>* inputs = nullptr; ///< whose headers may have cameras
 
     bool given() const { return !file.empty() || !preset.empty(); }
-    std::string name() const { return file.empty() ? "preset " + preset : file; } ///< for messages
+    std::string name() const; ///< for messages
 
-    /// Throws: UsageError where neither was given.
+    /// Is the camera that of the depth's header?
+    bool of_header(const std::string& depth) const;
+
+    /// What holds for all inputs: the packing, the lens, the kind of projection.
+    /// Throws: UsageError where there is no camera, and where headers say different lenses.
     CameraFile read() const;
+
+    /// The camera of one input, whose values are stored like this.
+    ImportedCamera read_for(const std::string& depth, Storage storage) const;
 };
 
 /// Depth without a unit, see fathom/relative.hpp.
@@ -79,6 +91,8 @@ struct Product {
 void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product);
 
 void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description);
+/// Those options of a camera that choose among the cameras of a file.
+void add_choice_of_camera(CLI::App& app, CameraOption& camera);
 void add_channel_option(CLI::App& app, std::string& channel);
 void add_device_options(CLI::App& app, DeviceOption& device);
 

@@ -1,0 +1,196 @@
+// Cameras from other programs' files become keys of the camera file, so that one reader checks them all.
+#include "imported.hpp"
+
+#include "edit_distance.hpp"
+#include "file.hpp"
+#include "json_object.hpp"
+#include "presets.hpp"
+
+#include <fathom/error.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <iomanip>
+#include <sstream>
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace fathom::io {
+namespace {
+
+/// JSON on one line, with spaces where people put them.
+std::string spaced(const json& value) {
+    std::string text;
+    if (value.is_array()) {
+        for (const json& each : value)
+            text += (text.empty() ? "" : ", ") + spaced(each);
+        return "[" + text + "]";
+    }
+    if (value.is_object()) {
+        for (const auto& [key, each] : value.items())
+            text += (text.empty() ? "" : ", ") + json(key).dump() + ": " + spaced(each);
+        return "{" + text + "}";
+    }
+    return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+/// A camera file, a key on each line.
+std::string laid_out(const json& keys) {
+    std::string text;
+    for (const std::string& key : camera_keys())
+        if (keys.contains(key))
+            text += (text.empty() ? "" : ",\n") + ("  " + json(key).dump()) + ": " + spaced(keys[key]);
+    return "{\n" + text + "\n}\n";
+}
+
+/// Replaces what both have, within objects, too.
+void override(json& keys, const json& by) {
+    for (const auto& [key, value] : by.items())
+        if (value.is_object() && keys.contains(key) && keys[key].is_object())
+            keys[key].update(value);
+        else
+            keys[key] = value;
+}
+
+/// The only one of the names that is called like this file, whatever folders it lies in: "a.jpg" for a.jpg, a.jpg.depth.tif, a.png.
+std::optional<std::size_t> called_like(const std::vector<std::string>& names, const fs::path& wanted) {
+    const std::string name = wanted.filename().string(), stem = wanted.stem().string();
+    const std::function<bool(const fs::path&)> rules[] = {
+        [&](const fs::path& each) { return each.filename() == name; },
+        [&](const fs::path& each) { return name.starts_with(each.filename().string() + "."); },
+        [&](const fs::path& each) { return each.stem() == stem; }};
+    for (const auto& rule : rules)
+        if (std::ranges::count_if(names, rule) == 1)
+            return static_cast<std::size_t>(std::ranges::find_if(names, rule) - names.begin());
+    return std::nullopt;
+}
+
+/// The names that are the fewest edits away.
+std::vector<std::string> nearest_names(std::vector<std::string> names, const std::string& wanted) {
+    std::ranges::stable_sort(names, {}, [&](const std::string& each) { return edit_distance(each, wanted); });
+    names.resize(std::min<std::size_t>(names.size(), 3));
+    return names;
+}
+
+} // namespace
+
+std::string named(const std::vector<std::string>& names) {
+    constexpr std::size_t most = 12;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(names.size(), most); ++i)
+        list += (i ? ", " : "") + names[i];
+    return names.size() > most ? list + ", and " + std::to_string(names.size() - most) + " more" : list;
+}
+
+std::size_t chosen(const fs::path& file, const std::vector<std::string>& names, const std::string& wanted,
+                   const fs::path& depth, const std::string& what, const std::string& option) {
+    if (wanted.empty()) {
+        if (names.size() == 1)
+            return 0;
+        if (const auto like = depth.empty() ? std::nullopt : called_like(names, depth))
+            return *like;
+        refuse(file, "has " + std::to_string(names.size()) + " " + what + "s; say which with " + option + ": " +
+                         named(names));
+    }
+    if (const auto at = std::ranges::find(names, wanted); at != names.end())
+        return static_cast<std::size_t>(at - names.begin());
+    if (const auto like = called_like(names, wanted))
+        return *like;
+    refuse(file, "has no " + what + " \"" + wanted + "\" (" + option + "); the nearest are " +
+                     named(nearest_names(names, wanted)));
+}
+
+std::string shown_number(double value) {
+    std::ostringstream text;
+    text << std::setprecision(6) << value;
+    return text.str();
+}
+
+json rows_of(const Eigen::Matrix4d& matrix) {
+    json rows = json::array();
+    for (Eigen::Index r = 0; r < 4; ++r)
+        rows.push_back({matrix(r, 0), matrix(r, 1), matrix(r, 2), matrix(r, 3)});
+    return rows;
+}
+
+std::optional<double> number_at(const fs::path& file, const json& object, const std::string& key,
+                                const std::string& path) {
+    if (!object.is_object() || !object.contains(key))
+        return std::nullopt;
+    if (!object[key].is_number())
+        refuse(file, "\"" + path + key + "\": " + shown(object[key]) + " must be a number");
+    return object[key].get<double>();
+}
+
+json parsed_json_or_glb(const fs::path& file) {
+    const Bytes bytes = read_file(file);
+    if (bytes.size() < 4 || std::memcmp(bytes.data(), "glTF", 4) != 0)
+        return parsed_json(file, bytes);
+    const auto word = [&](std::size_t at) { // little-endian
+        std::uint32_t value = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            value |= static_cast<std::uint32_t>(bytes[at + i]) << (8 * i);
+        return value;
+    };
+    constexpr std::size_t header = 20; // magic, version, length; length and type of the first chunk
+    constexpr std::uint32_t json_chunk = 0x4e4f534a;
+    if (bytes.size() < header || word(8) > bytes.size() || word(12) > bytes.size() - header)
+        refuse(file, "is cut short: a binary glTF of " + std::to_string(bytes.size()) + " bytes; copy it again");
+    if (word(4) != 2 || word(16) != json_chunk)
+        refuse(file, "is no binary glTF of version 2 that begins with its JSON; export it again");
+    return parsed_json(file, std::span(bytes).subspan(header, word(12)));
+}
+
+ImportedCamera completed(const fs::path& file, Imported imported, const ImportOptions& options) {
+    json& keys = imported.keys;
+    if (!options.preset.empty()) {
+        const std::string source = "preset " + options.preset;
+        json said;
+        try {
+            said = parsed_preset(source, options.preset);
+            static_cast<void>(said.dump()); // throws for a text that is none
+        } catch (const json::exception&) {
+            refuse(source, "cannot be read; write NAME:key=value,key=value in plain letters");
+        }
+        if (said.contains("preset") && keys.contains("preset") && said["preset"] != keys["preset"])
+            refuse(file, "has the preset " + shown(keys["preset"]) + ", not " + shown(said["preset"]) +
+                             "; leave one of the two out");
+        override(keys, said);
+    }
+    if (!keys.contains("encoding") && !keys.contains("preset")) {
+        if (imported.otherwise.empty() && !imported.cure.empty())
+            refuse(file, "does not say what the values of the depth mean; " + imported.cure);
+        for (const auto& [key, value] : imported.otherwise.items())
+            if (!keys.contains(key))
+                keys[key] = value;
+        imported.warnings.insert(imported.warnings.end(), imported.doubts.begin(), imported.doubts.end());
+    }
+    return {read_camera_keys(file, keys), laid_out(keys), std::move(imported.warnings)};
+}
+
+Imported import_parsed(const fs::path& file, json json, const ImportOptions& options) {
+    const bool gltf = is_gltf(json), transforms = !gltf && is_transforms(json);
+    if (!options.node.empty() && !gltf)
+        refuse(file, "has no nodes, so leave out --node; that is for glTF");
+    if (!options.image.empty() && !transforms)
+        refuse(file, "has no images, so leave out --image; that is for COLMAP and transforms.json");
+    if (options.undistorted)
+        refuse(file, "has no distortion to leave out (--undistorted); that is for OpenCV's and ROS's calibrations");
+    return gltf         ? import_gltf(file, json, options)
+           : transforms ? import_transforms(file, json, options)
+                        : Imported{.keys = std::move(json)};
+}
+
+} // namespace fathom::io
+
+namespace fathom {
+
+ImportedCamera import_json_camera(const fs::path& file, const ImportOptions& options) {
+    return io::completed(file, io::import_parsed(file, io::parsed_json_or_glb(file), options), options);
+}
+
+} // namespace fathom

@@ -1,0 +1,179 @@
+// The camera of a frame of transforms.json, as nerfstudio and instant-ngp write and read it.
+//   transform_matrix: camera to world, x right, y up, -z ahead; pixels count from the corner
+// nerfstudio, data conventions and nerfstudio_dataparser.py; instant-ngp, nerf_loader.cu. The world is that of the file.
+#include "imported.hpp"
+
+#include "file.hpp"
+#include "json_object.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace fathom::io {
+namespace {
+
+constexpr double millimetre = 0.001; // nerfstudio's default of depth_unit_scale_factor
+
+/// A frame's own keys come before the file's.
+struct Frame {
+    const fs::path& file;
+    const json& own;
+    const json& common;
+    std::string path; ///< "frames[3]."
+
+    std::optional<double> number(const std::string& key) const {
+        const auto of_frame = number_at(file, own, key, path);
+        return of_frame ? of_frame : number_at(file, common, key);
+    }
+    const json* value(const std::string& key) const {
+        return own.contains(key) ? &own[key] : common.contains(key) ? &common[key] : nullptr;
+    }
+};
+
+std::string text_at(const json& object, const std::string& key) {
+    return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : std::string();
+}
+
+void refuse_distortion(const Frame& frame) {
+    constexpr std::array perspectives{"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"};
+    constexpr const char* cure =
+        "; undo it first: colmap image_undistorter makes images and cameras without, or cv::initUndistortRectifyMap "
+        "and cv::remap with INTER_NEAREST";
+    if (const json* model = frame.value("camera_model");
+        model && std::ranges::none_of(perspectives, [&](const char* each) { return *model == each; }))
+        refuse(frame.file, "\"camera_model\": " + shown(*model) + " is no pinhole" + cure);
+    if (const json* fisheye = frame.value("is_fisheye"); fisheye && *fisheye != false)
+        refuse(frame.file, std::string("\"is_fisheye\": ") + shown(*fisheye) + " is no pinhole" + cure);
+    for (const char* key : {"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"})
+        if (const auto k = frame.number(key); k && *k != 0)
+            refuse(frame.file, std::string("\"") + key + "\": " + shown(*k) + " is a lens distortion" + cure);
+}
+
+std::optional<int> pixels(const Frame& frame, const std::string& key) {
+    const auto count = frame.number(key);
+    if (count && !(*count >= 1 && *count <= 1e9 && *count == std::floor(*count)))
+        refuse(frame.file, "\"" + key + "\": " + shown(*count) + " must be a whole number from 1 on");
+    return count ? std::optional(static_cast<int>(*count)) : std::nullopt;
+}
+
+/// The field of view in radians, under one of its names.
+std::optional<double> angle(const Frame& frame, const std::string& degrees, const std::string& radians) {
+    auto value = frame.number(degrees);
+    if (value)
+        *value *= std::numbers::pi / 180;
+    else
+        value = frame.number(radians);
+    if (value && !(*value > 0 && *value < std::numbers::pi))
+        refuse(frame.file,
+               "\"" + (frame.number(degrees) ? degrees : radians) + "\" must lie between 0 and 180 degrees");
+    return value;
+}
+
+json projection_of(const Frame& frame) {
+    json keys;
+    const auto width = pixels(frame, "w"), height = pixels(frame, "h");
+    if (width)
+        keys["width"] = *width;
+    if (height)
+        keys["height"] = *height;
+    auto fx = frame.number("fl_x"), fy = frame.number("fl_y");
+    const auto across = angle(frame, "x_fov", "camera_angle_x"), down = angle(frame, "y_fov", "camera_angle_y");
+    if (!fx && across && width)
+        fx = *width / (2 * std::tan(*across / 2));
+    if (!fy && down && height)
+        fy = *height / (2 * std::tan(*down / 2));
+    if (!fx && !fy && across && !frame.number("cx") && !frame.number("cy")) { // the image gives its size
+        keys["perspective"] = {{"fov_x_deg", *across * 180 / std::numbers::pi}};
+        return keys;
+    }
+    if (!fx && !fy)
+        refuse(frame.file, "has neither \"fl_x\" nor \"camera_angle_x\" with \"w\"; give the focal length in pixels");
+    const auto middle = [&](const std::string& key, std::optional<int> size, const std::string& of_size) {
+        if (const auto c = frame.number(key))
+            return *c;
+        if (!size)
+            refuse(frame.file, "\"" + key + "\" is missing, and so is \"" + of_size + "\"; give one of them");
+        return *size / 2.0;
+    };
+    keys["intrinsics"] = {{"fx", fx.value_or(fy.value_or(0))},
+                          {"fy", fy.value_or(fx.value_or(0))},
+                          {"cx", middle("cx", width, "w")},
+                          {"cy", middle("cy", height, "h")},
+                          {"pixel_origin", "corner"}};
+    return keys;
+}
+
+Eigen::Matrix4d camera_to_world(const Frame& frame) {
+    const std::string path = frame.path + "transform_matrix";
+    if (!frame.own.contains("transform_matrix"))
+        refuse(frame.file, "\"" + path + "\" is missing; it is the camera's place");
+    const json& rows = frame.own["transform_matrix"];
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+    bool good = rows.is_array() && (rows.size() == 3 || rows.size() == 4);
+    for (std::size_t r = 0; good && r < rows.size(); ++r) {
+        good = rows[r].is_array() && rows[r].size() == 4;
+        for (std::size_t c = 0; good && c < 4; ++c) {
+            good = rows[r][c].is_number();
+            if (good)
+                matrix(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = rows[r][c].get<double>();
+        }
+    }
+    if (!good)
+        refuse(frame.file, "\"" + path + "\": " + shown(rows) + " must be four rows of four numbers");
+    return matrix;
+}
+
+/// What the depth's values mean, if anything says that there is depth.
+json encoding_of(const Frame& frame) {
+    const bool ngp = frame.common.contains("integer_depth_scale");
+    const std::string key = ngp ? "integer_depth_scale" : "depth_unit_scale_factor";
+    const auto scale = number_at(frame.file, frame.common, key);
+    if (!scale && !frame.own.contains("depth_file_path"))
+        return {};
+    if (scale && !(*scale > 0))
+        refuse(frame.file, "\"" + key + "\": " + shown(*scale) + " must be positive");
+    return {{"encoding", "view-z"}, {"scale", scale.value_or(millimetre)}, {"missing", 0}};
+}
+
+} // namespace
+
+bool is_transforms(const json& json) {
+    return json.is_object() && json.contains("frames");
+}
+
+Imported import_transforms(const fs::path& file, const json& transforms, const ImportOptions& options) {
+    const json& frames = transforms["frames"];
+    if (!frames.is_array() || frames.empty())
+        refuse(file, "\"frames\": " + shown(frames) + " must be a list of frames, and not empty");
+    std::vector<std::string> names, depths;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        if (!frames[i].is_object())
+            refuse(file, "\"frames[" + std::to_string(i) + "]\": " + shown(frames[i]) + " must be an object, {...}");
+        names.push_back(text_at(frames[i], "file_path"));
+        const std::string depth = text_at(frames[i], "depth_file_path");
+        depths.push_back(depth.empty() ? text_at(frames[i], "depth_path") : depth);
+    }
+    // A frame's depth names it as well as its picture does.
+    const std::string wanted = options.image.empty() ? options.depth.string() : options.image;
+    const auto is_its_depth = [&](const std::string& depth) {
+        return !depth.empty() && (depth == wanted || fs::path(depth).filename() == fs::path(wanted).filename());
+    };
+    const bool by_depth = names.size() > 1 && std::ranges::count_if(depths, is_its_depth) == 1;
+    const auto place = by_depth ? static_cast<std::size_t>(std::ranges::find_if(depths, is_its_depth) - depths.begin())
+                                : chosen(file, names, options.image, options.depth, "image", "--image");
+    const Frame frame{file, frames[place], transforms, "frames[" + std::to_string(place) + "]."};
+    refuse_distortion(frame);
+    Imported imported{.keys = projection_of(frame),
+                      .otherwise = encoding_of(frame),
+                      .cure =
+                          "name its source or give the keys: --preset tum, or --preset encoding=view-z,scale=0.001"};
+    imported.keys["camera_to_world"] = rows_of(camera_to_world(frame));
+    return imported;
+}
+
+} // namespace fathom::io

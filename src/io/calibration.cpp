@@ -1,0 +1,220 @@
+// Calibrations in YAML: OpenCV's, and CameraInfo of ROS as a file or as a printed message.
+//   x = fx X/Z + cx, y = fy Y/Z + cy, pixels counted from the centre of the first one; x right, y down, z ahead
+// OpenCV, calib3d; ROS, sensor_msgs/CameraInfo and REP 104 (P of rectified images, K of raw ones; regions and binning as
+// image_geometry has them), REP 118 (integers are millimetres, 0 is not measured; floats are metres, NaN is not).
+#include "camera_formats.hpp"
+
+#include "camera_file/file.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace fathom::io {
+namespace {
+
+/// A node's text for a message; a list or a map says what it is.
+std::string shown(const YAML::Node& node) {
+    return node.IsScalar()     ? node.Scalar().substr(0, 60)
+           : node.IsMap()      ? "a map"
+           : node.IsSequence() ? "a list"
+                               : "nothing";
+}
+
+double number(const fs::path& file, const YAML::Node& node, const std::string& name) {
+    double value = std::nan("");
+    if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value))
+        refuse(file, "\"" + name + "\": " + shown(node) + " must be a finite number");
+    return value;
+}
+
+/// The value under the first of the keys that is there.
+YAML::Node value(const YAML::Node& map, std::initializer_list<const char*> keys) {
+    for (const char* key : keys)
+        if (const YAML::Node node = map[key]; node && !node.IsNull())
+            return node;
+    return YAML::Node(YAML::NodeType::Undefined);
+}
+
+/// The numbers of a list, or of a matrix with its rows, columns and data.
+std::vector<double> numbers(const fs::path& file, const YAML::Node& node, const std::string& name) {
+    const YAML::Node list = node.IsMap() ? node["data"] : node;
+    if (!list || !list.IsSequence())
+        refuse(file, "\"" + name + "\": must be a list of numbers, or a matrix with rows, cols and data");
+    std::vector<double> all;
+    for (const YAML::Node& each : list)
+        all.push_back(number(file, each, name + "[" + std::to_string(all.size()) + "]"));
+    if (node.IsMap() && node["rows"] && node["cols"] &&
+        number(file, node["rows"], name + ".rows") * number(file, node["cols"], name + ".cols") !=
+            static_cast<double>(all.size()))
+        refuse(file, "\"" + name + "\": has " + std::to_string(all.size()) + " numbers, which are not rows times cols");
+    return all;
+}
+
+std::vector<double> matrix(const fs::path& file, const YAML::Node& node, const std::string& name, std::size_t count) {
+    auto all = numbers(file, node, name);
+    if (all.size() != count)
+        refuse(file, "\"" + name + "\": has " + std::to_string(all.size()) + " numbers; it must have " +
+                         std::to_string(count));
+    return all;
+}
+
+/// A whole number of pixels; 0 where there is none.
+int count(const fs::path& file, const YAML::Node& node, const std::string& name) {
+    if (!node.IsDefined())
+        return 0;
+    const double pixels = number(file, node, name);
+    if (!(pixels >= 0 && pixels <= 1e9 && pixels == std::floor(pixels)))
+        refuse(file, "\"" + name + "\": " + shown(node) + " must be a whole number of pixels");
+    return static_cast<int>(pixels);
+}
+
+bool is_zero(const std::vector<double>& all) {
+    return std::ranges::all_of(all, [](double each) { return each == 0; });
+}
+
+/// The four numbers of a camera matrix of three rows and `columns` columns.
+json intrinsics_of(const fs::path& file, const std::vector<double>& matrix, std::size_t columns,
+                   const std::string& name) {
+    const auto at = [&](std::size_t row, std::size_t column) { return matrix[row * columns + column]; };
+    if (!(at(0, 0) > 0 && at(1, 1) > 0))
+        refuse(file, "\"" + name + "\": is not calibrated, its focal lengths are not above 0; calibrate the camera");
+    if (at(0, 1) != 0)
+        refuse(file, "\"" + name +
+                         "\": has a skew, which neither OpenCV nor ROS applies; set it to 0 if they made the image");
+    if (at(1, 0) != 0 || at(2, 0) != 0 || at(2, 1) != 0 || at(2, 2) != 1)
+        refuse(file, "\"" + name + "\": must have the rows [fx, 0, cx], [0, fy, cy], [0, 0, 1]; is it transposed?");
+    return {{"fx", at(0, 0)}, {"fy", at(1, 1)}, {"cx", at(0, 2)}, {"cy", at(1, 2)}, {"pixel_origin", "centre"}};
+}
+
+/// What OpenCV undoes a distortion with. Depths must not be mixed.
+constexpr const char* opencv_cure =
+    "; undo it with cv::initUndistortRectifyMap (the new camera matrix is this one) and cv::remap with INTER_NEAREST, "
+    "then say --undistorted";
+
+Imported import_opencv(const fs::path& file, const YAML::Node& map, const ImportOptions& options) {
+    Imported imported{.keys = {{"view_axes", "opencv"}},
+                      .cure =
+                          "name its source or give the keys: --preset kinect, or --preset encoding=view-z,scale=0.001"};
+    imported.keys["intrinsics"] =
+        intrinsics_of(file, matrix(file, map["camera_matrix"], "camera_matrix", 9), 3, "camera_matrix");
+    for (const auto& [key, name] : {std::pair{"width", "image_width"}, {"height", "image_height"}})
+        if (const int pixels = count(file, value(map, {name}), name); pixels > 0)
+            imported.keys[key] = pixels;
+    if (options.undistorted)
+        return imported;
+    if (const YAML::Node fisheye = value(map, {"fisheye_model"});
+        fisheye.IsDefined() && count(file, fisheye, "fisheye_model"))
+        refuse(file, "\"fisheye_model\": is no pinhole; undo it with cv::fisheye::initUndistortRectifyMap (the new "
+                     "camera matrix is this one) and cv::remap with INTER_NEAREST, then say --undistorted");
+    for (const char* key : {"distortion_coefficients", "distCoeffs", "dist_coeffs"})
+        if (const YAML::Node node = value(map, {key}); node.IsDefined() && !is_zero(numbers(file, node, key)))
+            refuse(file, std::string("\"") + key + "\": is a lens distortion" + opencv_cure);
+    return imported;
+}
+
+/// What a camera's driver made of its sensor: a region of it, pixels put together.
+struct Readout {
+    int x = 0, y = 0, width = 0, height = 0, across = 1, down = 1;
+};
+
+Readout readout_of(const fs::path& file, const YAML::Node& map) {
+    Readout out{.width = count(file, value(map, {"width", "image_width"}), "width"),
+                .height = count(file, value(map, {"height", "image_height"}), "height")};
+    out.across = std::max(1, count(file, value(map, {"binning_x"}), "binning_x"));
+    out.down = std::max(1, count(file, value(map, {"binning_y"}), "binning_y"));
+    if (const YAML::Node roi = value(map, {"roi"}); roi.IsDefined()) {
+        if (!roi.IsMap())
+            refuse(file, "\"roi\": " + shown(roi) + " must be a map");
+        out.x = count(file, value(roi, {"x_offset"}), "roi.x_offset");
+        out.y = count(file, value(roi, {"y_offset"}), "roi.y_offset");
+        const int width = count(file, value(roi, {"width"}), "roi.width");
+        const int height = count(file, value(roi, {"height"}), "roi.height");
+        out.width = width > 0 ? width : out.width;
+        out.height = height > 0 ? height : out.height;
+    }
+    return out;
+}
+
+Imported import_ros(const fs::path& file, const YAML::Node& map, const ImportOptions& options) {
+    const auto k = matrix(file, value(map, {"camera_matrix", "k", "K"}), "K", 9);
+    if (k[0] == 0)
+        refuse(file, "\"K\": is 0, so the camera was never calibrated; calibrate it (camera_calibration)");
+    const YAML::Node d = value(map, {"distortion_coefficients", "d", "D"});
+    const YAML::Node model = value(map, {"distortion_model"});
+    const std::string name = model.IsDefined() && model.IsScalar() ? model.Scalar() : "";
+    const bool pinhole = name.empty() || name == "plumb_bob" || name == "rational_polynomial";
+    Imported imported{
+        .keys = {{"view_axes", "opencv"}},
+        .cure = "name the topic's type: --preset kinect for 16UC1 (millimetres), --preset encoding=view-z for "
+                "32FC1 (metres)"};
+    if (options.undistorted) {
+        const YAML::Node p = value(map, {"projection_matrix", "p", "P"});
+        if (!p.IsDefined())
+            refuse(file, "\"P\": is missing; it is what rectified images (--undistorted) have");
+        imported.keys["intrinsics"] = intrinsics_of(file, matrix(file, p, "P", 12), 4, "P");
+    } else {
+        if (!pinhole || (d.IsDefined() && !is_zero(numbers(file, d, "D"))))
+            refuse(file, "\"D\": is a lens distortion" + (name.empty() ? std::string() : " (" + name + ")") +
+                             "; take the depth of a rectified topic (image_proc) and say --undistorted, which takes P");
+        imported.keys["intrinsics"] = intrinsics_of(file, k, 3, "K");
+    }
+    const Readout out = readout_of(file, map);
+    json& pixels = imported.keys["intrinsics"];
+    pixels["fx"] = pixels["fx"].get<double>() / out.across;
+    pixels["fy"] = pixels["fy"].get<double>() / out.down;
+    pixels["cx"] = (pixels["cx"].get<double>() - out.x) / out.across;
+    pixels["cy"] = (pixels["cy"].get<double>() - out.y) / out.down;
+    if (out.width > 0)
+        imported.keys["width"] = std::max(1, out.width / out.across);
+    if (out.height > 0)
+        imported.keys["height"] = std::max(1, out.height / out.down);
+    if (options.storage) {
+        const bool floats = *options.storage == Storage::float32 || *options.storage == Storage::float16;
+        imported.otherwise = {{"encoding", "view-z"}};
+        if (!floats)
+            imported.otherwise.update({{"scale", 0.001}, {"missing", 0}});
+    }
+    return imported;
+}
+
+/// Keys for a message.
+std::string keys_of(const YAML::Node& map) {
+    std::vector<std::string> keys;
+    for (const auto& item : map)
+        keys.push_back(item.first.IsScalar() ? item.first.Scalar().substr(0, 60) : "?");
+    return named(keys);
+}
+
+Imported imported(const fs::path& file, const ImportOptions& options) {
+    const Bytes bytes = read_file(file);
+    std::string text(bytes.begin(), bytes.end());
+    if (text.starts_with("%YAML:")) // cv::FileStorage's directive, which YAML does not know
+        text.erase(0, std::min(text.find('\n'), text.size()));
+    const auto documents = YAML::LoadAll(text); // of a printed topic the first message
+    if (documents.empty() || !documents.front().IsMap())
+        refuse(file, "holds no camera that Fathom knows: JSON, glTF, OpenEXR, or YAML of OpenCV or ROS");
+    const YAML::Node& map = documents.front();
+    const bool ros = value(map, {"distortion_model", "projection_matrix", "k", "K"}).IsDefined();
+    if (!ros && !map["camera_matrix"])
+        refuse(file, "has neither OpenCV's \"camera_matrix\" nor \"K\" of ROS; it has " + keys_of(map));
+    return ros ? import_ros(file, map, options) : import_opencv(file, map, options);
+}
+
+} // namespace
+
+Imported import_calibration(const fs::path& file, const ImportOptions& options) {
+    try {
+        return imported(file, options);
+    } catch (const YAML::Exception& error) { // "yaml-cpp: error at line 3, column 5: ..."
+        std::string what = error.what();
+        if (what.starts_with("yaml-cpp: "))
+            what.erase(0, 10);
+        refuse(file, "is no YAML that can be read: " + what);
+    }
+}
+
+} // namespace fathom::io

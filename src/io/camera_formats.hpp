@@ -1,0 +1,24 @@
+#pragma once
+
+#include "camera_file/imported.hpp"
+
+#include <filesystem>
+
+/// The formats of cameras that need more than JSON; `import_camera` chooses among them.
+namespace fathom::io {
+
+/// The camera in the header of an OpenEXR file. Refuses one without.
+Imported import_exr(const std::filesystem::path& file);
+
+/// Says the header of this file, which may be of any type, where its camera is?
+bool exr_has_camera(const std::filesystem::path& file);
+
+/// OpenCV's calibration or CameraInfo of ROS, in YAML.
+Imported import_calibration(const std::filesystem::path& file, const ImportOptions& options);
+
+/// COLMAP's cameras.bin or cameras.txt, or the folder that they lie in.
+Imported import_colmap(const std::filesystem::path& file, const ImportOptions& options);
+
+bool is_colmap(const std::filesystem::path& file);
+
+} // namespace fathom::io

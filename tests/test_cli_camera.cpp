@@ -1,0 +1,232 @@
+// Cameras of other programs' files, as people give them to the program.
+#include "io_files.hpp"
+#include "program.hpp"
+
+#include <fathom/camera_file.hpp>
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFloatAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfMatrixAttribute.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+const std::string calibration =
+    "%YAML:1.0\n---\nimage_width: 48\nimage_height: 32\ncamera_matrix: !!opencv-matrix\n   rows: 3\n"
+    "   cols: 3\n   dt: d\n   data: [ 40., 0., 23.5, 0., 40., 15.5, 0., 0., 1. ]\n";
+const std::string same_calibration = R"("width": 48, "height": 32, "view_axes": "opencv",
+    "intrinsics": {"fx": 40, "fy": 40, "cx": 23.5, "cy": 15.5, "pixel_origin": "centre"})";
+
+std::string ros(const std::string& d) {
+    return "width: 48\nheight: 32\ndistortion_model: plumb_bob\nd: [" + d +
+           ", 0, 0, 0, 0]\nk: [40, 0, 23.5, 0, 40, 15.5, 0, 0, 1]\nr: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
+           "p: [30, 0, 20, 0, 0, 30, 10, 0, 0, 0, 1, 0]\n";
+}
+
+std::string put_text(const Folder& folder, const std::string& name, const std::string& text) {
+    write(folder / name, text);
+    return folder / name;
+}
+
+/// The ramp as EXR with a camera in its header: 50 pixels of focal length, seen from (1, 2, 3) along +z.
+std::string put_frame(const Folder& folder, const std::string& name, float focus = 5, bool vray = false) {
+    const std::string file = folder / name;
+    cv::Mat depth = ramp() * (vray ? 0.99 : 20);
+    Imf::Header header(width, height);
+    header.channels().insert("Z", Imf::Channel(Imf::FLOAT));
+    const Imath::M44f to_camera(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, -2, -3, 1);
+    const Imath::M44f lens(50.f / width, 0, 0, 0, 0, -50.f / height, 0, 0, 0.5f, 0.5f, 1, 1, 0, 0, -0.1f, 0);
+    if (vray) {
+        header.insert("cameraFov", Imf::FloatAttribute(50));
+    } else {
+        header.insert("worldToCamera", Imf::M44fAttribute(to_camera));
+        header.insert("worldToNDC", Imf::M44fAttribute(to_camera * lens));
+        Imf::addFocus(header, focus);
+        Imf::addAperture(header, 2);
+    }
+    Imf::FrameBuffer frame;
+    frame.insert("Z", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(depth.data), 4, depth.step));
+    Imf::OutputFile exr(file.c_str(), header);
+    exr.setFrameBuffer(frame);
+    exr.writePixels(height);
+    return file;
+}
+
+std::string kinect_depth(const Folder& folder, const std::string& name = "depth.png") {
+    cv::Mat codes;
+    ramp().convertTo(codes, CV_16U, 8000);
+    cv::imwrite(folder / name, codes);
+    return folder / name;
+}
+
+} // namespace
+
+TEST_CASE("camera program: a calibration and a preset are the camera file that they stand for") {
+    const Folder folder;
+    const std::string depth = kinect_depth(folder), camera = put_text(folder, "calibration.yml", calibration);
+    const std::string truth = put_text(
+        folder, "truth.json", R"({"encoding": "view-z", "scale": 0.001, "missing": 0, )" + same_calibration + "}");
+    const std::string made = folder / "out/camera.json";
+    check_done(run({"camera", camera, "--preset", "kinect", "-o", made}));
+    const Outcome printed = run({"camera", camera, "--preset", "kinect"});
+    check_done(printed);
+    CHECK(printed.out == content(made));
+    CHECK(read_camera(made).preset == "kinect");
+    const Arguments ways[] = {{"--camera", made},
+                              {"--camera", camera, "--preset", "kinect"},
+                              {"--camera", camera, "--preset", "encoding=view-z,scale=0.001,missing=0"}};
+    for (const Arguments& command : {Arguments{"unproject"}, {"normals"}}) {
+        check_done(run(joined(command, {depth, "--camera", truth, "-o", folder / "out/truth.exr"})));
+        for (const Arguments& way : ways) {
+            check_done(run(joined(joined(command, way), {depth, "-o", folder / "out/a.exr"})));
+            for (const Channel& each : list_channels(folder / "out/truth.exr"))
+                CHECK(same(channel(folder / "out/a.exr", each.name), channel(folder / "out/truth.exr", each.name)));
+        }
+    }
+    check_done(run({"inspect", depth, "--camera", camera, "--preset", "kinect"}));
+}
+
+TEST_CASE("camera program: the unit of a ROS depth follows from its type") {
+    const Folder folder;
+    const std::string camera = put_text(folder, "info.yaml", ros("0")), codes = kinect_depth(folder);
+    const cv::Mat codes_read = cv::imread(codes, cv::IMREAD_UNCHANGED);
+    cv::Mat in_metres;
+    codes_read.convertTo(in_metres, CV_32F, 0.001);
+    const std::string metres = depth_file(folder, "metres.tif", in_metres);
+    check_done(run({"linearize", codes, metres, "--camera", camera, "-o", folder / "out/"}));
+    const cv::Mat a = channel(folder / "out/depth.exr", "Z"), b = channel(folder / "out/metres.exr", "Z");
+    CHECK(cv::norm(a, b, cv::NORM_INF) <= 8 * 0x1p-24); // both are 8 m at most, rounded once
+}
+
+TEST_CASE("camera program: without --camera the header of the depth is the camera") {
+    const Folder folder;
+    const std::string frame = put_frame(folder, "frame.exr"), camera = folder / "camera.json";
+    check_done(run({"camera", frame, "-o", camera}));
+    const Arguments commands[] = {{"linearize"},
+                                  {"unproject", "--space", "world"},
+                                  {"normals"},
+                                  {"ssao", "--radius", "0.5"},
+                                  {"dof-masks", "--sensor-mm", "36"}}; // its focus and f-number are in the header
+    for (const Arguments& command : commands) {
+        INFO(command.front());
+        check_done(run(joined(command, {frame, "-o", folder / "out/a.exr"})));
+        check_done(run(joined(command, {frame, "--camera", camera, "-o", folder / "out/b.exr"})));
+        for (const Channel& each : list_channels(folder / "out/a.exr"))
+            CHECK(same(channel(folder / "out/a.exr", each.name), channel(folder / "out/b.exr", each.name)));
+    }
+    // The middle of the image, at distance z, is (1, 2, 3 + z) of the header's world.
+    check_done(run({"unproject", frame, "--space", "world", "-o", folder / "out/points.exr"}));
+    const cv::Mat z = channel(frame, "Z"), x = channel(folder / "out/points.exr", "P.X");
+    const cv::Mat depth = channel(folder / "out/points.exr", "P.Z");
+    constexpr float ulps = 8 * 0x1p-24f; // of the header's floats, and unproject's own 4
+    for (const auto& [row, column] : {std::pair{0, 0}, {16, 24}, {31, 47}}) {
+        const float at = z.at<float>(row, column), truth = 1 + at * (static_cast<float>(column) + 0.5f - 24) / 50;
+        CHECK(std::abs(x.at<float>(row, column) - truth) <= ulps * (1 + std::abs(at)));
+        CHECK(std::abs(depth.at<float>(row, column) - (3 + at)) <= ulps * (3 + at));
+    }
+    const Outcome inspected = run({"inspect", frame});
+    check_done(inspected);
+    CHECK(inspected.out.find("encoding      view-z") != std::string::npos);
+
+    // A header that leaves the values open takes them from a preset, and a preset its angle of view from the header.
+    const std::string ramped = put_frame(folder, "vray.exr", 5, true);
+    check_refused(run({"linearize", ramped, "-o", folder / "out/no.exr"}), 1, "--preset vray-z:near=BLACK,far=WHITE");
+    check_done(run({"linearize", ramped, "--preset", "vray-z:near=1,far=20", "-o", folder / "out/c.exr"}));
+    check_done(run({"linearize", frame, "--preset", "blender", "-o", folder / "out/d.exr"}));
+    check_done(run({"inspect", ramped}));
+
+    // Each input has its own header; one without is told, and the others are done.
+    const std::string bare = depth_file(folder, "bare.exr"), more = folder / "out/more/";
+    check_refused(run({"linearize", frame, bare, "-o", more, "--quiet"}), 1, "bare.exr: has no camera in its header");
+    CHECK(fs::exists(fs::path(more) / "frame.exr"));
+    CHECK_FALSE(fs::exists(fs::path(more) / "bare.exr"));
+    check_refused(run({"linearize", bare, "-o", more}), 2, "--camera: missing");
+    const std::string other = put_frame(folder, "other.exr", 7);
+    check_refused(run({"dof-masks", frame, other, "--sensor-mm", "36", "-o", more}), 2, "another lens or focus");
+}
+
+TEST_CASE("camera program: each depth has the frame of transforms.json that names it") {
+    const Folder folder;
+    const std::string one = kinect_depth(folder, "one.png"), two = kinect_depth(folder, "two.png");
+    const auto frame = [](const std::string& name, int x) {
+        return R"({"file_path": "images/)" + name + R"(.jpg", "depth_file_path": "depth/)" + name +
+               R"(.png", "transform_matrix": [[1, 0, 0, )" + std::to_string(x) +
+               "], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}";
+    };
+    const std::string camera = put_text(folder, "transforms.json",
+                                        R"({"fl_x": 40, "cx": 24, "cy": 16, "w": 48, "h": 32, "frames": [)" +
+                                            frame("one", 10) + ", " + frame("two", 30) + "]}");
+    check_done(run({"unproject", one, two, "--space", "world", "--camera", camera, "-o", folder / "out/"}));
+    const cv::Mat a = channel(folder / "out/one.exr", "P.X"), b = channel(folder / "out/two.exr", "P.X");
+    CHECK(b.at<float>(16, 24) - a.at<float>(16, 24) == 20);
+    const Outcome chosen = run({"camera", camera, "--image", "two"});
+    check_done(chosen);
+    CHECK(chosen.out.find("[1.0, 0.0, 0.0, 30.0]") != std::string::npos);
+    check_refused(run({"camera", camera}), 1, "has 2 images; say which with --image: images/one.jpg, images/two.jpg");
+}
+
+TEST_CASE("camera program: what is wrong is told in a line, and nothing is left behind") {
+    const Folder folder;
+    const std::string depth = kinect_depth(folder), output = folder / "out/z.exr", made = folder / "out/camera.json";
+    const std::string camera = put_text(folder, "calibration.yml", calibration);
+    const std::string bent = put_text(folder, "bent.yaml", ros("0.1"));
+    const auto refused = [&](const Arguments& arguments, int code, const std::string& named) {
+        check_refused(run(arguments), code, named);
+        CHECK(folder.results().empty());
+    };
+    refused({"camera", camera, "-o", made}, 1, "calibration.yml: does not say what the values of the depth mean");
+    refused({"linearize", depth, "--camera", camera, "-o", output}, 1, "--preset kinect");
+    refused({"linearize", depth, "--camera", bent, "-o", output}, 1, "\"D\": is a lens distortion (plumb_bob)");
+    refused({"camera", camera, "--preset", "kinekt"}, 1, "the nearest is \"kinect\"");
+    refused({"camera", camera, "--preset", "kinect:fx=3,fy=3,cx=1,cy=1,fov_x_deg=50"}, 1, "keep one");
+    refused({"camera", camera, "--preset", "kinect", "--image", "a"}, 1, "leave out --image");
+    refused({"camera", camera, "--preset", "kinect", "--node", "a"}, 1, "leave out --node");
+    refused({"camera", camera, "--preset", "kinect", "-o", folder / "out/camera.yaml"}, 2, "written as .json");
+    refused({"camera", folder / "none.yml"}, 1, "there is no such file");
+    refused({"camera", folder / "out"}, 1, "without COLMAP's cameras.bin or cameras.txt");
+    refused({"camera", depth}, 1, "depth.png");
+    refused({"linearize", depth, "--preset", "kinect:fx=1,fy=1,cx=1,cy=1", "--image", "a", "-o", output}, 2,
+            "give it with --camera");
+    const std::string own = put_text(folder, "own.json", R"({"encoding": "view-z", )" + same_calibration + "}");
+    refused({"camera", own, "-o", own}, 2, "would replace the file that is read");
+    refused({"camera", own, "--preset", "nuke-depth"}, 1, "contradicts the preset \"nuke-depth\"");
+    const std::string large = put_text(folder, "large.json", R"({"encoding": "view-z", "width": 96, "height": 64,
+        "perspective": {"fov_x_deg": 60}})");
+    refused({"linearize", depth, "--camera", large, "-o", output}, 1,
+            "scale the camera's width, height and pixels by 0.5");
+    check_done(run({"linearize", depth, "--camera", bent, "--undistorted", "-o", output}));
+    CHECK(content(bent) == ros("0.1"));
+}
+
+TEST_CASE("camera program: what a header leaves uncertain is a warning, and an error if asked") {
+    const Folder folder;
+    Imf::Header header(width, height);
+    header.channels().insert("Z", Imf::Channel(Imf::FLOAT));
+    header.screenWindowWidth() = 0.9f;
+    header.screenWindowCenter() = {0.1f, 0};
+    cv::Mat depth = ramp() * 20;
+    Imf::FrameBuffer frame;
+    frame.insert("Z", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(depth.data), 4, depth.step));
+    {
+        Imf::OutputFile exr((folder / "aside.exr").c_str(), header);
+        exr.setFrameBuffer(frame);
+        exr.writePixels(height);
+    }
+    for (const Arguments& command : {Arguments{"linearize", folder / "aside.exr", "-o", folder / "out/z.exr"},
+                                     {"camera", folder / "aside.exr", "-o", folder / "out/c.json"}}) {
+        const Outcome warned = run(command);
+        CHECK(warned.code == 0);
+        CHECK(warned.err.starts_with("fathom: warning: "));
+        CHECK(warned.err.find("aside.exr: screenWindowCenter") != std::string::npos);
+        CHECK(std::count(warned.err.begin(), warned.err.end(), '\n') == 1);
+        fs::remove(command.back());
+        check_refused(run(joined(command, {"--strict"})), 1, "aside.exr: screenWindowCenter");
+        CHECK(folder.results().empty());
+    }
+}
