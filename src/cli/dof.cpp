@@ -140,9 +140,7 @@ Picture blur(const Options& options, const StoredDepth& stored, const Job& job) 
         asked.clean_plate = {to_device(device, clean_plate),
                              {to_device(device, depth.values), stored.camera, depth.storage}};
     }
-    const CircleOfConfusion circle = options.relative.order
-                                         ? relative_circle_for(options.relative, stored, options.lens)
-                                         : circle_for(options.lens, stored);
+    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored);
     picture.color = to_mat(dof(stored, to_device(stored.image.device(), color), circle, asked));
     keep_unknown(picture.color, color);
     return picture;
@@ -195,6 +193,9 @@ std::function<int()> configure(CLI::App& app) {
             more.companions.push_back(
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
+        more.doubts = [options](const StoredDepth& stored, const Look& look) {
+            return blur_doubts(options->relative, options->lens, stored, look, options->dof.sky, options->dof.max_coc_px);
+        };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector<Result>{blur(*options, stored, job)};
         });

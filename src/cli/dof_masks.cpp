@@ -67,9 +67,7 @@ std::vector<Result> masks_of(const Options& options, const StoredDepth& stored) 
     asked.mixed_pixels = options.mixed_pixels.has_value();
     if (!options.tiles)
         asked.tile_px = 0;
-    const CircleOfConfusion circle = options.relative.order
-                                         ? relative_circle_for(options.relative, stored, options.lens)
-                                         : circle_for(options.lens, stored);
+    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored);
     const DofMasks masks = dof_masks(stored, circle, asked);
     const std::vector<Image> all{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
     std::vector<Result> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
@@ -154,7 +152,12 @@ std::function<int()> configure(CLI::App& app) {
         else
             complete(options->lens, options->camera);
         const Product product = product_of(*options);
-        return each_depth(*options, product, more_of(*options),
+        More more = more_of(*options);
+        more.doubts = [options](const StoredDepth& stored, const Look& look) {
+            return blur_doubts(options->relative, options->lens, stored, look, options->masks.sky,
+                               options->masks.max_coc_px);
+        };
+        return each_depth(*options, product, more,
                           [&](const StoredDepth& stored, const Job&) { return masks_of(*options, stored); });
     };
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "look.hpp"
 #include "outputs.hpp"
 
 #include <fathom/image.hpp>
@@ -19,6 +20,8 @@ namespace fathom::cli {
 struct More {
     std::vector<Companion> companions = {};
     std::vector<Output> outputs = {};
+    /// What is probably wrong with the command's own options for this image, a sentence each with the cure.
+    std::function<std::vector<std::string>(const StoredDepth&, const Look&)> doubts = {};
 };
 
 /// An image that an operation made, and the format that it has as a picture.

@@ -4,11 +4,16 @@
 #include "command.hpp"
 #include "messages.hpp"
 
+#include "camera_file/key_doubts.hpp"
+#include "camera_file/presets.hpp"
+
 #include <fathom/error.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <stdexcept>
 
 namespace fathom::cli {
 
@@ -28,10 +33,21 @@ CameraFile CameraOption::read() const {
     if (!file.empty())
         return read_camera(file);
     try {
-        return preset_camera(preset);
+        CameraFile camera = preset_camera(preset);
+        depth_form(camera_for(camera, camera.camera.width ? camera.camera.width : 64,
+                              camera.camera.height ? camera.camera.height : 48)); // values that contradict each other, whatever the image
+        return camera;
     } catch (const Error& error) { // it is an argument
         throw UsageError(error.what());
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(name() + ": " + error.what());
     }
+}
+
+std::vector<std::string> CameraOption::doubts(int width, int height) const {
+    const nlohmann::json keys = file.empty() ? io::parsed_preset(name(), preset)
+                                             : nlohmann::json::parse(std::ifstream(file), nullptr, false);
+    return io::key_doubts(keys, width, height);
 }
 
 CLI::Validator is_one_of(const std::vector<std::string>& names) {

@@ -33,6 +33,9 @@ struct CameraOption {
 
     /// Throws: UsageError where neither was given.
     CameraFile read() const;
+
+    /// What is probably wrong with its keys for an image of this size. Call `read` first, which refuses what is wrong.
+    std::vector<std::string> doubts(int width, int height) const;
 };
 
 /// Depth without a unit, see fathom/relative.hpp.

@@ -133,6 +133,8 @@ cv::Mat relative_depth(const RelativeOptions& relative, const Job& job, const st
     return values;
 }
 
+namespace {
+
 CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const StoredDepth& stored,
                                       const LensOptions& lens) {
     if (!lens.focus_at)
@@ -150,6 +152,22 @@ CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const Sto
     }
     return relative_circle(*relative.blur_px, *relative.order == RelativeOrder::high_is_near ? 1 - z : z,
                            *relative.order);
+}
+
+} // namespace
+
+CircleOfConfusion circle_of(const RelativeOptions& relative, const LensOptions& lens, const StoredDepth& stored) {
+    return relative.order ? relative_circle_for(relative, stored, lens) : circle_for(lens, stored);
+}
+
+std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensOptions& lens, const StoredDepth& stored,
+                                     const Look& look, Sky sky, double max_coc_px) {
+    const CircleOfConfusion circle = circle_of(relative, lens, stored);
+    if (!relative.order)
+        return lens_doubts(lens, circle, look, sky, max_coc_px);
+    if (relative.focus_range)
+        return {}; // all may be in focus
+    return circle_doubts(circle, look, sky, max_coc_px, fmt::format("--blur-px is {}", number(*relative.blur_px)));
 }
 
 } // namespace fathom::cli

@@ -1,6 +1,7 @@
 // Depth from OpenEXR, with OpenEXR's own library: any part, half, float or uint, scan lines or tiles.
 // What comes back is the display window, which is what a camera's projection maps: pixels that the data window does not
 // reach are NaN, and overscan is cut off.
+#include "depth_channels.hpp"
 #include "formats.hpp"
 
 #include <fathom/error.hpp>
@@ -51,6 +52,8 @@ std::vector<Candidate> channels_of(const Imf::MultiPartInputFile& exr) {
     return channels;
 }
 
+constexpr int rank_of_grey = 4;
+
 /// How well a channel's name says that it is depth, 0 the best; nothing when it does not say so.
 /// Z is OpenEXR's own name, Layer.Depth.Z and Layer.Depth.V are Blender's, V is its viewer's, Y is a grey image.
 std::optional<int> rank(const Candidate& channel) {
@@ -65,7 +68,7 @@ std::optional<int> rank(const Candidate& channel) {
     if (is_layer("depth.v"))
         return 3;
     if (name == "y" && !channel.of_a_vector)
-        return 4;
+        return rank_of_grey;
     return std::nullopt;
 }
 
@@ -181,6 +184,18 @@ auto refusing_damage(const std::filesystem::path& file, Read read) {
 
 bool begins_like_exr(const std::filesystem::path& file) {
     return Imf::isOpenExrFile(file.c_str());
+}
+
+std::vector<std::string> depth_channels(const std::filesystem::path& file) {
+    std::vector<std::string> names;
+    if (!begins_like_exr(file))
+        return names;
+    return refusing_damage(file, [&] {
+        for (const auto& channel : channels_of(Imf::MultiPartInputFile(file.c_str())))
+            if (const auto r = rank(channel); r && *r < rank_of_grey && !channel.deep && !channel.subsampled)
+                names.push_back(channel.full_name);
+        return names;
+    });
 }
 
 DepthFile read_exr(const std::filesystem::path& file, const ReadOptions& options) {
