@@ -144,8 +144,9 @@ bool looks_transposed(const Eigen::Matrix4d& m) {
 Projection read_matrix(const JsonObject& json, Convention convention) {
     const auto matrix = *json.matrix("projection");
     if (looks_transposed(matrix))
-        json.refuse_value("projection", "is transposed: its fourth column is what a fourth row is; write its columns as rows, "
-                                        "or twice the matrix if it is right");
+        json.refuse_value("projection",
+                          "is transposed: its fourth column is what a fourth row is; write its columns as rows, "
+                          "or twice the matrix if it is right");
     const auto projection = from_matrix(matrix, convention);
     // What is ahead has a positive w, or nothing of it would be on the screen.
     const auto w_per_z = projection.matrix(3, 2);
@@ -230,9 +231,10 @@ std::optional<Eigen::Matrix4d> read_view(const JsonObject& json) {
     const auto view = json.matrix("view");
     const Eigen::RowVector4d last(0, 0, 0, 1);
     if (view && view->row(3) != last)
-        json.refuse_value("view", view->col(3).transpose() == last
-                                      ? "is transposed: its fourth column is [0, 0, 0, 1]; write its columns as rows"
-                                      : "must have the fourth row [0, 0, 0, 1]; give world to view, without the projection");
+        json.refuse_value("view",
+                          view->col(3).transpose() == last
+                              ? "is transposed: its fourth column is [0, 0, 0, 1]; write its columns as rows"
+                              : "must have the fourth row [0, 0, 0, 1]; give world to view, without the projection");
     if (view && !(std::abs(view->determinant()) > 0))
         json.refuse_value("view", "must be invertible");
     return view;

@@ -194,7 +194,8 @@ std::function<int()> configure(CLI::App& app) {
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         more.doubts = [options](const StoredDepth& stored, const Look& look) {
-            return blur_doubts(options->relative, options->lens, stored, look, options->dof.sky, options->dof.max_coc_px);
+            return blur_doubts(options->relative, options->lens, stored, look, options->dof.sky,
+                               options->dof.max_coc_px);
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector<Result>{blur(*options, stored, job)};

@@ -92,8 +92,8 @@ std::vector<std::string> png_doubts(const DepthOptions& options, const std::vect
                 }
         }
         const double codes = static_cast<double>(largest) * *options.png_scale * 65535;
-        const std::string cure = fmt::format("--png-scale {:.2g} holds all up to {:.4g}", 0.99 / static_cast<double>(largest),
-                                             largest);
+        const std::string cure =
+            fmt::format("--png-scale {:.2g} holds all up to {:.4g}", 0.99 / static_cast<double>(largest), largest);
         if (static_cast<double>(cut) > many_cut * static_cast<double>(values))
             said.push_back(fmt::format("--png-scale {} cuts {} of the values off; {}", number(*options.png_scale),
                                        percent(cut, values), cure));
@@ -186,9 +186,11 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
 
     const auto process = [&](const Job& job) {
         Times times;
-        const DepthFile depth =
-            relative ? DepthFile{relative_depth(options.relative, job, options.channel), Storage::float32, {}}
-                     : read(job.input, {.channel = options.channel, .packing = camera.packing});
+        const DepthFile depth = relative
+                                    ? DepthFile{relative_depth(options.relative, job, options.channel, options.strict),
+                                                Storage::float32,
+                                                {}}
+                                    : read(job.input, {.channel = options.channel, .packing = camera.packing});
         const int width = depth.values.cols, height = depth.values.rows;
         times.was_read = Clock::now();
         const StoredDepth stored{.image = to_device(device, depth.values),

@@ -17,15 +17,15 @@
 namespace fathom::cli {
 namespace {
 
-constexpr double flatter = 0.1;       // a description under which a place is bent so much less wins this place
+constexpr double flatter = 0.1;        // a description under which a place is bent so much less wins this place
 constexpr std::size_t few_places = 24; // may win by chance
-constexpr std::size_t to_one = 9;     // so many places have to speak for the other description where one speaks against it
+constexpr std::size_t to_one = 9; // so many places have to speak for the other description where one speaks against it
 constexpr int places_across = 128;
 
 /// A quantity that is affine in the pixel over flat surfaces if a description is right.
 struct Description {
     std::function<double(int x, int y)> value;
-    std::string meaning; ///< of the stored values
+    std::string meaning;            ///< of the stored values
     std::size_t flat = 0, bent = 0; ///< places where this one is much flatter than the camera's own, or much less flat
 };
 
@@ -54,8 +54,9 @@ std::vector<Description> alternatives(const StoredDepth& stored, bool perspectiv
     const bool along_ray = camera.along == Along::ray;
     if (along_ray || (camera.encoding != Encoding::window && camera.encoding != Encoding::inverse &&
                       camera.encoding != Encoding::inverse_range))
-        result.push_back({value, "depth-buffer values or 1/z (\"encoding\": \"window\" or \"inverse\"), or come from an "
-                                 "orthographic camera; are they"});
+        result.push_back({value,
+                          "depth-buffer values or 1/z (\"encoding\": \"window\" or \"inverse\"), or come from an "
+                          "orthographic camera; are they"});
     if (!distance)
         result.push_back({inverse, "distances along the view axis (\"encoding\": \"view-z\"); are they"});
     if (camera.encoding != Encoding::ray_distance) {
@@ -67,7 +68,8 @@ std::vector<Description> alternatives(const StoredDepth& stored, bool perspectiv
                           },
                           "distances along the rays (\"encoding\": \"ray-distance\"); are they"});
     }
-    if (camera.encoding != Encoding::linear && camera.near_plane && camera.far_plane && std::isfinite(*camera.far_plane)) {
+    if (camera.encoding != Encoding::linear && camera.near_plane && camera.far_plane &&
+        std::isfinite(*camera.far_plane)) {
         const double near_plane = *camera.near_plane, span = *camera.far_plane - near_plane;
         const double largest = storage_max(stored.storage);
         result.push_back({[=](int x, int y) { return 1 / (near_plane + span * value(x, y) / largest); },
@@ -86,7 +88,12 @@ std::optional<std::string> flat_surfaces_doubt(const DepthFile& depth, const Sto
         return std::nullopt;
     cv::Mat values;
     depth.values.convertTo(values, CV_32F);
-    const bool perspective = depth_form(camera, stored.storage).perspective;
+    const DepthForm form = depth_form(camera, stored.storage);
+    const bool of_pixel =
+        form.numerator[1] != 0 || form.numerator[2] != 0 || form.denominator[1] != 0 || form.denominator[2] != 0;
+    if (of_pixel) // the values themselves change across the image, and z has more rounding than they have
+        return std::nullopt;
+    const bool perspective = form.perspective;
     const auto value = [&](int x, int y) { return static_cast<double>(values.at<float>(y, x)); };
     const auto own = [&](int x, int y) {
         const auto z = static_cast<double>(look.z.at<float>(y, x));
@@ -108,10 +115,12 @@ std::optional<std::string> flat_surfaces_doubt(const DepthFile& depth, const Sto
             }
         }
     const auto best = std::ranges::max_element(others, {}, &Description::flat);
-    if (best == others.end() || best->flat < few_places || 50 * best->flat < places || best->flat <= to_one * best->bent)
+    if (best == others.end() || best->flat < few_places || 50 * best->flat < places ||
+        best->flat <= to_one * best->bent)
         return std::nullopt;
-    return fmt::format("flat surfaces are bent as \"{}\" has it, and flat if the values are {}? fathom inspect shows more",
-                       to_string(camera.encoding), best->meaning);
+    return fmt::format(
+        "flat surfaces are bent as \"{}\" has it, and flat if the values are {}? fathom inspect shows more",
+        to_string(camera.encoding), best->meaning);
 }
 
 } // namespace fathom::cli

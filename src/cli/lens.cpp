@@ -151,6 +151,10 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
 }
 
 void complete(LensOptions& lens, const CameraOption& camera) {
+    if (!camera.given())
+        throw UsageError(
+            "--camera: missing; give a camera file, --preset with the source of the depth (fathom presets lists "
+            "them), or --relative for depth without a unit");
     if (lens.circle)
         return;
     const CameraFile file = camera.read();
@@ -200,16 +204,16 @@ CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored)
     }
 }
 
-std::vector<std::string> lens_doubts(const LensOptions& lens, const CircleOfConfusion& circle, const Look& look, Sky sky,
-                                     double max_coc_px) {
+std::vector<std::string> lens_doubts(const LensOptions& lens, const CircleOfConfusion& circle, const Look& look,
+                                     Sky sky, double max_coc_px) {
     if (lens.circle)
         return circle_doubts(circle, look, sky, max_coc_px, "is --circle in pixels and scene units?");
     std::vector<std::string> said;
     constexpr double shortest_mm = 0.2; // no lens of a camera and no sensor is so small
     const auto check = [&](const char* option, const std::optional<double>& length) {
         if (length && *length < shortest_mm)
-            said.push_back(fmt::format("{}: {} mm is smaller than any; if these are metres, give {}", option, number(*length),
-                                       number(*length * 1000)));
+            said.push_back(fmt::format("{}: {} mm is smaller than any; if these are metres, give {}", option,
+                                       number(*length), number(*length * 1000)));
     };
     check("--focal-length-mm", lens.focal_length_mm);
     check("--sensor-mm", lens.sensor_mm);
@@ -222,13 +226,15 @@ std::vector<std::string> lens_doubts(const LensOptions& lens, const CircleOfConf
     if (said.empty() && told && look.surfaces() > 0 && (circle.k != 0 || circle.g != 0)) {
         const auto nearest = static_cast<double>(look.nearest), farthest = static_cast<double>(look.farthest);
         if (*lens.focus > 2 * farthest && look.background == 0)
-            said.push_back(fmt::format("the focus of {} lies behind everything: depths run from {:.4g} to {:.4g}; --focus-at "
-                                       "X,Y focuses on what a pixel shows",
-                                       number(*lens.focus), nearest, farthest));
+            said.push_back(
+                fmt::format("the focus of {} lies behind everything: depths run from {:.4g} to {:.4g}; --focus-at "
+                            "X,Y focuses on what a pixel shows",
+                            number(*lens.focus), nearest, farthest));
         if (*lens.focus < nearest / 2)
-            said.push_back(fmt::format("the focus of {} lies before everything: depths run from {:.4g} to {:.4g}; --focus-at "
-                                       "X,Y focuses on what a pixel shows",
-                                       number(*lens.focus), nearest, farthest));
+            said.push_back(
+                fmt::format("the focus of {} lies before everything: depths run from {:.4g} to {:.4g}; --focus-at "
+                            "X,Y focuses on what a pixel shows",
+                            number(*lens.focus), nearest, farthest));
     }
     return said;
 }
@@ -246,7 +252,8 @@ std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Lo
             const bool is_sky = std::isinf(row[x]);
             if (std::isnan(row[x]) || (is_sky && sky != Sky::blur))
                 continue;
-            const double coc = is_sky ? at_sky : std::abs(static_cast<double>(coc_at(circle, static_cast<long double>(row[x]))));
+            const double coc =
+                is_sky ? at_sky : std::abs(static_cast<double>(coc_at(circle, static_cast<long double>(row[x]))));
             if (std::isnan(coc))
                 continue;
             ++circles;
@@ -255,12 +262,14 @@ std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Lo
         }
     }
     if (circles > 0 && widest < 1)
-        return {fmt::format("no circle of confusion is a pixel wide: the largest has {:.2g}, so that nothing is blurred; {}",
-                            widest, cure)};
+        return {fmt::format(
+            "no circle of confusion is a pixel wide: the largest has {:.2g}, so that nothing is blurred; {}", widest,
+            cure)};
     if (20 * ended > 19 * circles)
-        return {fmt::format("{} of the circles of confusion are cut off at --max-coc-px {}: they are up to {:.3g} pixels wide; "
-                            "{}",
-                            percent(ended, circles), number(max_coc_px), widest, cure)};
+        return {fmt::format(
+            "{} of the circles of confusion are cut off at --max-coc-px {}: they are up to {:.3g} pixels wide; "
+            "{}",
+            percent(ended, circles), number(max_coc_px), widest, cure)};
     return {};
 }
 

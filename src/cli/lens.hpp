@@ -41,8 +41,8 @@ void complete(LensOptions& lens, const CameraOption& camera);
 CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored);
 
 /// What is probably wrong with a lens for an image. Circles end at `max_coc_px`, which may be infinity.
-std::vector<std::string> lens_doubts(const LensOptions& lens, const CircleOfConfusion& circle, const Look& look, Sky sky,
-                                     double max_coc_px);
+std::vector<std::string> lens_doubts(const LensOptions& lens, const CircleOfConfusion& circle, const Look& look,
+                                     Sky sky, double max_coc_px);
 
 /// The same of circles that come from no lens. `cure` is what to change.
 std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Look& look, Sky sky, double max_coc_px,

@@ -25,6 +25,7 @@ namespace {
 constexpr double many_invalid = 0.25; // a fraction of the pixels that is probably no accident
 constexpr float many_units = 100;     // no scene in metres begins so far away and is stored in whole metres
 constexpr float few_units = 0.25f;    // no scene in metres ends so near
+constexpr double mostly_far = 0.8;    // what most values of a depth buffer exceed
 constexpr double many_far = 0.001;    // the same for one value that is farther than all others
 
 HostDepth on_host(const DepthFile& depth) {
@@ -57,9 +58,10 @@ std::optional<std::string> projection_doubt(const Projection& projection) {
                         std::abs(right.dot(up)) < rounding * right.norm() * up.norm();
     if (!turned)
         return std::nullopt;
-    return fmt::format("the fourth row of \"projection\" looks along ({:.3g}, {:.3g}, {:.3g}): it holds the view as well; "
-                       "give the projection alone, and the rest as \"view\"",
-                       static_cast<double>(ahead[0]), static_cast<double>(ahead[1]), static_cast<double>(ahead[2]));
+    return fmt::format(
+        "the fourth row of \"projection\" looks along ({:.3g}, {:.3g}, {:.3g}): it holds the view as well; "
+        "give the projection alone, and the rest as \"view\"",
+        static_cast<double>(ahead[0]), static_cast<double>(ahead[1]), static_cast<double>(ahead[2]));
 }
 
 // Why no value, or few of them, has a depth.
@@ -147,6 +149,19 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
         said.push_back(fmt::format("its floats times the scale of {} are {:.4g} at most; floats are mostly scene units "
                                    "already, which is \"scale\": 1",
                                    number(camera.scale), look.farthest));
+    if (camera.encoding == Encoding::inverse && camera.scale == 1 && look.surfaces() > 0 && look.farthest < few_units)
+        said.push_back(
+            fmt::format("depths run from {:.2g} to {:.2g}: 1 over the values, which looks like disparity without its "
+                        "\"scale\"; that is the baseline times the focal length in pixels",
+                        look.nearest, look.farthest));
+    if (distances && is_float && camera.scale == 1 && look.surfaces() > 0 && look.farthest == 1 && look.nearest > 0) {
+        const StoredStatistics found = stored_statistics(on_host(depth));
+        if (found.percentiles[1] > mostly_far)
+            said.push_back(
+                fmt::format("the values run from {} to 1, and 95 % are above {}, as in a depth buffer; if it is one, "
+                            "say \"encoding\": \"window\" with near and far",
+                            number(found.min), number(found.percentiles[1])));
+    }
     if (distances && !camera.background_from && is_float) {
         const double largest = largest_finite(depth.values);
         if ((largest == 65504 || largest >= 1e9) && camera.background != largest) {

@@ -35,7 +35,8 @@ CameraFile CameraOption::read() const {
     try {
         CameraFile camera = preset_camera(preset);
         depth_form(camera_for(camera, camera.camera.width ? camera.camera.width : 64,
-                              camera.camera.height ? camera.camera.height : 48)); // values that contradict each other, whatever the image
+                              camera.camera.height ? camera.camera.height
+                                                   : 48)); // values that contradict each other, whatever the image
         return camera;
     } catch (const Error& error) { // it is an argument
         throw UsageError(error.what());
@@ -45,8 +46,8 @@ CameraFile CameraOption::read() const {
 }
 
 std::vector<std::string> CameraOption::doubts(int width, int height) const {
-    const nlohmann::json keys = file.empty() ? io::parsed_preset(name(), preset)
-                                             : nlohmann::json::parse(std::ifstream(file), nullptr, false);
+    const nlohmann::json keys =
+        file.empty() ? io::parsed_preset(name(), preset) : nlohmann::json::parse(std::ifstream(file), nullptr, false);
     return io::key_doubts(keys, width, height);
 }
 

@@ -95,7 +95,7 @@ void check_relative(const RelativeOptions& relative, const LensOptions& lens) {
             "which values are");
 }
 
-cv::Mat relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel) {
+cv::Mat relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel, bool strict) {
     RelativeFile depth;
     {
         const StderrSilenced silenced;
@@ -105,13 +105,17 @@ cv::Mat relative_depth(const RelativeOptions& relative, const Job& job, const st
     const auto all = [&] { return std::span(values.ptr<float>(), values.total()); };
     if (depth.bits == 8 && !relative.range)
         smooth_steps(all(), values.cols, values.rows, 1 / 255.0);
+    const auto warn = [&](const std::string& doubt) {
+        if (strict)
+            throw Error(doubt);
+        complain("warning: " + doubt);
+    };
     double least = 0, most = 1;
     cv::minMaxLoc(values, &least, &most);
     if (!relative.range && most - least < little_range)
-        complain(fmt::format(
-            "warning: {}: its values take {:.2g} % of what {} bits hold, so that little is blurred; say with "
-            "--relative-range which codes are nearest and farthest",
-            job.input.native(), 100 * (most - least), depth.bits));
+        warn(fmt::format("{}: its values take {:.2g} % of what {} bits hold, so that little is blurred; say with "
+                         "--relative-range which codes are nearest and farthest",
+                         job.input.native(), 100 * (most - least), depth.bits));
     if (relative.picture) {
         const std::filesystem::path& file = job.companions[*relative.picture];
         cv::Mat color;
@@ -160,8 +164,8 @@ CircleOfConfusion circle_of(const RelativeOptions& relative, const LensOptions& 
     return relative.order ? relative_circle_for(relative, stored, lens) : circle_for(lens, stored);
 }
 
-std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensOptions& lens, const StoredDepth& stored,
-                                     const Look& look, Sky sky, double max_coc_px) {
+std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensOptions& lens,
+                                     const StoredDepth& stored, const Look& look, Sky sky, double max_coc_px) {
     const CircleOfConfusion circle = circle_of(relative, lens, stored);
     if (!relative.order)
         return lens_doubts(lens, circle, look, sky, max_coc_px);

@@ -146,13 +146,15 @@ std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored,
     std::ranges::nth_element(depths, middle);
     const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(look.z.cols, look.z.rows);
     if (radius < pixel / 2)
-        return {fmt::format("the radius of {} is less than half a pixel for most pixels, so that little is occluded: depths "
-                            "run from {:.4g} to {:.4g}, where {:.2g} would be 16 pixels",
-                            number(radius), look.nearest, look.farthest, 16 * pixel)};
+        return {fmt::format(
+            "the radius of {} is less than half a pixel for most pixels, so that little is occluded: depths "
+            "run from {:.4g} to {:.4g}, where {:.2g} would be 16 pixels",
+            number(radius), look.nearest, look.farthest, 16 * pixel)};
     if (radius > std::hypot(across, static_cast<double>(look.farthest) - static_cast<double>(look.nearest)))
-        return {fmt::format("the radius of {} is larger than all that most pixels see: depths run from {:.4g} to {:.4g}, and "
-                            "the view is {:.2g} wide in their middle; is it in scene units?",
-                            number(radius), look.nearest, look.farthest, pixel * look.z.cols)};
+        return {fmt::format(
+            "the radius of {} is larger than all that most pixels see: depths run from {:.4g} to {:.4g}, and "
+            "the view is {:.2g} wide in their middle; is it in scene units?",
+            number(radius), look.nearest, look.farthest, pixel * look.z.cols)};
     return {};
 }
 
