@@ -5,6 +5,7 @@
 
 #include <fathom/presets.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -68,11 +69,14 @@ std::vector<std::string> key_doubts(const json& keys, int width, int height) {
     if (!keys.is_object())
         return said;
     json all = keys;
-    for (const Preset& preset : presets())
-        if (keys.contains("preset") && keys["preset"] == preset.name)
-            for (const auto& [key, value] : json::parse(preset.keys).items())
-                if (!all.contains(key))
-                    all[key] = value;
+    for (const Preset& preset : presets()) {
+        if (!keys.contains("preset") || keys["preset"] != preset.name)
+            continue;
+        const json own = json::parse(preset.keys);
+        for (const auto& [key, value] : own.items())
+            if (!all.contains(key))
+                all[key] = value;
+    }
     const auto object = [&](const char* key) { return all.contains(key) && all[key].is_object() ? all[key] : json(); };
     if (const json own = object("perspective"); own.is_object())
         doubt_perspective(own, width, height, said);

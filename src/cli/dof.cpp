@@ -14,7 +14,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace fathom::cli {
 namespace {
@@ -194,8 +196,11 @@ std::function<int()> configure(CLI::App& app) {
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         more.doubts = [options](const StoredDepth& stored, const Look& look) {
-            return blur_doubts(options->relative, options->lens, stored, look, options->dof.sky,
-                               options->dof.max_coc_px);
+            std::vector<std::string> said = picture_doubts(options->picture);
+            std::ranges::copy(
+                blur_doubts(options->relative, options->lens, stored, look, options->dof.sky, options->dof.max_coc_px),
+                std::back_inserter(said));
+            return said;
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector<Result>{blur(*options, stored, job)};

@@ -91,6 +91,7 @@ std::function<int()> configure(CLI::App& app) {
     return [=] {
         More more;
         more.companions.push_back({"--color", options->picture.color});
+        more.doubts = [options](const StoredDepth&, const Look&) { return picture_doubts(options->picture); };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector<Result>{fogged(*options, stored, job)};
         });

@@ -52,8 +52,6 @@ std::vector<Candidate> channels_of(const Imf::MultiPartInputFile& exr) {
     return channels;
 }
 
-constexpr int rank_of_grey = 4;
-
 /// How well a channel's name says that it is depth, 0 the best; nothing when it does not say so.
 /// Z is OpenEXR's own name, Layer.Depth.Z and Layer.Depth.V are Blender's, V is its viewer's, Y is a grey image.
 std::optional<int> rank(const Candidate& channel) {
@@ -68,7 +66,7 @@ std::optional<int> rank(const Candidate& channel) {
     if (is_layer("depth.v"))
         return 3;
     if (name == "y" && !channel.of_a_vector)
-        return rank_of_grey;
+        return 4;
     return std::nullopt;
 }
 
@@ -191,9 +189,19 @@ std::vector<std::string> depth_channels(const std::filesystem::path& file) {
     if (!begins_like_exr(file))
         return names;
     return refusing_damage(file, [&] {
-        for (const auto& channel : channels_of(Imf::MultiPartInputFile(file.c_str())))
-            if (const auto r = rank(channel); r && *r < rank_of_grey && !channel.deep && !channel.subsampled)
+        const auto channels = channels_of(Imf::MultiPartInputFile(file.c_str()));
+        const auto has = [&](int part, const std::string& name) {
+            return std::ranges::any_of(channels,
+                                       [&](const Candidate& c) { return c.part == part && lower(c.name) == name; });
+        };
+        for (const auto& channel : channels) {
+            const std::string name = lower(channel.name), layer = name.substr(0, name.rfind('.') + 1);
+            const bool of_vector = has(channel.part, layer + "x") && has(channel.part, layer + "y");
+            const bool is_depth =
+                (name == layer + "z" && !of_vector) || name == layer + "depth" || name.ends_with("depth.v");
+            if (is_depth && !channel.deep && !channel.subsampled)
                 names.push_back(channel.full_name);
+        }
         return names;
     });
 }
