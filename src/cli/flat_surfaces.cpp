@@ -12,6 +12,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <vector>
 
 namespace fathom::cli {
@@ -20,6 +21,7 @@ namespace {
 constexpr double flatter = 0.1;        // a description under which a place is bent so much less wins this place
 constexpr std::size_t few_places = 24; // may win by chance
 constexpr std::size_t to_one = 9; // so many places have to speak for the other description where one speaks against it
+constexpr double many_steps = 16; // of the storage, over which a place has to rise
 constexpr int places_across = 128;
 
 /// A quantity that is affine in the pixel over flat surfaces if a description is right.
@@ -40,6 +42,22 @@ double bend(const std::function<double(int, int)>& value, int x, int y, int step
         rise += std::abs(q[4] - q[0]);
     }
     return bent / rise;
+}
+
+// The step between neighbouring values, which bends whatever they mean: a second difference is no smaller, unless it is 0.
+float step_of(const cv::Mat& values, const DepthFile& depth) {
+    float least = std::numeric_limits<float>::infinity();
+    for (int y = 0; y < values.rows; y += 1 + values.rows / places_across) {
+        const auto* row = values.ptr<float>(y);
+        for (int x = 1; x + 1 < values.cols; ++x)
+            if (const float second = std::abs(row[x - 1] - 2 * row[x] + row[x + 1]); second > 0)
+                least = std::min(least, second);
+    }
+    double low = 0, high = 0;
+    cv::minMaxLoc(values, &low, &high);
+    if (depth.storage == Storage::float16)
+        least = std::max(least, static_cast<float>(high * 0x1p-11));
+    return least < std::numeric_limits<float>::infinity() ? least : 0;
 }
 
 // What the stored values could be instead of what the camera says.
@@ -101,11 +119,14 @@ std::optional<std::string> flat_surfaces_doubt(const DepthFile& depth, const Sto
     };
     const int width = values.cols, height = values.rows, step = std::max(1, std::min(width, height) / 40);
     std::vector<Description> others = alternatives(stored, perspective, value);
+    const float quantum = step_of(values, depth);
     std::size_t places = 0;
     for (int y = 2 * step; y < height - 2 * step; y += 1 + height / places_across)
         for (int x = 2 * step; x < width - 2 * step; x += 1 + width / places_across) {
+            const double rise = std::abs(value(x + 2 * step, y) - value(x - 2 * step, y)) +
+                                std::abs(value(x, y + 2 * step) - value(x, y - 2 * step));
             const double here = bend(own, x, y, step);
-            if (!std::isfinite(here))
+            if (!std::isfinite(here) || !(rise >= many_steps * static_cast<double>(quantum)))
                 continue;
             ++places;
             for (Description& other : others) {

@@ -154,9 +154,11 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
             fmt::format("depths run from {:.2g} to {:.2g}: 1 over the values, which looks like disparity without its "
                         "\"scale\"; that is the baseline times the focal length in pixels",
                         look.nearest, look.farthest));
+    bool told = false; // that these are values of a depth buffer
     if (distances && is_float && camera.scale == 1 && look.surfaces() > 0 && look.farthest == 1 && look.nearest > 0) {
         const StoredStatistics found = stored_statistics(on_host(depth));
-        if (found.percentiles[1] > mostly_far)
+        told = found.percentiles[1] > mostly_far;
+        if (told)
             said.push_back(
                 fmt::format("the values run from {} to 1, and 95 % are above {}, as in a depth buffer; if it is one, "
                             "say \"encoding\": \"window\" with near and far",
@@ -175,8 +177,8 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
                                 percent(far_away, look.pixels), number(largest), number(largest)));
         }
     }
-    for (const std::optional<std::string>& doubt :
-         {flat_surfaces_doubt(depth, stored, look), photograph_doubt(depth), projection_doubt(camera.projection)})
+    for (const std::optional<std::string>& doubt : {told ? std::nullopt : flat_surfaces_doubt(depth, stored, look),
+                                                    photograph_doubt(depth), projection_doubt(camera.projection)})
         if (doubt)
             said.push_back(*doubt);
     return said;
