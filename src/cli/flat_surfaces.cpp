@@ -31,8 +31,13 @@ struct Description {
     std::size_t flat = 0, bent = 0; ///< places where this one is much flatter than the camera's own, or much less flat
 };
 
-// How much a quantity is bent around a pixel, over how much it rises there; NaN where it does not rise, or is unknown.
-double bend(const std::function<double(int, int)>& value, int x, int y, int step) {
+/// A quantity around a pixel.
+struct Course {
+    double bend; ///< over the rise; NaN where it does not rise, or is unknown
+    double rise, here;
+};
+
+Course course(const std::function<double(int, int)>& value, int x, int y, int step) {
     double bent = 0, rise = 0;
     for (const auto& [dx, dy] : {std::pair{step, 0}, std::pair{0, step}}) {
         std::array<double, 5> q{};
@@ -41,7 +46,7 @@ double bend(const std::function<double(int, int)>& value, int x, int y, int step
         bent += std::abs(q[0] - 2 * q[2] + q[4]) + std::abs(q[0] - 2 * q[1] + 2 * q[3] - q[4]);
         rise += std::abs(q[4] - q[0]);
     }
-    return bent / rise;
+    return {bent / rise, rise, value(x, y)};
 }
 
 // The step between neighbouring values, which bends whatever they mean: a second difference is no smaller, unless it is 0.
@@ -53,10 +58,12 @@ float step_of(const cv::Mat& values, const DepthFile& depth) {
             if (const float second = std::abs(row[x - 1] - 2 * row[x] + row[x + 1]); second > 0)
                 least = std::min(least, second);
     }
-    double low = 0, high = 0;
-    cv::minMaxLoc(values, &low, &high);
-    if (depth.storage == Storage::float16)
-        least = std::max(least, static_cast<float>(high * 0x1p-11));
+    if (depth.storage == Storage::float16) {
+        float high = 0;
+        for (const float value : cv::Mat_<float>(values))
+            high = std::isfinite(value) ? std::max(high, value) : high;
+        least = std::max(least, high * 0x1p-11f);
+    }
     return least < std::numeric_limits<float>::infinity() ? least : 0;
 }
 
@@ -123,16 +130,16 @@ std::optional<std::string> flat_surfaces_doubt(const DepthFile& depth, const Sto
     std::size_t places = 0;
     for (int y = 2 * step; y < height - 2 * step; y += 1 + height / places_across)
         for (int x = 2 * step; x < width - 2 * step; x += 1 + width / places_across) {
-            const double rise = std::abs(value(x + 2 * step, y) - value(x - 2 * step, y)) +
-                                std::abs(value(x, y + 2 * step) - value(x, y - 2 * step));
-            const double here = bend(own, x, y, step);
-            if (!std::isfinite(here) || !(rise >= many_steps * static_cast<double>(quantum)))
+            const Course stored_here = course(value, x, y, step), here = course(own, x, y, step);
+            const double rounding = std::max(static_cast<double>(quantum), 0x1p-23 * std::abs(stored_here.here));
+            if (!std::isfinite(here.bend) || !(stored_here.rise >= many_steps * rounding))
                 continue;
+            const double noise = 4 * rounding / stored_here.rise + 0x1p-21 * std::abs(here.here) / here.rise;
             ++places;
             for (Description& other : others) {
-                const double there = bend(other.value, x, y, step);
-                other.flat += there < flatter * here;
-                other.bent += here < flatter * there;
+                const double there = course(other.value, x, y, step).bend;
+                other.flat += here.bend > noise && there < flatter * here.bend;
+                other.bent += here.bend < flatter * there;
             }
         }
     const auto best = std::ranges::max_element(others, {}, &Description::flat);
