@@ -131,18 +131,19 @@ TEST_CASE("dof-masks program: every option reaches the library") {
     };
     lens({"--focus", "inf", "--f-stop", "4", "--focal-length-mm", "50", "--sensor-mm", "24"},
          {.f_number = 4, .focus = infinity, .focal_length_mm = 50, .sensor_width_mm = 24});
-    lens({"--f-stop", "4", "--focus", "5", "--sensor-mm", "24"}, {.f_number = 4, .focus = 5, .sensor_width_mm = 24});
+    lens({"--f-stop", "0.4", "--focus", "5", "--sensor-mm", "24"},
+         {.f_number = 0.4, .focus = 5, .sensor_width_mm = 24});
     lens({"--f-stop", "4", "--focus", "5", "--focal-length-mm", "24", "--mm-per-unit", "10"},
          {.f_number = 4, .focus = 5, .focal_length_mm = 24, .mm_per_unit = 10});
     lens({"--f-stop", "inf", "--focus", "5", "--focal-length-mm", "24"},
          {.f_number = infinity, .focus = 5, .focal_length_mm = 24});
     const double z = depth_at(scene.stored, 20, 7);
-    lens({"--focus-at", "20,7", "--f-stop", "2", "--focal-length-mm", "24"},
-         {.f_number = 2, .focus = z, .focal_length_mm = 24});
-    lens({"--focus-at", "47,31", "--f-stop", "2", "--focal-length-mm", "24"}, // the sky
-         {.f_number = 2, .focus = infinity, .focal_length_mm = 24});
-    lens({"--focus-along", "3,4,5.5", "--f-stop", "2", "--focal-length-mm", "24"},
-         {.f_number = 2, .focus = depth_along_ray(scene.stored.camera, 3.5, 4.5, 5.5), .focal_length_mm = 24});
+    lens({"--focus-at", "20,7", "--f-stop", "0.2", "--focal-length-mm", "24"},
+         {.f_number = 0.2, .focus = z, .focal_length_mm = 24});
+    lens({"--focus-at", "47,31", "--f-stop", "0.2", "--focal-length-mm", "24"}, // the sky
+         {.f_number = 0.2, .focus = infinity, .focal_length_mm = 24});
+    lens({"--focus-along", "3,4,5.5", "--f-stop", "0.2", "--focal-length-mm", "24"},
+         {.f_number = 0.2, .focus = depth_along_ray(scene.stored.camera, 3.5, 4.5, 5.5), .focal_length_mm = 24});
     check_done(run(scene.arguments(output, {"--circle", "20,60"})));
     CHECK(holds(output, scene.expected(CircleOfConfusion{20, 60, 0, false})));
 }
@@ -187,8 +188,8 @@ TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
                       "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: orthographic");
     }
     // An orthographic camera has no lens at a finite depth, so the focus may be nearer than the focal length.
-    check_done(
-        run(orthographic_scene.arguments(output, {"--focus", "0.01", "--f-stop", "2", "--focal-length-mm", "50"})));
+    check_done(run(orthographic_scene.arguments(
+        output, {"--focus", "1", "--f-stop", "2", "--focal-length-mm", "50", "--mm-per-unit", "10"})));
 }
 
 TEST_CASE("dof-masks program: several inputs go into a folder") {

@@ -26,8 +26,8 @@ Arguments asked(const RenderedInput& room, const std::string& operation, const A
     if (operation == "ssao")
         arguments = joined(arguments, {"--radius", "0.8"});
     if (operation == "dof")
-        arguments = joined(
-            arguments, {"--color", room.folder / "picture.exr", "--focus", "5", "--f-stop", "2", "--sensor-mm", "36"});
+        arguments = joined(arguments, {"--color", room.folder / "picture.exr", "--focus", "5", "--f-stop", "0.1",
+                                       "--sensor-mm", "36"});
     return joined(arguments, more);
 }
 

@@ -4,7 +4,13 @@
 #include "program.hpp"
 #include "real_inputs.hpp"
 
+#include "scene/scene.hpp"
+
 #include <cmath>
+#include <functional>
+#include <iostream>
+#include <numbers>
+#include <random>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -16,19 +22,66 @@ struct Mistake {
     cv::Mat depth;
     std::string file, camera; ///< a name for the depth; members of the camera file
     int code;
-    std::vector<std::string> said; ///< parts of the line; none: no line at all
+    std::vector<std::string> said;     ///< parts of the line; none: no line at all
+    Arguments command = {"linearize"}; ///< and options; {} in them is the folder of the inputs
+    std::string result = "z.exr";
 };
 
 const std::string lens = R"("perspective": {"fov_y_deg": 60, "near": 0.5, "far": 100})";
 const std::string wide = R"("perspective": {"fov_y_deg": 60})";
 
-/// Metres from 2.6 to 10, some of them replaced.
+/// A slanted plane, metres from 2.6 to 10, some of them replaced.
 cv::Mat metres(double fraction = 0, float instead = 0) {
     cv::Mat depth(height, width, CV_32FC1);
     for (int i = 0; i < width * height; ++i)
         depth.at<float>(i / width, i % width) =
-            i < fraction * width * height ? instead : 2.6f + 7.4f * static_cast<float>(i) / (width * height - 1);
+            i < fraction * width * height
+                ? instead
+                : static_cast<float>(1 / (1 / 2.6 + (1 / 10.0 - 1 / 2.6) * i / (width * height - 1)));
     return depth;
+}
+
+/// The same, as another description has it: what `stored` makes of z, and of how much longer the ray is than z.
+cv::Mat plane(const std::function<double(double z, double stretch)>& stored) {
+    cv::Mat depth = metres();
+    const double f = height / 2.0 / std::tan(std::numbers::pi / 6);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double stretch = std::hypot(x + 0.5 - width / 2.0, y + 0.5 - height / 2.0, f) / f;
+            depth.at<float>(y, x) = static_cast<float>(stored(static_cast<double>(depth.at<float>(y, x)), stretch));
+        }
+    return depth;
+}
+
+/// Colours that change slowly, as in a photograph. With R as the lowest byte they would be 24 bits.
+cv::Mat picture(int columns = width, int rows = height) {
+    cv::Mat color(rows, columns, CV_8UC3);
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x)
+            color.at<cv::Vec3b>(y, x) =
+                cv::Vec3b(cv::saturate_cast<uchar>(90 + x + y), cv::saturate_cast<uchar>(80 + x + y),
+                          cv::saturate_cast<uchar>(60 + x + 3 * (y % 9)));
+    return color;
+}
+
+/// 24 bits of a plane, R the lowest byte.
+cv::Mat packed() {
+    const cv::Mat depth = metres();
+    cv::Mat bgr(height, width, CV_8UC3);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const auto code =
+                static_cast<unsigned>(std::lround(static_cast<double>(depth.at<float>(y, x)) / 40 * 16777215));
+            bgr.at<cv::Vec3b>(y, x) = cv::Vec3b(static_cast<uchar>(code >> 16), static_cast<uchar>(code >> 8 & 255),
+                                                static_cast<uchar>(code & 255));
+        }
+    return bgr;
+}
+
+cv::Mat two_channels() {
+    cv::Mat both;
+    cv::merge(std::vector<cv::Mat>{metres(), metres()}, both);
+    return both;
 }
 
 cv::Mat codes(const cv::Mat& depth, double scale) {
@@ -40,6 +93,34 @@ cv::Mat codes(const cv::Mat& depth, double scale) {
 cv::Mat constant(float value) {
     return cv::Mat(height, width, CV_32FC1, cv::Scalar(value));
 }
+
+cv::Mat grey_8() {
+    cv::Mat result;
+    ramp().convertTo(result, CV_8U, 255);
+    return result;
+}
+
+cv::Mat grey() {
+    cv::Mat result;
+    cv::merge(std::vector<cv::Mat>(3, grey_8()), result);
+    return result;
+}
+
+/// A depth buffer that surfaces without a flat place fill, the sky in it.
+cv::Mat far_buffer() {
+    cv::Mat depth(height, width, CV_32FC1);
+    for (int i = 0; i < width * height; ++i)
+        depth.at<float>(i / width, i % width) = i % 7 == 0 ? 1.0f : 0.97f + 0.02f * static_cast<float>(std::sin(i * i));
+    return depth;
+}
+
+std::string calibration(const std::string& fx, const std::string& fy, const std::string& cx, const std::string& cy) {
+    return R"("encoding": "view-z", "intrinsics": {"fx": )" + fx + R"(, "fy": )" + fy + R"(, "cx": )" + cx +
+           R"(, "cy": )" + cy + "}";
+}
+
+const std::string packing = R"(, "encoding": "view-z", "packing": "rgb-low-first", "scale": 2.384186e-06)";
+const Arguments masks{"dof-masks", "--focal-length-mm", "50", "--sensor-mm", "36"};
 
 std::vector<Mistake> mistakes() {
     const std::string window = lens, view_z = wide + R"(, "encoding": "view-z")";
@@ -97,7 +178,384 @@ std::vector<Mistake> mistakes() {
          view_z + R"(, "scale": 0.001)",
          0,
          {"warning: ", "are 0.01 at most", "\"scale\": 1"}},
+        // A wrong encoding
+        {"a depth buffer as distances",
+         plane([](double z, double) { return (1 / 0.5 - 1 / z) / (1 / 0.5 - 1 / 100.0); }),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "flat surfaces are bent as \"view-z\"", "\"encoding\": \"window\""}},
+        {"Nuke's 1/z as distances",
+         plane([](double z, double) { return 1 / z; }),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "or 1/z (\"encoding\": \"window\" or \"inverse\")"}},
+        {"distances along the rays as those along the axis",
+         plane([](double z, double stretch) { return z * stretch; }),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "distances along the rays (\"encoding\": \"ray-distance\")"}},
+        {"distances along the axis as those along the rays",
+         metres(),
+         "a.exr",
+         wide + R"(, "encoding": "ray-distance")",
+         0,
+         {"warning: ", "distances along the view axis (\"encoding\": \"view-z\")"}},
+        {"linear depth as a depth buffer",
+         plane([](double z, double) { return (z - 0.5) / 99.5; }),
+         "a.exr",
+         window,
+         0,
+         {"warning: ", "linear from near to far (\"encoding\": \"linear\")"}},
+        {"distances of a perspective camera under an orthographic one",
+         metres(),
+         "a.exr",
+         R"("orthographic": {"left": -2, "right": 2, "bottom": -1, "top": 1}, "encoding": "view-z")",
+         0,
+         {"warning: ", "distances of a perspective camera"}},
+        {"a depth buffer far away as distances",
+         far_buffer(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "as in a depth buffer", "\"encoding\": \"window\""}},
+        {"disparity without a scale",
+         plane([](double z, double) { return 500 / z; }),
+         "a.exr",
+         wide + R"(, "encoding": "inverse")",
+         0,
+         {"warning: ", "disparity without its \"scale\"", "focal length in pixels"}},
+        {"a third is Nuke's sky",
+         metres(0.6, 0),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "60 % of the values are 0", "\"missing\": 0", "\"encoding\": \"inverse\""}},
+        {"a photograph as packed depth",
+         picture(),
+         "a.png",
+         wide + packing,
+         0,
+         {"warning: ", "like the colours of a picture", "save raw depth"}},
+        {"a grey picture as packed depth", grey(), "a.png", wide + packing, 1, {"R = G = B", "save raw depth"}},
+        {"a grey picture of 8 bits as depth",
+         grey_8(),
+         "a.png",
+         view_z,
+         1,
+         {"a.png: is unsigned 8-bit", "\"packing\": \"uint8\""}},
+        {"a photograph as depth", picture(), "a.png", view_z, 1, {"unsigned 8-bit with 3 channels", "rgb-low-first"}},
+        {"a JPEG as depth", picture(), "a.jpg", view_z, 1, {"is a JPEG", "save it as .png"}},
+        {"two channels that could be depth",
+         two_channels(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "channel \"Z\" is taken, but left.Z could be depth, too", "--channel"}},
+        // A wrong projection
+        {"a transposed perspective",
+         metres(),
+         "a.exr",
+         R"("encoding": "view-z", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0.1,0,-1.01,-1],[0,0,-1.005,0]])",
+         1,
+         {"\"projection\"", "is transposed", "write its columns as rows"}},
+        {"a transposed perspective of Direct3D",
+         metres(),
+         "a.exr",
+         R"("view_axes": "directx", "clip_z": "zero-to-one", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0,0,1.005,1],[0,0,-0.5025,0]])",
+         1,
+         {"is transposed"}},
+        {"a transposed orthographic projection",
+         ramp(),
+         "a.exr",
+         R"("projection": [[0.5,0,0,0],[0,0.5,0,0],[0,0,-0.02,0],[0.1,0,-1.002,1]])",
+         1,
+         {"is transposed"}},
+        {"a projection times a view",
+         metres(),
+         "a.exr",
+         R"("encoding": "view-z", "projection": [[0.96,0,-0.72,1],[0,1.7,0,2],[-0.606,0,-0.808,-1],[-0.6,0,-0.8,3]])",
+         0,
+         {"warning: ", "it holds the view as well"}},
+        {"a transposed view",
+         metres(),
+         "a.exr",
+         view_z + R"(, "view": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[1,2,3,1]])",
+         1,
+         {"\"view\"", "is transposed", "write its columns as rows"}},
+        {"a projection as the view",
+         metres(),
+         "a.exr",
+         view_z + R"(, "view": [[1,0,0,0],[0,1,0,0],[0,0,-1,-1],[0,0,-1,0]])",
+         1,
+         {"\"view\"", "without the projection"}},
+        {"axes of another program",
+         metres(),
+         "a.exr",
+         R"("encoding": "view-z", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0,0,1.005,-0.5],[0,0,1,0]])",
+         1,
+         {"must have -1 in its fourth row", "directx"}},
+        {"radians",
+         metres(),
+         "a.exr",
+         R"("perspective": {"fov_y_deg": 1.05}, "encoding": "view-z")",
+         0,
+         {"warning: ", "\"perspective.fov_y_deg\": 1.05", "write 60.2 degrees"}},
+        {"height over width",
+         metres(),
+         "a.exr",
+         R"("perspective": {"fov_y_deg": 60, "aspect": 0.667}, "encoding": "view-z")",
+         0,
+         {"warning: ", "\"perspective.aspect\": 0.667", "leave it out"}},
+        {"focal lengths as parts of the width",
+         metres(),
+         "a.exr",
+         calibration("0.8", "1.2", "0.5", "0.5"),
+         0,
+         {"warning: ", "fx 0.8 and fy 1.2", "turn them into pixels"}},
+        {"the calibration of twice the size",
+         metres(),
+         "a.exr",
+         calibration("55.4", "55.4", "48", "32"),
+         0,
+         {"warning: ", "cx 48 and cy 32", "scale fx, fy, cx and cy"}},
+        {"the calibration of half the size",
+         metres(),
+         "a.exr",
+         calibration("13.9", "13.9", "12", "8"),
+         0,
+         {"warning: ", "cx 12 and cy 8", "scale fx, fy, cx and cy"}},
+        {"cx and cy exchanged",
+         metres(),
+         "a.exr",
+         calibration("27.7", "27.7", "16", "24"),
+         0,
+         {"warning: ", "exchange cx and cy"}},
+        {"a calibration that counts from the centre",
+         metres(),
+         "a.exr",
+         calibration("27.7", "27.7", "23.5", "15.5"),
+         0,
+         {"warning: ", "cx 23.5 and cy 15.5", "\"pixel_origin\": \"centre\""}},
+        {"the camera of another image",
+         metres(),
+         "a.exr",
+         view_z + R"(, "width": 32, "height": 48)",
+         1,
+         {"32 x 48", "48 x 32", "use the camera of this image"}},
+        {"near and far exchanged",
+         ramp(),
+         "a.exr",
+         R"("perspective": {"fov_y_deg": 60, "near": 100, "far": 0.5})",
+         1,
+         {"near"}},
+        {"no near and far", ramp(), "a.exr", wide, 1, {"\"perspective.near\" is missing", "\"encoding\": \"view-z\""}},
+        // Wrong keys
+        {"fov",
+         metres(),
+         "a.exr",
+         R"("perspective": {"fov": 60}, "encoding": "view-z")",
+         1,
+         {"\"perspective.fov\"", "fov_y_deg"}},
+        {"cx at the top",
+         metres(),
+         "a.exr",
+         R"("cx": 24, "encoding": "view-z")",
+         1,
+         {"unknown key \"cx\"", "it belongs in \"intrinsics\""}},
+        {"near in intrinsics",
+         ramp(),
+         "a.exr",
+         R"("intrinsics": {"fx": 20, "fy": 20, "cx": 24, "cy": 16, "near": 1})",
+         1,
+         {"\"intrinsics.near\"", "beside \"intrinsics\""}},
+        {"clip_start", ramp(), "a.exr", wide + R"(, "clip_start": 0.1)", 1, {"\"clip_start\"", "write \"near\""}},
+        {"view_z", metres(), "a.exr", wide + R"(, "encoding": "view_z")", 1, {"the nearest is \"view-z\""}},
+        {"a preset that contradicts",
+         metres(),
+         "a.exr",
+         R"("preset": "blender", "perspective": {"fov_x_deg": 50}, "encoding": "inverse")",
+         1,
+         {"contradicts the preset \"blender\""}},
+        // Wrong options
+        {"no camera at all",
+         metres(),
+         "a.exr",
+         "",
+         2,
+         {"--camera: missing", "--preset", "--relative"},
+         {"dof", "--color", "{}/color.png", "--focus", "5", "--f-stop", "2", "--sensor-mm", "36"}},
+        {"a radius of no pixel",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "radius of 0.001", "half a pixel"},
+         {"ssao", "--radius", "0.001"}},
+        {"a radius in millimetres",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "radius of 500", "scene units"},
+         {"ssao", "--radius", "500"}},
+        {"a radius that is no number", metres(), "a.exr", view_z, 2, {"--radius", "nan"}, {"ssao", "--radius", "nan"}},
+        {"a radius below 0 in the camera file",
+         metres(),
+         "a.exr",
+         view_z + R"(, "ao_distance": -1)",
+         2,
+         {"\"ao_distance\" is -1", "--radius"},
+         {"ssao"}},
+        {"a focus behind everything",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "focus of 5000 lies behind everything", "--focus-at"},
+         joined(masks, {"--focus", "5000", "--f-stop", "0.1"})},
+        {"a focus before everything",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "focus of 0.5 lies before everything"},
+         joined(masks, {"--focus", "0.5", "--f-stop", "0.5"})},
+        {"a scene in centimetres",
+         100 * metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "no circle of confusion is a pixel wide", "--mm-per-unit"},
+         joined(masks, {"--focus", "400", "--f-stop", "1"})},
+        {"a scene unit of a kilometre",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "are cut off at --max-coc-px 512", "--mm-per-unit"},
+         {"dof", "--color", "{}/color.png", "--focus", "900", "--f-stop", "1", "--focal-length-mm", "50", "--sensor-mm",
+          "0.3", "--mm-per-unit", "30"}},
+        {"a sensor in metres",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "--sensor-mm: 0.036 mm", "give 36"},
+         {"dof-masks", "--focus", "5", "--f-stop", "2", "--sensor-mm", "0.036"}},
+        {"a focal length in metres",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "--focal-length-mm: 0.05 mm", "give 50"},
+         {"dof-masks", "--focus", "5", "--f-stop", "2", "--focal-length-mm", "0.05"}},
+        {"an f-number of 0",
+         metres(),
+         "a.exr",
+         view_z + R"(, "f_stop": 0)",
+         2,
+         {"\"f_stop\" is 0", "above 0"},
+         joined(masks, {"--focus", "5"})},
+        {"a focus within the lens",
+         metres(),
+         "a.exr",
+         view_z,
+         2,
+         {"--focus: 0.04 is 40 mm", "--mm-per-unit"},
+         {"dof-masks", "--focus", "0.04", "--f-stop", "2", "--focal-length-mm", "50"}},
+        {"a blur of no pixel",
+         ramp(),
+         "a.png",
+         "",
+         0,
+         {"warning: ", "no circle of confusion is a pixel wide", "--blur-px is 0.5"},
+         {"dof-masks", "--relative", "high-is-near", "--blur-px", "0.5", "--focus-at", "5,5"}},
+        {"a picture of another size",
+         metres(),
+         "a.exr",
+         view_z,
+         1,
+         {"small.png: is 24 × 16", "must be of the same size"},
+         {"fog", "--color", "{}/small.png", "--density", "0.1"}},
+        {"depth as the picture",
+         metres(),
+         "a.exr",
+         view_z,
+         1,
+         {"depth.png", "is it depth?"},
+         {"fog", "--color", "{}/depth.png", "--density", "0.1"}},
+        {"a JPEG as linear",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "--color-space linear", "leave the option out"},
+         {"fog", "--color", "{}/color.jpg", "--color-space", "linear", "--density", "0.1"}},
+        {"a PNG that cuts off",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "--png-scale 0.2 cuts 35 % of the values off", "--png-scale 0.099"},
+         {"linearize", "--png-scale", "0.2"},
+         "z.png"},
+        {"a PNG of few codes",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "leaves 7 codes of 65535", "--png-scale 0.099"},
+         {"linearize", "--png-scale", "0.00001"},
+         "z.png"},
         // What is right
+        {"two channels and the right one",
+         two_channels(),
+         "a.exr",
+         view_z,
+         0,
+         {},
+         {"linearize", "--channel", "left.Z"}},
+        {"1/z as it is",
+         plane([](double z, double) { return 1 / z; }),
+         "a.exr",
+         wide + R"(, "encoding": "inverse")",
+         0,
+         {}},
+        {"distances along the rays",
+         plane([](double z, double stretch) { return z * stretch; }),
+         "a.exr",
+         wide + R"(, "encoding": "ray-distance")",
+         0,
+         {}},
+        {"linear depth",
+         plane([](double z, double) { return (z - 0.5) / 99.5; }),
+         "a.exr",
+         lens + R"(, "encoding": "linear")",
+         0,
+         {}},
+        {"packed depth", packed(), "a.png", wide + packing, 0, {}},
+        {"no aspect", metres(), "a.exr", R"("perspective": {"fov_x_deg": 80}, "encoding": "view-z")", 0, {}},
+        {"a calibration", metres(), "a.exr", calibration("27.7", "27.7", "24.3", "15.2"), 0, {}},
+        {"a calibration that says how it counts",
+         metres(),
+         "a.exr",
+         calibration("27.7", "27.7", "23.5", "15.5") + R"(, "pixel_origin": "centre")",
+         0,
+         {}},
+        {"a radius", metres(), "a.exr", view_z, 0, {}, {"ssao", "--radius", "1"}},
+        {"a lens", metres(), "a.exr", view_z, 0, {}, joined(masks, {"--focus", "5", "--f-stop", "0.2"})},
+        {"a pinhole", metres(), "a.exr", view_z, 0, {}, joined(masks, {"--focus", "5", "--f-stop", "inf"})},
+        {"a grey photograph as the picture",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {},
+         {"fog", "--color", "{}/grey.png", "--density", "0.1"}},
+        {"a PNG that fits", metres(), "a.exr", view_z, 0, {}, {"linearize", "--png-scale", "0.1"}, "z.png"},
         {"millimetres with a scale", codes(metres(), 1000), "a.png", view_z + R"(, "scale": 0.001)", 0, {}},
         {"whole metres", codes(metres(), 1), "a.png", view_z, 0, {}},
         {"a sky that is said", metres(0.2, 1e10f), "a.exr", view_z + R"(, "background_from": 1e10)", 0, {}},
@@ -118,39 +576,63 @@ std::vector<Mistake> mistakes() {
 
 std::string saved(const Folder& folder, const Mistake& mistake) {
     const std::string file = folder / mistake.file;
-    if (mistake.depth.depth() == CV_16U)
+    if (mistake.depth.depth() != CV_32F)
         cv::imwrite(file, mistake.depth);
     else if (fs::path(file).extension() == ".png")
         return depth_file(folder, mistake.file, mistake.depth);
+    else if (mistake.depth.channels() == 2)
+        write_image(file, mistake.depth, {.channels = {"Z", "left.Z"}, .png_scale = {}});
     else
         write_image(file, mistake.depth);
     return file;
 }
 
+void write_pictures(const Folder& folder) {
+    cv::imwrite(folder / "color.png", picture());
+    cv::imwrite(folder / "color.jpg", picture());
+    cv::imwrite(folder / "small.png", picture(width / 2, height / 2));
+    cv::imwrite(folder / "grey.png", grey_8());
+    depth_file(folder, "depth.png");
+}
+
 } // namespace
 
 TEST_CASE("mistakes: each is told in one line with its cure, and what is right is not") {
-    for (const Mistake& mistake : mistakes()) {
+    std::size_t wrong = 0;
+    const std::vector<Mistake> all = mistakes();
+    for (const Mistake& mistake : all) {
         INFO(mistake.name);
         const Folder folder;
-        const std::string input = saved(folder, mistake), camera = folder / "camera.json",
-                          output = folder / "out/z.exr";
+        write_pictures(folder);
+        const std::string input = saved(folder, mistake), camera = folder / "camera.json";
         write(camera, "{" + mistake.camera + "}");
-        const Outcome outcome = run({"linearize", input, "--camera", camera, "-o", output});
+        const auto asked = [&](const Arguments& more) {
+            Arguments arguments = mistake.command;
+            for (std::string& each : arguments)
+                if (each.starts_with("{}"))
+                    each = folder / each.substr(3);
+            arguments.push_back(input);
+            if (!mistake.camera.empty())
+                arguments = joined(arguments, {"--camera", camera});
+            return run(joined(arguments, more));
+        };
+        const Outcome outcome = asked({"-o", folder / ("out/" + mistake.result)});
         INFO("stderr: " << outcome.err);
+        wrong += !mistake.said.empty();
         CHECK(outcome.code == mistake.code);
         CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == (mistake.said.empty() ? 0 : 1));
         for (const std::string& part : mistake.said)
             CHECK(outcome.err.find(part) != std::string::npos);
         CHECK(folder.results().size() == (mistake.code == 0 ? 1u : 0u));
-        if (mistake.code == 0) { // a warning is an error where that is asked for
-            const Outcome strict =
-                run({"linearize", input, "--camera", camera, "-o", folder / "out/s.exr", "--strict"});
-            CHECK(strict.code == (mistake.said.empty() ? 0 : 1));
-            CHECK(folder.results().size() == (mistake.said.empty() ? 2u : 1u));
-            CHECK(run({"linearize", input, "--camera", camera, "-o", output, "--quiet"}).err == outcome.err);
+        if (mistake.code == 0 && !mistake.said.empty()) { // a warning is an error where that is asked for
+            const Outcome strict = asked({"-o", folder / ("out/strict-" + mistake.result), "--strict"});
+            CHECK(strict.code == 1);
+            CHECK(folder.results().size() == 1);
+            CHECK(asked({"-o", folder / ("out/" + mistake.result), "--quiet"}).err == outcome.err);
         }
     }
+    std::cout << wrong << " mistakes told, " << all.size() - wrong << " right inputs without a word\n";
+    CHECK(wrong >= 40);
 }
 
 TEST_CASE("mistakes: the line about a result says what the depth holds") {
@@ -162,7 +644,7 @@ TEST_CASE("mistakes: the line about a result says what the depth holds") {
     write(camera, "{" + wide + R"(, "encoding": "view-z"})");
     const Outcome line = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"});
     check_done(line);
-    CHECK(line.out.find("z 4.451 to 10, 25 % background, 0.065 % invalid") != std::string::npos);
+    CHECK(line.out.find("z 3.191 to 10, 25 % background, 0.065 % invalid") != std::string::npos);
     const Outcome json = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--json"});
     CHECK(json.out.find(R"("background":384,"invalid":1)") != std::string::npos);
 }
@@ -191,4 +673,74 @@ TEST_CASE("mistakes: no real input warns", "[real]") {
         ++inputs;
     }
     CHECK(inputs > 10);
+}
+
+TEST_CASE("mistakes: an EXR with two views warns of two depths, unless its channel is named", "[real]") {
+    if (!real::there("openexr"))
+        return;
+    const Folder folder;
+    const std::string input = (real::data / "openexr/beachball-singlepart.exr").string();
+    const Arguments ask{"linearize", input, "--preset", "blender:fov_x_deg=40,missing=0", "-o", folder / "out/z.exr"};
+    const Outcome unnamed = run(ask);
+    CHECK(unnamed.code == 0);
+    CHECK(unnamed.err.find("channel \"Z\" is taken, but left.Z could be depth, too") != std::string::npos);
+    check_done(run(joined(ask, {"--channel", "left.Z"})));
+}
+
+TEST_CASE("mistakes: no random camera warns", "[slow]") {
+    std::mt19937 random(7);
+    const auto number = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+    const auto one_in = [&](int n) { return std::uniform_int_distribution(1, n)(random) == 1; };
+    const std::vector<std::string> encodings{"window",      "view-z", "ray-distance", "linear",       "logarithmic",
+                                             "exponential", "median", "inverse",      "inverse-range"};
+    const std::vector<scene::Scene> scenes{scene::room(), scene::spheres(), scene::corridor(), scene::railings(),
+                                           scene::slant()};
+    const Folder folder;
+    int seen = 0;
+    for (int i = 0; i < 100; ++i) {
+        const std::string encoding = encodings[static_cast<std::size_t>(i) % encodings.size()];
+        const bool orthographic = i % 4 == 3 && encoding != "median";
+        const double near_plane = number(0.05, 0.4), far_plane = number(80, 2000), aspect = 1.5;
+        const double slope = std::tan(number(15, 50) * std::numbers::pi / 180), x = number(-0.4, 0.4),
+                     y = number(-0.4, 0.4);
+        std::ostringstream json;
+        json.precision(17);
+        json << R"({"encoding": ")" << encoding << R"(", "near": )" << near_plane << R"(, "far": )" << far_plane;
+        if (encoding == "median")
+            json << R"(, "median": )" << number(1, 20);
+        if (orthographic) {
+            const double half = number(1, 4);
+            json << R"(, "orthographic": {"left": )" << half * aspect * (x - 1) << R"(, "right": )"
+                 << half * aspect * (x + 1) << R"(, "bottom": )" << half * (y - 1) << R"(, "top": )" << half * (y + 1)
+                 << "}";
+        } else if (i % 4 == 0) {
+            json << R"(, "perspective": {"fov_y_deg": )" << 2 * std::atan(slope) * 180 / std::numbers::pi
+                 << (one_in(2) ? R"(, "reversed": true)" : "") << "}";
+        } else if (i % 4 == 1) {
+            const double f = height / 2.0 / slope;
+            json << R"(, "intrinsics": {"fx": )" << f << R"(, "fy": )" << f << R"(, "cx": )" << width / 2.0 * (1 + x)
+                 << R"(, "cy": )" << height / 2.0 * (1 + y) << "}";
+        } else {
+            const double p = -(far_plane + near_plane) / (far_plane - near_plane),
+                         s = -2 * far_plane * near_plane / (far_plane - near_plane);
+            json << R"(, "projection": [[)" << 1 / (slope * aspect) << ", 0, " << x << ", 0], [0, " << 1 / slope << ", "
+                 << y << ", 0], [0, 0, " << p << ", " << s << "], [0, 0, -1, 0]]";
+        }
+        if (one_in(4) && encoding == "window")
+            json << R"(, "oblique_near_plane": [)" << number(-0.3, 0.3) << ", " << number(-0.3, 0.3) << ", -1, -0.5]";
+        if (one_in(3))
+            json << R"(, "rows": "bottom-up")";
+        json << "}";
+        INFO(json.str());
+        const std::string file = folder / "camera.json", input = folder / "a.exr";
+        write(file, json.str());
+        const Camera camera = camera_for(read_camera(file), width, height);
+        auto image = scene::render(scenes[static_cast<std::size_t>(i) % scenes.size()], camera);
+        if (std::none_of(image.z.begin(), image.z.end(), [](double z) { return std::isfinite(z); }))
+            continue; // looks past everything
+        write_image(input, cv::Mat(height, width, CV_32FC1, image.stored.data()));
+        check_done(run({"linearize", input, "--camera", file, "-o", folder / "out/z.exr"}));
+        ++seen;
+    }
+    CHECK(seen >= 90);
 }

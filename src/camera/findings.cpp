@@ -39,8 +39,17 @@ std::optional<DepthBits> bits_of(const Camera& camera, Storage storage) {
     }
 }
 
+// The camera of a buffer that need not be able to hold the image's special values.
+Camera of_buffer(Camera camera) {
+    camera.background = NAN;
+    camera.background_from.reset();
+    camera.missing.reset();
+    return camera;
+}
+
 // The ends of the stored range and the value half way between them, whatever the image shows.
-std::vector<RangePoint> range_of(const Camera& camera, std::optional<DepthBits> bits, Storage image) {
+std::vector<RangePoint> range_of(const Camera& given, std::optional<DepthBits> bits, Storage image) {
+    const Camera camera = bits ? of_buffer(given) : given;
     const Storage storage = bits ? storage_of(*bits) : image;
     const DepthForm form = depth_form(camera, storage);
     const bool is_float = storage == Storage::float32 || storage == Storage::float16;
@@ -77,14 +86,15 @@ std::vector<SurfacePoint> surfaces_of(const CameraFindings& findings, std::span<
     std::vector<SurfacePoint> surfaces;
     if (pixels.empty())
         return surfaces;
+    const Camera camera = of_buffer(findings.camera);
     const auto add = [&](const char* name, std::size_t rank) {
         const auto at = pixels.begin() + static_cast<std::ptrdiff_t>(rank);
         std::ranges::nth_element(pixels, at, {}, [&](std::size_t i) { return depth[i]; });
         SurfacePoint point{
             name, depth[*at], static_cast<double>(*at % width) + 0.5, static_cast<double>(*at / width) + 0.5, {}, {}};
         if (findings.bits) {
-            point.spacing = depth_spacing(findings.camera, *findings.bits, point.x, point.y, point.z);
-            point.error_bound = depth_error_bound(findings.camera, *findings.bits, point.x, point.y, point.z);
+            point.spacing = depth_spacing(camera, *findings.bits, point.x, point.y, point.z);
+            point.error_bound = depth_error_bound(camera, *findings.bits, point.x, point.y, point.z);
         }
         surfaces.push_back(point);
     };

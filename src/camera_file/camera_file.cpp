@@ -128,8 +128,27 @@ Projection read_orthographic(const JsonObject& json, Camera& camera, Convention 
     return orthographic(edges, span, convention);
 }
 
+/// Is a matrix the transposed one of a perspective or of an orthographic projection? A perspective has (0, 0, ±1, 0) in its
+/// fourth row, which a transposed one has in its fourth column, with another number in the row. An orthographic one has
+/// (0, 0, 0, 1) and nothing beside its diagonal but the fourth column.
+bool looks_transposed(const Eigen::Matrix4d& m) {
+    const Eigen::Vector4d column = m.col(3);
+    const Eigen::RowVector4d row = m.row(3);
+    const auto is_unit = [](const auto& vector, Eigen::Index at) {
+        return std::abs(vector[at]) == 1 && vector.cwiseAbs().sum() == 1;
+    };
+    const bool perspective = is_unit(column, 2) && row.head<2>().isZero(0) && row[3] == 0 && std::abs(row[2]) != 1;
+    const bool orthographic = is_unit(column, 3) && !is_unit(row, 3) && m.topLeftCorner<3, 3>().isDiagonal(0);
+    return perspective || orthographic;
+}
+
 Projection read_matrix(const JsonObject& json, Convention convention) {
-    const auto projection = from_matrix(*json.matrix("projection"), convention);
+    const auto matrix = *json.matrix("projection");
+    if (looks_transposed(matrix))
+        json.refuse_value("projection",
+                          "is transposed: its fourth column is what a fourth row is; write its columns as rows, "
+                          "or twice the matrix if it is right");
+    const auto projection = from_matrix(matrix, convention);
     // What is ahead has a positive w, or nothing of it would be on the screen.
     const auto w_per_z = projection.matrix(3, 2);
     const bool ahead_is_negative = convention.view_axes == ViewAxes::opengl;
@@ -243,8 +262,11 @@ std::optional<Eigen::Matrix4d> read_view(const JsonObject& json) {
     const auto matrix = json.matrix(key);
     if (!matrix)
         return std::nullopt;
-    if (matrix->row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-        json.refuse_value(key, "must have the fourth row [0, 0, 0, 1]; is it transposed?");
+    const Eigen::RowVector4d last(0, 0, 0, 1);
+    if (matrix->row(3) != last)
+        json.refuse_value(key, matrix->col(3).transpose() == last
+                                   ? "is transposed: its fourth column is [0, 0, 0, 1]; write its columns as rows"
+                                   : "must have the fourth row [0, 0, 0, 1]; give it without the projection");
     if (!(std::abs(matrix->determinant()) > 0))
         json.refuse_value(key, "must be invertible");
     if (key == "view")

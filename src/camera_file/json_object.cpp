@@ -3,6 +3,7 @@
 
 #include "edit_distance.hpp"
 #include "file.hpp"
+#include "key_names.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -51,21 +52,31 @@ json parsed_json(const std::filesystem::path& file) {
     return parsed_json(file, read_file(file));
 }
 
-JsonObject::JsonObject(std::filesystem::path file, std::string name, json value, const std::vector<std::string>& known)
-    : file_(std::move(file)), name_(std::move(name)), value_(std::move(value)) {
+JsonObject::JsonObject(std::filesystem::path file, std::string name, json value, const std::vector<std::string>& known,
+                       const std::vector<std::string>& above)
+    : file_(std::move(file)), name_(std::move(name)), known_(known), value_(std::move(value)) {
     if (!value_.is_object())
         refuse(file_,
                (name_.empty() ? "holds " : "\"" + name_ + "\": ") + shown(value_) + "; it must be an object, {...}");
-    check_keys(known);
+    check_keys(above);
 }
 
-void JsonObject::check_keys(const std::vector<std::string>& known) const {
+void JsonObject::check_keys(const std::vector<std::string>& above) const {
+    const auto holds = [](const std::vector<std::string>& keys, const std::string& key) {
+        return std::find(keys.begin(), keys.end(), key) != keys.end();
+    };
     for (const auto& item : value_.items()) {
         const std::string& key = item.key();
-        if (std::find(known.begin(), known.end(), key) != known.end())
+        if (holds(known_, key))
             continue;
-        refuse(file_, "unknown key " + json(path_to(key)).dump() + "; the nearest known one is \"" +
-                          path_to(nearest_word(key, known)) + "\"");
+        const std::string unknown = "unknown key " + json(path_to(key)).dump() + "; ";
+        if (const std::string object = object_of(key); !object.empty() && object != name_)
+            refuse(file_, unknown + "it belongs in \"" + object + "\": {...}");
+        if (const std::string meant = key_for(key); !meant.empty())
+            refuse(file_, unknown + "write " + meant);
+        if (holds(above, key))
+            refuse(file_, unknown + "it belongs beside \"" + name_ + "\", not in it");
+        refuse(file_, unknown + "the nearest known one is \"" + path_to(nearest_word(key, known_)) + "\"");
     }
 }
 
@@ -76,7 +87,7 @@ void JsonObject::fill_in(const json& defaults) {
 }
 
 JsonObject JsonObject::object(const std::string& key, const std::vector<std::string>& known) const {
-    return {file_, path_to(key), value_.at(key), known};
+    return {file_, path_to(key), value_.at(key), known, known_};
 }
 
 std::optional<double> JsonObject::number(const std::string& key) const {
@@ -159,6 +170,9 @@ double JsonObject::needed(const std::string& key) const {
 }
 
 void JsonObject::refuse_word(const std::string& key, const std::vector<std::string>& known) const {
+    constexpr std::size_t most = 12; // words that a line takes
+    if (known.size() > most && value_[key].is_string())
+        refuse_value(key, "is unknown; the nearest is \"" + nearest_word(value_[key].get<std::string>(), known) + "\"");
     std::string must = "must be one of ";
     for (std::size_t i = 0; i < known.size(); ++i)
         must += (i == 0 ? "\"" : ", \"") + known[i] + "\"";

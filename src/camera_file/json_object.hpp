@@ -81,12 +81,14 @@ public:
 
 private:
     JsonObject(std::filesystem::path file, std::string name, nlohmann::json value,
-               const std::vector<std::string>& known);
-    void check_keys(const std::vector<std::string>& known) const;
+               const std::vector<std::string>& known, const std::vector<std::string>& above = {});
+    /// `above`: the keys of the object that holds this one.
+    void check_keys(const std::vector<std::string>& above) const;
     std::string path_to(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
 
     std::filesystem::path file_;
-    std::string name_; ///< of this object within the file; empty for the outermost
+    std::string name_;               ///< of this object within the file; empty for the outermost
+    std::vector<std::string> known_; ///< keys
     nlohmann::json value_;
 };
 

@@ -2,13 +2,13 @@
 #include "presets.hpp"
 
 #include "file.hpp"
+#include "key_names.hpp"
 
 #include <fathom/presets.hpp>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <initializer_list>
 #include <string_view>
 
 namespace fathom {
@@ -247,17 +247,6 @@ const std::vector<Preset>& presets() {
 
 namespace io {
 namespace {
-
-/// Keys that stand in an object of the camera file.
-std::string object_of(std::string_view key) {
-    const auto is_one_of = [&](std::initializer_list<std::string_view> keys) {
-        return std::ranges::find(keys, key) != keys.end();
-    };
-    return is_one_of({"fov_x_deg", "fov_y_deg", "aspect", "reversed"}) ? "perspective"
-           : is_one_of({"fx", "fy", "cx", "cy"})                       ? "intrinsics"
-           : is_one_of({"left", "right", "bottom", "top"})             ? "orthographic"
-                                                                       : "";
-}
 
 nlohmann::json value_of(std::string_view text) {
     if (text == "true" || text == "false")

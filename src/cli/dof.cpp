@@ -14,7 +14,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace fathom::cli {
 namespace {
@@ -140,9 +142,7 @@ Picture blur(const Options& options, const StoredDepth& stored, const Job& job) 
         asked.clean_plate = {to_device(device, clean_plate),
                              {to_device(device, depth.values), stored.camera, depth.storage}};
     }
-    const CircleOfConfusion circle = options.relative.order
-                                         ? relative_circle_for(options.relative, stored, options.lens)
-                                         : circle_for(options.lens, stored, job.windows);
+    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, job.windows);
     picture.color = to_mat(dof(stored, to_device(stored.image.device(), color), circle, asked));
     keep_unknown(picture.color, color);
     return picture;
@@ -197,6 +197,13 @@ std::function<int()> configure(CLI::App& app) {
             more.companions.push_back(
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
+        more.doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
+            std::vector<std::string> said = picture_doubts(options->picture);
+            std::ranges::copy(
+                blur_doubts(options->relative, options->lens, stored, job.windows, look, options->dof.sky, options->dof.max_coc_px),
+                std::back_inserter(said));
+            return said;
+        };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector<Result>{blur(*options, stored, job)};
         });

@@ -68,9 +68,7 @@ std::vector<Result> masks_of(const Options& options, const StoredDepth& stored, 
     asked.mixed_pixels = options.mixed_pixels.has_value();
     if (!options.tiles)
         asked.tile_px = 0;
-    const CircleOfConfusion circle = options.relative.order
-                                         ? relative_circle_for(options.relative, stored, options.lens)
-                                         : circle_for(options.lens, stored, job.windows);
+    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, job.windows);
     const DofMasks masks = dof_masks(stored, circle, asked);
     const std::vector<Image> all{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
     std::vector<Result> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
@@ -155,7 +153,12 @@ std::function<int()> configure(CLI::App& app) {
         else
             complete(options->lens, options->camera);
         const Product product = product_of(*options);
-        return each_depth(*options, product, more_of(*options),
+        More more = more_of(*options);
+        more.doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
+            return blur_doubts(options->relative, options->lens, stored, job.windows, look, options->masks.sky,
+                               options->masks.max_coc_px);
+        };
+        return each_depth(*options, product, more,
                           [&](const StoredDepth& stored, const Job& job) { return masks_of(*options, stored, job); });
     };
 }

@@ -8,6 +8,8 @@
 #include "messages.hpp"
 #include "relative.hpp"
 
+#include "io/depth_channels.hpp"
+
 #include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 
@@ -15,9 +17,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <new>
+#include <set>
 
 namespace fathom::cli {
 namespace {
@@ -110,6 +114,54 @@ void write(const DepthOptions& options, const std::vector<Output>& outputs, cons
     write_images(images);
 }
 
+// Another channel that could be the depth, where none was named.
+std::vector<std::string> channel_doubts(const std::filesystem::path& file, const std::string& named,
+                                        const std::string& taken) {
+    if (!named.empty() || taken.empty())
+        return {};
+    const StderrSilenced silenced;
+    std::vector<std::string> others = io::depth_channels(file);
+    std::erase(others, taken);
+    if (others.empty())
+        return {};
+    return {fmt::format("channel \"{}\" is taken, but {} could be depth, too; name the right one with --channel", taken,
+                        one_of(others))};
+}
+
+// A --png-scale that cuts values off, or leaves only a few codes to them.
+std::vector<std::string> png_doubts(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
+                                    const std::vector<Result>& results) {
+    constexpr double many_cut = 0.01, few_codes = 64;
+    std::vector<std::string> said;
+    for (std::size_t i = 0; i < outputs.size() && options.png_scale; ++i) {
+        if (outputs[i].product.png_scale.value_or(*options.png_scale) != *options.png_scale ||
+            extension_of(job.outputs[i]) != ".png" || results[i].format)
+            continue;
+        const cv::Mat& image = results[i].image;
+        std::size_t values = 0, cut = 0;
+        float largest = 0;
+        for (int y = 0; y < image.rows; ++y) {
+            const auto* row = image.ptr<float>(y);
+            for (int x = 0; x < image.cols * image.channels(); ++x)
+                if (std::isfinite(row[x])) {
+                    ++values;
+                    cut += static_cast<double>(row[x]) * *options.png_scale > 1;
+                    largest = std::max(largest, row[x]);
+                }
+        }
+        const double codes = static_cast<double>(largest) * *options.png_scale * 65535;
+        const std::string cure =
+            fmt::format("--png-scale {:.2g} holds all up to {:.4g}", 0.99 / static_cast<double>(largest), largest);
+        if (static_cast<double>(cut) > many_cut * static_cast<double>(values))
+            said.push_back(fmt::format("--png-scale {} cuts {} of the values off; {}", number(*options.png_scale),
+                                       percent(cut, values), cure));
+        else if (largest > 0 && codes < few_codes)
+            said.push_back(fmt::format("--png-scale {} leaves {:.0f} codes of 65535 to the values; {}",
+                                       number(*options.png_scale), codes, cure));
+    }
+    return said;
+}
+
 // An option as a key of JSON: bent_normal for --bent-normal.
 std::string key_of(const std::string& option) {
     std::string key = option.substr(option.find_first_not_of('-'));
@@ -188,11 +240,12 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     const bool relative = options.relative.order.has_value();
     const std::optional<Packing> packing = relative ? std::nullopt : options.camera.read().packing;
     const Device device = options.device.open();
+    std::set<std::string> told;
 
     const auto process = [&](Job job) {
         Times times;
         const DepthFile depth =
-            relative ? relative_depth(options.relative, job, options.channel)
+            relative ? relative_depth(options.relative, job, options.channel, options.strict)
                      : read(job.input, {.channel = options.channel,
                                         .packing = packing,
                                         .overscan = takes_overscan(job)});
@@ -209,21 +262,29 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
             throw Error(fmt::format("{}: is no OpenEXR file, and --append adds to one; leave --append out",
                                     (more.picture ? job.companions[*more.picture] : job.input).native()));
         std::optional<Look> look;
-        const auto warn = [&](const std::string& subject, const std::vector<std::string>& warnings) {
-            for (const std::string& warning : warnings) {
+        const auto warn = [&](const std::filesystem::path& subject, const std::vector<std::string>& said) {
+            for (const std::string& doubt : said) {
+                const std::string line = fmt::format("{}: {}", subject.native(), doubt);
                 if (options.strict)
-                    throw Error(warning);
-                complain(fmt::format("warning: {}: {}", subject, warning));
+                    throw Error(line);
+                if (subject == job.input || told.insert(line).second) // a camera's mistake is told once
+                    complain("warning: " + line);
             }
         };
         if (!relative) {
-            warn(options.camera.of_header(job.input) ? job.input.native() : options.camera.name(), camera.warnings);
             look = look_at(stored);
-            warn(job.input.native(), doubts(depth, stored, *look));
+            warn(job.input, doubts(depth, stored, *look));
+            warn(job.input, channel_doubts(job.input, options.channel, depth.channel));
+            const bool of_header = options.camera.of_header(job.input);
+            warn(of_header ? job.input : std::filesystem::path(options.camera.name()), camera.warnings);
+            warn(options.camera.name(), options.camera.doubts(depth.windows.display.width, depth.windows.display.height));
         }
+        if (more.doubts)
+            warn(job.input, more.doubts(stored, look ? *look : look_at(stored), job));
         std::vector<Result> results = operation(stored, job);
         for (std::size_t i = 0; i < outputs.size() && has_overscan(job); ++i)
             fit(results[i].image, job.windows, job.outputs[i], outputs[i].product.kind);
+        warn(job.input, png_doubts(options, outputs, job, results));
         times.was_computed = Clock::now();
         stop_if_interrupted();
         prepare_folders(options, outputs, job);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "look.hpp"
 #include "outputs.hpp"
 
 #include <fathom/image.hpp>
@@ -21,6 +22,8 @@ struct More {
     std::vector<Output> outputs = {};
     std::optional<std::size_t> picture = {}; ///< which companion the result is made of, if not of the depth
     std::string color_layer = {};            ///< of that picture
+    /// What is probably wrong with the command's own options for this image, a sentence each with the cure.
+    std::function<std::vector<std::string>(const StoredDepth&, const Look&, const Job&)> doubts = {};
 };
 
 /// An image that an operation made, and the format that it has as a picture.

@@ -136,10 +136,8 @@ const char* no_surfaces(const CameraFindings& found) {
     return found.invalid ? "no pixel is a surface" : "no OpenCL device to decode them";
 }
 
-const char* name_of(std::optional<DepthBits> bits) {
-    if (!bits)
-        return "16-bit float";
-    switch (*bits) {
+const char* name_of(DepthBits bits) {
+    switch (bits) {
     case DepthBits::d16:
         return "16-bit integer";
     case DepthBits::d24:
@@ -188,7 +186,7 @@ nlohmann::ordered_json as_json(const CameraFindings& found) {
             {"reason", found.form.reason},
             {"perspective", found.form.perspective},
             {"field_of_view_deg", view ? nlohmann::ordered_json(*view) : nlohmann::ordered_json()},
-            {"precision_of", name_of(found.bits)},
+            {"precision_of", found.bits ? nlohmann::ordered_json(name_of(*found.bits)) : nlohmann::ordered_json()},
             {"background", found.background},
             {"invalid", found.invalid ? nlohmann::ordered_json(*found.invalid) : nlohmann::ordered_json()},
             {"missing", found.missing},
@@ -262,7 +260,7 @@ void print_range(const CameraFindings& found) {
         print_row(point.name, fmt::format("{:<14}{:<44}stored {:.9g}", number(point.z),
                                           steps(point.spacing, point.error_bound), point.stored));
     if (found.bits && !found.range.empty())
-        print_row("", fmt::format("of a {} buffer; middle is the stored value half way", name_of(found.bits)));
+        print_row("", fmt::format("of a {} buffer; middle is the stored value half way", name_of(*found.bits)));
 }
 
 void print_camera(const Options& options, const CameraFindings& found) {
@@ -287,7 +285,7 @@ void print_camera(const Options& options, const CameraFindings& found) {
         print_row("invalid", fmt::format("{} pixels", *found.invalid));
 
     if (found.bits && !found.surfaces.empty()) {
-        fmt::print("\nprecision: of a {} buffer there, scene units\n", name_of(found.bits));
+        fmt::print("\nprecision: of a {} buffer there, scene units\n", name_of(*found.bits));
         for (const SurfacePoint& surface : found.surfaces)
             print_row(surface.name, steps(surface.spacing, surface.error_bound));
     }

@@ -10,7 +10,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace fathom::cli {
 namespace {
@@ -150,6 +152,10 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
 }
 
 void complete(LensOptions& lens, const CameraOption& camera) {
+    if (!camera.given())
+        throw UsageError(
+            "--camera: missing; give a camera file, --preset with the source of the depth (fathom presets lists "
+            "them), or --relative for depth without a unit");
     if (lens.circle)
         return;
     const CameraFile file = camera.read();
@@ -200,6 +206,75 @@ CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored,
     } catch (const std::invalid_argument& error) { // of the lens, not of the camera file
         throw Error(fmt::format("the lens does not fit: {}", error.what()));
     }
+}
+
+std::vector<std::string> lens_doubts(const LensOptions& lens, const CircleOfConfusion& circle, const Look& look,
+                                     Sky sky, double max_coc_px) {
+    if (lens.circle)
+        return circle_doubts(circle, look, sky, max_coc_px, "is --circle in pixels and scene units?");
+    std::vector<std::string> said;
+    constexpr double shortest_mm = 0.2; // no lens of a camera and no sensor is so small
+    const auto check = [&](const char* option, const std::optional<double>& length) {
+        if (length && *length < shortest_mm)
+            said.push_back(fmt::format("{}: {} mm is smaller than any; if these are metres, give {}", option,
+                                       number(*length), number(*length * 1000)));
+    };
+    check("--focal-length-mm", lens.focal_length_mm);
+    check("--sensor-mm", lens.sensor_mm);
+    if (!said.empty())
+        return said;
+    said = circle_doubts(circle, look, sky, max_coc_px,
+                         fmt::format("a scene unit counts as {} mm (--mm-per-unit), and the f-number is {}",
+                                     number(lens.mm_per_unit), number(*lens.f_stop)));
+    const bool told = lens.focus && !lens.focus_at && !lens.focus_along && std::isfinite(*lens.focus);
+    if (said.empty() && told && look.surfaces() > 0 && (circle.k != 0 || circle.g != 0)) {
+        const auto nearest = static_cast<double>(look.nearest), farthest = static_cast<double>(look.farthest);
+        if (*lens.focus > 2 * farthest && look.background == 0)
+            said.push_back(
+                fmt::format("the focus of {} lies behind everything: depths run from {:.4g} to {:.4g}; --focus-at "
+                            "X,Y focuses on what a pixel shows",
+                            number(*lens.focus), nearest, farthest));
+        if (*lens.focus < nearest / 2)
+            said.push_back(
+                fmt::format("the focus of {} lies before everything: depths run from {:.4g} to {:.4g}; --focus-at "
+                            "X,Y focuses on what a pixel shows",
+                            number(*lens.focus), nearest, farthest));
+    }
+    return said;
+}
+
+std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Look& look, Sky sky, double max_coc_px,
+                                       const std::string& cure) {
+    if (circle.k == 0 && circle.g == 0) // a pinhole
+        return {};
+    const double at_sky = std::abs(static_cast<double>(coc_at(circle, std::numeric_limits<long double>::infinity())));
+    std::size_t circles = 0, ended = 0;
+    double widest = 0;
+    for (int y = 0; y < look.z.rows; ++y) {
+        const auto* row = look.z.ptr<float>(y);
+        for (int x = 0; x < look.z.cols; ++x) {
+            const bool is_sky = std::isinf(row[x]);
+            if (std::isnan(row[x]) || (is_sky && sky != Sky::blur))
+                continue;
+            const double coc =
+                is_sky ? at_sky : std::abs(static_cast<double>(coc_at(circle, static_cast<long double>(row[x]))));
+            if (std::isnan(coc))
+                continue;
+            ++circles;
+            ended += coc > max_coc_px;
+            widest = std::max(widest, coc);
+        }
+    }
+    if (circles > 0 && widest < 1)
+        return {fmt::format(
+            "no circle of confusion is a pixel wide: the largest has {:.2g}, so that nothing is blurred; {}", widest,
+            cure)};
+    if (20 * ended > 19 * circles)
+        return {fmt::format(
+            "{} of the circles of confusion are cut off at --max-coc-px {}: they are up to {:.3g} pixels wide; "
+            "{}",
+            percent(ended, circles), number(max_coc_px), widest, cure)};
+    return {};
 }
 
 } // namespace fathom::cli

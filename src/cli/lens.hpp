@@ -2,6 +2,9 @@
 
 #include "options.hpp"
 
+#include "look.hpp"
+
+#include <fathom/dof_masks.hpp>
 #include <fathom/image.hpp>
 #include <fathom/lens.hpp>
 
@@ -37,5 +40,13 @@ void complete(LensOptions& lens, const CameraOption& camera);
 /// counted in the display window, which the sensor has, too.
 /// Throws: Error, for instance for a pixel without depth.
 CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored, const Windows& windows);
+
+/// What is probably wrong with a lens for an image. Circles end at `max_coc_px`, which may be infinity.
+std::vector<std::string> lens_doubts(const LensOptions& lens, const CircleOfConfusion& circle, const Look& look,
+                                     Sky sky, double max_coc_px);
+
+/// The same of circles that come from no lens. `cure` is what to change.
+std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Look& look, Sky sky, double max_coc_px,
+                                       const std::string& cure);
 
 } // namespace fathom::cli

@@ -1,7 +1,9 @@
 // Looks at decoded depth: a description that does not fit its image is told, because every result of it would be wrong.
 #include "look.hpp"
 
+#include "flat_surfaces.hpp"
 #include "messages.hpp"
+#include "photograph.hpp"
 
 #include <fathom/error.hpp>
 #include <fathom/findings.hpp>
@@ -23,15 +25,11 @@ namespace {
 constexpr double many_invalid = 0.25; // a fraction of the pixels that is probably no accident
 constexpr float many_units = 100;     // no scene in metres begins so far away and is stored in whole metres
 constexpr float few_units = 0.25f;    // no scene in metres ends so near
+constexpr double mostly_far = 0.8;    // what most values of a depth buffer exceed
 constexpr double many_far = 0.001;    // the same for one value that is farther than all others
 
 HostDepth on_host(const DepthFile& depth) {
     return {depth.values.data, depth.values.cols, depth.values.rows, depth.values.step, depth.storage};
-}
-
-std::string percent(std::size_t part, std::size_t whole) {
-    const double share = 100 * static_cast<double>(part) / static_cast<double>(whole);
-    return part == 0 || part == whole || share >= 1 ? fmt::format("{:.0f} %", share) : fmt::format("{:.2g} %", share);
 }
 
 // The largest value of floats or halves that is finite; 0 where none is above.
@@ -46,6 +44,24 @@ double largest_finite(const cv::Mat& values) {
             largest = row[x] > largest && row[x] < std::numeric_limits<float>::infinity() ? row[x] : largest;
     }
     return static_cast<double>(largest);
+}
+
+// Another program's projection · view has the rotation in its fourth row, and rows that are at right angles to it.
+std::optional<std::string> projection_doubt(const Projection& projection) {
+    const Projection::Matrix& m = projection.matrix;
+    using Row = Eigen::Matrix<long double, 1, 3>;
+    const Row ahead = m.block<1, 3>(3, 0), right = m.block<1, 3>(0, 0), up = m.block<1, 3>(1, 0);
+    constexpr long double rounding = 1e-5L; // of matrices in floats
+    const bool turned = std::hypot(ahead[0], ahead[1]) > 0.01L && std::abs(ahead.norm() - 1) < rounding &&
+                        std::abs(ahead.dot(right)) < rounding * right.norm() &&
+                        std::abs(ahead.dot(up)) < rounding * up.norm() &&
+                        std::abs(right.dot(up)) < rounding * right.norm() * up.norm();
+    if (!turned)
+        return std::nullopt;
+    return fmt::format(
+        "the fourth row of \"projection\" looks along ({:.3g}, {:.3g}, {:.3g}): it holds the view as well; "
+        "give the projection alone, and the rest as \"view\"",
+        static_cast<double>(ahead[0]), static_cast<double>(ahead[1]), static_cast<double>(ahead[2]));
 }
 
 // Why no value, or few of them, has a depth.
@@ -67,6 +83,10 @@ std::string reason(const DepthFile& depth, const StoredDepth& stored, const Stor
         return fmt::format("{}, and \"{}\" depth lies in {} to {}; are these distances (\"encoding\": \"view-z\")?",
                            values, to_string(camera.encoding), number(static_cast<double>(form.lowest)),
                            number(static_cast<double>(form.highest)));
+    if (2 * found.at_zero > found.pixels - found.nan && is_metric(camera.encoding))
+        return fmt::format("{} of the values are 0; if that was not measured, say \"missing\": 0; if nothing is there, "
+                           "\"background\": 0, which is Nuke's sky, whose values are 1/z (\"encoding\": \"inverse\")",
+                           percent(found.at_zero, found.pixels));
     if (camera.encoding == Encoding::window)
         return values + "; do clip_z, reversed and depth_range fit the program that wrote them?";
     return values + "; fathom inspect shows what the camera makes of them";
@@ -74,9 +94,15 @@ std::string reason(const DepthFile& depth, const StoredDepth& stored, const Stor
 
 } // namespace
 
+std::string percent(std::size_t part, std::size_t whole) {
+    const double share = 100 * static_cast<double>(part) / static_cast<double>(whole);
+    return part == 0 || part == whole || share >= 1 ? fmt::format("{:.0f} %", share) : fmt::format("{:.2g} %", share);
+}
+
 Look look_at(const StoredDepth& stored) {
-    const cv::Mat z = to_mat(linearize(stored).image);
-    Look look{.pixels = z.total()};
+    Look look{.z = to_mat(linearize(stored).image)};
+    const cv::Mat& z = look.z;
+    look.pixels = z.total();
     float nearest = std::numeric_limits<float>::infinity(), farthest = -nearest;
     for (int y = 0; y < z.rows; ++y) {
         const auto* row = z.ptr<float>(y);
@@ -123,6 +149,21 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
         said.push_back(fmt::format("its floats times the scale of {} are {:.4g} at most; floats are mostly scene units "
                                    "already, which is \"scale\": 1",
                                    number(camera.scale), look.farthest));
+    if (camera.encoding == Encoding::inverse && camera.scale == 1 && look.surfaces() > 0 && look.farthest < few_units)
+        said.push_back(
+            fmt::format("depths run from {:.2g} to {:.2g}: 1 over the values, which looks like disparity without its "
+                        "\"scale\"; that is the baseline times the focal length in pixels",
+                        look.nearest, look.farthest));
+    bool told = false; // that these are values of a depth buffer
+    if (distances && is_float && camera.scale == 1 && look.surfaces() > 0 && look.farthest == 1 && look.nearest > 0) {
+        const StoredStatistics found = stored_statistics(on_host(depth));
+        told = found.percentiles[1] > mostly_far;
+        if (told)
+            said.push_back(
+                fmt::format("the values run from {} to 1, and 95 % are above {}, as in a depth buffer; if it is one, "
+                            "say \"encoding\": \"window\" with near and far",
+                            number(found.min), number(found.percentiles[1])));
+    }
     if (distances && !camera.background_from && is_float) {
         const double largest = largest_finite(depth.values);
         if ((largest == 65504 || largest >= 1e9) && camera.background != largest) {
@@ -136,6 +177,10 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
                                 percent(far_away, look.pixels), number(largest), number(largest)));
         }
     }
+    for (const std::optional<std::string>& doubt : {told ? std::nullopt : flat_surfaces_doubt(depth, stored, look),
+                                                    photograph_doubt(depth), projection_doubt(camera.projection)})
+        if (doubt)
+            said.push_back(*doubt);
     return said;
 }
 

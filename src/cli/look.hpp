@@ -3,6 +3,8 @@
 #include <fathom/image.hpp>
 #include <fathom/io.hpp>
 
+#include <opencv2/core/mat.hpp>
+
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -13,6 +15,7 @@ namespace fathom::cli {
 struct Look {
     std::size_t pixels = 0, invalid = 0, background = 0;
     float nearest = 0, farthest = 0; ///< of the surfaces; 0 where no pixel shows one
+    cv::Mat z;                       ///< CV_32FC1: +infinity is background, NaN invalid
 
     std::size_t surfaces() const { return pixels - invalid - background; }
 };
@@ -23,6 +26,9 @@ Look look_at(const StoredDepth& stored);
 /// What is probably wrong with the description of an image, a sentence each with the cure.
 /// Throws: Error where no pixel has a depth, which says why that is likely.
 std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& stored, const Look& look);
+
+/// A part of a whole for a message: "12 %".
+std::string percent(std::size_t part, std::size_t whole);
 
 /// "z 0.5 to 12, 3 % background, 1 % invalid": for the line about a result.
 std::string in_words(const Look& look);

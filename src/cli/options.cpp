@@ -4,6 +4,8 @@
 #include "command.hpp"
 #include "messages.hpp"
 
+#include "camera_file/key_doubts.hpp"
+#include "camera_file/presets.hpp"
 #include "io/camera_formats.hpp"
 
 #include <fathom/error.hpp>
@@ -11,6 +13,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <stdexcept>
 
 namespace fathom::cli {
 
@@ -29,9 +33,15 @@ namespace {
 // The preset alone, as an argument.
 CameraFile named_camera(const std::string& preset) {
     try {
-        return preset_camera(preset);
+        CameraFile camera = preset_camera(preset);
+        depth_form(camera_for(camera, camera.camera.width ? camera.camera.width : 64,
+                              camera.camera.height ? camera.camera.height
+                                                   : 48)); // values that contradict each other, whatever the image
+        return camera;
     } catch (const Error& error) {
         throw UsageError(error.what());
+    } catch (const std::invalid_argument& error) {
+        throw UsageError("preset " + preset + ": " + error.what());
     }
 }
 
@@ -98,6 +108,14 @@ CameraFile CameraOption::read() const {
         throw UsageError("--camera: missing; give a camera file, or --preset with the source of the depth "
                          "(fathom presets lists them)");
     return named_camera(preset);
+}
+
+std::vector<std::string> CameraOption::doubts(int width, int height) const {
+    if (!given())
+        return {};
+    const nlohmann::json keys =
+        file.empty() ? io::parsed_preset(name(), preset) : nlohmann::json::parse(std::ifstream(file), nullptr, false);
+    return io::key_doubts(keys, width, height);
 }
 
 CLI::Validator is_one_of(const std::vector<std::string>& names) {

@@ -45,6 +45,8 @@ struct CameraOption {
 
     /// The camera of one input, whose values are stored like this.
     ImportedCamera read_for(const std::string& depth, Storage storage) const;
+    /// What is probably wrong with its keys for an image of this size. Call `read` first, which refuses what is wrong.
+    std::vector<std::string> doubts(int width, int height) const;
 };
 
 /// Depth without a unit, see fathom/relative.hpp.

@@ -37,6 +37,13 @@ void add_picture_options(CLI::App& app, PictureOptions& options, const std::stri
         ->group("Input");
 }
 
+std::vector<std::string> picture_doubts(const PictureOptions& options) {
+    const std::string extension = extension_of(options.color);
+    if (options.encoding != ColorEncoding::linear || (extension != ".jpg" && extension != ".jpeg"))
+        return {};
+    return {"--color-space linear: a JPEG holds sRGB, whose codes are no light; leave the option out"};
+}
+
 Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const StoredDepth& stored,
                    const Job& job) {
     Picture picture;

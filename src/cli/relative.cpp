@@ -95,7 +95,7 @@ void check_relative(const RelativeOptions& relative, const LensOptions& lens) {
             "which values are");
 }
 
-DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel) {
+DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel, bool strict) {
     RelativeFile depth;
     {
         const StderrSilenced silenced;
@@ -105,13 +105,17 @@ DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const 
     const auto all = [&] { return std::span(values.ptr<float>(), values.total()); };
     if (depth.bits == 8 && !relative.range)
         smooth_steps(all(), values.cols, values.rows, 1 / 255.0);
+    const auto warn = [&](const std::string& doubt) {
+        if (strict)
+            throw Error(doubt);
+        complain("warning: " + doubt);
+    };
     double least = 0, most = 1;
     cv::minMaxLoc(values, &least, &most);
     if (!relative.range && most - least < little_range)
-        complain(fmt::format(
-            "warning: {}: its values take {:.2g} % of what {} bits hold, so that little is blurred; say with "
-            "--relative-range which codes are nearest and farthest",
-            job.input.native(), 100 * (most - least), depth.bits));
+        warn(fmt::format("{}: its values take {:.2g} % of what {} bits hold, so that little is blurred; say with "
+                         "--relative-range which codes are nearest and farthest",
+                         job.input.native(), 100 * (most - least), depth.bits));
     if (relative.picture) {
         const std::filesystem::path& file = job.companions[*relative.picture];
         cv::Mat color;
@@ -133,6 +137,8 @@ DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const 
     return {values, Storage::float32, {}, {{{0, 0}, values.size()}, values.size()}};
 }
 
+namespace {
+
 CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const StoredDepth& stored,
                                       const LensOptions& lens) {
     if (!lens.focus_at)
@@ -150,6 +156,23 @@ CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const Sto
     }
     return relative_circle(*relative.blur_px, *relative.order == RelativeOrder::high_is_near ? 1 - z : z,
                            *relative.order);
+}
+
+} // namespace
+
+CircleOfConfusion circle_of(const RelativeOptions& relative, const LensOptions& lens, const StoredDepth& stored,
+                            const Windows& windows) {
+    return relative.order ? relative_circle_for(relative, stored, lens) : circle_for(lens, stored, windows);
+}
+
+std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensOptions& lens,
+                                     const StoredDepth& stored, const Windows& windows, const Look& look, Sky sky, double max_coc_px) {
+    const CircleOfConfusion circle = circle_of(relative, lens, stored, windows);
+    if (!relative.order)
+        return lens_doubts(lens, circle, look, sky, max_coc_px);
+    if (relative.focus_range)
+        return {}; // all may be in focus
+    return circle_doubts(circle, look, sky, max_coc_px, fmt::format("--blur-px is {}", number(*relative.blur_px)));
 }
 
 } // namespace fathom::cli

@@ -20,10 +20,16 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative);
 void check_relative(const RelativeOptions& relative, const LensOptions& lens);
 
 /// An input's relative depth, floats from 0 to 1, made smooth, and of the picture's size if there is one.
-DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel);
+/// Throws: Error, if `strict` also where it warns otherwise.
+DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel, bool strict);
 
-/// The circle for a focus at a pixel, or for the range that is in focus.
-CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const StoredDepth& stored,
-                                      const LensOptions& lens);
+/// The circle of relative depth, for a focus at a pixel or for the range that is in focus; the lens's otherwise.
+/// Throws: Error, for instance for a pixel without depth.
+CircleOfConfusion circle_of(const RelativeOptions& relative, const LensOptions& lens, const StoredDepth& stored,
+                            const Windows& windows);
+
+/// What is probably wrong with it for an image. Circles end at `max_coc_px`, which may be infinity.
+std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensOptions& lens,
+                                     const StoredDepth& stored, const Windows& windows, const Look& look, Sky sky, double max_coc_px);
 
 } // namespace fathom::cli

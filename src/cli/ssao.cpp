@@ -7,12 +7,15 @@
 
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
+#include <fathom/lens.hpp>
 #include <fathom/opencv.hpp>
 #include <fathom/ssao.hpp>
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace fathom::cli {
 namespace {
@@ -136,6 +139,35 @@ cv::Mat read_thickness(const std::filesystem::path& file, const StoredDepth& sto
     return thickness;
 }
 
+// A radius that hardly reaches the next pixel, or that reaches beyond all that the image shows.
+std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored, const Look& look) {
+    if (look.surfaces() == 0)
+        return {};
+    const Camera& camera = stored.camera;
+    const bool perspective = depth_form(camera, stored.storage).perspective;
+    const auto scale = static_cast<double>(pixel_scale(camera).x);
+    const double centre = perspective ? static_cast<double>(camera_rays(camera).centre_depth) : 0;
+    const auto length_of_pixel = [&](float z) { return (perspective ? static_cast<double>(z) - centre : 1) / scale; };
+    std::vector<float> depths;
+    for (int y = 0; y < look.z.rows; ++y)
+        std::copy_if(look.z.ptr<float>(y), look.z.ptr<float>(y) + look.z.cols, std::back_inserter(depths),
+                     [](float z) { return std::isfinite(z); });
+    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+    std::ranges::nth_element(depths, middle);
+    const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(look.z.cols, look.z.rows);
+    if (radius < pixel / 2)
+        return {fmt::format(
+            "the radius of {} is less than half a pixel for most pixels, so that little is occluded: depths "
+            "run from {:.4g} to {:.4g}, where {:.2g} would be 16 pixels",
+            number(radius), look.nearest, look.farthest, 16 * pixel)};
+    if (radius > std::hypot(across, static_cast<double>(look.farthest) - static_cast<double>(look.nearest)))
+        return {fmt::format(
+            "the radius of {} is larger than all that most pixels see: depths run from {:.4g} to {:.4g}, and "
+            "the view is {:.2g} wide in their middle; is it in scene units?",
+            number(radius), look.nearest, look.farthest, pixel * look.z.cols)};
+    return {};
+}
+
 // Visibility, then what else was asked for, in the order of the options.
 std::vector<Result> occlude(const Options& options, const StoredDepth& stored, const Job& job) {
     const std::optional<Region> region = region_in(job.windows, options.ssao.region);
@@ -226,6 +258,9 @@ std::function<int()> configure(CLI::App& app) {
             more.outputs.push_back({"--bent-normal", *options->bent_normal, bent_normal});
         if (options->confidence)
             more.outputs.push_back({"--confidence", *options->confidence, confidence});
+        more.doubts = [options](const StoredDepth& stored, const Look& look, const Job&) {
+            return radius_doubts(options->radius, stored, look);
+        };
         return each_depth(*options, visibility, more,
                           [&](const StoredDepth& stored, const Job& job) { return occlude(*options, stored, job); });
     };

@@ -1,6 +1,7 @@
 // Depth from OpenEXR, with OpenEXR's own library: any part, half, float or uint, scan lines or tiles.
 // What comes back is the display window, which is what a camera's projection maps, or any other rectangle: pixels that the
 // data window does not reach are NaN.
+#include "depth_channels.hpp"
 #include "formats.hpp"
 
 #include <fathom/error.hpp>
@@ -214,6 +215,28 @@ std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::ve
 int exr_part_of(const std::filesystem::path& file, const std::string& channel) {
     return refusing_damage(
         file, [&] { return choose(file, channels_of(Imf::MultiPartInputFile(file.c_str())), channel).part; });
+}
+
+std::vector<std::string> depth_channels(const std::filesystem::path& file) {
+    std::vector<std::string> names;
+    if (!begins_like_exr(file))
+        return names;
+    return refusing_damage(file, [&] {
+        const auto channels = channels_of(Imf::MultiPartInputFile(file.c_str()));
+        const auto has = [&](int part, const std::string& name) {
+            return std::ranges::any_of(channels,
+                                       [&](const Candidate& c) { return c.part == part && lower(c.name) == name; });
+        };
+        for (const auto& channel : channels) {
+            const std::string name = lower(channel.name), layer = name.substr(0, name.rfind('.') + 1);
+            const bool of_vector = has(channel.part, layer + "x") && has(channel.part, layer + "y");
+            const bool is_depth =
+                (name == layer + "z" && !of_vector) || name == layer + "depth" || name.ends_with("depth.v");
+            if (is_depth && !channel.deep && !channel.subsampled)
+                names.push_back(channel.full_name);
+        }
+        return names;
+    });
 }
 
 } // namespace fathom::io

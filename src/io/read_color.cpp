@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <vector>
 
 namespace fathom {
 namespace {
@@ -75,7 +76,8 @@ void check_picture(const std::filesystem::path& file, const cv::Mat& image) {
     if ((image.channels() != 3 && image.channels() != 4) || (!codes && image.depth() != CV_32F))
         refuse(file,
                "is " + io::described(image) +
-                   ", which is no picture; one has channels R, G, B and may have an alpha, in 8 or 16 bits or float");
+                   ", which is no picture; one has channels R, G, B and may have an alpha, in 8 or 16 bits or float" +
+                   (image.channels() == 1 ? "; is it depth?" : ""));
 }
 
 cv::Mat as_floats(const cv::Mat& image) {
@@ -128,6 +130,8 @@ std::vector<std::string> color_channels(const std::filesystem::path& file, const
 io::PictureFile io::read_picture_file(const std::filesystem::path& file, const ReadPictureOptions& options) {
     check_readable(file);
     PictureFile picture = within_memory(file, [&] { return read(file, options); });
+    if (picture.image.type() == CV_8UC1) // a grey photograph; 16 bits and floats of one channel are mostly depth
+        cv::merge(std::vector<cv::Mat>(3, picture.image), picture.image);
     check_picture(file, picture.image);
     return picture;
 }

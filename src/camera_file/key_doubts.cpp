@@ -1,0 +1,91 @@
+// Keys of a camera file that can be decoded, but that hardly anybody means.
+#include "key_doubts.hpp"
+
+#include "text.hpp"
+
+#include <fathom/presets.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace fathom::io {
+namespace {
+
+using nlohmann::json;
+
+std::optional<double> number(const json& object, const char* key) {
+    return object.contains(key) && object[key].is_number() ? std::optional(object[key].get<double>()) : std::nullopt;
+}
+
+bool near_to(double a, double b, double tolerance) {
+    return std::abs(a - b) <= tolerance * std::abs(b);
+}
+
+void doubt_perspective(const json& own, double width, double height, std::vector<std::string>& said) {
+    for (const char* key : {"fov_y_deg", "fov_x_deg"})
+        if (const auto angle = number(own, key); angle && *angle < std::numbers::pi)
+            said.push_back(text("\"perspective.", key, "\": ", *angle,
+                                " is a very narrow view; if these are radians, write ",
+                                std::round(*angle * 1800 / std::numbers::pi) / 10, " degrees"));
+    const double aspect = width / height;
+    if (const auto given = number(own, "aspect");
+        given && near_to(*given, 1 / aspect, 0.02) && !near_to(aspect, 1, 0.05))
+        said.push_back(text("\"perspective.aspect\": ", *given, " is height over width of this image of ", width, " x ",
+                            height, "; it is width over height, or leave it out"));
+}
+
+void doubt_intrinsics(const json& own, bool from_centre, double width, double height, std::vector<std::string>& said) {
+    const auto fx = number(own, "fx"), fy = number(own, "fy"), cx = number(own, "cx"), cy = number(own, "cy");
+    if (!fx || !fy || !cx || !cy)
+        return;
+    constexpr double widest = 11.4; // tan(85 degrees): 170 degrees and more
+    if (width / 2 / *fx > widest || height / 2 / *fy > widest) {
+        said.push_back(text("\"intrinsics\": fx ", *fx, " and fy ", *fy, " are a few pixels of ", width, " x ", height,
+                            "; if they are parts of the width or millimetres, turn them into pixels"));
+        return;
+    }
+    const double x = *cx / width, y = *cy / height;
+    const bool turned = near_to(*cx, height / 2, 0.1) && near_to(*cy, width / 2, 0.1) && !near_to(width, height, 0.25);
+    if (turned)
+        said.push_back(text("\"intrinsics\": cx ", *cx, " and cy ", *cy, " are the middle of an image of ", height,
+                            " x ", width, ", and this one has ", width, " x ", height,
+                            "; exchange cx and cy, or turn the image"));
+    else if (x < 0 || x > 1 || y < 0 || y > 1 || (x > 0.9 && y > 0.9) || (std::max(x, y) < 0.3 && near_to(x, y, 0.15)))
+        said.push_back(text("\"intrinsics\": cx ", *cx, " and cy ", *cy, " are far from the middle of ", width, " x ",
+                            height,
+                            " pixels; is it the calibration of another size? Then scale fx, fy, cx and cy alike"));
+    else if (!from_centre && near_to(*cx, (width - 1) / 2, 1e-6) && near_to(*cy, (height - 1) / 2, 1e-6))
+        said.push_back(text("\"intrinsics\": cx ", *cx, " and cy ", *cy, " are the middle of ", width, " x ", height,
+                            " pixels if they count from the centre of the first one, as calibrations do; say "
+                            "\"pixel_origin\": \"centre\""));
+}
+
+} // namespace
+
+std::vector<std::string> key_doubts(const json& keys, int width, int height) {
+    std::vector<std::string> said;
+    if (!keys.is_object())
+        return said;
+    json all = keys;
+    for (const Preset& preset : presets()) {
+        if (!keys.contains("preset") || keys["preset"] != preset.name)
+            continue;
+        const json own = json::parse(preset.keys);
+        for (const auto& [key, value] : own.items())
+            if (!all.contains(key))
+                all[key] = value;
+    }
+    const auto object = [&](const char* key) { return all.contains(key) && all[key].is_object() ? all[key] : json(); };
+    if (const json own = object("perspective"); own.is_object())
+        doubt_perspective(own, width, height, said);
+    if (const json own = object("intrinsics"); own.is_object()) {
+        const json& origin = own.contains("pixel_origin") ? own : all;
+        doubt_intrinsics(own, origin.contains("pixel_origin") && origin["pixel_origin"] == "centre", width, height,
+                         said);
+    }
+    return said;
+}
+
+} // namespace fathom::io

@@ -1,0 +1,154 @@
+// Over a flat surface 1/z is affine in the pixel under a perspective, and z is under an orthographic camera. Few surfaces
+// that are bent look flat under a wrong encoding, so that the encoding under which many are flat is the right one.
+#include "flat_surfaces.hpp"
+
+#include <fathom/findings.hpp>
+
+#include <fmt/format.h>
+
+#include <opencv2/core.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <vector>
+
+namespace fathom::cli {
+namespace {
+
+constexpr double flatter = 0.1;        // a description under which a place is bent so much less wins this place
+constexpr std::size_t few_places = 24; // may win by chance
+constexpr std::size_t to_one = 9; // so many places have to speak for the other description where one speaks against it
+constexpr double many_steps = 16; // of the storage, over which a place has to rise
+constexpr int places_across = 128;
+
+/// A quantity that is affine in the pixel over flat surfaces if a description is right.
+struct Description {
+    std::function<double(int x, int y)> value;
+    std::string meaning;            ///< of the stored values
+    std::size_t flat = 0, bent = 0; ///< places where this one is much flatter than the camera's own, or much less flat
+};
+
+/// A quantity around a pixel.
+struct Course {
+    double bend; ///< over the rise; NaN where it does not rise, or is unknown
+    double rise, here;
+};
+
+Course course(const std::function<double(int, int)>& value, int x, int y, int step) {
+    double bent = 0, rise = 0;
+    for (const auto& [dx, dy] : {std::pair{step, 0}, std::pair{0, step}}) {
+        std::array<double, 5> q{};
+        for (int i = -2; i <= 2; ++i)
+            q[static_cast<std::size_t>(i + 2)] = value(x + i * dx, y + i * dy);
+        bent += std::abs(q[0] - 2 * q[2] + q[4]) + std::abs(q[0] - 2 * q[1] + 2 * q[3] - q[4]);
+        rise += std::abs(q[4] - q[0]);
+    }
+    return {bent / rise, rise, value(x, y)};
+}
+
+// The step between neighbouring values, which bends whatever they mean: a second difference is no smaller, unless it is 0.
+float step_of(const cv::Mat& values, const DepthFile& depth) {
+    float least = std::numeric_limits<float>::infinity();
+    for (int y = 0; y < values.rows; y += 1 + values.rows / places_across) {
+        const auto* row = values.ptr<float>(y);
+        for (int x = 1; x + 1 < values.cols; ++x)
+            if (const float second = std::abs(row[x - 1] - 2 * row[x] + row[x + 1]); second > 0)
+                least = std::min(least, second);
+    }
+    if (depth.storage == Storage::float16) {
+        float high = 0;
+        for (const float value : cv::Mat_<float>(values))
+            high = std::isfinite(value) ? std::max(high, value) : high;
+        least = std::max(least, high * 0x1p-11f);
+    }
+    return least < std::numeric_limits<float>::infinity() ? least : 0;
+}
+
+// What the stored values could be instead of what the camera says.
+std::vector<Description> alternatives(const StoredDepth& stored, bool perspective,
+                                      const std::function<double(int, int)>& value) {
+    const Camera& camera = stored.camera;
+    const auto inverse = [=](int x, int y) { return 1 / value(x, y); };
+    const bool distance = camera.encoding == Encoding::view_z;
+    if (!perspective)
+        return {{inverse, "distances of a perspective camera; is this its projection"}};
+    std::vector<Description> result;
+    const bool along_ray = camera.along == Along::ray;
+    if (along_ray || (camera.encoding != Encoding::window && camera.encoding != Encoding::inverse &&
+                      camera.encoding != Encoding::inverse_range))
+        result.push_back({value,
+                          "depth-buffer values or 1/z (\"encoding\": \"window\" or \"inverse\"), or come from an "
+                          "orthographic camera; are they"});
+    if (!distance)
+        result.push_back({inverse, "distances along the view axis (\"encoding\": \"view-z\"); are they"});
+    if (camera.encoding != Encoding::ray_distance) {
+        const Rays rays = camera_rays(camera);
+        result.push_back({[=](int x, int y) {
+                              const Eigen::Matrix<long double, 3, 1> pixel(x + 0.5L, y + 0.5L, 1);
+                              const long double ahead = std::abs(rays.depth.dot(pixel));
+                              return static_cast<double>((rays.direction * pixel).norm() / ahead) / value(x, y);
+                          },
+                          "distances along the rays (\"encoding\": \"ray-distance\"); are they"});
+    }
+    if (camera.encoding != Encoding::linear && camera.near_plane && camera.far_plane &&
+        std::isfinite(*camera.far_plane)) {
+        const double near_plane = *camera.near_plane, span = *camera.far_plane - near_plane;
+        const double largest = storage_max(stored.storage);
+        result.push_back({[=](int x, int y) { return 1 / (near_plane + span * value(x, y) / largest); },
+                          "linear from near to far (\"encoding\": \"linear\"); are they"});
+    }
+    return result;
+}
+
+} // namespace
+
+std::optional<std::string> flat_surfaces_doubt(const DepthFile& depth, const StoredDepth& stored, const Look& look) {
+    const Camera& camera = stored.camera;
+    if (camera.encoding == Encoding::pseudo_linear) // which is bent inside triangles
+        return std::nullopt;
+    if (depth.values.channels() > 1 || depth.storage == Storage::uint24_high) // whose elements are no numbers
+        return std::nullopt;
+    cv::Mat values;
+    depth.values.convertTo(values, CV_32F);
+    const DepthForm form = depth_form(camera, stored.storage);
+    const bool of_pixel =
+        form.numerator[1] != 0 || form.numerator[2] != 0 || form.denominator[1] != 0 || form.denominator[2] != 0;
+    if (of_pixel) // the values themselves change across the image, and z has more rounding than they have
+        return std::nullopt;
+    const bool perspective = form.perspective;
+    const auto value = [&](int x, int y) { return static_cast<double>(values.at<float>(y, x)); };
+    const auto own = [&](int x, int y) {
+        const auto z = static_cast<double>(look.z.at<float>(y, x));
+        return perspective ? 1 / z : z;
+    };
+    const int width = values.cols, height = values.rows, step = std::max(1, std::min(width, height) / 40);
+    std::vector<Description> others = alternatives(stored, perspective, value);
+    const float quantum = step_of(values, depth);
+    std::size_t places = 0;
+    for (int y = 2 * step; y < height - 2 * step; y += 1 + height / places_across)
+        for (int x = 2 * step; x < width - 2 * step; x += 1 + width / places_across) {
+            const Course stored_here = course(value, x, y, step), here = course(own, x, y, step);
+            const double rounding = std::max(static_cast<double>(quantum), 0x1p-23 * std::abs(stored_here.here));
+            if (!std::isfinite(here.bend) || !(stored_here.rise >= many_steps * rounding))
+                continue;
+            const double noise = 4 * rounding / stored_here.rise + 0x1p-21 * std::abs(here.here) / here.rise;
+            ++places;
+            for (Description& other : others) {
+                const double there = course(other.value, x, y, step).bend;
+                other.flat += here.bend > noise && there < flatter * here.bend;
+                other.bent += here.bend < flatter * there;
+            }
+        }
+    const auto best = std::ranges::max_element(others, {}, &Description::flat);
+    if (best == others.end() || best->flat < few_places || 50 * best->flat < places ||
+        best->flat <= to_one * best->bent)
+        return std::nullopt;
+    return fmt::format(
+        "flat surfaces are bent as \"{}\" has it, and flat if the values are {}? fathom inspect shows more",
+        to_string(camera.encoding), best->meaning);
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <fathom/io.hpp>
+
+#include <optional>
+#include <string>
+
+namespace fathom::cli {
+
+/// What is probably wrong where three bytes that count as packed depth are the colours of a picture.
+std::optional<std::string> photograph_doubt(const DepthFile& depth);
+
+} // namespace fathom::cli
