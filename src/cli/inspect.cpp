@@ -362,7 +362,7 @@ farthest depth that stored values can mean, and their precision. Without one, wh
 what is affine in the pixel over the image's flat patches, by their range and by silhouettes. In JSON, NaN and
 infinities are the strings "nan", "inf" and "-inf". Values that are unknown or were not asked for are null.
 
-Examples:
+Example:
   fathom inspect frame.exr
   fathom inspect frame.exr --camera camera.json)",
     .configure = configure,
