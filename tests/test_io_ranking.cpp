@@ -1,4 +1,4 @@
-// What values could be, where nobody says it. The truth is each input's own description, or the formula it was made with.
+// What values could be, where nobody says it. The truth is each input's own description, or the formula that made it.
 #include "catch.hpp"
 #include "io_files.hpp"
 #include "real_inputs.hpp"
@@ -406,6 +406,8 @@ TEST_CASE("ranking: what is named beside the family agrees with how the values w
     const Camera linear = camera_of(guess_of("linear from a near plane at 0.5"));
     CHECK(linear.encoding == Encoding::linear);
     CHECK(*linear.near_plane / *linear.far_plane == Approx(0.01).epsilon(1e-3));
+    const Camera white = camera_of(guess_of("V-Ray's Z, near is white")); // 50 at 0 and 0.5 at 1
+    CHECK(*white.near_plane / *white.far_plane == Approx(100).epsilon(0.01));
     const Camera logarithmic = camera_of(guess_of("logarithmic depth"));
     CHECK(logarithmic.encoding == Encoding::logarithmic);
     CHECK(*logarithmic.far_plane == Approx(100).epsilon(0.01));

@@ -36,12 +36,12 @@ struct Ranking {
     std::vector<Guess> guesses;        ///< the likely ones first; of two that the evidence does not separate both
 };
 
-/// Ranks what the stored values could be. Flat patches of the image tell what is affine in the pixel over a plane: stored
-/// values for depth buffers and inverse depth, 1/v for depth along the axis, |ray|/v for depth along the ray. The range of
-/// the values and what stands apart from them, such as the sky's value, tell the rest. Pixels are taken as square, and the
-/// optical axis as in the middle of the image. Where the evidence does not decide, no family is named. Takes less than a
-/// second for 1920 x 1080 pixels.
-/// Throws: std::invalid_argument for an image without pixels.
+/// Ranks what the stored values could be. Flat patches of the image tell what is affine in the pixel over a plane:
+/// stored values for depth buffers and inverse depth, 1/v for depth along the axis, |ray|/v for depth along the ray.
+/// The range of the values tells the rest, with the values that stand apart, such as the sky's, and silhouettes.
+/// Pixels are taken as square, and the optical axis as in the middle of the image. Invalid pixels are left out. Where
+/// the evidence does not decide, no family is named. Takes less than a second for 1920 x 1080 pixels.
+/// Throws: std::invalid_argument for an image without pixels. Source: docs/inspect.md.
 Ranking rank_encodings(const HostDepth& stored);
 
 } // namespace fathom

@@ -1,9 +1,10 @@
 // Which function of stored depth is affine in the pixel over a plane.
 //
-// A plane n·P = d holds the points P = z (X, Y, 1) of a perspective, where X and Y are affine in the pixel. So 1/z is affine
-// in the pixel over every plane, and so is a stored value's own function of it. Windows of many sizes are fitted in units of
-// the stored value, each shape with one parameter for the whole image. A window counts if one shape leaves no more than its
-// noise, and another one clearly more. Noise is what a cubic polynomial leaves, or the rounding of the storage.
+// A plane n·P = d holds the points P = z (X, Y, 1) of a perspective, where X and Y are affine in the pixel. So 1/z is
+// affine in the pixel over every plane, and so is a stored value's own function of it. Windows of many sizes are fitted,
+// in units of the stored value, each shape with one parameter for the whole image. A window counts if one shape leaves
+// no more than its noise, and another one clearly more. Noise is what a cubic polynomial leaves, or the storage's
+// rounding.
 #include "camera/plane_fits.hpp"
 
 #include <Eigen/Cholesky>
@@ -202,7 +203,7 @@ private:
     double step_, relative_step_, largest_;
 };
 
-// How well a shape fits the third of the windows that it fits best: the logarithm of residuals in units of the rounding.
+// How well a shape fits the third of the windows that it fits best: the logarithm of residuals in roundings.
 double cost(const std::vector<const Window*>& windows, Shape shape, double parameter) {
     std::vector<double> each;
     each.reserve(windows.size());

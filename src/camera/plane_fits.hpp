@@ -5,8 +5,8 @@
 
 namespace fathom {
 
-/// What of the stored value v is affine in the pixel over a plane. s is the ray's length for a depth of one, which grows
-/// away from the middle of the image, p the shape's parameter. Values count in units of the largest.
+/// What of the stored value v is affine in the pixel over a plane. s is the ray's length for a depth of one, which
+/// grows away from the middle of the image, p the shape's parameter. Values count in units of the largest.
 enum class Shape {
     affine,          ///< v: depth-buffer values, inverse depth, orthographic depth
     reciprocal,      ///< 1/v: distance along the axis

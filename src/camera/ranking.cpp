@@ -90,8 +90,8 @@ Apart look_at(Values& values, double value) {
     return found;
 }
 
-// A rounded surface turns away at its silhouette: its depth runs ever faster towards that of what lies behind it, whatever
-// the encoding. Counts the pixels at which lesser values do so, and greater ones.
+// A rounded surface turns away at its silhouette: its depth runs ever faster towards that of what lies behind it,
+// whatever the encoding. Counts the pixels at which lesser values do so, and greater ones.
 struct Limbs {
     std::size_t near_is_less = 0, near_is_more = 0;
 };
@@ -142,7 +142,8 @@ struct Findings {
     Range range; // of what does not stand apart
     double median = NAN;
     bool infinite = false;
-    Near near = Near::unknown;
+    Near by_silhouettes = Near::unknown;
+    Near near = Near::unknown; // by these, and by a sky if values are affine in the pixel over planes
     PlaneFits planes;
 
     // How the best of some shapes fits; none where planes told nothing.
@@ -275,15 +276,19 @@ Guess planar_guess(const Findings& found) {
                  reversed = found.part({Shape::reversed_offset});
     const double fits = found.part({Shape::reciprocal, Shape::offset, Shape::reversed_offset});
     if (found.planes.patches > 0 && metric < fits - hardly_any) {
-        // 1/(v + c) with c = n/(f - n), in units of the largest value
-        const double c = offset >= reversed ? found.parameter(Shape::offset) * found.range.greatest : NAN;
-        const double near_over_far = c / (found.values.largest_code + c);
-        Guess guess{Family::planar, "distance along the view axis, counted from a near plane", fits,
-                    file(assumed_view + R"(}, "encoding": "linear", "near": )" +
-                         text(std::isnan(c) ? 0.1 : 100 * near_over_far) + R"(, "far": 100)"),
-                    std::isnan(c) ? "the angle of view, near and far; near seems to be white"
-                                  : "the angle of view and far; near/far is measured"};
-        return guess;
+        // z is proportional to v + c, or to c - v where near is white: what v = 0 and the largest code mean, up to a factor
+        const bool is_white_near = reversed > offset;
+        const double largest = found.range.greatest, code = found.values.largest_code,
+                     c = largest *
+                         (is_white_near ? 1 + found.parameter(Shape::reversed_offset) : found.parameter(Shape::offset)),
+                     at_code = is_white_near ? c - code : c + code, unit = 100 / std::max(c, at_code);
+        return {Family::planar,
+                is_white_near ? "distance along the view axis, counted from a far plane"
+                              : "distance along the view axis, counted from a near plane",
+                fits,
+                file(assumed_view + text(R"(}, "encoding": "linear", "near": )", unit * c, R"(, "far": )",
+                                         unit * std::max(at_code, 1e-3 * c))),
+                "the angle of view and the unit; near/far is measured"};
     }
     const auto [unit, scale] = plausible_unit(found);
     return {Family::planar, "distance along the view axis; " + unit, fits,
@@ -354,6 +359,7 @@ void find_near(Findings& found, std::vector<std::string>& evidence) {
         evidence.push_back(text("rounded silhouettes say that ", less ? "less" : "more", " is nearer, at ",
                                 less ? limbs.near_is_less : limbs.near_is_more, " pixels against ",
                                 less ? limbs.near_is_more : limbs.near_is_less));
+    found.by_silhouettes = less ? Near::less : more ? Near::more : Near::unknown;
     const bool sky_above = found.top.stands_apart && !found.top.is_scattered,
                sky_below = found.zero.stands_apart && !found.zero.is_scattered;
     const bool says_less = less || (sky_above && !sky_below), says_more = more || (sky_below && !sky_above);
@@ -439,13 +445,13 @@ std::vector<Guess> affine_guesses(const Findings& found, bool& decided) {
 
 // Readings where planes do not decide: by range, type and what is near alone.
 std::vector<Guess> plausible_guesses(const Findings& found) {
-    const Guess window = window_guess(found, found.near == Near::more), planar = planar_guess(found),
+    const Guess window = window_guess(found, found.by_silhouettes == Near::more), planar = planar_guess(found),
                 radial = radial_guess(found, false), inverse = inverse_guess(found);
     const bool may_be_window = found.in_unit_range() || found.top.value == found.values.largest_code;
     std::vector<Guess> guesses;
-    if (found.near != Near::more)
+    if (found.by_silhouettes != Near::more)
         guesses = {planar, radial};
-    if (found.near != Near::less)
+    if (found.by_silhouettes != Near::less)
         guesses.push_back(inverse);
     if (may_be_window) // floats from 0 to 1 are mostly depth buffers, and integers mostly distances
         guesses.insert(guesses.begin() + (found.in_unit_range() ? 0 : 1), window);
@@ -476,12 +482,12 @@ Ranking rank_encodings(const HostDepth& stored) {
     Ranking ranking;
     Findings found = findings_of(stored, ranking.evidence);
     if (found.range.count == 0 || !(found.range.size() > 0)) {
-        ranking.evidence.push_back("no two pixels differ");
+        ranking.evidence.emplace_back("no two pixels differ");
         return ranking;
     }
     const Kind kind = kind_of(found);
     if (found.planes.patches == 0)
-        ranking.evidence.push_back("no flat patch tells the readings apart");
+        ranking.evidence.emplace_back("no flat patch tells the readings apart");
     else {
         ranking.evidence.push_back(text(found.planes.patches, " of ", found.planes.smooth, " smooth patches are flat"));
         for (const KindShapes& each : kinds())
@@ -502,7 +508,7 @@ Ranking rank_encodings(const HostDepth& stored) {
         ranking.guesses = {planar_guess(found)};
         if (found.in_unit_range() && found.part({Shape::reciprocal}) >= most) {
             decided = false;
-            ranking.evidence.push_back("median depth, z/(z + m), lies between 0 and 1 and has the same planes");
+            ranking.evidence.emplace_back("median depth, z/(z + m), lies between 0 and 1 and has the same planes");
             ranking.guesses.push_back(median_guess(found));
         }
         break;
@@ -511,7 +517,7 @@ Ranking rank_encodings(const HostDepth& stored) {
         break;
     case Kind::times_ray:
         ranking.guesses = {inverse_guess(found, true)};
-        decided = found.near == Near::more;
+        decided = found.by_silhouettes == Near::more;
         break;
     case Kind::exponent:
         ranking.guesses = {logarithmic_guess(found)};

@@ -59,8 +59,8 @@ HostDepth on_host(const DepthFile& depth) {
     return {depth.values.data, depth.values.cols, depth.values.rows, depth.values.step, depth.storage};
 }
 
-// Depth in several channels of 8 bits whose packing nobody said: that of the packings which makes planes of planes. None
-// where several do, or none.
+// Depth in several channels of 8 bits whose packing nobody said: that of the packings which makes planes of planes.
+// None where several do, or none.
 std::optional<Packing> found_packing(const std::string& file) {
     std::optional<Packing> found;
     for (const Packing packing :
@@ -374,10 +374,10 @@ extern const Command inspect_command{
     .notes =
         R"(Run this first. Percentiles are values of the image (nearest rank). With a camera, range shows the nearest and the
 farthest depth that stored values can mean, and their precision. Without one, what the values could be is ranked by
-what is affine in the pixel over the image's flat patches, by range and by silhouettes. In JSON, NaN and infinities are the strings "nan",
-"inf" and "-inf". Values that are unknown or were not asked for are null.
+what is affine in the pixel over the image's flat patches, by their range and by silhouettes. In JSON, NaN and
+infinities are the strings "nan", "inf" and "-inf". Values that are unknown or were not asked for are null.
 
-Examples:
+Example:
   fathom inspect frame.exr
   fathom inspect frame.exr --camera camera.json)",
     .configure = configure,
