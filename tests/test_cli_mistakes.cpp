@@ -672,7 +672,34 @@ TEST_CASE("mistakes: no real input warns", "[real]") {
                         folder / "out/z.exr"}));
         ++inputs;
     }
+    const fs::path room = real::data / "habitat";
+    check_done(run({"linearize", (room / "room.depth.exr").string(), "--camera", (room / "room.camera.json").string(),
+                    "-o", folder / "out/z.exr"}));
+    for (const char* view : {"perspective", "orthographic"}) { // which bring their lens and their radius
+        const fs::path frame = real::data / "blender" / view;
+        const Arguments input{(frame / "sharp.exr").string(), "--camera", (frame / "camera.json").string()};
+        check_done(run(joined({"ssao", "-o", folder / "out/ao.exr", "--region", "0,0,8,8"}, input)));
+        check_done(run(joined({"dof-masks", "-o", folder / "out/masks.exr", "--max-coc-px", "512"}, input)));
+    }
     CHECK(inputs > 10);
+}
+
+TEST_CASE("mistakes: no camera of the examples warns on its scene") {
+    const Folder folder;
+    std::size_t count = 0;
+    for (const auto& entry : fs::directory_iterator(fs::path(FATHOM_SOURCE_DIR) / "examples/cameras")) {
+        INFO(entry.path().filename().string());
+        CameraFile file = read_camera(entry.path());
+        Camera still =
+            camera_for(file, file.camera.width ? file.camera.width : 96, file.camera.height ? file.camera.height : 60);
+        const bool hills = entry.path().stem() == "terrain";
+        const auto image = scene::render(hills ? scene::terrain() : scene::room(), still);
+        const std::string input = folder / "a.exr";
+        write_image(input, cv::Mat(still.height, still.width, CV_32FC1, const_cast<float*>(image.stored.data())));
+        check_done(run({"linearize", input, "--camera", entry.path().string(), "-o", folder / "out/z.exr"}));
+        ++count;
+    }
+    CHECK(count >= 4);
 }
 
 TEST_CASE("mistakes: an EXR with two views warns of two depths, unless its channel is named", "[real]") {

@@ -60,7 +60,7 @@ TEST_CASE("presets program: a preset gives the bits of the camera file that it s
                                   {"unproject"},
                                   {"normals"},
                                   {"ssao", "--radius", "0.1"},
-                                  {"dof-masks", "--f-stop", "2", "--focus", "3", "--sensor-mm", "36"}};
+                                  {"dof-masks", "--f-stop", "0.2", "--focus", "3", "--sensor-mm", "36"}};
     for (const Arguments& command : commands) {
         INFO(command.front());
         check_done(run(joined(command, {depth, "--camera", camera, "-o", folder / "out/a.exr"})));

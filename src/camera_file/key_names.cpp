@@ -22,7 +22,6 @@ std::string key_for(std::string_view name) {
     constexpr const char* calibration = "\"fx\", \"fy\", \"cx\" and \"cy\" in \"intrinsics\"";
     for (const auto& [other, ours] : std::initializer_list<std::pair<std::string_view, const char*>>{
              {"fov", angle},
-             {"fov_deg", angle},
              {"field_of_view", angle},
              {"fovy", "\"fov_y_deg\", in degrees, in \"perspective\""},
              {"fov_y", "\"fov_y_deg\", in degrees, in \"perspective\""},
