@@ -271,6 +271,9 @@ TEST_CASE("cameras: glTF sees what its specification says, through parents and s
                {"scene.glb", "cut short"});
     check_says(refusal([&] { import_camera(put(folder / "scene.glb", binary(size).substr(0, 17))); }), {"cut short"});
 
+    check_says(refusal([&] { camera_for(main, 640, 480); }), {"scene.gltf", "aspect 1.5", "640 x 480"});
+    CHECK(camera_for(main, 640, 427).projection.matrix == camera.projection.matrix); // rounded to whole pixels
+
     check_says(refusal([&] { import_camera(file); }),
                {"scene.gltf", "has 3 cameras", "--node", "Main, Plan, Infinite"});
     check_says(refusal([&] { import_camera(file, {.node = "Mian"}); }), {"no camera \"Mian\"", "nearest are Main"});
@@ -443,7 +446,7 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
     };
     const std::string k = "[525.0, 0.0, 319.5, 0.0, 526.0, 239.5, 0.0, 0.0, 1.0]";
     const std::string p = "[500.0, 0.0, 310.25, 0.0, 0.0, 501.0, 230.75, 0.0, 0.0, 0.0, 1.0, 0.0]";
-    const auto manager = [&](const std::string& d) { // camera_calibration_parsers' file
+    const auto saved = [&](const std::string& d) { // camera_calibration_parsers' file
         return "image_width: 640\nimage_height: 480\ncamera_name: head\ncamera_matrix:\n  rows: 3\n  cols: 3\n  "
                "data: " +
                k + "\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: " + d +
@@ -468,7 +471,7 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
     const auto rectified = [](const Vector3d& q) {
         return Vector2d(500 * q.x() / q.z() + 310.75, 501 * q.y() / q.z() + 231.25);
     };
-    for (const std::string& text : {manager(none), message(none, whole, 0, false), message(none, whole, 1, true)}) {
+    for (const std::string& text : {saved(none), message(none, whole, 0, false), message(none, whole, 1, true)}) {
         INFO(text);
         const ImportedCamera camera = reread(folder, import(text));
         check_sees(camera_for(camera, 640, 480), world.points(raw), doubles);
@@ -478,7 +481,7 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
         CHECK_FALSE(import(text, {.storage = Storage::float32}).camera.missing.has_value());
         check_says(refusal([&] { import(text, {}); }), {"16UC1", "32FC1"});
     }
-    for (const std::string& text : {manager(some), message(some, whole, 0, false)}) {
+    for (const std::string& text : {saved(some), message(some, whole, 0, false)}) {
         check_says(refusal([&] { import(text); }), {"lens distortion (plumb_bob)", "rectified topic", "--undistorted"});
         const ImportedCamera camera = import(text, {.undistorted = true, .storage = Storage::uint16});
         check_sees(camera_for(camera, 640, 480), world.points(rectified), doubles);
@@ -498,12 +501,12 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
         text.replace(text.find(from), from.size(), to);
         check_says(refusal([&] { import(text); }), parts);
     };
-    damaged(manager(none), "525.0", "0.0", {"info.yaml", "never calibrated"});
-    damaged(manager(none), "525.0", ".nan", {"finite"});
-    damaged(manager(none), "plumb_bob", "equidistant", {"equidistant", "rectified topic"});
+    damaged(saved(none), "525.0", "0.0", {"info.yaml", "never calibrated"});
+    damaged(saved(none), "525.0", ".nan", {"finite"});
+    damaged(saved(none), "plumb_bob", "equidistant", {"equidistant", "rectified topic"});
     damaged(message(none, whole, 0, false), "binning_x: 0", "binning_x: x", {"binning_x", "finite"});
     damaged(message(none, whole, 0, false), whole, "7", {"roi", "map"});
-    damaged(manager(none), "image_width: 640", "image_width: -640", {"width", "whole number"});
+    damaged(saved(none), "image_width: 640", "image_width: -640", {"width", "whole number"});
 }
 
 namespace {
@@ -893,6 +896,22 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
     CHECK(lens.lens.focus_distance == 3.5);
     CHECK(lens.lens.lens_mm == 50.0);
     CHECK(lens.lens.sensor_mm == 36.0);
+}
+
+TEST_CASE("cameras: renders without a camera in their headers are not given one", "[io][cameras]") {
+    const fs::path shared = FATHOM_SHARED_DATA;
+    if (!fs::exists(shared)) {
+        std::cout << "skipped: real EXR files, since " << shared.native() << " is not there\n";
+        return;
+    }
+    int count = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(shared)) {
+        if (entry.path().extension() != ".exr")
+            continue;
+        check_says(refusal([&] { import_camera(entry.path()); }), {"no camera in its header"});
+        ++count;
+    }
+    CHECK(count >= 6);
 }
 
 TEST_CASE("cameras: EXR headers without a camera, with a bad one, and damaged", "[io][cameras]") {

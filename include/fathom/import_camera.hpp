@@ -39,7 +39,7 @@ struct ImportedCamera : CameraFile {
 ImportedCamera import_json_camera(const std::filesystem::path& file, const ImportOptions& options = {});
 
 /// The same, and: the header of an OpenEXR image, OpenCV's calibration (YAML, as cv::FileStorage writes it), CameraInfo of ROS
-/// (YAML, as camera_info_manager writes it or as the message is printed), COLMAP (a folder, cameras.bin or cameras.txt).
+/// (YAML, as its drivers keep it or as the message is printed), COLMAP (a folder, cameras.bin or cameras.txt).
 /// Throws: Error as above, and for an image without a camera.
 /// Source: OpenEXR's standard attributes; REP 104 and 118, sensor_msgs/CameraInfo; COLMAP's output format.
 ImportedCamera import_camera(const std::filesystem::path& file, const ImportOptions& options = {});

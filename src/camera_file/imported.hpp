@@ -17,6 +17,7 @@ namespace fathom::io {
 struct Imported {
     nlohmann::json keys;           ///< of the camera file
     nlohmann::json otherwise = {}; ///< keys about the values, if neither the file nor the user has an encoding
+    bool has_aspect = false;       ///< the image must have the aspect of the keys
     std::string cure = {};         ///< where `otherwise` is empty: what says the encoding
     std::vector<std::string> warnings = {};
     std::vector<std::string> doubts = {}; ///< warnings about `otherwise`

@@ -60,7 +60,7 @@ std::function<int()> configure(CLI::App& app) {
                    "a source (fathom presets), or keys as in encoding=view-z")
         ->type_name("NAME[:KEY=VALUE,...]")
         ->group("Input");
-    add_choice_of_camera(app, options->camera);
+    add_import_options(app, options->camera);
     app.add_option("-o,--output", options->output, "camera file to write (default: print it)")
         ->type_name("OUT.json")
         ->group("Output");
