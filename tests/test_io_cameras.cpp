@@ -1,4 +1,5 @@
-// Cameras of other programs' files: world points that each format's own formula puts on a pixel come back from that pixel.
+// Cameras of other programs' files: world points that each format's own formula puts on a pixel come back from that
+// pixel.
 #include "catch.hpp"
 #include "io_files.hpp"
 
@@ -689,7 +690,8 @@ TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][camera
     const auto pixel = [&](const Vector3d& p) { // x right, y up, z ahead
         return Vector2d(cx + fx * p.x() / p.z(), cy - fy * p.y() / p.z());
     };
-    // The pixel over the image's size is NDC: from 0 to 1 and y down as OpenEXR documents it; a near plane is in the third row.
+    // The pixel over the image's size is NDC: from 0 to 1 and y down as OpenEXR documents it; a near plane is in the
+    // third row.
     Matrix4d documented;
     documented << fx / width, 0, cx / width, 0, 0, -fy / height, cy / height, 0, 0, 0, 1.01, -0.2, 0, 0, 1, 0;
     Matrix4d up = documented; // y up
@@ -714,11 +716,10 @@ TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][camera
                               {"OpenImageIO", "worldToScreen", screen, true, true, ""},
                               {"-z ahead", "worldToNDC", documented, true, true, "z"}};
     for (const Layout& layout : layouts) {
-        for (const bool turned_only : {false, true}) { // without a translation both layouts are affine
-            INFO(layout.name << (turned_only ? ", no translation" : ""));
+        for (const double away : {1.0, 0.0, 2e4}) { // without a translation both layouts are affine
+            INFO(layout.name << ", translation times " << away);
             World world(9);
-            if (turned_only)
-                world.to_camera.topRightCorner<3, 1>().setZero();
+            world.to_camera.topRightCorner<3, 1>() *= away;
             const Matrix4d to_camera = flipped(layout.behind) * world.to_camera;
             const fs::path file = put_exr(folder / "frame.exr", [&](Imf::Header& header) {
                 header.insert("worldToCamera", Imf::M44fAttribute(written(to_camera, layout.camera_for_rows)));
@@ -799,16 +800,19 @@ TEST_CASE("cameras: lens shift, windows and parallel projections of EXR headers"
 TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers", "[io][cameras]") {
     const TempFolder folder;
     World world(12); // OpenGL axes
-    const Matrix4d place = world.to_camera.inverse();
     const double f = 32 / std::tan(27 * std::numbers::pi / 180);
     const auto pixel = [&](const Vector3d& p) { return Vector2d(32 + f * p.x() / -p.z(), 24 - f * p.y() / -p.z()); };
-    // V-Ray writes the place for column vectors. From 3ds Max its axes are right, up, back; from Maya right, back, down.
-    for (const bool maya : {false, true}) {
-        INFO(maya);
-        Matrix4d axes = place;
+    // V-Ray writes the place for column vectors. From 3ds Max its axes are right, up, back; from Maya right, back,
+    // down.
+    for (const auto& [maya, at_origin] : {std::pair{false, false}, {true, false}, {false, true}}) {
+        INFO(maya << at_origin);
+        if (at_origin)
+            world.to_camera.topRightCorner<3, 1>().setZero();
+        const Matrix4d of_frame = world.to_camera.inverse();
+        Matrix4d axes = of_frame;
         if (maya) {
-            axes.col(1) = place.col(2);
-            axes.col(2) = -place.col(1);
+            axes.col(1) = of_frame.col(2);
+            axes.col(2) = -of_frame.col(1);
         }
         const fs::path file = put_exr(folder / "vray.exr", [&](Imf::Header& header) {
             header.insert("cameraFov", Imf::FloatAttribute(54));
@@ -835,7 +839,10 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
     });
     check_says(refusal([&] { import_camera(spherical); }), {"cameraProjection", "no pinhole"});
 
-    // Redshift writes the place for row vectors, as a matrix or as text, its z ahead; degrees, or radians as documented.
+    world = World(12);
+    const Matrix4d place = world.to_camera.inverse();
+    // Redshift writes the place for row vectors, as a matrix or as text, its z ahead; degrees, or radians as
+    // documented.
     for (const bool text : {false, true}) {
         for (const bool left : {false, true}) {
             const Matrix4d ahead = place * flipped(left ? "xz" : "z");

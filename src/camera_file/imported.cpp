@@ -56,7 +56,8 @@ void override(json& keys, const json& by) {
             keys[key] = value;
 }
 
-/// The only one of the names that is called like this file, whatever folders it lies in: "a.jpg" for a.jpg, a.jpg.depth.tif, a.png.
+/// The only one of the names that is called like this file, whatever folders it lies in: "a.jpg" for a.jpg,
+/// a.jpg.depth.tif, a.png.
 std::optional<std::size_t> called_like(const std::vector<std::string>& names, const fs::path& wanted) {
     const std::string name = wanted.filename().string(), stem = wanted.stem().string();
     const std::function<bool(const fs::path&)> rules[] = {

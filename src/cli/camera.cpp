@@ -74,8 +74,8 @@ extern const Command camera_command{
     .name = "camera",
     .summary = "Makes a camera file of a camera from another program.",
     .notes =
-        R"(The commands read the same files with --camera. A camera file can be read and changed. docs/cameras.md has a row for each
-format.
+        R"(The commands read the same files with --camera. A camera file can be read and changed. docs/cameras.md has a row for
+each format.
 
 Example:
   fathom camera scene.glb --node Camera -o camera.json

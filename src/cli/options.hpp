@@ -24,8 +24,8 @@ struct DeviceOption {
     Device open() const;
 };
 
-/// The camera of the images: a file of any format that Fathom reads, a source of depth by name, both, or the headers of the
-/// images.
+/// The camera of the images: a file of any format that Fathom reads, a source of depth by name, both, or the headers
+/// of the images.
 struct CameraOption {
     std::string file;
     std::string preset;                               ///< NAME, NAME:key=value,... or key=value,...
