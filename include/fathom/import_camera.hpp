@@ -33,14 +33,16 @@ struct ImportedCamera : CameraFile {
 
 /// Reads a camera file (JSON), glTF 2.0 (.gltf, .glb) or transforms.json of nerfstudio and instant-ngp; the content
 /// decides. World positions are those of the file. Lengths are in the file's unit, angles and pixels as the camera
-/// file has them. Throws: Error, one line with the file's name, for what is damaged or missing, several cameras
-/// without a choice among them, distortion, and depth whose values nobody describes.
+/// file has them.
+/// Throws: Error, one line with the file's name, for what is damaged or missing, several cameras without a choice
+/// among them, distortion, and depth whose values nobody describes.
 /// Source: glTF 2.0, 3.10; nerfstudio's data conventions; instant-ngp's nerf_loader.cu.
 ImportedCamera import_json_camera(const std::filesystem::path& file, const ImportOptions& options = {});
 
 /// The same, and: the header of an OpenEXR image, OpenCV's calibration (YAML, as cv::FileStorage writes it),
 /// CameraInfo of ROS (YAML, as its drivers keep it or as the message is printed), COLMAP (a folder, cameras.bin or
-/// cameras.txt). Throws: Error as above, and for an image without a camera.
+/// cameras.txt).
+/// Throws: Error as above, and for an image without a camera.
 /// Source: OpenEXR's standard attributes; REP 104 and 118, sensor_msgs/CameraInfo; COLMAP's output format.
 ImportedCamera import_camera(const std::filesystem::path& file, const ImportOptions& options = {});
 

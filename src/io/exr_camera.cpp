@@ -1,5 +1,5 @@
-// The camera in an OpenEXR header. Programs write its matrices in two layouts and two ranges, which are told apart
-// here.   A = worldToNDC · worldToCamera⁻¹ (column vectors): fx = W A₀₀/A₃₂, cx = W A₀₂/A₃₂, fy = H |A₁₁|/A₃₂
+// The camera in an OpenEXR header. Programs write its matrices in two layouts and two ranges, told apart here.
+//   A = worldToNDC · worldToCamera⁻¹ (column vectors): fx = W A₀₀/A₃₂, cx = W A₀₂/A₃₂, fy = H |A₁₁|/A₃₂
 // OpenEXR, Standard Optional Attributes (row vectors, NDC from 0 to 1 and y down, camera with +z ahead). pbrt-v4
 // writes both matrices transposed; Arnold's and RenderMan's NDC run from -1 to 1, which OpenImageIO calls
 // worldToScreen. V-Ray and Redshift have attributes of their own; what those mean was read off files that they wrote
