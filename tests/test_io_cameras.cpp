@@ -1,4 +1,5 @@
-// Cameras of other programs' files: world points that each format's own formula puts on a pixel come back from that pixel.
+// Cameras of other programs' files: world points that each format's own formula puts on a pixel come back from that
+// pixel.
 #include "catch.hpp"
 #include "io_files.hpp"
 
@@ -271,6 +272,9 @@ TEST_CASE("cameras: glTF sees what its specification says, through parents and s
                {"scene.glb", "cut short"});
     check_says(refusal([&] { import_camera(put(folder / "scene.glb", binary(size).substr(0, 17))); }), {"cut short"});
 
+    check_says(refusal([&] { camera_for(main, 640, 480); }), {"scene.gltf", "aspect 1.5", "640 x 480"});
+    CHECK(camera_for(main, 640, 427).projection.matrix == camera.projection.matrix); // rounded to whole pixels
+
     check_says(refusal([&] { import_camera(file); }),
                {"scene.gltf", "has 3 cameras", "--node", "Main, Plan, Infinite"});
     check_says(refusal([&] { import_camera(file, {.node = "Mian"}); }), {"no camera \"Mian\"", "nearest are Main"});
@@ -443,7 +447,7 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
     };
     const std::string k = "[525.0, 0.0, 319.5, 0.0, 526.0, 239.5, 0.0, 0.0, 1.0]";
     const std::string p = "[500.0, 0.0, 310.25, 0.0, 0.0, 501.0, 230.75, 0.0, 0.0, 0.0, 1.0, 0.0]";
-    const auto manager = [&](const std::string& d) { // camera_calibration_parsers' file
+    const auto saved = [&](const std::string& d) { // camera_calibration_parsers' file
         return "image_width: 640\nimage_height: 480\ncamera_name: head\ncamera_matrix:\n  rows: 3\n  cols: 3\n  "
                "data: " +
                k + "\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: " + d +
@@ -468,7 +472,7 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
     const auto rectified = [](const Vector3d& q) {
         return Vector2d(500 * q.x() / q.z() + 310.75, 501 * q.y() / q.z() + 231.25);
     };
-    for (const std::string& text : {manager(none), message(none, whole, 0, false), message(none, whole, 1, true)}) {
+    for (const std::string& text : {saved(none), message(none, whole, 0, false), message(none, whole, 1, true)}) {
         INFO(text);
         const ImportedCamera camera = reread(folder, import(text));
         check_sees(camera_for(camera, 640, 480), world.points(raw), doubles);
@@ -478,7 +482,7 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
         CHECK_FALSE(import(text, {.storage = Storage::float32}).camera.missing.has_value());
         check_says(refusal([&] { import(text, {}); }), {"16UC1", "32FC1"});
     }
-    for (const std::string& text : {manager(some), message(some, whole, 0, false)}) {
+    for (const std::string& text : {saved(some), message(some, whole, 0, false)}) {
         check_says(refusal([&] { import(text); }), {"lens distortion (plumb_bob)", "rectified topic", "--undistorted"});
         const ImportedCamera camera = import(text, {.undistorted = true, .storage = Storage::uint16});
         check_sees(camera_for(camera, 640, 480), world.points(rectified), doubles);
@@ -498,12 +502,12 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
         text.replace(text.find(from), from.size(), to);
         check_says(refusal([&] { import(text); }), parts);
     };
-    damaged(manager(none), "525.0", "0.0", {"info.yaml", "never calibrated"});
-    damaged(manager(none), "525.0", ".nan", {"finite"});
-    damaged(manager(none), "plumb_bob", "equidistant", {"equidistant", "rectified topic"});
+    damaged(saved(none), "525.0", "0.0", {"info.yaml", "never calibrated"});
+    damaged(saved(none), "525.0", ".nan", {"finite"});
+    damaged(saved(none), "plumb_bob", "equidistant", {"equidistant", "rectified topic"});
     damaged(message(none, whole, 0, false), "binning_x: 0", "binning_x: x", {"binning_x", "finite"});
     damaged(message(none, whole, 0, false), whole, "7", {"roi", "map"});
-    damaged(manager(none), "image_width: 640", "image_width: -640", {"width", "whole number"});
+    damaged(saved(none), "image_width: 640", "image_width: -640", {"width", "whole number"});
 }
 
 namespace {
@@ -686,7 +690,8 @@ TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][camera
     const auto pixel = [&](const Vector3d& p) { // x right, y up, z ahead
         return Vector2d(cx + fx * p.x() / p.z(), cy - fy * p.y() / p.z());
     };
-    // The pixel over the image's size is NDC: from 0 to 1 and y down as OpenEXR documents it; a near plane is in the third row.
+    // The pixel over the image's size is NDC: from 0 to 1 and y down as OpenEXR documents it; a near plane is in the
+    // third row.
     Matrix4d documented;
     documented << fx / width, 0, cx / width, 0, 0, -fy / height, cy / height, 0, 0, 0, 1.01, -0.2, 0, 0, 1, 0;
     Matrix4d up = documented; // y up
@@ -711,11 +716,10 @@ TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][camera
                               {"OpenImageIO", "worldToScreen", screen, true, true, ""},
                               {"-z ahead", "worldToNDC", documented, true, true, "z"}};
     for (const Layout& layout : layouts) {
-        for (const bool turned_only : {false, true}) { // without a translation both layouts are affine
-            INFO(layout.name << (turned_only ? ", no translation" : ""));
+        for (const double away : {1.0, 0.0, 2e4}) { // without a translation both layouts are affine
+            INFO(layout.name << ", translation times " << away);
             World world(9);
-            if (turned_only)
-                world.to_camera.topRightCorner<3, 1>().setZero();
+            world.to_camera.topRightCorner<3, 1>() *= away;
             const Matrix4d to_camera = flipped(layout.behind) * world.to_camera;
             const fs::path file = put_exr(folder / "frame.exr", [&](Imf::Header& header) {
                 header.insert("worldToCamera", Imf::M44fAttribute(written(to_camera, layout.camera_for_rows)));
@@ -796,16 +800,19 @@ TEST_CASE("cameras: lens shift, windows and parallel projections of EXR headers"
 TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers", "[io][cameras]") {
     const TempFolder folder;
     World world(12); // OpenGL axes
-    const Matrix4d place = world.to_camera.inverse();
     const double f = 32 / std::tan(27 * std::numbers::pi / 180);
     const auto pixel = [&](const Vector3d& p) { return Vector2d(32 + f * p.x() / -p.z(), 24 - f * p.y() / -p.z()); };
-    // V-Ray writes the place for column vectors. From 3ds Max its axes are right, up, back; from Maya right, back, down.
-    for (const bool maya : {false, true}) {
-        INFO(maya);
-        Matrix4d axes = place;
+    // V-Ray writes the place for column vectors. From 3ds Max its axes are right, up, back; from Maya right, back,
+    // down.
+    for (const auto& [maya, at_origin] : {std::pair{false, false}, {true, false}, {false, true}}) {
+        INFO(maya << at_origin);
+        if (at_origin)
+            world.to_camera.topRightCorner<3, 1>().setZero();
+        const Matrix4d of_frame = world.to_camera.inverse();
+        Matrix4d axes = of_frame;
         if (maya) {
-            axes.col(1) = place.col(2);
-            axes.col(2) = -place.col(1);
+            axes.col(1) = of_frame.col(2);
+            axes.col(2) = -of_frame.col(1);
         }
         const fs::path file = put_exr(folder / "vray.exr", [&](Imf::Header& header) {
             header.insert("cameraFov", Imf::FloatAttribute(54));
@@ -832,7 +839,10 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
     });
     check_says(refusal([&] { import_camera(spherical); }), {"cameraProjection", "no pinhole"});
 
-    // Redshift writes the place for row vectors, as a matrix or as text, its z ahead; degrees, or radians as documented.
+    world = World(12);
+    const Matrix4d place = world.to_camera.inverse();
+    // Redshift writes the place for row vectors, as a matrix or as text, its z ahead; degrees, or radians as
+    // documented.
     for (const bool text : {false, true}) {
         for (const bool left : {false, true}) {
             const Matrix4d ahead = place * flipped(left ? "xz" : "z");
@@ -893,6 +903,22 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
     CHECK(lens.lens.focus_distance == 3.5);
     CHECK(lens.lens.lens_mm == 50.0);
     CHECK(lens.lens.sensor_mm == 36.0);
+}
+
+TEST_CASE("cameras: renders without a camera in their headers are not given one", "[io][cameras]") {
+    const fs::path shared = FATHOM_SHARED_DATA;
+    if (!fs::exists(shared)) {
+        std::cout << "skipped: real EXR files, since " << shared.native() << " is not there\n";
+        return;
+    }
+    int count = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(shared)) {
+        if (entry.path().extension() != ".exr")
+            continue;
+        check_says(refusal([&] { import_camera(entry.path()); }), {"no camera in its header"});
+        ++count;
+    }
+    CHECK(count >= 6);
 }
 
 TEST_CASE("cameras: EXR headers without a camera, with a bad one, and damaged", "[io][cameras]") {

@@ -167,6 +167,7 @@ Imported import_gltf(const fs::path& file, const json& gltf, const ImportOptions
     const auto camera = nodes[place]["camera"].get<std::size_t>();
     Imported imported{.keys = projection_of(file, cameras[camera], "cameras[" + std::to_string(camera) + "]."),
                       .otherwise = {{"encoding", "window"}}};
+    imported.has_aspect = imported.keys.contains("perspective") && imported.keys["perspective"].contains("aspect");
     imported.keys["camera_to_world"] = rows_of(world_matrix(file, nodes, place));
     return imported;
 }

@@ -56,7 +56,8 @@ void override(json& keys, const json& by) {
             keys[key] = value;
 }
 
-/// The only one of the names that is called like this file, whatever folders it lies in: "a.jpg" for a.jpg, a.jpg.depth.tif, a.png.
+/// The only one of the names that is called like this file, whatever folders it lies in: "a.jpg" for a.jpg,
+/// a.jpg.depth.tif, a.png.
 std::optional<std::size_t> called_like(const std::vector<std::string>& names, const fs::path& wanted) {
     const std::string name = wanted.filename().string(), stem = wanted.stem().string();
     const std::function<bool(const fs::path&)> rules[] = {
@@ -74,6 +75,17 @@ std::vector<std::string> nearest_names(std::vector<std::string> names, const std
     std::ranges::stable_sort(names, {}, [&](const std::string& each) { return edit_distance(each, wanted); });
     names.resize(std::min<std::size_t>(names.size(), 3));
     return names;
+}
+
+/// Lets the camera refuse an image of another aspect: it was rendered with a part of the view, or more of it.
+void check_aspect(const fs::path& file, CameraFile& camera, double aspect) {
+    constexpr double rounding = 0.01; // of an image's size to whole pixels
+    camera.projection_for = [file, aspect, projection = camera.camera.projection](int width, int height) {
+        if (std::abs(width / (height * aspect) - 1) > rounding)
+            refuse(file, "has the aspect " + shown_number(aspect) + ", the image has " + std::to_string(width) + " x " +
+                             std::to_string(height) + "; render it with that aspect, or leave \"aspectRatio\" out");
+        return projection;
+    };
 }
 
 } // namespace
@@ -169,7 +181,10 @@ ImportedCamera completed(const fs::path& file, Imported imported, const ImportOp
                 keys[key] = value;
         imported.warnings.insert(imported.warnings.end(), imported.doubts.begin(), imported.doubts.end());
     }
-    return {read_camera_keys(file, keys), laid_out(keys), std::move(imported.warnings)};
+    ImportedCamera made{read_camera_keys(file, keys), laid_out(keys), std::move(imported.warnings)};
+    if (imported.has_aspect)
+        check_aspect(file, made, keys["perspective"]["aspect"].get<double>());
+    return made;
 }
 
 Imported import_parsed(const fs::path& file, json json, const ImportOptions& options) {

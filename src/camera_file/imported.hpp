@@ -17,6 +17,7 @@ namespace fathom::io {
 struct Imported {
     nlohmann::json keys;           ///< of the camera file
     nlohmann::json otherwise = {}; ///< keys about the values, if neither the file nor the user has an encoding
+    bool has_aspect = false;       ///< the image must have the aspect of the keys
     std::string cure = {};         ///< where `otherwise` is empty: what says the encoding
     std::vector<std::string> warnings = {};
     std::vector<std::string> doubts = {}; ///< warnings about `otherwise`
@@ -46,8 +47,9 @@ nlohmann::json parsed_json_or_glb(const std::filesystem::path& file);
 std::optional<double> number_at(const std::filesystem::path& file, const nlohmann::json& object, const std::string& key,
                                 const std::string& path = {});
 
-/// The place of the name that is wanted: as it stands, or the one file whose name without folders and extension is that. Without a
-/// wish the only one, or the one that is called like the depth. `option` is the program's, `what` the kind of things.
+/// The place of the name that is wanted: as it stands, or the one file whose name without folders and extension is
+/// that. Without a wish the only one, or the one that is called like the depth. `option` is the program's, `what` the
+/// kind of things.
 std::size_t chosen(const std::filesystem::path& file, const std::vector<std::string>& names, const std::string& wanted,
                    const std::filesystem::path& depth, const std::string& what, const std::string& option);
 

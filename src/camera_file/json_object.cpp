@@ -29,7 +29,7 @@ json parsed_json(const std::filesystem::path& file, std::span<const unsigned cha
     const auto no_key_twice = [&](int depth, json::parse_event_t event, json& key) {
         if (depth > deepest)
             refuse(file,
-                   "has values nested more than " + std::to_string(deepest) + " deep; it is damaged or no camera");
+                   "is no JSON of a camera: its values are nested more than " + std::to_string(deepest) + " deep");
         if (event == json::parse_event_t::object_start)
             open.emplace_back();
         else if (event == json::parse_event_t::object_end)

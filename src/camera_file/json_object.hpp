@@ -13,7 +13,8 @@
 
 namespace fathom::io {
 
-/// The JSON in a file, or in the part of it that is given. Refused: syntax errors (with line and column), keys given twice.
+/// The JSON in a file, or in the part of it that is given. Refused: syntax errors (with line and column), keys given
+/// twice.
 nlohmann::json parsed_json(const std::filesystem::path& file);
 nlohmann::json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes);
 

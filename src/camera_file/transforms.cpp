@@ -1,6 +1,7 @@
 // The camera of a frame of transforms.json, as nerfstudio and instant-ngp write and read it.
 //   transform_matrix: camera to world, x right, y up, -z ahead; pixels count from the corner
-// nerfstudio, data conventions and nerfstudio_dataparser.py; instant-ngp, nerf_loader.cu. The world is that of the file.
+// nerfstudio, data conventions and nerfstudio_dataparser.py; instant-ngp, nerf_loader.cu. The world is that of the
+// file.
 #include "imported.hpp"
 
 #include "file.hpp"

@@ -60,7 +60,7 @@ std::function<int()> configure(CLI::App& app) {
                    "a source (fathom presets), or keys as in encoding=view-z")
         ->type_name("NAME[:KEY=VALUE,...]")
         ->group("Input");
-    add_choice_of_camera(app, options->camera);
+    add_import_options(app, options->camera);
     app.add_option("-o,--output", options->output, "camera file to write (default: print it)")
         ->type_name("OUT.json")
         ->group("Output");
@@ -74,8 +74,8 @@ extern const Command camera_command{
     .name = "camera",
     .summary = "Makes a camera file of a camera from another program.",
     .notes =
-        R"(The commands read the same files with --camera. A camera file can be read and changed. docs/cameras.md has a row for each
-format.
+        R"(The commands read the same files with --camera. A camera file can be read and changed. docs/cameras.md has a row for
+each format.
 
 Example:
   fathom camera scene.glb --node Camera -o camera.json

@@ -145,10 +145,10 @@ void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& 
                    "carla:fov_x_deg=90 (fathom presets) or encoding=view-z")
         ->type_name("NAME[:KEY=VALUE,...]")
         ->group("Input");
-    add_choice_of_camera(app, camera);
+    add_import_options(app, camera);
 }
 
-void add_choice_of_camera(CLI::App& app, CameraOption& camera) {
+void add_import_options(CLI::App& app, CameraOption& camera) {
     app.add_option("--image", camera.image, "whose camera of COLMAP or transforms.json")
         ->type_name("NAME")
         ->group("Input");

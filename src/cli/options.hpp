@@ -24,8 +24,8 @@ struct DeviceOption {
     Device open() const;
 };
 
-/// The camera of the images: a file of any format that Fathom reads, a source of depth by name, both, or the headers of the
-/// images.
+/// The camera of the images: a file of any format that Fathom reads, a source of depth by name, both, or the headers
+/// of the images.
 struct CameraOption {
     std::string file;
     std::string preset;                               ///< NAME, NAME:key=value,... or key=value,...
@@ -94,7 +94,7 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
 
 void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description);
 /// Those options of a camera that choose among the cameras of a file.
-void add_choice_of_camera(CLI::App& app, CameraOption& camera);
+void add_import_options(CLI::App& app, CameraOption& camera);
 void add_channel_option(CLI::App& app, std::string& channel);
 void add_device_options(CLI::App& app, DeviceOption& device);
 

@@ -61,8 +61,8 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative) {
             ->type_name("high-is-near|low-is-near")
             ->check(is_one_of({"high-is-near", "low-is-near"}))
             ->group(group);
-    for (const char* other : {"--camera", "--preset", "--focus", "--focus-along", "--f-stop", "--focal-length-mm",
-                              "--sensor-mm", "--mm-per-unit", "--circle"})
+    for (const char* other : {"--camera", "--preset", "--image", "--node", "--undistorted", "--focus", "--focus-along",
+                              "--f-stop", "--focal-length-mm", "--sensor-mm", "--mm-per-unit", "--circle"})
         order->excludes(other);
     app.add_option("--blur-px", relative.blur_px,
                    "circle, in pixels, where the depth is 1 more or less than at\nthe focus, of 0 to 1")

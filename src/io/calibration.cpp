@@ -1,7 +1,7 @@
 // Calibrations in YAML: OpenCV's, and CameraInfo of ROS as a file or as a printed message.
 //   x = fx X/Z + cx, y = fy Y/Z + cy, pixels counted from the centre of the first one; x right, y down, z ahead
-// OpenCV, calib3d; ROS, sensor_msgs/CameraInfo and REP 104 (P of rectified images, K of raw ones; regions and binning as
-// image_geometry has them), REP 118 (integers are millimetres, 0 is not measured; floats are metres, NaN is not).
+// OpenCV, calib3d; ROS, sensor_msgs/CameraInfo and REP 104 (P of rectified images, K of raw ones; regions and binning
+// as image_geometry has them), REP 118 (integers are millimetres, 0 is not measured; floats are metres, NaN is not).
 #include "camera_formats.hpp"
 
 #include "camera_file/file.hpp"

@@ -23,7 +23,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "COLMAP's binary files are little-endian");
 
-/// A camera model: how many parameters it has, how many of them are focal lengths and a principal point. The others distort.
+/// A camera model: how many parameters it has, how many of them are focal lengths and a principal point. The others
+/// distort.
 struct Model {
     const char* name;
     std::size_t parameters;

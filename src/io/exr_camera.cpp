@@ -1,8 +1,9 @@
-// The camera in an OpenEXR header. Programs write its matrices in two layouts and two ranges, which are told apart here.
+// The camera in an OpenEXR header. Programs write its matrices in two layouts and two ranges, told apart here.
 //   A = worldToNDC · worldToCamera⁻¹ (column vectors): fx = W A₀₀/A₃₂, cx = W A₀₂/A₃₂, fy = H |A₁₁|/A₃₂
-// OpenEXR, Standard Optional Attributes (row vectors, NDC from 0 to 1 and y down, camera with +z ahead). pbrt-v4 writes both
-// matrices transposed; Arnold's and RenderMan's NDC run from -1 to 1, which OpenImageIO calls worldToScreen. V-Ray and
-// Redshift have attributes of their own; what those mean was read off files that they wrote and scripts that read them.
+// OpenEXR, Standard Optional Attributes (row vectors, NDC from 0 to 1 and y down, camera with +z ahead). pbrt-v4
+// writes both matrices transposed; Arnold's and RenderMan's NDC run from -1 to 1, which OpenImageIO calls
+// worldToScreen. V-Ray and Redshift have attributes of their own; what those mean was read off files that they wrote
+// and scripts that read them.
 #include "camera_formats.hpp"
 #include "formats.hpp"
 
@@ -33,8 +34,9 @@ namespace {
 
 using Eigen::Matrix4d;
 
-constexpr double float_noise = 1e-4; // of products of matrices that were stored as floats
-constexpr double same_lens = 0.01;   // relative, between two attributes that should agree
+constexpr double float_noise = 1e-4;  // of products of matrices that were stored as floats
+constexpr double affine_noise = 1e-6; // of the row of an affine matrix that is (0, 0, 0, 1)
+constexpr double same_lens = 0.01;    // relative, between two attributes that should agree
 
 /// The header of one part, and the display window of its image.
 class Header {
@@ -143,7 +145,7 @@ private:
 };
 
 bool is_row_of_one(const Eigen::Vector4d& row) {
-    return row.head<3>().cwiseAbs().maxCoeff() <= float_noise * std::abs(row[3]) && row[3] != 0;
+    return row.head<3>().cwiseAbs().maxCoeff() <= affine_noise * std::abs(row[3]) && row[3] != 0;
 }
 
 /// A matrix for column vectors, and whether it was written for row vectors, as OpenEXR documents it.
@@ -181,7 +183,8 @@ json intrinsics(double fx, double fy, double cx, double cy) {
     return {{"intrinsics", {{"fx", fx}, {"fy", fy}, {"cx", cx}, {"cy", cy}, {"pixel_origin", "corner"}}}};
 }
 
-/// The projection that camera space is seen through, if A is one: x and y of NDC each depend on their own axis and on depth.
+/// The projection that camera space is seen through, if A is one: x and y of NDC each depend on their own axis and on
+/// depth.
 std::optional<HeaderCamera> camera_of(const Header& header, const Matrix4d& world_to_camera,
                                       const Matrix4d& world_to_ndc, bool signed_range) {
     const Matrix4d to_world = world_to_camera.inverse();
@@ -189,7 +192,8 @@ std::optional<HeaderCamera> camera_of(const Header& header, const Matrix4d& worl
         return std::nullopt;
     const Matrix4d a = world_to_ndc * to_world;
     const double w = a(3, 2);
-    const bool parallel = is_row_of_one(world_to_ndc.row(3).transpose());
+    const bool parallel =
+        world_to_ndc.row(3).head<3>().isZero(0); // exactly: far from the origin a perspective is nearly so
     const auto small = [](double value, double beside) { return std::abs(value) <= float_noise * std::abs(beside); };
     if (!small(a(0, 1), a(0, 0)) || !small(a(1, 0), a(1, 1)) || a(0, 0) == 0 || a(1, 1) == 0)
         return std::nullopt;
@@ -275,12 +279,14 @@ std::optional<json> angle_of_view(const Header& header) {
     return std::nullopt;
 }
 
-/// World to view, from the place of a V-Ray camera. Its axes are right, back, down from Maya, right, up, back elsewhere.
+/// World to view, from the place of a V-Ray camera. Its axes are right, back, down from Maya, right, up, back
+/// elsewhere.
 std::optional<Matrix4d> vray_view(const Header& header, std::vector<std::string>& warnings) {
     const auto written = header.matrix("cameraTransform");
     if (!written)
         return std::nullopt;
-    Matrix4d place = affine_readings(header, "cameraTransform", *written).front().matrix;
+    // V-Ray writes for column vectors, which a place without a translation does not show.
+    Matrix4d place = affine_readings(header, "cameraTransform", *written).back().matrix;
     const std::string host = lower(header.text("vrayInfo/vrayversion") + header.text("vrayInfo/filename"));
     if (host.find("maya") != std::string::npos || host.ends_with(".ma") || host.ends_with(".mb")) {
         const Matrix4d turned = place;
