@@ -32,7 +32,7 @@ struct ExrImage {
     std::vector<std::string> channels{"Z"};
     Imf::PixelType type = Imf::FLOAT;
     Imf::Compression compression = Imf::ZIP_COMPRESSION;
-    std::string part = {}; ///< its name in a file of several
+    std::string part = {};                       ///< its name in a file of several
     std::function<void(Imf::Header&)> more = {}; ///< adds attributes
 };
 

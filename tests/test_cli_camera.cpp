@@ -34,10 +34,17 @@ std::string put_text(const Folder& folder, const std::string& name, const std::s
     return folder / name;
 }
 
-/// The ramp as EXR with a camera in its header: 50 pixels of focal length, seen from (1, 2, 3) along +z.
+/// A slanted plane, 5 to 20 away: 1/z is affine in the pixel.
+cv::Mat slanted() {
+    cv::Mat depth;
+    cv::divide(20.0, ramp() * 3 + 1, depth);
+    return depth;
+}
+
+/// The plane as EXR with a camera in its header: 50 pixels of focal length, seen from (1, 2, 3) along +z.
 std::string put_frame(const Folder& folder, const std::string& name, float focus = 5, bool vray = false) {
     const std::string file = folder / name;
-    cv::Mat depth = ramp() * (vray ? 0.99 : 20);
+    cv::Mat depth = vray ? cv::Mat((slanted() - 1) / 19) : slanted(); // V-Ray: from 1 to 20
     Imf::Header header(width, height);
     header.channels().insert("Z", Imf::Channel(Imf::FLOAT));
     const Imath::M44f to_camera(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, -2, -3, 1);
@@ -60,7 +67,7 @@ std::string put_frame(const Folder& folder, const std::string& name, float focus
 
 std::string kinect_depth(const Folder& folder, const std::string& name = "depth.png") {
     cv::Mat codes;
-    ramp().convertTo(codes, CV_16U, 8000);
+    slanted().convertTo(codes, CV_16U, 1000);
     cv::imwrite(folder / name, codes);
     return folder / name;
 }
@@ -101,18 +108,20 @@ TEST_CASE("camera program: the unit of a ROS depth follows from its type") {
     const std::string metres = depth_file(folder, "metres.tif", in_metres);
     check_done(run({"linearize", codes, metres, "--camera", camera, "-o", folder / "out/"}));
     const cv::Mat a = channel(folder / "out/depth.exr", "Z"), b = channel(folder / "out/metres.exr", "Z");
-    CHECK(cv::norm(a, b, cv::NORM_INF) <= 8 * 0x1p-24); // both are 8 m at most, rounded once
+    constexpr double ulp = 0x1p-19; // of numbers from 16 to 32: half of one is metres', the whole is linearize's
+    CHECK(cv::norm(a, b, cv::NORM_INF) <= 1.5 * ulp);
 }
 
 TEST_CASE("camera program: without --camera the header of the depth is the camera") {
     const Folder folder;
     const std::string frame = put_frame(folder, "frame.exr"), camera = folder / "camera.json";
     check_done(run({"camera", frame, "-o", camera}));
-    const Arguments commands[] = {{"linearize"},
-                                  {"unproject", "--space", "world"},
-                                  {"normals"},
-                                  {"ssao", "--radius", "0.5"},
-                                  {"dof-masks", "--sensor-mm", "36"}}; // its focus and f-number are in the header
+    const Arguments commands[] = {
+        {"linearize"},
+        {"unproject", "--space", "world"},
+        {"normals"},
+        {"ssao", "--radius", "0.5"},
+        {"dof-masks", "--sensor-mm", "36", "--mm-per-unit", "10"}}; // its focus and f-number are in the header
     for (const Arguments& command : commands) {
         INFO(command.front());
         check_done(run(joined(command, {frame, "-o", folder / "out/a.exr"})));
@@ -147,8 +156,31 @@ TEST_CASE("camera program: without --camera the header of the depth is the camer
     CHECK(fs::exists(fs::path(more) / "frame.exr"));
     CHECK_FALSE(fs::exists(fs::path(more) / "bare.exr"));
     check_refused(run({"linearize", bare, "-o", more}), 2, "--camera: missing");
-    const std::string other = put_frame(folder, "other.exr", 7);
-    check_refused(run({"dof-masks", frame, other, "--sensor-mm", "36", "-o", more}), 2, "another lens or focus");
+
+    // Each has its own lens, too: this one is focused farther away.
+    const std::string other = put_frame(folder, "other.exr", 7), told = folder / "told.exr";
+    check_done(run({"dof-masks", frame, other, "--sensor-mm", "36", "--mm-per-unit", "10", "-o", more}));
+    check_done(run({"dof-masks", other, "--sensor-mm", "36", "--mm-per-unit", "10", "--focus", "7", "-o", told}));
+    CHECK(same(channel(more + "other.exr", "coc"), channel(told, "coc")));
+    CHECK(!same(channel(more + "frame.exr", "coc"), channel(told, "coc")));
+    check_refused(run({"dof-masks", frame, "-o", told}), 1, "--focal-length-mm: missing, and ");
+
+    // A damaged input does not keep the others back.
+    write(folder / "cut.exr", content(frame).substr(0, 400));
+    fs::remove(more + "frame.exr");
+    check_refused(run({"linearize", folder / "cut.exr", frame, "-o", more, "--quiet"}), 1, "cut.exr: is damaged");
+    CHECK(fs::exists(more + "frame.exr"));
+}
+
+TEST_CASE("camera program: a folder of COLMAP is a camera") {
+    const Folder folder;
+    fs::create_directory(folder / "dense");
+    write(folder / "dense/cameras.txt", "1 PINHOLE 48 32 40 40 24 16\n");
+    write(folder / "dense/images.txt", "1 1 0 0 0 0 0 0 1 depth.jpg\n\n");
+    const std::string depth = depth_file(folder, "depth.tif", slanted()), camera = folder / "dense";
+    check_done(run({"linearize", depth, "--camera", camera, "--preset", "colmap", "-o", folder / "out/z.exr"}));
+    CHECK(same(channel(folder / "out/z.exr", "Z"), channel(depth)));
+    check_refused(run({"linearize", depth, "--camera", camera, "-o", folder / "out/no.exr"}), 1, "--preset");
 }
 
 TEST_CASE("camera program: each depth has the frame of transforms.json that names it") {
@@ -210,7 +242,7 @@ TEST_CASE("camera program: what a header leaves uncertain is a warning, and an e
     header.channels().insert("Z", Imf::Channel(Imf::FLOAT));
     header.screenWindowWidth() = 0.9f;
     header.screenWindowCenter() = {0.1f, 0};
-    cv::Mat depth = ramp() * 20;
+    cv::Mat depth = slanted();
     Imf::FrameBuffer frame;
     frame.insert("Z", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(depth.data), 4, depth.step));
     {

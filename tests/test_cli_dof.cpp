@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -217,6 +218,36 @@ TEST_CASE("dof program: refuses in one line what cannot be") {
     CHECK(scene.folder.results().empty());
 }
 
+TEST_CASE("dof program: holes in the depth take the depth of their farther side") {
+    const Folder folder;
+    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    cv::Mat holes(height, width, CV_32FC1), whole(height, width, CV_32FC1), color(height, width, CV_8UC3);
+    cv::randu(color, 0, 255);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            // near, hole, far, hole, sky, hole; a row of holes takes those above it, which is farther than below
+            const float row[] = {2, nan, 9, nan, inf, nan}, filled[] = {2, 9, 9, inf, inf, inf};
+            const bool is_empty = y == 10;
+            const float push = y < 10 ? 1.0f : y > 10 ? 0.5f : 0.0f;
+            holes.at<float>(y, x) = is_empty ? nan : row[x / 8] * push;
+            whole.at<float>(y, x) = filled[x / 8] * (is_empty ? 1.0f : push);
+        }
+    cv::imwrite(folder / "color.png", color);
+    write(folder / "camera.json", R"({"perspective": {"fov_y_deg": 60}, "encoding": "view-z"})");
+    const auto blurred = [&](const cv::Mat& depth, const std::string& invalid) {
+        const std::string file = depth_file(folder, "depth.exr", depth), result = folder / "out/r.exr";
+        const Outcome outcome = run({"dof", file, "--color", folder / "color.png", "--camera", folder / "camera.json",
+                                     "-o", result, "--circle", "9,30", "--invalid", invalid, "--quiet"});
+        INFO(outcome.err);
+        CHECK(outcome.code == 0);
+        return read_color(result);
+    };
+    const cv::Mat filled = blurred(holes, "fill");
+    CHECK(same(filled, blurred(whole, "keep")));
+    CHECK(same(filled, blurred(whole, "fill")));
+    CHECK(!same(filled, blurred(holes, "keep")));
+}
+
 TEST_CASE("dof program: a clean plate shows what the foreground hides") {
     Scene scene;
     for (int y = 8; y < 24; ++y)
@@ -248,6 +279,6 @@ TEST_CASE("dof program: a clean plate shows what the foreground hides") {
     const std::string small = scene.folder / "small.exr";
     write_color(small, other(cv::Rect(0, 0, width - 1, height)).clone());
     check_refused(run(scene.arguments(out, {"--clean-plate", small, "--clean-plate-depth", depth})), 1,
-                  "small.exr: is 47");
+                  "small.exr: has a display window of 47");
     CHECK(scene.folder.results().empty());
 }

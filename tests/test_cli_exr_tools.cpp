@@ -35,9 +35,9 @@ using Header = std::map<std::string, std::string>;
 
 /// What oiiotool says of each part's header, but for how the pixels are packed.
 std::vector<Header> headers_of(const std::string& file) {
-    static const std::set<std::string> packing{"channel list",    "compression",        "tile size",
-                                               "oiio:subimages",  "openexr:chunkCount", "openexr:lineOrder",
-                                               "MIP-map levels",  "openexr:roundingmode", "textureformat"};
+    static const std::set<std::string> packing{"channel list",   "compression",          "tile size",
+                                               "oiio:subimages", "openexr:chunkCount",   "openexr:lineOrder",
+                                               "MIP-map levels", "openexr:roundingmode", "textureformat"};
     std::vector<Header> headers(1);
     std::istringstream lines(printed("oiiotool --info -v -a '" + file + "'"));
     for (std::string line; std::getline(lines, line);) {
@@ -78,11 +78,14 @@ const std::vector<Made> files{
     {five + "-d half --compression b44a -o a.exr"},
     {five + "--compression pxr24 -o a.exr"},
     {one + "--attrib:type=float PixelAspectRatio 2 --attrib:type=float screenWindowWidth 1.5 -o a.exr"},
-    {one + "--attrib oiio:subimagename depth " + five.substr(8) + "--attrib oiio:subimagename beauty --siappend -o a.exr",
+    {one + "--attrib oiio:subimagename depth " + five.substr(8) +
+         "--attrib oiio:subimagename beauty --siappend -o a.exr",
      0,
      {"--channel", "depth.Z"}},
     {one + "-o b.exr && exrmaketiled -m b.exr a.exr"},
-    {one + "-o b.exr && " + five + "-o c.exr && exrmultipart -combine -i c.exr b.exr -o a.exr", 1, {"--channel", "b.Z"}},
+    {one + "-o b.exr && " + five + "-o c.exr && exrmultipart -combine -i c.exr b.exr -o a.exr",
+     1,
+     {"--channel", "b.Z"}},
     {one + "-o b.exr && exrstdattr -owner me -focus 3 -aperture 2.8 -expTime 0.02 -capDate '2026:01:02 03:04:05' "
            "-comments 'a \"quoted\" one' b.exr a.exr"},
     {five + "-o b.exr && exrmakepreview -w 8 b.exr a.exr"},
@@ -134,8 +137,8 @@ TEST_CASE("exr tools: headers and windows of Blender's and a studio's files surv
         return;
     }
     const Folder folder;
-    for (const char* name : {"blender/perspective/sharp.exr", "blender/orthographic/sharp.exr",
-                             "openexr/beachball-singlepart.exr"}) {
+    for (const char* name :
+         {"blender/perspective/sharp.exr", "blender/orthographic/sharp.exr", "openexr/beachball-singlepart.exr"}) {
         const fs::path file = fs::path(FATHOM_SHARED_DATA) / name;
         if (!fs::exists(file)) {
             WARN("skipped: ../shared/data is not there");

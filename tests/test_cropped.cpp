@@ -58,8 +58,8 @@ TEST_CASE("cropped: a part of an image, or more than it, shows a point at the sa
                                            Point(anywhere(random) * depth, anywhere(random) * depth, -depth));
                 const Place whole = place_of(camera, point), seen = place_of(crop, point);
                 const Real size = std::max({std::abs(whole.x), std::abs(whole.y), Real{600}});
-                worst = std::max({worst, std::abs(seen.x + part.x - whole.x) / size,
-                                  std::abs(seen.y + part.y - whole.y) / size});
+                worst = std::max(
+                    {worst, std::abs(seen.x + part.x - whole.x) / size, std::abs(seen.y + part.y - whole.y) / size});
                 REQUIRE(seen.stored == whole.stored);
             }
         }

@@ -57,7 +57,7 @@ TEST_CASE("camera file: every key arrives", "[io]") {
     const auto file = camera(opengl_matrix + R"(,
         "width": 640, "height": 480, "rows": "bottom-up", "clip_z": "zero-to-one", "clip_y": "down",
         "view_axes": "opengl", "depth_range": [1, 0], "encoding": "logarithmic", "near": 0.25, "far": 50, "median": 3,
-        "log_c": 2, "scale": 0.001, "packing": "rgb-high-first", "depth_bits": 24, "background": 7,
+        "log_c": 2, "packing": "rgb-high-first", "depth_bits": 24, "background": 7,
         "view": [[0, 1, 0, 1], [-1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]],
         "lens_mm": 35, "sensor_mm": 36, "f_stop": 2.8, "focus_distance": 5, "ao_distance": 1)");
     const auto& c = file.camera;
@@ -66,7 +66,7 @@ TEST_CASE("camera file: every key arrives", "[io]") {
     CHECK(c.projection.convention == Convention{ClipZ::zero_to_one, ClipY::down, ViewAxes::opengl});
     CHECK(c.depth_range == std::array{1.0, 0.0});
     CHECK(c.encoding == Encoding::logarithmic);
-    CHECK((c.near_plane == 0.25 && c.far_plane == 50 && c.median == 3 && c.log_c == 2 && c.scale == 0.001));
+    CHECK((c.near_plane == 0.25 && c.far_plane == 50 && c.median == 3 && c.log_c == 2));
     CHECK(file.packing == Packing::rgb_red_high);
     CHECK(c.depth_bits == 24);
     CHECK(c.background == 7);
@@ -75,6 +75,7 @@ TEST_CASE("camera file: every key arrives", "[io]") {
     CHECK((file.lens.lens_mm == 35 && file.lens.sensor_mm == 36 && file.lens.f_stop == 2.8));
     CHECK((file.lens.focus_distance == 5 && file.lens.ao_distance == 1));
     CHECK(camera(opengl_matrix + R"(, "background": "infinity")").camera.background == infinity);
+    CHECK(camera(opengl_matrix + R"(, "encoding": "view-z", "scale": 0.001)").camera.scale == 0.001);
     const auto none = camera(opengl_matrix + R"(, "width": 4, "height": 4, "background": "none")").camera;
     CHECK_FALSE(depth_form(none, Storage::uint16).background);
     const auto disparity =

@@ -170,7 +170,7 @@ TEST_CASE("camera file: camera_to_world is the inverse of view, and one of both 
                    read_camera(put(folder / "d.json",
                                    "{" + rest + "\"camera_to_world\": " + text_of(to_world.transpose()) + "}"));
                }),
-               {"d.json", "\"camera_to_world\"", "transposed?"});
+               {"d.json", "\"camera_to_world\"", "is transposed"});
 }
 
 TEST_CASE("camera file: a lens and its sensor are a projection where no other is given", "[io][cameras]") {
@@ -785,7 +785,14 @@ TEST_CASE("cameras: lens shift, windows and parallel projections of EXR headers"
         header.screenWindowCenter() = {0.1f, 0};
     }));
     REQUIRE(aside.warnings.size() == 1);
-    check_says(aside.warnings.front(), {"screenWindowCenter", "to the right"});
+    check_says(aside.warnings.front(), {"screenWindowCenter", "x is taken to point left"});
+    check_sees(camera_for(aside, 64, 48),
+               at_origin.points(
+                   [&](const Vector3d& p) { // the window lies to the left, so that the axis is right of its middle
+                       return Vector2d(32 + f * (p.x() / -p.z() + static_cast<double>(0.1f)), 24 - f * p.y() / -p.z());
+                   },
+                   -1),
+               doubles);
 
     // Attributes that contradict each other
     const auto torn = import_camera(put_exr(folder / "torn.exr", [&](Imf::Header& header) {

@@ -8,9 +8,9 @@
 #include <OpenEXR/ImfChromaticitiesAttribute.h>
 #include <OpenEXR/ImfDeepScanLineInputPart.h>
 #include <OpenEXR/ImfEnvmapAttribute.h>
-#include <OpenEXR/ImfIntAttribute.h>
-#include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPreviewImage.h>
@@ -58,8 +58,8 @@ Attributes attributes_of(const Imf::Header& header) {
 /// What a result's header has of its own; the rest is its source's.
 Attributes inherited(const Imf::Header& header) {
     Attributes all = attributes_of(header);
-    for (const char* own : {"channels", "compression", "chunkCount", "dataWindow", "lineOrder", "preview", "tiles", "type",
-                            "version", "maxSamplesPerPixel"})
+    for (const char* own : {"channels", "compression", "chunkCount", "dataWindow", "lineOrder", "preview", "tiles",
+                            "type", "version", "maxSamplesPerPixel"})
         all.erase(own);
     return all;
 }
@@ -214,8 +214,8 @@ TEST_CASE("exr results: the part of the channel gives the header", "[io]") {
 
 TEST_CASE("exr results: channels are added to a flat file that keeps every bit", "[io]") {
     const TempFolder folder;
-    for (const auto compression : {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION,
-                                   Imf::ZIP_COMPRESSION, Imf::PIZ_COMPRESSION})
+    for (const auto compression :
+         {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::ZIP_COMPRESSION, Imf::PIZ_COMPRESSION})
         for (const auto type : {Imf::HALF, Imf::FLOAT, Imf::UINT}) {
             const ExrImage picture{.data = {{-1, 0}, {8, 3}},
                                    .channels = {"R", "Z", "matte.id"},
@@ -339,7 +339,7 @@ TEST_CASE("exr results: the program computes overscan and crops where they lie",
     const Folder folder;
     const double f = 20, cx = 7.5, cy = 4;
     const std::string camera = folder / "camera.json";
-    write(camera, R"({"intrinsics": {"fx": 20, "fy": 20, "cx": 7.5, "cy": 4}, "encoding": "view-z"})");
+    write(camera, R"({"intrinsics": {"fx": 20, "fy": 20, "cx": 7.5, "cy": 4}, "encoding": "inverse", "scale": 4096})");
     for (const Box2i& data : {Box2i{{0, 0}, {15, 9}}, Box2i{{-4, -3}, {20, 12}}, Box2i{{5, 2}, {9, 8}}}) {
         const ExrImage picture{.display = {{0, 0}, {15, 9}}, .data = data, .channels = {"Z"}, .more = dress};
         const fs::path file = write(fs::path(folder / "z.exr"), picture);
@@ -353,7 +353,8 @@ TEST_CASE("exr results: the program computes overscan and crops where they lie",
         for (int row = 0; row < x.values.rows; ++row)
             for (int col = 0; col < x.values.cols; ++col) {
                 const int px = col + data.min.x, py = row + data.min.y;
-                const double z = truth(0, px, py), size = z * std::max({1.0, std::abs(px - cx), std::abs(py - cy)}) / f;
+                const double z = 4096 / truth(0, px, py),
+                             size = z * std::max({1.0, std::abs(px - cx), std::abs(py - cy)}) / f;
                 worst = std::max({worst, std::abs(x.values.at<float>(row, col) - z * (px + 0.5 - cx) / f) / size,
                                   std::abs(y.values.at<float>(row, col) + z * (py + 0.5 - cy) / f) / size});
             }
@@ -368,7 +369,7 @@ TEST_CASE("exr results: the program computes overscan and crops where they lie",
         for (int row = 0; row < 10; ++row)
             for (int col = 0; col < 16; ++col) {
                 const float z = shown.at<float>(row, col);
-                CHECK((data.intersects(V2i(col, row)) ? z == static_cast<float>(truth(0, col, row)) : std::isnan(z)));
+                CHECK((data.intersects(V2i(col, row)) ? z == Approx(4096 / truth(0, col, row)) : std::isnan(z)));
             }
     }
 }
@@ -376,7 +377,7 @@ TEST_CASE("exr results: the program computes overscan and crops where they lie",
 TEST_CASE("exr results: a lens and a region count pixels in the display window", "[io]") {
     const Folder folder;
     const std::string camera = folder / "camera.json";
-    write(camera, R"({"intrinsics": {"fx": 20, "fy": 20, "cx": 8, "cy": 5}, "encoding": "view-z"})");
+    write(camera, R"({"intrinsics": {"fx": 20, "fy": 20, "cx": 8, "cy": 5}, "encoding": "inverse", "scale": 4096})");
     const ExrImage small{.display = {{0, 0}, {15, 9}}, .data = {{0, 0}, {15, 9}}},
         large{.display = {{0, 0}, {15, 9}}, .data = {{-4, -3}, {20, 12}}};
     write(fs::path(folder / "small.exr"), small);
@@ -403,12 +404,12 @@ TEST_CASE("exr results: a lens and a region count pixels in the display window",
 TEST_CASE("exr results: pictures and depths beside an overscan lie in the same pixels", "[io]") {
     const Folder folder;
     const std::string camera = folder / "camera.json";
-    write(camera, R"({"intrinsics": {"fx": 20, "fy": 20, "cx": 8, "cy": 5}, "encoding": "view-z"})");
+    write(camera, R"({"intrinsics": {"fx": 20, "fy": 20, "cx": 8, "cy": 5}, "encoding": "inverse", "scale": 4096})");
     const ExrImage depth{.display = {{0, 0}, {15, 9}}, .data = {{-4, -3}, {20, 12}}};
     const std::string z = write(fs::path(folder / "z.exr"), depth).string();
     // The picture has another data window. Without fog it comes out as it went in.
-    const ExrImage colors{.display = {{0, 0}, {15, 9}}, .data = {{-4, -3}, {9, 12}}, .channels = {"R", "G", "B"},
-                          .more = dress};
+    const ExrImage colors{
+        .display = {{0, 0}, {15, 9}}, .data = {{-4, -3}, {9, 12}}, .channels = {"R", "G", "B"}, .more = dress};
     const std::string picture = write(fs::path(folder / "c.exr"), colors).string(), result = folder / "out/f.exr";
     check_done(run({"fog", z, "--color", picture, "--camera", camera, "-o", result, "--density", "0", "--quiet"}));
     const Imf::MultiPartInputFile exr(result.c_str());
@@ -435,7 +436,8 @@ TEST_CASE("exr results: --append, --half and --compression of the program", "[io
     ExrImage picture{.display = {{0, 0}, {width - 1, height - 1}}, .channels = {"Z", "R", "G", "B"}};
     picture.data = picture.display;
     write(fs::path(z), picture);
-    write(folder / "camera.json", R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "view-z"})");
+    write(folder / "camera.json",
+          R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "inverse", "scale": 4096})");
     struct Case {
         Arguments arguments;
         std::vector<std::string> added;
@@ -447,8 +449,7 @@ TEST_CASE("exr results: --append, --half and --compression of the program", "[io
           Case{{"dof", "--color", z, "--circle", "9,99"}, {"dof.B", "dof.G", "dof.R"}},
           Case{{"fog", "--color", z, "--density", "0.1"}, {"fog.B", "fog.G", "fog.R"}}}) {
         const std::string result = folder / "out/r.exr";
-        check_done(run(joined(each.arguments,
-                              {z, "--camera", camera, "-o", result, "--append", "--half", "--quiet"})));
+        check_done(run(joined(each.arguments, {z, "--camera", camera, "-o", result, "--append", "--half", "--quiet"})));
         std::set<std::string> names;
         for (const Channel& found : list_channels(result)) {
             names.insert(found.name);

@@ -15,8 +15,8 @@ using namespace fathom::test;
 namespace {
 
 std::string header(const std::string& descr, bool fortran, const std::string& shape, int version = 1) {
-    std::string text = "{'descr': '" + descr + "', 'fortran_order': " + (fortran ? "True" : "False") +
-                       ", 'shape': " + shape + ", }\n";
+    std::string text =
+        "{'descr': '" + descr + "', 'fortran_order': " + (fortran ? "True" : "False") + ", 'shape': " + shape + ", }\n";
     std::string bytes = "\x93NUMPY";
     bytes += static_cast<char>(version);
     bytes += '\0';
@@ -65,10 +65,11 @@ void check_type(const TempFolder& folder, const std::string& type, Storage stora
     for (const bool big : {false, true})
         for (const bool fortran : {false, true})
             for (const int version : {1, 2, 3}) {
-                INFO(type << (big ? " big-endian" : "") << (fortran ? ", columns first" : "") << ", version " << version);
-                const auto depth = read_depth(put(folder / "a.npy", array<Element>(type, big, fortran, 1, version)),
-                                              {.packing = storage == Storage::uint8 ? std::optional(Packing::uint8)
-                                                                                    : std::nullopt});
+                INFO(type << (big ? " big-endian" : "") << (fortran ? ", columns first" : "") << ", version "
+                          << version);
+                const auto depth =
+                    read_depth(put(folder / "a.npy", array<Element>(type, big, fortran, 1, version)),
+                               {.packing = storage == Storage::uint8 ? std::optional(Packing::uint8) : std::nullopt});
                 CHECK(depth.storage == storage);
                 REQUIRE(depth.values.size() == cv::Size(cols, rows));
                 cv::Mat values;
@@ -196,9 +197,10 @@ TEST_CASE("ply: points have the colours and normals of their pixels", "[io]") {
     const Bytes bytes = get(folder / "a.ply");
     const std::string text(bytes.begin(), bytes.end());
     const auto end = text.find("end_header\n") + 11;
-    CHECK(text.find("element vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty "
-                    "float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend") !=
-          std::string::npos);
+    CHECK(
+        text.find("element vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty "
+                  "float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend") !=
+        std::string::npos);
     REQUIRE(text.size() - end == 2 * 27);
     const auto float_at = [&](std::size_t at) {
         float value;
@@ -217,8 +219,8 @@ TEST_CASE("ply: the program writes colours and normals, and only into .ply", "[i
     const Folder folder;
     const std::string depth = depth_file(folder, "z.tif"), camera = camera_file(folder), cloud = folder / "out/p.ply";
     cv::imwrite(folder / "c.png", cv::Mat(height, width, CV_8UC3, cv::Scalar(10, 20, 30)));
-    check_done(run({"unproject", depth, "--camera", camera, "-o", cloud, "--color", folder / "c.png", "--normals",
-                    "--quiet"}));
+    check_done(run(
+        {"unproject", depth, "--camera", camera, "-o", cloud, "--color", folder / "c.png", "--normals", "--quiet"}));
     const std::string text = content(cloud);
     const auto end = text.find("end_header\n") + 11;
     CHECK(text.find("element vertex " + std::to_string(width * height - 1)) != std::string::npos);
@@ -226,16 +228,17 @@ TEST_CASE("ply: the program writes colours and normals, and only into .ply", "[i
     CHECK(text.substr(end + 24, 3) == "\x1e\x14\x0a");
     check_refused(run({"unproject", depth, "--camera", camera, "-o", folder / "out/p.exr", "--normals"}), 2,
                   "only a .ply holds normals of points");
-    check_refused(run({"unproject", depth, "--camera", camera, "-o", folder / "out/p.exr", "--color", folder / "c.png"}),
-                  2, "only a .ply holds colours of points");
+    check_refused(
+        run({"unproject", depth, "--camera", camera, "-o", folder / "out/p.exr", "--color", folder / "c.png"}), 2,
+        "only a .ply holds colours of points");
 }
 
 TEST_CASE("npy: the program reads and writes arrays", "[io]") {
     const Folder folder;
     write(folder / "z.npy", array<double>("f8", true, true));
     write(folder / "camera.json", R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "view-z"})");
-    check_done(run({"linearize", folder / "z.npy", "--camera", folder / "camera.json", "-o", folder / "out/l.npy",
-                    "--quiet"}));
+    check_done(run(
+        {"linearize", folder / "z.npy", "--camera", folder / "camera.json", "-o", folder / "out/l.npy", "--quiet"}));
     const cv::Mat z = channel(folder / "out/l.npy");
     REQUIRE(z.size() == cv::Size(cols, rows));
     CHECK(z.at<float>(2, 4) == static_cast<float>(truth(2, 4, 0)));

@@ -286,15 +286,16 @@ const std::vector<Source>& more_sources() {
 } // namespace
 
 TEST_CASE("ranking: the family of 32 inputs, none wrong") {
-    constexpr int least_right = 26;
+    constexpr int least_right = 27; // as docs/inspect.md says
     Count count;
     const Seen room = seen(scene::room(), 80);
     for (const Source& source : sources())
         count.add(source.name, rank_encodings(host(source.stored(room))), source.truth);
     CHECK(count.wrong == 0);
     CHECK(count.right == 10);
-    if (!real::there("opengl"))
-        return;
+    for (const char* folder : {"opengl", "blender", "habitat"})
+        if (!real::there(folder))
+            return;
 
     for (const auto& entry : fs::directory_iterator(real::data / "opengl")) {
         if (entry.path().extension() != ".json")
@@ -334,7 +335,8 @@ TEST_CASE("ranking: every source in every scene and under three angles of view, 
         }
     std::cout << "ranking of " << sources().size() + more_sources().size() << " sources in " << views.size()
               << " views: " << all.in_words() << '\n';
-    CHECK(2 * all.right > all.unnamed); // saying nothing is no way to be never wrong
+    constexpr int least_right = 255; // docs/inspect.md: 262
+    CHECK(all.right >= least_right); // saying nothing is no way to be never wrong
 }
 
 TEST_CASE("ranking: what is no depth, or shows no planes, has no family") {

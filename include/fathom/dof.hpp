@@ -61,8 +61,8 @@ inline constexpr double dof_edge_rms_error = 0.003;
 /// the nearest pixel that lies behind instead.
 ///
 /// A pixel keeps its colour bit for bit if its circle is at most one pixel and no other circle reaches it, or if k = g = 0.
-/// Invalid pixels, and colours that are no numbers up to 1e30, take part in nothing. They show what reaches them, and NaN if
-/// nothing does (0 in integers). Same bits for any vector width or group size, and in a region but near its border:
+/// Invalid pixels, and colours that are no numbers up to 1e30, take part in nothing. They show what reaches them, and keep
+/// their own colour if nothing does. Same bits for any vector width or group size, and in a region but near its border:
 /// `dof_halo_columns`.
 /// Accuracy: `dof_edge_error`, `dof_edge_rms_error` for one edge. Balanced is not exact where one edge occludes another: the
 /// error is up to a third of the colour step. Accurate is exact there if a single edge cuts the lens and the surface behind

@@ -11,7 +11,7 @@ namespace fathom {
 /// Where an image's pixels lie. OpenEXR has two windows: a camera sees the display window, and the data window has pixels,
 /// which may be fewer (a crop) or more (overscan).
 struct Windows {
-    cv::Rect data;    ///< the image's pixels, counted from the first pixel of the display window; x and y may be negative
+    cv::Rect data; ///< the image's pixels, counted from the first pixel of the display window; x and y may be negative
     cv::Size display; ///< the size of the display window
 
     bool operator==(const Windows&) const = default;

@@ -20,8 +20,8 @@ namespace fathom {
 struct DepthFile {
     /// CV_32FC1, CV_16FC1 (half), CV_8UC1, CV_16UC1, CV_32SC1 (uint24 in a uint32) or CV_8UC3 (B, G, R)
     cv::Mat values;
-    Storage storage;     ///< how `values` is to be read
-    std::string channel; ///< name of the EXR channel that was taken; empty for other files
+    Storage storage;      ///< how `values` is to be read
+    std::string channel;  ///< name of the EXR channel that was taken; empty for other files
     Windows windows = {}; ///< where `values` lie
 };
 
@@ -113,7 +113,8 @@ struct WriteOptions {
     bool half = false; ///< .exr: floats of 16 bits; numbers beyond 65504 are refused
     /// .exr. Default: that of the file to append to if it keeps every bit, otherwise zip.
     std::optional<ExrCompression> compression = {};
-    cv::Mat normals = {}, colors = {}; ///< .ply: of the points; CV_32FC3 x, y, z; and B, G, R in linear light, perhaps an alpha
+    cv::Mat normals = {},
+            colors = {}; ///< .ply: of the points; CV_32FC3 x, y, z; and B, G, R in linear light, perhaps an alpha
 };
 
 /// Writes a CV_32F image of any number of channels, temporary file first and then renamed, so that no half-written file is

@@ -19,8 +19,8 @@ Camera cropped(const Camera& camera, int x, int y, int width, int height) {
     const auto change = [&](Eigen::Index row, long double whole, long double first, long double pixels,
                             long double sign) {
         auto& matrix = part.projection.matrix;
-        matrix.row(row) = matrix.row(row) * (whole / pixels) +
-                          matrix.row(3) * (sign * ((whole - 2 * first) / pixels - 1));
+        matrix.row(row) =
+            matrix.row(row) * (whole / pixels) + matrix.row(3) * (sign * ((whole - 2 * first) / pixels - 1));
     };
     change(0, camera.width, x, width, 1);
     change(1, camera.height, y, height, rows_go_up ? 1 : -1);

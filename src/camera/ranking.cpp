@@ -278,16 +278,21 @@ Guess planar_guess(const Findings& found) {
     if (found.planes.patches > 0 && metric < fits - hardly_any) {
         // z is proportional to v + c, or to c - v where near is white: what v = 0 and the largest code mean, up to a factor
         const bool is_white_near = reversed > offset;
-        const double largest = found.range.greatest, code = found.values.largest_code,
+        const double largest = found.range.greatest;
+        const bool is_long = found.values.is_float && largest > found.values.largest_code; // lengths, not 0 to 1
+        const double code = is_long ? largest : found.values.largest_code,
                      c = largest *
                          (is_white_near ? 1 + found.parameter(Shape::reversed_offset) : found.parameter(Shape::offset)),
                      at_code = is_white_near ? c - code : c + code, unit = 100 / std::max(c, at_code);
+        const std::string range = is_long ? text(R"(, "depth_range": [0, )", code, "]") : "";
         return {Family::planar,
                 is_white_near ? "distance along the view axis, counted from a far plane"
                               : "distance along the view axis, counted from a near plane",
                 fits,
-                file(assumed_view + text(R"(}, "encoding": "linear", "near": )", unit * c, R"(, "far": )",
-                                         unit * std::max(at_code, 1e-3 * c))),
+                file(assumed_view +
+                     text(R"(}, "encoding": "linear", "near": )", unit * c, R"(, "far": )",
+                          unit * std::max(at_code, 1e-3 * c)) +
+                     range),
                 "the angle of view and the unit; near/far is measured"};
     }
     const auto [unit, scale] = plausible_unit(found);

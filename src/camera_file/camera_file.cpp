@@ -238,6 +238,7 @@ void check_parameters(const JsonObject& json, const Camera& camera) {
             json.refuse_value(key,
                               std::string("is for ") + which + ", and the encoding is \"" + to_string(encoding) + "\"");
     };
+    only("scale", is_metric(encoding), "\"view-z\", \"ray-distance\" and \"inverse\"");
     only("offset", encoding == inverse, "\"inverse\"");
     only("along", encoding == linear || encoding == inverse || encoding == inverse_range,
          "\"linear\", \"inverse\" and \"inverse-range\"");

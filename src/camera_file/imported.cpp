@@ -50,7 +50,16 @@ std::string laid_out(const json& keys) {
 /// Replaces what both have, within objects, too.
 void override(json& keys, const json& by) {
     for (const auto& [key, value] : by.items())
-        if (value.is_object() && keys.contains(key) && keys[key].is_object())
+        if (key == "near" || key == "far") {
+            bool inside = false; // of a projection, which has the ends of its own
+            for (const char* object : {"perspective", "orthographic"})
+                if (keys.contains(object) && keys[object].contains(key)) {
+                    keys[object][key] = value;
+                    inside = true;
+                }
+            if (!inside || keys.contains(key))
+                keys[key] = value;
+        } else if (value.is_object() && keys.contains(key) && keys[key].is_object())
             keys[key].update(value);
         else
             keys[key] = value;
@@ -108,9 +117,11 @@ std::size_t chosen(const fs::path& file, const std::vector<std::string>& names, 
         refuse(file, "has " + std::to_string(names.size()) + " " + what + "s; say which with " + option + ": " +
                          named(names));
     }
+    if (std::ranges::count(names, wanted) > 1)
+        refuse(file, "has several " + what + "s \"" + wanted + "\"; say its index with " + option);
     if (const auto at = std::ranges::find(names, wanted); at != names.end())
         return static_cast<std::size_t>(at - names.begin());
-    if (const auto like = called_like(names, wanted))
+    if (const auto like = option == "--image" ? called_like(names, wanted) : std::nullopt)
         return *like;
     refuse(file, "has no " + what + " \"" + wanted + "\" (" + option + "); the nearest are " +
                      named(nearest_names(names, wanted)));
@@ -194,7 +205,7 @@ Imported import_parsed(const fs::path& file, json json, const ImportOptions& opt
     if (!options.image.empty() && !transforms)
         refuse(file, "has no images, so leave out --image; that is for COLMAP and transforms.json");
     if (options.undistorted)
-        refuse(file, "has no distortion to leave out (--undistorted); that is for OpenCV's and ROS's calibrations");
+        refuse(file, "is no calibration of OpenCV or ROS, which --undistorted is for; leave it out");
     return gltf         ? import_gltf(file, json, options)
            : transforms ? import_transforms(file, json, options)
                         : Imported{.keys = std::move(json)};

@@ -272,8 +272,9 @@ nlohmann::json parsed_preset(const std::string& source, const std::string& text)
         rest.remove_prefix(colon == std::string::npos ? text.size() : colon + 1);
     }
     while (!rest.empty()) {
-        const auto item = rest.substr(0, rest.find(','));
+        auto item = rest.substr(0, rest.find(','));
         rest.remove_prefix(std::min(rest.size(), item.size() + 1));
+        item.remove_prefix(std::min(item.size(), item.find_first_not_of(' ')));
         const auto equals = item.find('=');
         if (equals == std::string_view::npos || equals == 0 || equals + 1 == item.size())
             refuse(source, "\"" + std::string(item) + "\" is no key and value; write key=value, as in fov_x_deg=90");

@@ -126,6 +126,11 @@ Eigen::Matrix4d camera_to_world(const Frame& frame) {
     }
     if (!good)
         refuse(frame.file, "\"" + path + "\": " + shown(rows) + " must be four rows of four numbers");
+    constexpr double rounding = 1e-3; // of files that people wrote
+    const Eigen::Matrix3d turn = matrix.topLeftCorner<3, 3>();
+    if (!(turn * turn.transpose()).isApprox(Eigen::Matrix3d::Identity(), rounding))
+        refuse(frame.file,
+               "\"" + path + "\" has a scale or a shear, and a camera is only turned and moved; take it out");
     return matrix;
 }
 

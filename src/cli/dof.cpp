@@ -2,6 +2,7 @@
 #include "codecs.hpp"
 #include "command.hpp"
 #include "each_depth.hpp"
+#include "fill.hpp"
 #include "lens.hpp"
 #include "max_error.hpp"
 #include "picture.hpp"
@@ -10,6 +11,7 @@
 #include <fathom/dof.hpp>
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
+#include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
 
 #include <fmt/format.h>
@@ -27,6 +29,7 @@ struct Options : DepthOptions {
     bool explain = false;
     PictureOptions picture;
     double highlights = 1;
+    bool fill = false; // invalid depths?
     std::optional<std::string> clean_plate, clean_plate_depth;
     std::optional<Packing> packing; // of the depths, as the camera file says
 };
@@ -99,7 +102,8 @@ DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options&
     const StderrSilenced silenced;
     DepthFile depth;
     try {
-        depth = read_depth(file, {.channel = options.channel, .packing = options.packing, .overscan = has_overscan(job)});
+        depth =
+            read_depth(file, {.channel = options.channel, .packing = options.packing, .overscan = has_overscan(job)});
     } catch (const Error& error) {
         if (options.clean_plate_depth)
             throw;
@@ -107,17 +111,6 @@ DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options&
     }
     check_same_pixels(file, depth, stored, job);
     return depth;
-}
-
-// Where nothing is known of a pixel, because its depth is invalid and no blur reaches it, the sharp picture is the best guess.
-void keep_unknown(cv::Mat& blurred, const cv::Mat& sharp) {
-    const int elements = blurred.cols * blurred.channels();
-    for (int y = 0; y < blurred.rows; ++y) {
-        auto* result = blurred.ptr<float>(y);
-        const auto* own = sharp.ptr<float>(y);
-        for (int i = 0; i < elements; ++i)
-            result[i] = std::isnan(result[i]) ? own[i] : result[i];
-    }
 }
 
 Picture blur(const Options& options, const StoredDepth& stored, const Job& job) {
@@ -142,9 +135,14 @@ Picture blur(const Options& options, const StoredDepth& stored, const Job& job) 
         asked.clean_plate = {to_device(device, clean_plate),
                              {to_device(device, depth.values), stored.camera, depth.storage}};
     }
-    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, job.windows);
-    picture.color = to_mat(dof(stored, to_device(stored.image.device(), color), circle, asked));
-    keep_unknown(picture.color, color);
+    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, job);
+    StoredDepth depths = stored;
+    cv::Mat filled; // read by the device until the result is there
+    if (options.fill) {
+        filled = without_holes(to_mat(stored.image), to_mat(linearize(stored).image));
+        depths.image = to_device(stored.image.device(), filled);
+    }
+    picture.color = to_mat(dof(depths, to_device(stored.image.device(), color), circle, asked));
     return picture;
 }
 
@@ -176,7 +174,12 @@ std::function<int()> configure(CLI::App& app) {
         ->type_name("X")
         ->check(is_a_number("number from 1", [](double x) { return x >= 1; }))
         ->group("Blur");
+    add_enum_option(app, "--invalid", options->fill, {{"keep", false}, {"fill", true}},
+                    "pixels without a depth keep the picture where no blur reaches\n"
+                    "them (keep; default), or take the depth of the farther valid\npixel beside them (fill)")
+        ->group("Blur");
     add_relative_options(app, options->relative);
+    options->camera.or_relative = true;
     return [=] {
         RelativeOptions& relative = options->relative;
         relative.picture = 0; // of the companions
@@ -199,9 +202,9 @@ std::function<int()> configure(CLI::App& app) {
         }
         more.doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
             std::vector<std::string> said = picture_doubts(options->picture);
-            std::ranges::copy(
-                blur_doubts(options->relative, options->lens, stored, job.windows, look, options->dof.sky, options->dof.max_coc_px),
-                std::back_inserter(said));
+            std::ranges::copy(blur_doubts(options->relative, options->lens, stored, job, look, options->dof.sky,
+                                          options->dof.max_coc_px),
+                              std::back_inserter(said));
             return said;
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {

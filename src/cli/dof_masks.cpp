@@ -68,7 +68,7 @@ std::vector<Result> masks_of(const Options& options, const StoredDepth& stored, 
     asked.mixed_pixels = options.mixed_pixels.has_value();
     if (!options.tiles)
         asked.tile_px = 0;
-    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, job.windows);
+    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, job);
     const DofMasks masks = dof_masks(stored, circle, asked);
     const std::vector<Image> all{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
     std::vector<Result> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
@@ -147,6 +147,7 @@ std::function<int()> configure(CLI::App& app) {
         ->group("Output");
     add_more_options(app, *options);
     add_relative_options(app, options->relative);
+    options->camera.or_relative = true;
     return [=] {
         if (options->relative.order)
             check_relative(options->relative, options->lens);
@@ -155,7 +156,7 @@ std::function<int()> configure(CLI::App& app) {
         const Product product = product_of(*options);
         More more = more_of(*options);
         more.doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
-            return blur_doubts(options->relative, options->lens, stored, job.windows, look, options->masks.sky,
+            return blur_doubts(options->relative, options->lens, stored, job, look, options->masks.sky,
                                options->masks.max_coc_px);
         };
         return each_depth(*options, product, more,

@@ -8,6 +8,8 @@
 #include "messages.hpp"
 #include "relative.hpp"
 
+#include "camera_file/key_doubts.hpp"
+
 #include "io/depth_channels.hpp"
 
 #include <fathom/io.hpp>
@@ -104,7 +106,7 @@ void write(const DepthOptions& options, const std::vector<Output>& outputs, cons
             how.source->windows.data = *results[i].part + source->windows.data.tl();
         else if (source && image.size() != source->windows.data.size()) // not one value a pixel
             how.source.reset();
-        if (i == 0 && options.append) {
+        if (i == 0 && options.append && how.source) {
             how.source->append = true;
             how.channels = in_layer(how.channels, product.layer);
         }
@@ -238,25 +240,31 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     outputs.insert(outputs.end(), more.outputs.begin(), more.outputs.end());
     const std::vector<Job> jobs = plan(options, outputs, more.companions);
     const bool relative = options.relative.order.has_value();
-    const std::optional<Packing> packing = relative ? std::nullopt : options.camera.read().packing;
+    if (!relative)
+        options.camera.read(); // what is wrong for all inputs is told once
     const Device device = options.device.open();
     std::set<std::string> told;
 
     const auto process = [&](Job job) {
         Times times;
+        ImportedCamera camera = relative ? ImportedCamera{} : options.camera.read_for(job.input);
         const DepthFile depth =
             relative ? relative_depth(options.relative, job, options.channel, options.strict)
-                     : read(job.input, {.channel = options.channel,
-                                        .packing = packing,
-                                        .overscan = takes_overscan(job)});
-        const ImportedCamera camera = relative ? ImportedCamera{} : options.camera.read_for(job.input, depth.storage);
+                     : read(job.input,
+                            {.channel = options.channel, .packing = camera.packing, .overscan = takes_overscan(job)});
+        if (!relative && depth.storage != Storage::float32) // on which the unit may depend
+            camera = options.camera.read_for(job.input, depth.storage);
+        const std::filesystem::path described =
+            options.camera.of_headers() ? job.input.native() : options.camera.name();
         job.windows = depth.windows;
+        if (options.camera.of_headers())
+            job.header = camera;
         times.was_read = Clock::now();
-        const StoredDepth stored{.image = to_device(device, depth.values),
-                                 .camera = relative ? relative_camera(depth.values.cols, depth.values.rows,
-                                                                      *options.relative.order)
-                                                    : camera_of(camera, depth.windows),
-                                 .storage = depth.storage};
+        const StoredDepth stored{
+            .image = to_device(device, depth.values),
+            .camera = relative ? relative_camera(depth.values.cols, depth.values.rows, *options.relative.order)
+                               : camera_of(camera, depth.windows),
+            .storage = depth.storage};
         const std::optional<ExrSource> source = source_of(more, job, depth);
         if (options.append && !source)
             throw Error(fmt::format("{}: is no OpenEXR file, and --append adds to one; leave --append out",
@@ -275,9 +283,9 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
             look = look_at(stored);
             warn(job.input, doubts(depth, stored, *look));
             warn(job.input, channel_doubts(job.input, options.channel, depth.channel));
-            const bool of_header = options.camera.of_header(job.input);
-            warn(of_header ? job.input : std::filesystem::path(options.camera.name()), camera.warnings);
-            warn(options.camera.name(), options.camera.doubts(depth.windows.display.width, depth.windows.display.height));
+            warn(described, camera.warnings);
+            warn(described, io::key_doubts(nlohmann::json::parse(camera.text), depth.windows.display.width,
+                                           depth.windows.display.height));
         }
         if (more.doubts)
             warn(job.input, more.doubts(stored, look ? *look : look_at(stored), job));
@@ -308,7 +316,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
             complain(about(job.input, "not enough memory for an image of this size; crop it or split it"));
             code = input_failed;
         } catch (const std::invalid_argument& error) { // a field of the camera
-            const bool of_input = relative || options.camera.of_header(job.input);
+            const bool of_input = relative || options.camera.of_headers();
             complain(
                 about(of_input ? job.input : std::filesystem::path(options.camera.name()), error.what(), {job.input}));
             code = input_failed;

@@ -1,10 +1,12 @@
 // fathom inspect
 #include "codecs.hpp"
 #include "command.hpp"
+#include "look.hpp"
 #include "messages.hpp"
 #include "options.hpp"
 
 #include "camera_file/file.hpp"
+#include "io/camera_formats.hpp"
 
 #include <fathom/error.hpp>
 #include <fathom/findings.hpp>
@@ -36,6 +38,7 @@ struct Options {
 };
 
 struct Findings {
+    std::string why_no_camera; ///< although the header has one
     DepthFile depth;
     std::vector<Channel> channels;
     StoredStatistics statistics;
@@ -53,10 +56,6 @@ cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption
             throw;
         return {};
     }
-}
-
-HostDepth on_host(const DepthFile& depth) {
-    return {depth.values.data, depth.values.cols, depth.values.rows, depth.values.step, depth.storage};
 }
 
 // Depth in several channels of 8 bits whose packing nobody said: that of the packings which makes planes of planes.
@@ -91,31 +90,35 @@ DepthFile read_without_camera(const Options& options, std::optional<Packing>& pa
     }
 }
 
-// A header that leaves the values open describes nothing.
-bool has_camera_for(const Options& options) {
-    if (options.camera.given())
-        return true;
+// The camera that was given, or that of the header. One that leaves the values open or cannot be used describes nothing.
+std::optional<ImportedCamera> camera_for(const Options& options, std::string& why_not) {
+    if (!options.camera.given() && !io::exr_has_camera(options.file))
+        return std::nullopt;
     try {
-        return options.camera.of_header(options.file) && (options.camera.read(), true);
-    } catch (const Error&) {
-        return false;
+        return options.camera.read();
+    } catch (const UsageError&) {
+        throw;
+    } catch (const Error& error) {
+        if (options.camera.given())
+            throw;
+        why_not = error.what();
+        return std::nullopt;
     }
 }
 
 Findings inspected(const Options& options) {
-    const bool has_camera = has_camera_for(options);
-    const std::optional<Packing> packing = has_camera ? options.camera.read().packing : std::nullopt;
     Findings found;
+    const std::optional<ImportedCamera> described = camera_for(options, found.why_no_camera);
     {
         const StderrSilenced silenced;
-        found.depth = has_camera ? read_depth(options.file, {.channel = options.channel, .packing = packing})
-                                 : read_without_camera(options, found.packing);
+        found.depth = described ? read_depth(options.file, {.channel = options.channel, .packing = described->packing})
+                                : read_without_camera(options, found.packing);
         found.channels = list_channels(options.file);
     }
     const HostDepth stored = on_host(found.depth);
     const cv::Mat& values = found.depth.values;
     found.statistics = stored_statistics(stored);
-    if (!has_camera) {
+    if (!described) {
         found.ranking = rank_encodings(stored);
         return found;
     }
@@ -123,7 +126,7 @@ Findings inspected(const Options& options) {
         const ImportedCamera imported = options.camera.read_for(options.file, found.depth.storage);
         for (const std::string& warning : imported.warnings)
             complain(fmt::format("warning: {}: {}", options.camera.name(), warning));
-        const Camera camera = camera_for(imported, values.cols, values.rows);
+        const Camera camera = fathom::camera_for(imported, values.cols, values.rows);
         const cv::Mat z = decoded(found.depth, camera, options.device);
         found.camera = camera_findings(camera, stored, {reinterpret_cast<const float*>(z.data), z.total()});
     } catch (const std::invalid_argument& error) { // a field of the camera
@@ -336,6 +339,8 @@ void print_findings(const Options& options, const Findings& found) {
         print_camera(options, *found.camera);
     else {
         print_row("background", "unknown without --camera or --preset");
+        if (!found.why_no_camera.empty())
+            fmt::print("\nthe camera in the header says too little: {}\n", found.why_no_camera);
         print_ranking(found);
     }
 }

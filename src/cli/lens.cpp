@@ -46,7 +46,7 @@ std::vector<double> numbers(const std::string& text, std::size_t count) {
 }
 
 bool is_pixel(const std::vector<double>& values) {
-    const auto good = [](double n) { return n == std::floor(n) && n >= 0 && n < 1e9; };
+    const auto good = [](double n) { return n == std::floor(n) && std::abs(n) < 1e9; }; // negative in overscan
     return values.size() >= 2 && good(values[0]) && good(values[1]);
 }
 
@@ -82,12 +82,18 @@ void use_default(std::optional<Value>& value, const std::optional<double>& from_
     value = *from_file;
 }
 
+// Where an image begins in the display window, if that is not its first pixel.
+std::string first_pixel(const cv::Rect& data) {
+    return data.tl() == cv::Point() ? "" : fmt::format(" from pixel {},{} on", data.x, data.y);
+}
+
 // A pixel of the display window as one of the image.
 LensOptions::Pixel pixel_in(const Windows& windows, const LensOptions::Pixel& pixel, const char* option) {
     const auto& [data, display] = windows;
     if (!data.contains({pixel.x, pixel.y}))
-        throw Error(fmt::format("{}: pixel {},{} lies outside the image of {} × {}; the last one is {},{}", option,
-                                pixel.x, pixel.y, data.width, data.height, data.br().x - 1, data.br().y - 1));
+        throw Error(fmt::format("{}: pixel {},{} lies outside the image of {} × {}{}; the last one is {},{}", option,
+                                pixel.x, pixel.y, data.width, data.height, first_pixel(data), data.br().x - 1,
+                                data.br().y - 1));
     return {pixel.x - data.x, pixel.y - data.y};
 }
 
@@ -122,8 +128,9 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
     CLI::Option* at = add_list(
         app, "--focus-at", "X,Y", 2, is_pixel,
         [&lens](const std::vector<double>& values) { lens.focus_at = pixel_of(values); },
-        "a pixel X,Y, whole numbers from the first pixel of the file",
-        "focus on the surface under this pixel, counted from the first\npixel of the file");
+        "a pixel X,Y, two whole numbers",
+        "focus on the surface under this pixel, counted from the first\npixel of the image (EXR: of its display "
+        "window)");
     CLI::Option* along = add_list(
         app, "--focus-along", "X,Y,D", 3, [](const auto& values) { return is_pixel(values) && values[2] > 0; },
         [&lens](const std::vector<double>& values) {
@@ -152,14 +159,14 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
 }
 
 void complete(LensOptions& lens, const CameraOption& camera) {
-    if (!camera.given())
-        throw UsageError(
-            "--camera: missing; give a camera file, --preset with the source of the depth (fathom presets lists "
-            "them), or --relative for depth without a unit");
+    const ImportedCamera read = camera.read();
+    if (!camera.of_headers())
+        complete(lens, read, camera.name());
+}
+
+void complete(LensOptions& lens, const CameraFile& file, const std::string& camera_file) {
     if (lens.circle)
         return;
-    const CameraFile file = camera.read();
-    const std::string camera_file = camera.name();
     const LensDefaults& defaults = file.lens;
     const bool perspective = file.camera.projection.is_perspective();
     if (!lens.focus_at && !lens.focus_along)

@@ -32,9 +32,13 @@ struct LensOptions {
 
 void add_lens_options(CLI::App& app, LensOptions& lens);
 
-/// Takes what is not given from the camera file, and refuses a lens that is still incomplete or impossible.
+/// Takes what is not given from the camera, and refuses a lens that is still incomplete or impossible. Where each input has a
+/// camera of its own, in its header, that waits until it is read.
 /// Throws: UsageError, and Error for the camera file.
 void complete(LensOptions& lens, const CameraOption& camera);
+
+/// The same with the camera of a file of this name.
+void complete(LensOptions& lens, const CameraFile& camera, const std::string& name);
 
 /// The circle of confusion of this lens for this image. The image gives the focus if the lens focuses on a pixel. Pixels are
 /// counted in the display window, which the sensor has, too.

@@ -20,17 +20,18 @@
 #include <stdexcept>
 
 namespace fathom::cli {
-namespace {
-
-constexpr double many_invalid = 0.25; // a fraction of the pixels that is probably no accident
-constexpr float many_units = 100;     // no scene in metres begins so far away and is stored in whole metres
-constexpr float few_units = 0.25f;    // no scene in metres ends so near
-constexpr double mostly_far = 0.8;    // what most values of a depth buffer exceed
-constexpr double many_far = 0.001;    // the same for one value that is farther than all others
 
 HostDepth on_host(const DepthFile& depth) {
     return {depth.values.data, depth.values.cols, depth.values.rows, depth.values.step, depth.storage};
 }
+namespace {
+
+constexpr double many_invalid = 0.25; // a fraction of the pixels that is probably no accident
+constexpr float many_units = 100;     // no scene in metres begins so far away and is stored in whole metres
+constexpr double crowded = 1.2;       // no scene lies in the first fifth behind its near plane
+constexpr float few_units = 0.25f;    // no scene in metres ends so near
+constexpr double mostly_far = 0.8;    // what most values of a depth buffer exceed
+constexpr double many_far = 0.001;    // the same for one value that is farther than all others
 
 // The largest value of floats or halves that is finite; 0 where none is above.
 double largest_finite(const cv::Mat& values) {
@@ -62,6 +63,40 @@ std::optional<std::string> projection_doubt(const Projection& projection) {
         "the fourth row of \"projection\" looks along ({:.3g}, {:.3g}, {:.3g}): it holds the view as well; "
         "give the projection alone, and the rest as \"view\"",
         static_cast<double>(ahead[0]), static_cast<double>(ahead[1]), static_cast<double>(ahead[2]));
+}
+
+// The nearest depth that a depth buffer can hold in the middle of the image. None for other depth.
+std::optional<double> near_end_of(const StoredDepth& stored) {
+    const Camera& camera = stored.camera;
+    if (camera.encoding != Encoding::window || !camera.projection.is_perspective())
+        return std::nullopt;
+    const DepthForm form = depth_form(camera, stored.storage);
+    std::optional<double> nearest;
+    for (const float end : {form.lowest, form.highest}) {
+        const auto z = static_cast<double>(
+            view_depth(camera, stored.storage, camera.width / 2.0, camera.height / 2.0, static_cast<double>(end)));
+        if (std::isfinite(z) && z > 0 && (!nearest || z < *nearest))
+            nearest = z;
+    }
+    return nearest;
+}
+
+// All of it background though the values differ, or all of it close behind the near plane.
+std::optional<std::string> range_doubt(const DepthFile& depth, const StoredDepth& stored, const Look& look) {
+    if (look.background == look.pixels) {
+        const StoredStatistics found = stored_statistics(on_host(depth));
+        if (found.min < found.max)
+            return fmt::format(
+                "every pixel is background, though the values run from {} to {}; does the scale fit, or what "
+                "the camera says of the background?",
+                number(found.min), number(found.max));
+    }
+    const auto near_end = near_end_of(stored);
+    if (near_end && look.surfaces() > 0 && static_cast<double>(look.farthest) < *near_end * crowded)
+        return fmt::format("everything lies within {:.2g} % of the near plane, {:.4g}; are the values distances "
+                           "(\"encoding\": \"view-z\"), or is \"reversed\" the wrong way round?",
+                           100 * (static_cast<double>(look.farthest) / *near_end - 1), *near_end);
+    return std::nullopt;
 }
 
 // Why no value, or few of them, has a depth.
@@ -180,6 +215,9 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
     for (const std::optional<std::string>& doubt : {told ? std::nullopt : flat_surfaces_doubt(depth, stored, look),
                                                     photograph_doubt(depth), projection_doubt(camera.projection)})
         if (doubt)
+            said.push_back(*doubt);
+    if (said.empty())
+        if (const auto doubt = range_doubt(depth, stored, look))
             said.push_back(*doubt);
     return said;
 }

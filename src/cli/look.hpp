@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fathom/findings.hpp>
 #include <fathom/image.hpp>
 #include <fathom/io.hpp>
 
@@ -19,6 +20,9 @@ struct Look {
 
     std::size_t surfaces() const { return pixels - invalid - background; }
 };
+
+/// The image in host memory.
+HostDepth on_host(const DepthFile& depth);
 
 /// Decodes the image and counts. `depth` is what `stored.image` was made of.
 Look look_at(const StoredDepth& stored);

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <stdexcept>
 
 namespace fathom::cli {
@@ -31,13 +30,13 @@ Device DeviceOption::open() const {
 namespace {
 
 // The preset alone, as an argument.
-CameraFile named_camera(const std::string& preset) {
+ImportedCamera named_camera(const std::string& preset) {
     try {
-        CameraFile camera = preset_camera(preset);
-        depth_form(camera_for(camera, camera.camera.width ? camera.camera.width : 64,
-                              camera.camera.height ? camera.camera.height
-                                                   : 48)); // values that contradict each other, whatever the image
-        return camera;
+        const CameraFile camera = preset_camera(preset);
+        const int width = camera.camera.width > 0 ? camera.camera.width : 64,
+                  height = camera.camera.height > 0 ? camera.camera.height : 48;
+        depth_form(camera_for(camera, width, height)); // values that contradict each other, whatever the image
+        return {camera, io::parsed_preset("preset " + preset, preset).dump(), {}};
     } catch (const Error& error) {
         throw UsageError(error.what());
     } catch (const std::invalid_argument& error) {
@@ -54,68 +53,52 @@ bool is_complete(const std::string& preset) {
     }
 }
 
-bool same_lens(const LensDefaults& a, const LensDefaults& b) {
-    return a.lens_mm == b.lens_mm && a.sensor_mm == b.sensor_mm && a.f_stop == b.f_stop &&
-           a.focus_distance == b.focus_distance;
-}
-
 } // namespace
 
 std::string CameraOption::name() const {
     return !file.empty() ? file : !preset.empty() ? "preset " + preset : inputs ? inputs->front() : "the camera";
 }
 
-bool CameraOption::of_header(const std::string& depth) const {
-    return file.empty() && (preset.empty() || !is_complete(preset)) && io::exr_has_camera(depth);
+bool CameraOption::of_headers() const {
+    return file.empty() && (preset.empty() || !is_complete(preset));
 }
 
 ImportedCamera CameraOption::read_for(const std::string& depth, Storage storage) const {
-    const bool header = of_header(depth);
-    if (file.empty() && !header && preset.empty())
-        throw Error(
-            depth +
-            ": has no camera in its header; give a camera file (--camera), or --preset with the source of the depth");
-    if (file.empty() && !header)
-        return {named_camera(preset), {}, {}};
-    return import_camera(header ? depth : file, {.image = image,
-                                                 .node = node,
-                                                 .preset = preset,
-                                                 .undistorted = undistorted,
-                                                 .storage = storage,
-                                                 .depth = depth});
+    const bool of_header = of_headers() && io::exr_has_camera(depth);
+    if (!of_header && !given())
+        throw Error(depth +
+                    ": has no camera in its header; give a camera file (--camera), or --preset with the source of "
+                    "the depth");
+    if (!of_header && file.empty())
+        return named_camera(preset);
+    return import_camera(of_header ? depth : file, {.image = image,
+                                                    .node = node,
+                                                    .preset = preset,
+                                                    .undistorted = undistorted,
+                                                    .storage = storage,
+                                                    .depth = depth});
 }
 
-CameraFile CameraOption::read() const {
-    static const std::vector<std::string> none;
-    const std::vector<std::string>& depths = inputs ? *inputs : none;
+ImportedCamera CameraOption::read() const {
     if (file.empty() && (!image.empty() || !node.empty() || undistorted))
         throw UsageError("--image, --node and --undistorted: choose from a file; give it with --camera");
-    if (!file.empty())
-        return read_for(depths.empty() ? std::string() : depths.front(), Storage::float32);
-    std::optional<CameraFile> first;
-    for (const std::string& depth : depths) {
-        if (!of_header(depth))
-            continue;
-        const CameraFile camera = read_for(depth, Storage::float32);
-        if (first && !same_lens(first->lens, camera.lens))
-            throw UsageError(depth +
-                             ": its header has another lens or focus than those before; give the images one by one");
-        first = first ? first : camera;
+    std::vector<std::string> depths = inputs ? *inputs : std::vector<std::string>{};
+    if (!given()) {
+        std::erase_if(depths, [](const std::string& depth) { return !io::exr_has_camera(depth); });
+        if (depths.empty())
+            throw UsageError(std::string("--camera: missing; give a camera file, --preset with the source of the depth "
+                                         "(fathom presets lists them)") +
+                             (or_relative ? ", or --relative for depth without a unit" : ""));
     }
-    if (first)
-        return *first;
-    if (preset.empty())
-        throw UsageError("--camera: missing; give a camera file, or --preset with the source of the depth "
-                         "(fathom presets lists them)");
-    return named_camera(preset);
-}
-
-std::vector<std::string> CameraOption::doubts(int width, int height) const {
-    if (!given())
-        return {};
-    const nlohmann::json keys =
-        file.empty() ? io::parsed_preset(name(), preset) : nlohmann::json::parse(std::ifstream(file), nullptr, false);
-    return io::key_doubts(keys, width, height);
+    if (depths.empty())
+        depths.emplace_back();
+    for (std::size_t i = 0; i + 1 < depths.size(); ++i) {
+        try {
+            return read_for(depths[i]);
+        } catch (const Error&) { // is told when the turn of this input comes
+        }
+    }
+    return read_for(depths.back());
 }
 
 CLI::Validator is_one_of(const std::vector<std::string>& names) {
@@ -171,7 +154,8 @@ void add_device_options(CLI::App& app, DeviceOption& device) {
                    "as `fathom devices` lists them (default: a GPU if there is one)")
         ->type_name("DEVICE")
         ->group("Device");
-    app.add_option("--threads", device.threads, "number of threads of a CPU device (PoCL) and of OpenEXR\n(default: all cores)")
+    app.add_option("--threads", device.threads,
+                   "number of threads of a CPU device (PoCL) and of OpenEXR\n(default: all cores)")
         ->type_name("N")
         ->check(is_a_number("whole number from 1 to 4096",
                             [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }))
@@ -216,13 +200,14 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
                  "write a copy of the input EXR that has the result beside its own\nchannels")
         ->group("Output");
     app.add_flag("--half", options.half, "write .exr of 16-bit floats (default: 32 bits)")->group("Output");
-    add_enum_option(app, "--compression", options.compression,
-                    {{"none", ExrCompression::none},
-                     {"zips", ExrCompression::zips},
-                     {"zip", ExrCompression::zip},
-                     {"piz", ExrCompression::piz},
-                     {"dwaa", ExrCompression::dwaa}},
-                    "of .exr (default: zip). dwaa loses a little of channels called\nR, G, B or Y, N.Y and P.Y among them")
+    add_enum_option(
+        app, "--compression", options.compression,
+        {{"none", ExrCompression::none},
+         {"zips", ExrCompression::zips},
+         {"zip", ExrCompression::zip},
+         {"piz", ExrCompression::piz},
+         {"dwaa", ExrCompression::dwaa}},
+        "of .exr (default: zip). dwaa loses a little of channels called\nR, G, B or Y, N.Y and P.Y among them")
         ->group("Output");
 
     CLI::Option* quiet = app.add_flag_callback(

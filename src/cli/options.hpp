@@ -32,21 +32,20 @@ struct CameraOption {
     std::string image, node;                          ///< which camera of the file
     bool undistorted = false;                         ///< see ImportOptions
     const std::vector<std::string>* inputs = nullptr; ///< whose headers may have cameras
+    bool or_relative = false;                         ///< may the command do without?
 
     bool given() const { return !file.empty() || !preset.empty(); }
     std::string name() const; ///< for messages
 
-    /// Is the camera that of the depth's header?
-    bool of_header(const std::string& depth) const;
+    /// Is the camera of each input in its header?
+    bool of_headers() const;
 
-    /// What holds for all inputs: the packing, the lens, the kind of projection.
-    /// Throws: UsageError where there is no camera, and where headers say different lenses.
-    CameraFile read() const;
+    /// The camera of the first input that has one: refuses early what is wrong for all of them.
+    /// Throws: UsageError where there is no camera, and Error for a camera that cannot be used.
+    ImportedCamera read() const;
 
     /// The camera of one input, whose values are stored like this.
-    ImportedCamera read_for(const std::string& depth, Storage storage) const;
-    /// What is probably wrong with its keys for an image of this size. Call `read` first, which refuses what is wrong.
-    std::vector<std::string> doubts(int width, int height) const;
+    ImportedCamera read_for(const std::string& depth, Storage storage = Storage::float32) const;
 };
 
 /// Depth without a unit, see fathom/relative.hpp.

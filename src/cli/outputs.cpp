@@ -78,8 +78,8 @@ fs::path place(const DepthOptions& options, const Output& output, const fs::path
     if (!exr && options.append)
         throw UsageError(file.native() + ": --append adds channels to an EXR; write .exr");
     if (!exr && (options.half || options.compression))
-        throw UsageError(fmt::format("{}: {} is for .exr; leave it out", file.native(),
-                                     options.half ? "--half" : "--compression"));
+        throw UsageError(
+            fmt::format("{}: {} is for .exr; leave it out", file.native(), options.half ? "--half" : "--compression"));
     if (extension_of(file) == ".png" && !options.png_scale && !output.product.png_scale)
         throw UsageError(file.native() + ": PNG holds 0 to 1 only; give --png-scale or write .exr, .tif or .pfm");
     return file;

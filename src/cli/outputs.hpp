@@ -25,7 +25,8 @@ struct Job {
     std::filesystem::path input;
     std::vector<std::filesystem::path> companions;
     std::vector<std::filesystem::path> outputs;
-    Windows windows = {}; ///< of the depth, once it is read
+    Windows windows = {};                  ///< of the depth, once it is read
+    std::optional<CameraFile> header = {}; ///< the camera, if it is that of the depth's own header
 
     /// All but the input.
     std::vector<std::filesystem::path> others() const;

@@ -49,8 +49,8 @@ Picture picture_of(const std::filesystem::path& file, const PictureOptions& opti
     Picture picture;
     {
         const StderrSilenced silenced;
-        picture = read_picture(
-            file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
+        picture =
+            read_picture(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
     }
     check_same_size(file, picture.color, stored, job);
     return picture;

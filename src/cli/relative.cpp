@@ -139,12 +139,19 @@ DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const 
 
 namespace {
 
+// The lens for an input whose own header may complete it.
+LensOptions lens_of(LensOptions lens, const Job& job) {
+    if (job.header)
+        complete(lens, *job.header, job.input.native());
+    return lens;
+}
+
 CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const StoredDepth& stored,
                                       const LensOptions& lens) {
     if (!lens.focus_at)
         return relative_circle(*relative.blur_px, relative.focus_range->low, *relative.order);
     const auto [x, y] = *lens.focus_at;
-    if (x >= stored.camera.width || y >= stored.camera.height)
+    if (x < 0 || y < 0 || x >= stored.camera.width || y >= stored.camera.height)
         throw Error(fmt::format("--focus-at: pixel {},{} lies outside the image of {} × {}; the last one is {},{}", x,
                                 y, stored.camera.width, stored.camera.height, stored.camera.width - 1,
                                 stored.camera.height - 1));
@@ -161,15 +168,17 @@ CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const Sto
 } // namespace
 
 CircleOfConfusion circle_of(const RelativeOptions& relative, const LensOptions& lens, const StoredDepth& stored,
-                            const Windows& windows) {
-    return relative.order ? relative_circle_for(relative, stored, lens) : circle_for(lens, stored, windows);
+                            const Job& job) {
+    return relative.order ? relative_circle_for(relative, stored, lens)
+                          : circle_for(lens_of(lens, job), stored, job.windows);
 }
 
 std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensOptions& lens,
-                                     const StoredDepth& stored, const Windows& windows, const Look& look, Sky sky, double max_coc_px) {
-    const CircleOfConfusion circle = circle_of(relative, lens, stored, windows);
+                                     const StoredDepth& stored, const Job& job, const Look& look, Sky sky,
+                                     double max_coc_px) {
+    const CircleOfConfusion circle = circle_of(relative, lens, stored, job);
     if (!relative.order)
-        return lens_doubts(lens, circle, look, sky, max_coc_px);
+        return lens_doubts(lens_of(lens, job), circle, look, sky, max_coc_px);
     if (relative.focus_range)
         return {}; // all may be in focus
     return circle_doubts(circle, look, sky, max_coc_px, fmt::format("--blur-px is {}", number(*relative.blur_px)));

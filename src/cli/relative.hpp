@@ -26,10 +26,11 @@ DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const 
 /// The circle of relative depth, for a focus at a pixel or for the range that is in focus; the lens's otherwise.
 /// Throws: Error, for instance for a pixel without depth.
 CircleOfConfusion circle_of(const RelativeOptions& relative, const LensOptions& lens, const StoredDepth& stored,
-                            const Windows& windows);
+                            const Job& job);
 
 /// What is probably wrong with it for an image. Circles end at `max_coc_px`, which may be infinity.
 std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensOptions& lens,
-                                     const StoredDepth& stored, const Windows& windows, const Look& look, Sky sky, double max_coc_px);
+                                     const StoredDepth& stored, const Job& job, const Look& look, Sky sky,
+                                     double max_coc_px);
 
 } // namespace fathom::cli

@@ -48,9 +48,9 @@ std::string parse_region(const std::string& text, Region& region) {
     int numbers[4];
     bool good = parts.size() == 4;
     for (std::size_t i = 0; good && i < 4; ++i)
-        good = CLI::detail::lexical_cast(parts[i], numbers[i]) && numbers[i] >= (i < 2 ? 0 : 1);
+        good = CLI::detail::lexical_cast(parts[i], numbers[i]) && (i < 2 || numbers[i] >= 1);
     if (!good)
-        return "'" + text + "' is no region; it is four whole numbers X,Y,W,H, in pixels from the top left";
+        return "'" + text + "' is no region; it is four whole numbers X,Y,W,H, in pixels";
     region = {numbers[0], numbers[1], numbers[2], numbers[3]};
     return "";
 }

@@ -41,7 +41,8 @@ Result points(const Options& options, const StoredDepth& stored, const Job& job)
 }
 
 std::function<int()> configure(CLI::App& app) {
-    const Product product{.extensions = {".exr", ".ply", ".tif", ".pfm", ".npy", ".png"}, .channels = {"P.X", "P.Y", "P.Z"}};
+    const Product product{.extensions = {".exr", ".ply", ".tif", ".pfm", ".npy", ".png"},
+                          .channels = {"P.X", "P.Y", "P.Z"}};
     const auto options = std::make_shared<Options>();
     UnprojectOptions& unprojection = options->unproject;
     add_depth_options(app, *options, product);

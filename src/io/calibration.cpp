@@ -194,10 +194,9 @@ Imported imported(const fs::path& file, const ImportOptions& options) {
     std::string text(bytes.begin(), bytes.end());
     if (text.starts_with("%YAML:")) // cv::FileStorage's directive, which YAML does not know
         text.erase(0, std::min(text.find('\n'), text.size()));
-    const auto documents = YAML::LoadAll(text); // of a printed topic the first message
-    if (documents.empty() || !documents.front().IsMap())
+    const YAML::Node map = YAML::Load(text); // of a printed topic the first message
+    if (!map.IsMap())
         refuse(file, "holds no camera that Fathom knows: JSON, glTF, OpenEXR, or YAML of OpenCV or ROS");
-    const YAML::Node& map = documents.front();
     const bool ros = value(map, {"distortion_model", "projection_matrix", "k", "K"}).IsDefined();
     if (!ros && !map["camera_matrix"])
         refuse(file, "has neither OpenCV's \"camera_matrix\" nor \"K\" of ROS; it has " + keys_of(map));

@@ -48,8 +48,21 @@ public:
         check_size(file, static_cast<long long>(width), static_cast<long long>(height));
     }
 
-    /// A number, in whatever type it was written.
+    /// A number of a lens, where it says something: many programs write infinity or 0 for none.
+    std::optional<double> positive(const std::string& name) const {
+        const auto value = written_number(name);
+        return value && *value > 0 && std::isfinite(*value) ? value : std::nullopt;
+    }
+
     std::optional<double> number(const std::string& name) const {
+        const auto value = written_number(name);
+        if (value && !std::isfinite(*value))
+            refuse(name, "is not finite");
+        return value;
+    }
+
+    /// A number, in whatever type it was written.
+    std::optional<double> written_number(const std::string& name) const {
         std::optional<double> value;
         if (const auto* f = find<Imf::FloatAttribute>(name))
             value = f->value();
@@ -61,8 +74,6 @@ public:
             value = static_cast<double>(r->value());
         else if (const auto numbers = numbers_in_text(name); numbers.size() == 1)
             value = numbers.front();
-        if (value && !std::isfinite(*value))
-            refuse(name, "is not finite");
         return value;
     }
 
@@ -264,12 +275,15 @@ std::optional<HeaderCamera> standard_matrices(const Header& header) {
 }
 
 /// The angle of view across the image. V-Ray: degrees. Redshift: degrees in files, radians in its documentation.
-std::optional<json> angle_of_view(const Header& header) {
+std::optional<json> angle_of_view(const Header& header, std::vector<std::string>& warnings) {
     for (const char* name : {"cameraFov", "rs/camera/fov"}) {
         auto angle = header.number(name);
         if (!angle)
             continue;
         const bool radians = std::string(name) == "rs/camera/fov" && *angle < std::numbers::pi;
+        if (radians)
+            warnings.push_back("rs/camera/fov, " + shown_number(*angle) +
+                               ", is taken as radians; compare the field of view that fathom inspect shows");
         *angle *= radians ? 1 : std::numbers::pi / 180;
         if (!(*angle > 0 && *angle < std::numbers::pi))
             header.refuse(name, "is no angle between 0 and 180 degrees");
@@ -337,8 +351,10 @@ std::optional<json> screen_window(const Header& header, std::vector<std::string>
         header.refuse("screenWindowWidth", "or screenWindowCenter is no window");
     const double fx = header.width / width, fy = header.pixel_aspect() * fx;
     if (center.x() != 0)
-        warnings.push_back("screenWindowCenter has x = " + shown_number(center.x()) +
-                           ", which is taken to the right; OpenEXR's pages have it both ways");
+        warnings.push_back(
+            "screenWindowCenter has x = " + shown_number(center.x()) +
+            ", and x is taken to point left, as OpenEXR's introduction has it; if the picture is shifted "
+            "the other way, give a camera file (--camera)");
     return intrinsics(fx, fy, header.width / 2 + center.x() * fx, header.height / 2 + center.y() * fy);
 }
 
@@ -346,15 +362,15 @@ std::optional<json> screen_window(const Header& header, std::vector<std::string>
 json lens_of(const Header& header, const json& projection) {
     json keys = json::object();
     for (const char* name : {"nominalFocalLength", "effectiveFocalLength", "pinholeFocalLength"}) // the last one counts
-        if (const auto focal = header.number(name); focal && *focal > 0)
+        if (const auto focal = header.positive(name))
             keys["lens_mm"] = *focal;
     for (const char* name : {"aperture", "cameraFNumber", "rs/camera/FStop"})
-        if (const auto stop = header.number(name); stop && *stop > 0)
+        if (const auto stop = header.positive(name))
             keys["f_stop"] = *stop;
     for (const char* name : {"focus", "rs/camera/DOFFocusDistance"})
-        if (const auto distance = header.number(name); distance && *distance > 0)
+        if (const auto distance = header.positive(name))
             keys["focus_distance"] = *distance;
-    if (const auto film = header.number("cameraAperture"); film && *film > 0) // V-Ray's width of the film
+    if (const auto film = header.positive("cameraAperture")) // V-Ray's width of the film
         keys["sensor_mm"] = *film;
     // The whole sensor is that of the image only if the lens agrees.
     const auto sensor = header.vector("sensorOverallDimensions");
@@ -378,7 +394,7 @@ std::optional<Imported> imported(const Header& header) {
             camera.projection = *found;
     };
     if (camera.projection.is_null()) {
-        use(angle_of_view(header));
+        use(angle_of_view(header, camera.warnings));
         if (camera.projection.is_null())
             use(film_back(header, camera.warnings));
         if (camera.projection.is_null())

@@ -68,6 +68,8 @@ std::optional<int> rank(const Candidate& channel) {
         return 3;
     if (name == "y" && !channel.of_a_vector)
         return 4;
+    if (is_layer("depth"))
+        return 5;
     return std::nullopt;
 }
 
@@ -230,9 +232,11 @@ std::vector<std::string> depth_channels(const std::filesystem::path& file) {
         for (const auto& channel : channels) {
             const std::string name = lower(channel.name), layer = name.substr(0, name.rfind('.') + 1);
             const bool of_vector = has(channel.part, layer + "x") && has(channel.part, layer + "y");
+            // Blender's pass of that name, from 0 to 1, and what `fathom linearize --append` writes
+            const bool is_other = layer.ends_with("mist.") || layer == "linear.";
             const bool is_depth =
                 (name == layer + "z" && !of_vector) || name == layer + "depth" || name.ends_with("depth.v");
-            if (is_depth && !channel.deep && !channel.subsampled)
+            if (is_depth && !is_other && !channel.deep && !channel.subsampled)
                 names.push_back(channel.full_name);
         }
         return names;

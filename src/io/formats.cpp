@@ -46,7 +46,8 @@ cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std
 }
 
 void check_fills(const std::filesystem::path& file, const cv::Mat& image, const std::optional<Windows>& windows) {
-    if (windows && windows->data != cv::Rect({0, 0}, image.size()))
+    const bool overscan = windows && windows->data != cv::Rect({0, 0}, windows->display);
+    if (overscan && windows->data != cv::Rect({0, 0}, image.size()))
         refuse(file, "is " + described(image.size()) + ", and the depth has " + described(windows->data.size()) +
                          " pixels, with overscan; only OpenEXR holds that");
 }

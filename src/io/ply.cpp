@@ -28,7 +28,8 @@ cv::Mat codes_of(const cv::Mat& colors) {
     unpremultiply(light);
     from_linear(light, ColorEncoding::srgb);
     cv::patchNaNs(light, 0);
-    light.convertTo(codes, CV_8U, 255); // rounds, and ends at 0 and 255
+    cv::min(light, cv::Scalar::all(1), light); // also infinity, which no integer is
+    light.convertTo(codes, CV_8U, 255);        // rounds, and ends at 0 and 255
     return codes;
 }
 

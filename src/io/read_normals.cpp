@@ -9,6 +9,8 @@ namespace {
 
 using io::refuse;
 
+constexpr double least_length = 1e-3; // shorter vectors have no direction
+
 /// Three channels of an EXR that belong together.
 struct Layer {
     std::string name;                  ///< what stands before the last dot; empty for channels without one
@@ -85,16 +87,31 @@ cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
 
 // Files round, and renderers average over a pixel, so lengths are made 1. A vector without a length is no normal.
 void make_unit(cv::Mat& normals) {
-    constexpr double least = 1e-3;
     for (int y = 0; y < normals.rows; ++y) {
         for (int x = 0; x < normals.cols; ++x) {
             auto& n = normals.at<cv::Vec3f>(y, x);
             const double length = std::hypot(n[0], n[1], n[2]);
-            const bool good = length > least && std::isfinite(length);
+            const bool good = length > least_length && std::isfinite(length);
             for (int i = 0; i < 3; ++i)
                 n[i] = good ? static_cast<float>(n[i] / length) : 0.0f;
         }
     }
+}
+
+// Pictures and positions have three channels, too. Their lengths are anything.
+void check_lengths(const std::filesystem::path& file, const cv::Mat& normals) {
+    constexpr double few = 0.25, near_one = 0.2; // a renderer's mean over a pixel at an edge is shorter
+    std::size_t vectors = 0, others = 0;
+    for (int y = 0; y < normals.rows; ++y)
+        for (int x = 0; x < normals.cols; ++x) {
+            const auto& n = normals.at<cv::Vec3f>(y, x);
+            const double length = std::hypot(n[0], n[1], n[2]);
+            vectors += length > least_length && std::isfinite(length);
+            others += length > least_length && std::isfinite(length) && std::abs(length - 1) > near_one;
+        }
+    if (static_cast<double>(others) > few * static_cast<double>(vectors))
+        refuse(file, "holds " + std::to_string(vectors) + " vectors, " + std::to_string(others) +
+                         " of which have lengths unlike 1; normals have length 1, so it is a picture or positions");
 }
 
 cv::Mat read(const std::filesystem::path& file, const std::string& layer, const std::optional<Windows>& windows) {
@@ -115,6 +132,7 @@ cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer
     io::check_readable(file);
     return io::within_memory(file, [&] {
         cv::Mat normals = read(file, layer, windows);
+        check_lengths(file, normals);
         make_unit(normals);
         return normals;
     });

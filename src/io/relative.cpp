@@ -76,8 +76,9 @@ cv::Mat image_of(const std::filesystem::path& file, const std::string& channel) 
         return jpeg->image;
     if (const auto image = io::read_plain(file, bytes))
         return *image;
-    refuse(file,
-           "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy and .exr");
+    refuse(
+        file,
+        "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy and .exr");
 }
 
 } // namespace

@@ -266,7 +266,7 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
                     .channels = channels}),
         scratch);
     runtime::launch(device, call.kernel("dof", {{"ELEMENT", call.element}}), {call.vectors(p.columns), p.rows},
-                    call.state, result, grid(color, result), p);
+                    call.state, color, result, grid(color, result), p);
 }
 
 void check_dof_result(const StoredDepth& stored, const Image& color, const Image& result, const DofOptions& options) {
