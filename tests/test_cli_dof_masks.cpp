@@ -223,7 +223,6 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
         {{"--focus-at", "1,2", "--focus-along", "1,2,3"}, "--focus-a"},
         {{"--focus-at", "1"}, "X,Y"},
         {{"--focus-at", "1.5,2"}, "X,Y"},
-        {{"--focus-at", "-1,2"}, "X,Y"},
         {{"--focus-along", "1,2,0"}, "X,Y,D"},
         {{"--focus-along", "1,2"}, "X,Y,D"},
         {{"--circle", "1"}, "K,G"},

@@ -108,7 +108,7 @@ TEST_CASE("read normals: pictures of them hold half of n and a half, black where
 TEST_CASE("read normals: lengths become one, and what has none is none", "[io]") {
     const TempFolder folder;
     const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
-    cv::Mat normals(1, 5, CV_32FC3);
+    cv::Mat normals(1, 12, CV_32FC3, cv::Scalar(0, 0, 1));
     normals.at<cv::Vec3f>(0, 0) = {0.3f, 0, 0.4f};
     normals.at<cv::Vec3f>(0, 1) = {nan, 0, 1};
     normals.at<cv::Vec3f>(0, 2) = {0, infinite, 0};
@@ -120,6 +120,9 @@ TEST_CASE("read normals: lengths become one, and what has none is none", "[io]")
     for (const int x : {1, 2, 3})
         CHECK(read.at<cv::Vec3f>(0, x) == cv::Vec3f(0, 0, 0));
     CHECK(cv::norm(read.at<cv::Vec3f>(0, 4) - cv::Vec3f(0, -0.6f, 0.8f)) < 1e-6);
+    write_image(folder / "p.pfm", 3 * normals);
+    check_says(refusal([&] { read_normals(folder / "p.pfm"); }),
+               {"p.pfm: holds 9 vectors, 9 of which have lengths unlike 1", "a picture or positions"});
 }
 
 TEST_CASE("read normals: what holds none is refused in one line", "[io]") {

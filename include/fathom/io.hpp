@@ -77,7 +77,8 @@ cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color);
 /// three channels of float. PNG: three channels of 8 or 16 bits that hold ½n + ½, black where there is none. An alpha is
 /// left out. Lengths that a file rounded or a renderer averaged are made 1; NaN and lengths below 0.001 are no normal.
 /// With `windows`, those of a depth image, the result has that image's pixels, without a normal where the file has none.
-/// Throws: Error as `read_depth`, and for a file without such a layer, with other channels, or of another display window.
+/// Throws: Error as `read_depth`, for a file without such a layer, with other channels, or of another display window, and for
+/// vectors of which more than a quarter have lengths that differ from 1 by 0.2: pictures and positions.
 cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer = {},
                      const std::optional<Windows>& windows = {});
 

@@ -229,7 +229,8 @@ std::function<int()> configure(CLI::App& app) {
         ->group("Input");
     app.add_option_function<std::string>(
            "--region", [options](const std::string& text) { parse_region(text, options->ssao.region.emplace()); },
-           "compute this part of the image only. Results have its size.\nSamples still come from the whole image")
+           "compute this part of the image only. Results have its size (EXR:\nits data window). Samples still come "
+           "from the whole image")
         ->type_name("X,Y,W,H")
         ->check(CLI::Validator(
             [](std::string& text) {
