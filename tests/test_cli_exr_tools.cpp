@@ -89,7 +89,7 @@ const std::vector<Made> files{
     {one + "-o b.exr && exrstdattr -owner me -focus 3 -aperture 2.8 -expTime 0.02 -capDate '2026:01:02 03:04:05' "
            "-comments 'a \"quoted\" one' b.exr a.exr"},
     {five + "-o b.exr && exrmakepreview -w 8 b.exr a.exr"},
-    {five + "-o b.exr && exrmultiview left b.exr right b.exr a.exr"},
+    {five + "-o b.exr && exrmultiview left b.exr right b.exr a.exr", 0, {"--channel", "Z"}},
 };
 
 } // namespace

@@ -160,7 +160,8 @@ TEST_CASE("write: ply holds the points that are somewhere", "[io]") {
 TEST_CASE("write: what cannot be written is refused, and nothing is left behind", "[io]") {
     const TempFolder folder;
     const auto z = floats(1);
-    check_says(refusal([&] { write_image(folder / "z.jpg", z); }), {"\".jpg\"", ".exr, .tif, .pfm, .png or .ply"});
+    check_says(refusal([&] { write_image(folder / "z.jpg", z); }),
+               {"\".jpg\"", ".exr, .tif, .pfm, .npy, .png or .ply"});
     check_says(refusal([&] { write_image(folder / "z", z); }), {"the extension \"\""});
     check_says(refusal([&] { write_image(folder / "z.pfm", floats(4)); }), {"1 or 3 channels"});
     check_says(refusal([&] { write_image(folder / "z.exr", cv::Mat(2, 2, CV_64FC1, cv::Scalar(1))); }),
