@@ -8,6 +8,7 @@
 #include "messages.hpp"
 #include "relative.hpp"
 
+#include "camera_file/file.hpp"
 #include "camera_file/key_doubts.hpp"
 
 #include "io/depth_channels.hpp"
@@ -182,7 +183,7 @@ double seconds(Clock::time_point from, Clock::time_point to) {
 }
 
 void announce(Report report, const std::vector<Output>& outputs, const Job& job, const Result& made,
-              const std::optional<Look>& look, const Times& times) {
+              const std::string& channel, const std::optional<Look>& look, const Times& times) {
     const cv::Mat& result = made.image;
     std::optional<PictureFormat> format;
     if (made.format)
@@ -200,7 +201,7 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
                                ? "  linear floats"
                                : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
         if (look)
-            held += "  " + in_words(*look);
+            held += "  " + (channel.empty() ? "" : io::printable(channel) + ": ") + in_words(*look);
         fmt::print("{}  {} × {}{}  {:.0f} ms\n", files, result.cols, result.rows, held, whole * 1e3);
         break;
     }
@@ -214,6 +215,8 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
                                     {"read_seconds", seconds(times.start, times.was_read)},
                                     {"compute_seconds", seconds(times.was_read, times.was_computed)},
                                     {"write_seconds", seconds(times.was_computed, times.was_written)}};
+        if (!channel.empty())
+            line["depth_channel"] = channel;
         if (look) {
             line["nearest"] = look->surfaces() > 0 ? json_number(look->nearest) : nlohmann::ordered_json();
             line["farthest"] = look->surfaces() > 0 ? json_number(look->farthest) : nlohmann::ordered_json();
@@ -304,7 +307,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
                                 "picture's own type to keep them",
                                 job.outputs[i].native()));
         times.was_written = Clock::now();
-        announce(options.report, outputs, job, results.front(), look, times);
+        announce(options.report, outputs, job, results.front(), depth.channel, look, times);
     };
 
     int code = done;
