@@ -82,7 +82,7 @@ void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& fi
     image = whole;
 }
 
-// Names for channels among others: "view" in front of Z, which a depth image has already.
+// Names for channels among others: "linear" in front of Z, which a depth image has already.
 std::vector<std::string> in_layer(std::vector<std::string> channels, const std::string& layer) {
     for (std::string& channel : channels)
         channel.insert(0, layer.empty() ? "" : layer + ".");
@@ -107,7 +107,10 @@ void write(const DepthOptions& options, const std::vector<Output>& outputs, cons
             how.source->windows.data = *results[i].part + source->windows.data.tl();
         else if (source && image.size() != source->windows.data.size()) // not one value a pixel
             how.source.reset();
-        if (i == 0 && options.append && how.source) {
+        if (i == 0 && options.append) {
+            if (!how.source)
+                throw Error(job.outputs[i].native() +
+                            ": has another size than its input, which --append cannot add to");
             how.source->append = true;
             how.channels = in_layer(how.channels, product.layer);
         }
