@@ -6,11 +6,14 @@
 
 #include "scene/scene.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <cmath>
 #include <functional>
 #include <iostream>
 #include <numbers>
 #include <random>
+#include <set>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -279,6 +282,24 @@ std::vector<Mistake> mistakes() {
          view_z,
          0,
          {"warning: ", "channel \"Z\" is taken, but left.Z could be depth, too", "--channel"}},
+        {"values from 0 to 1 as the distances of a projection that ends before them",
+         0.01 * metres(),
+         "a.exr",
+         lens + R"(, "encoding": "view-z")",
+         0,
+         {"warning: ", "100 % of the surfaces lie before the near plane of the projection, 0.5", "from 0 to 1"}},
+        {"millimetres as the distances of a projection in metres",
+         1000 * metres(),
+         "a.exr",
+         lens + R"(, "encoding": "view-z")",
+         0,
+         {"warning: ", "behind the far plane of the projection, 100", "\"scale\""}},
+        {"the same with a matrix",
+         1000 * metres(),
+         "a.exr",
+         R"("encoding": "view-z", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0,0,-1.01,-1.005],[0,0,-1,0]])",
+         0,
+         {"warning: ", "behind the far plane of the projection, 100.5", "\"scale\""}},
         // A wrong projection
         {"a transposed perspective",
          metres(),
@@ -519,6 +540,13 @@ std::vector<Mistake> mistakes() {
          0,
          {"warning: ", "--color-space linear", "leave the option out"},
          {"fog", "--color", "{}/color.jpg", "--color-space", "linear", "--density", "0.1"}},
+        {"a PNG of 8 bits as linear",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "--color-space linear", "color.png holds 8 bits", "leave the option out"},
+         {"fog", "--color", "{}/color.png", "--color-space", "linear", "--density", "0.1"}},
         {"a PNG that cuts off",
          metres(),
          "a.exr",
@@ -580,8 +608,28 @@ std::vector<Mistake> mistakes() {
          0,
          {},
          {"fog", "--color", "{}/grey.png", "--density", "0.1"}},
+        {"a PNG of 16 bits as linear",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {},
+         {"fog", "--color", "{}/16.png", "--color-space", "linear", "--density", "0.1"}},
+        {"a PNG of 8 bits that says that it is linear",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {},
+         {"fog", "--color", "{}/linear.png", "--color-space", "linear", "--density", "0.1"}},
         {"a PNG that fits", metres(), "a.exr", view_z, 0, {}, {"linearize", "--png-scale", "0.1"}, "z.png"},
         {"millimetres with a scale", codes(metres(), 1000), "a.png", view_z + R"(, "scale": 0.001)", 0, {}},
+        {"millimetres that the projection's planes fit",
+         1000 * metres(),
+         "a.exr",
+         R"("perspective": {"fov_y_deg": 60, "near": 500, "far": 100000}, "encoding": "view-z")",
+         0,
+         {}},
         {"whole metres", codes(metres(), 1), "a.png", view_z, 0, {}},
         {"a sky that is said", metres(0.2, 1e10f), "a.exr", view_z + R"(, "background_from": 1e10)", 0, {}},
         {"a sky that is said by its value", metres(0.2, 1e10f), "a.exr", view_z + R"(, "background": 1e10)", 0, {}},
@@ -617,6 +665,11 @@ void write_pictures(const Folder& folder) {
     cv::imwrite(folder / "color.jpg", picture());
     cv::imwrite(folder / "small.png", picture(width / 2, height / 2));
     cv::imwrite(folder / "grey.png", grey_8());
+    cv::Mat light, codes;
+    picture().convertTo(light, CV_32F, 1 / 255.0);
+    light.convertTo(codes, CV_16U, 65535);
+    cv::imwrite(folder / "16.png", codes);
+    write_picture(folder / "linear.png", {light, {.encoding = ColorEncoding::linear, .bits = 8}});
     depth_file(folder, "depth.png");
 }
 
@@ -709,6 +762,39 @@ TEST_CASE("mistakes: no real input warns", "[real]") {
     CHECK(inputs > 10);
 }
 
+TEST_CASE("mistakes: real depth buffers are told where they are read as distances", "[real]") {
+    if (!real::there("opengl"))
+        return;
+    const Folder folder;
+    const std::string camera = folder / "camera.json";
+    // Flat surfaces tell most of them, the planes of their projection these. Those of `ortho_oblique24` are oblique.
+    const std::set<std::string> clipped{"linear24", "log32f", "median32f", "pseudolinear32f", "ortho_off24"},
+        unknown{"ortho_oblique24"};
+    int told = 0;
+    for (const auto& entry : fs::directory_iterator(real::data / "opengl")) {
+        const std::string name = entry.path().stem().string();
+        if (entry.path().extension() != ".json" || unknown.contains(name))
+            continue;
+        INFO(name);
+        auto json = nlohmann::json::parse(content(entry.path()));
+        json["encoding"] = "view-z";
+        for (const char* key : {"near", "far", "median"}) // of the encoding
+            json.erase(key);
+        write(camera, json.dump());
+        std::string depth = (real::data / "opengl" / name).string() + ".depth.tif";
+        if (!fs::exists(depth))
+            depth = (real::data / "opengl" / name).string() + ".depth.png";
+        const Outcome outcome = run({"linearize", depth, "--camera", camera, "-o", folder / "out/z.exr"});
+        CHECK(outcome.code == 0);
+        CHECK(outcome.err.find("warning: ") != std::string::npos);
+        CHECK(clipped.contains(name) ==
+              (outcome.err.find("before the near plane of the projection") != std::string::npos));
+        ++told;
+    }
+    std::cout << told << " depth buffers of OpenGL read as distances are told\n";
+    CHECK(told == 18);
+}
+
 TEST_CASE("mistakes: no camera of the examples warns on its scene") {
     const Folder folder;
     std::size_t count = 0;
@@ -737,6 +823,49 @@ TEST_CASE("mistakes: an EXR with two views warns of two depths, unless its chann
     CHECK(unnamed.code == 0);
     CHECK(unnamed.err.find("channel \"Z\" is taken, but left.Z could be depth, too") != std::string::npos);
     check_done(run(joined(ask, {"--channel", "left.Z"})));
+}
+
+TEST_CASE("mistakes: several channels that could be depth are told, unless one of them is it by convention") {
+    struct Case {
+        std::vector<std::string> channels;
+        std::string taken;
+        std::vector<std::string> others; ///< that are told
+    };
+    const Case cases[] = {
+        {{"Depth", "ZDepth"}, "Depth", {"ZDepth"}},
+        {{"V", "Y"}, "V", {"Y"}},
+        {{"V", "Z"}, "Z", {"V"}},
+        {{"Depth", "V"}, "V", {"Depth"}},
+        {{"A.Depth.Z", "B.Depth.Z"}, "A.Depth.Z", {"B.Depth.Z"}},
+        {{"Z", "left.Z", "right.Z"}, "Z", {"left.Z", "right.Z"}},
+        {{"Y", "Z"}, "Z", {}}, // OpenEXR: brightness and depth
+        {{"Depth", "Y"}, "Depth", {}},
+        {{"ViewLayer.Depth.Z", "ViewLayer.Mist.Z"}, "ViewLayer.Depth.Z", {}}, // Blender
+        {{"Z", "linear.Z"}, "Z", {}},                                         // fathom linearize --append
+        {{"N.X", "N.Y", "N.Z", "Z"}, "Z", {}},
+        {{"U", "V", "Z"}, "Z", {}},
+        {{"Depth", "X", "Y", "Z"}, "Depth", {}},
+    };
+    const Folder folder;
+    const std::string input = folder / "a.exr", camera = folder / "camera.json";
+    write(camera, "{" + wide + R"(, "encoding": "view-z"})");
+    for (const Case& each : cases) {
+        INFO(each.channels.front() << ", " << each.channels.back());
+        cv::Mat image;
+        cv::merge(std::vector<cv::Mat>(each.channels.size(), metres()), image);
+        write_image(input, image, {.channels = each.channels, .png_scale = {}});
+        const Arguments ask{"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"};
+        const Outcome outcome = run(ask);
+        CHECK(outcome.code == 0);
+        if (each.others.empty())
+            CHECK(outcome.err == "");
+        else
+            CHECK(outcome.err.find("channel \"" + each.taken + "\" is taken, but ") != std::string::npos);
+        for (const std::string& other : each.others) {
+            CHECK(outcome.err.find(other) != std::string::npos);
+            check_done(run(joined(ask, {"--channel", other})));
+        }
+    }
 }
 
 TEST_CASE("mistakes: no random camera warns", "[slow]") {

@@ -201,7 +201,7 @@ std::function<int()> configure(CLI::App& app) {
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         more.doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
-            std::vector<std::string> said = picture_doubts(options->picture);
+            std::vector<std::string> said = picture_doubts(options->picture, job);
             std::ranges::copy(blur_doubts(options->relative, options->lens, stored, job, look, options->dof.sky,
                                           options->dof.max_coc_px),
                               std::back_inserter(said));
