@@ -93,6 +93,15 @@ cv::Mat codes(const cv::Mat& depth, double scale) {
     return result;
 }
 
+/// Codes without any surface.
+cv::Mat noise(int columns, int rows) {
+    std::mt19937 random(3);
+    cv::Mat result(rows, columns, CV_16UC1);
+    for (auto& code : cv::Mat_<std::uint16_t>(result))
+        code = static_cast<std::uint16_t>(random() >> 16);
+    return result;
+}
+
 cv::Mat constant(float value) {
     return cv::Mat(height, width, CV_32FC1, cv::Scalar(value));
 }
@@ -628,6 +637,14 @@ std::vector<Mistake> mistakes() {
          1000 * metres(),
          "a.exr",
          R"("perspective": {"fov_y_deg": 60, "near": 500, "far": 100000}, "encoding": "view-z")",
+         0,
+         {}},
+        {"noise", noise(width, height), "a.png", view_z + R"(, "scale": 0.001)", 0, {}},
+        {"noise in a larger image", noise(160, 120), "a.png", view_z + R"(, "scale": 0.001)", 0, {}},
+        {"noise along the rays",
+         noise(160, 120),
+         "a.png",
+         wide + R"(, "encoding": "ray-distance", "scale": 0.001)",
          0,
          {}},
         {"whole metres", codes(metres(), 1), "a.png", view_z, 0, {}},
