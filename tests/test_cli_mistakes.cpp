@@ -6,6 +6,8 @@
 
 #include "scene/scene.hpp"
 
+#include <fathom/picture.hpp>
+
 #include <nlohmann/json.hpp>
 
 #include <cmath>
@@ -87,6 +89,18 @@ cv::Mat two_channels() {
     return both;
 }
 
+cv::Mat constant(float value) {
+    return cv::Mat(height, width, CV_32FC1, cv::Scalar(value));
+}
+
+/// A wall at 5 metres over a fraction of the image, and one at 8.
+cv::Mat walls(double fraction) {
+    cv::Mat depth = constant(8);
+    for (int i = 0; i < fraction * width * height; ++i)
+        depth.at<float>(i / width, i % width) = 5;
+    return depth;
+}
+
 cv::Mat codes(const cv::Mat& depth, double scale) {
     cv::Mat result;
     depth.convertTo(result, CV_16U, scale);
@@ -100,10 +114,6 @@ cv::Mat noise(int columns, int rows) {
     for (auto& code : cv::Mat_<std::uint16_t>(result))
         code = static_cast<std::uint16_t>(random() >> 16);
     return result;
-}
-
-cv::Mat constant(float value) {
-    return cv::Mat(height, width, CV_32FC1, cv::Scalar(value));
 }
 
 cv::Mat grey_8() {
@@ -493,6 +503,13 @@ std::vector<Mistake> mistakes() {
          {"warning: ", "are cut off at --max-coc-px 512", "--mm-per-unit"},
          {"dof", "--color", "{}/color.png", "--focus", "900", "--f-stop", "1", "--focal-length-mm", "50", "--sensor-mm",
           "0.3", "--mm-per-unit", "30"}},
+        {"a scene unit of a metre taken for a kilometre, the subject a third of the image",
+         walls(1.0 / 3),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "67 % of the circles of confusion are cut off at --max-coc-px 512", "--mm-per-unit"},
+         joined(masks, {"--focus", "5", "--f-stop", "0.0001", "--max-coc-px", "512"})},
         {"a sensor in metres",
          metres(),
          "a.exr",
@@ -609,6 +626,13 @@ std::vector<Mistake> mistakes() {
          {}},
         {"a radius", metres(), "a.exr", view_z, 0, {}, {"ssao", "--radius", "1"}},
         {"a lens", metres(), "a.exr", view_z, 0, {}, joined(masks, {"--focus", "5", "--f-stop", "0.2"})},
+        {"a limit of the circles that is a choice",
+         walls(1.0 / 3),
+         "a.exr",
+         view_z,
+         0,
+         {},
+         joined(masks, {"--focus", "5", "--f-stop", "0.2", "--max-coc-px", "2"})},
         {"a pinhole", metres(), "a.exr", view_z, 0, {}, joined(masks, {"--focus", "5", "--f-stop", "inf"})},
         {"a grey photograph as the picture",
          metres(),
@@ -739,9 +763,115 @@ TEST_CASE("mistakes: the line about a result says what the depth holds") {
     write(camera, "{" + wide + R"(, "encoding": "view-z"})");
     const Outcome line = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"});
     check_done(line);
-    CHECK(line.out.find("z 3.191 to 10, 25 % background, 0.065 % invalid") != std::string::npos);
+    CHECK(line.out.find("z 3.191 to 10, 25 % background, 1 of 1536 pixels invalid (under 0.1 %)") != std::string::npos);
     const Outcome json = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--json"});
     CHECK(json.out.find(R"("background":384,"invalid":1)") != std::string::npos);
+
+    write_pictures(folder);
+    const Arguments thin{"--focus", "5", "--f-stop", "0.2", "--focal-length-mm", "50", "--sensor-mm", "36"},
+        picture{"--color", folder / "color.png"};
+    for (const Arguments& command :
+         {Arguments{"normals"}, Arguments{"ssao", "--radius", "1"}, joined({"dof-masks"}, thin),
+          joined(joined({"dof"}, thin), picture), joined({"fog", "--density", "0.1"}, picture)}) {
+        INFO(command.front());
+        const Outcome each = run(joined(command, {input, "--camera", camera, "-o", folder / "out/each.exr"}));
+        check_done(each);
+        CHECK(each.out.find(", 1 of 1536 pixels invalid (under 0.1 %)") != std::string::npos);
+    }
+    const Outcome points = run({"unproject", input, "--camera", camera, "-o", folder / "out/points.ply"});
+    CHECK(points.out.find(", 1 of 1536 pixels invalid (under 0.1 %)") != std::string::npos);
+    write_image(input, metres());
+    const Outcome all = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"});
+    CHECK(all.out.find("z 2.6 to 10, 0 of 1536 pixels invalid  ") != std::string::npos);
+}
+
+TEST_CASE("mistakes: the line about relative depth says which values it holds") {
+    const Folder folder;
+    const std::string floats = folder / "a.exr", bytes = folder / "a.png";
+    cv::Mat depth = metres(0.25, NAN);
+    write_image(floats, depth, {.channels = {"Depth.Z"}, .png_scale = {}});
+    cv::Mat codes_of_8 = grey_8() / 2;
+    codes_of_8.at<uchar>(0, 0) = 200;
+    cv::imwrite(bytes, codes_of_8);
+    const Arguments ask{"dof-masks", "--relative", "high-is-near", "--blur-px", "24", "--focus-range", "0.2,0.4", "-o"};
+    const Outcome line = run(joined(ask, {folder / "out/a.exr", floats}));
+    check_done(line);
+    CHECK(line.out.find("Depth.Z: values 3.190") != std::string::npos); // the value of pixel 384
+    CHECK(line.out.find(" to 10, 384 of 1536 pixels invalid (25 %)") != std::string::npos);
+    const Outcome json = run(joined(ask, {folder / "out/a.exr", floats, "--json"}));
+    CHECK(json.out.find(R"("depth_channel":"Depth.Z","stored":{"min":3.19)") != std::string::npos);
+    CHECK(json.out.find(R"("max":10.0},"invalid":384})") != std::string::npos);
+    const Outcome integers = run(joined(ask, {folder / "out/a.exr", bytes}));
+    check_done(integers);
+    CHECK(integers.out.find("  values 0 to 200, 0 of 1536 pixels invalid  ") != std::string::npos);
+}
+
+TEST_CASE("mistakes: a result that loses the profile or the data of a camera is a warning") {
+    const Folder folder;
+    const std::string input = folder / "a.exr", camera = folder / "camera.json", photo = folder / "photo.png";
+    write_image(input, metres());
+    write(camera, "{" + wide + R"(, "encoding": "view-z"})");
+    cv::imwrite(photo, picture());
+    Picture taken = read_picture(photo);
+    taken.format.exif = {'I', 'I', '*', 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0}; // a directory without an entry
+    write_picture(photo, taken);
+    const auto fogged = [&](const std::string& name, const Arguments& more) {
+        return run(joined(
+            {"fog", input, "--camera", camera, "--color", photo, "--density", "0.1", "-o", folder / ("out/" + name)},
+            more));
+    };
+    for (const char* kept : {"a.png", "a.jpg"})
+        check_done(fogged(kept, {"--strict"}));
+    for (const char* lost : {"a.exr", "a.tif", "a.hdr"}) {
+        INFO(lost);
+        const Outcome refused = fogged(lost, {"--strict"});
+        CHECK(refused.code == 1);
+        CHECK(!fs::exists(folder / ("out/" + std::string(lost))));
+        for (const Arguments& more : {Arguments{}, Arguments{"--quiet"}}) {
+            const Outcome told = fogged(lost, more);
+            CHECK(told.code == 0);
+            CHECK(told.err.starts_with("fathom: warning: " + folder / ("out/" + std::string(lost))));
+            CHECK(told.err.find("does not hold the colour profile or the camera's data") != std::string::npos);
+            CHECK(std::count(told.err.begin(), told.err.end(), '\n') == 1);
+        }
+    }
+    taken.format.exif.resize(70000); // more than a JPEG holds
+    write_picture(photo, taken);
+    check_done(fogged("a.png", {"--strict"}));
+    CHECK(fogged("a.jpg", {"--strict"}).code == 1);
+}
+
+TEST_CASE("mistakes: what follows from a mistake is not told as another one") {
+    const Folder folder;
+    write_pictures(folder);
+    const std::string camera = folder / "camera.json";
+    int seen = 0;
+    for (const Mistake& mistake : mistakes()) {
+        if (mistake.code != 0 || mistake.said.empty() || mistake.command != Arguments{"linearize"})
+            continue;
+        if (mistake.depth.channels() == 2) // the channel may be right, and the radius wrong
+            continue;
+        const std::string input = saved(folder, mistake);
+        write(camera, "{" + mistake.camera + "}");
+        for (const Arguments& command : {Arguments{"ssao", "--radius", "0.02", "-o", folder / "out/a.exr"},
+                                         Arguments{"ssao", "--radius", "30", "-o", folder / "out/a.exr"},
+                                         joined(masks, {"--focus", "500", "--f-stop", "8", "-o", folder / "out/a.exr"}),
+                                         Arguments{"linearize", "--png-scale", "0.1", "-o", folder / "out/a.png"}}) {
+            const Outcome outcome = run(joined(command, {input, "--camera", camera}));
+            INFO(mistake.name << ", " << command[0] << ' ' << command[2] << "\n" << outcome.err);
+            CHECK(outcome.code == 0);
+            CHECK(outcome.err.find(mistake.said[1]) != std::string::npos);
+            CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+        }
+        ++seen;
+    }
+    CHECK(seen >= 15);
+    const std::string narrow = folder / "narrow.png";
+    cv::imwrite(narrow, codes(ramp(), 900));
+    const Outcome outcome = run({"dof-masks", narrow, "--relative", "high-is-near", "--blur-px", "24", "--focus-at",
+                                 "4,4", "-o", folder / "out/b.exr"});
+    CHECK(outcome.err.find("--relative-range") != std::string::npos);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
 }
 
 TEST_CASE("mistakes: no real input warns", "[real]") {

@@ -5,6 +5,8 @@
 #include "messages.hpp"
 #include "photograph.hpp"
 
+#include "text.hpp"
+
 #include <fathom/error.hpp>
 #include <fathom/findings.hpp>
 #include <fathom/linearize.hpp>
@@ -182,11 +184,6 @@ std::string reason(const DepthFile& depth, const StoredDepth& stored, const Stor
 
 } // namespace
 
-std::string percent(std::size_t part, std::size_t whole) {
-    const double share = 100 * static_cast<double>(part) / static_cast<double>(whole);
-    return part == 0 || part == whole || share >= 1 ? fmt::format("{:.0f} %", share) : fmt::format("{:.2g} %", share);
-}
-
 Look look_at(const StoredDepth& stored) {
     Look look{.z = to_mat(linearize(stored).image)};
     const cv::Mat& z = look.z;
@@ -281,9 +278,12 @@ std::string in_words(const Look& look) {
         look.surfaces() == 0 ? "no surface" : fmt::format("z {:.4g} to {:.4g}", look.nearest, look.farthest);
     if (look.background > 0)
         text += fmt::format(", {} background", percent(look.background, look.pixels));
-    if (look.invalid > 0)
-        text += fmt::format(", {} invalid", percent(look.invalid, look.pixels));
-    return text;
+    return text + ", " + invalid_in_words(look.invalid, look.pixels);
+}
+
+std::string invalid_in_words(std::size_t invalid, std::size_t pixels) {
+    return fmt::format("{} of {} pixels invalid", invalid, pixels) +
+           (invalid > 0 ? fmt::format(" ({})", percent(invalid, pixels)) : "");
 }
 
 } // namespace fathom::cli
