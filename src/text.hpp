@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <sstream>
 #include <string>
 
@@ -11,6 +13,14 @@ std::string text(const Part&... parts) {
     std::ostringstream stream;
     (stream << ... << parts);
     return stream.str();
+}
+
+/// A part of a whole: "25 %", "0.3 %".
+inline std::string percent(std::size_t part, std::size_t whole) {
+    const double share = 100 * static_cast<double>(part) / static_cast<double>(whole);
+    if (part == 0 || share >= 1)
+        return text(std::llround(share), " %");
+    return share < 0.1 ? "under 0.1 %" : text(std::round(10 * share) / 10, " %");
 }
 
 } // namespace fathom

@@ -6,11 +6,16 @@
 
 #include "scene/scene.hpp"
 
+#include <fathom/picture.hpp>
+
+#include <nlohmann/json.hpp>
+
 #include <cmath>
 #include <functional>
 #include <iostream>
 #include <numbers>
 #include <random>
+#include <set>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -84,14 +89,31 @@ cv::Mat two_channels() {
     return both;
 }
 
+cv::Mat constant(float value) {
+    return cv::Mat(height, width, CV_32FC1, cv::Scalar(value));
+}
+
+/// A wall at 5 metres over a fraction of the image, and one at 8.
+cv::Mat walls(double fraction) {
+    cv::Mat depth = constant(8);
+    for (int i = 0; i < fraction * width * height; ++i)
+        depth.at<float>(i / width, i % width) = 5;
+    return depth;
+}
+
 cv::Mat codes(const cv::Mat& depth, double scale) {
     cv::Mat result;
     depth.convertTo(result, CV_16U, scale);
     return result;
 }
 
-cv::Mat constant(float value) {
-    return cv::Mat(height, width, CV_32FC1, cv::Scalar(value));
+/// Codes without any surface.
+cv::Mat noise(int columns, int rows) {
+    std::mt19937 random(3);
+    cv::Mat result(rows, columns, CV_16UC1);
+    for (auto& code : cv::Mat_<std::uint16_t>(result))
+        code = static_cast<std::uint16_t>(random() >> 16);
+    return result;
 }
 
 cv::Mat grey_8() {
@@ -279,6 +301,24 @@ std::vector<Mistake> mistakes() {
          view_z,
          0,
          {"warning: ", "channel \"Z\" is taken, but left.Z could be depth, too", "--channel"}},
+        {"values from 0 to 1 as the distances of a projection that ends before them",
+         0.01 * metres(),
+         "a.exr",
+         lens + R"(, "encoding": "view-z")",
+         0,
+         {"warning: ", "100 % of the surfaces lie before the near plane of the projection, 0.5", "from 0 to 1"}},
+        {"millimetres as the distances of a projection in metres",
+         1000 * metres(),
+         "a.exr",
+         lens + R"(, "encoding": "view-z")",
+         0,
+         {"warning: ", "behind the far plane of the projection, 100", "\"scale\""}},
+        {"the same with a matrix",
+         1000 * metres(),
+         "a.exr",
+         R"("encoding": "view-z", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0,0,-1.01,-1.005],[0,0,-1,0]])",
+         0,
+         {"warning: ", "behind the far plane of the projection, 100.5", "\"scale\""}},
         // A wrong projection
         {"a transposed perspective",
          metres(),
@@ -463,6 +503,13 @@ std::vector<Mistake> mistakes() {
          {"warning: ", "are cut off at --max-coc-px 512", "--mm-per-unit"},
          {"dof", "--color", "{}/color.png", "--focus", "900", "--f-stop", "1", "--focal-length-mm", "50", "--sensor-mm",
           "0.3", "--mm-per-unit", "30"}},
+        {"a scene unit of a metre taken for a kilometre, the subject a third of the image",
+         walls(1.0 / 3),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "67 % of the circles of confusion are cut off at --max-coc-px 512", "--mm-per-unit"},
+         joined(masks, {"--focus", "5", "--f-stop", "0.0001", "--max-coc-px", "512"})},
         {"a sensor in metres",
          metres(),
          "a.exr",
@@ -519,6 +566,13 @@ std::vector<Mistake> mistakes() {
          0,
          {"warning: ", "--color-space linear", "leave the option out"},
          {"fog", "--color", "{}/color.jpg", "--color-space", "linear", "--density", "0.1"}},
+        {"a PNG of 8 bits as linear",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {"warning: ", "--color-space linear", "color.png holds 8 bits", "leave the option out"},
+         {"fog", "--color", "{}/color.png", "--color-space", "linear", "--density", "0.1"}},
         {"a PNG that cuts off",
          metres(),
          "a.exr",
@@ -572,6 +626,13 @@ std::vector<Mistake> mistakes() {
          {}},
         {"a radius", metres(), "a.exr", view_z, 0, {}, {"ssao", "--radius", "1"}},
         {"a lens", metres(), "a.exr", view_z, 0, {}, joined(masks, {"--focus", "5", "--f-stop", "0.2"})},
+        {"a limit of the circles that is a choice",
+         walls(1.0 / 3),
+         "a.exr",
+         view_z,
+         0,
+         {},
+         joined(masks, {"--focus", "5", "--f-stop", "0.2", "--max-coc-px", "2"})},
         {"a pinhole", metres(), "a.exr", view_z, 0, {}, joined(masks, {"--focus", "5", "--f-stop", "inf"})},
         {"a grey photograph as the picture",
          metres(),
@@ -580,8 +641,36 @@ std::vector<Mistake> mistakes() {
          0,
          {},
          {"fog", "--color", "{}/grey.png", "--density", "0.1"}},
+        {"a PNG of 16 bits as linear",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {},
+         {"fog", "--color", "{}/16.png", "--color-space", "linear", "--density", "0.1"}},
+        {"a PNG of 8 bits that says that it is linear",
+         metres(),
+         "a.exr",
+         view_z,
+         0,
+         {},
+         {"fog", "--color", "{}/linear.png", "--color-space", "linear", "--density", "0.1"}},
         {"a PNG that fits", metres(), "a.exr", view_z, 0, {}, {"linearize", "--png-scale", "0.1"}, "z.png"},
         {"millimetres with a scale", codes(metres(), 1000), "a.png", view_z + R"(, "scale": 0.001)", 0, {}},
+        {"millimetres that the projection's planes fit",
+         1000 * metres(),
+         "a.exr",
+         R"("perspective": {"fov_y_deg": 60, "near": 500, "far": 100000}, "encoding": "view-z")",
+         0,
+         {}},
+        {"noise", noise(width, height), "a.png", view_z + R"(, "scale": 0.001)", 0, {}},
+        {"noise in a larger image", noise(160, 120), "a.png", view_z + R"(, "scale": 0.001)", 0, {}},
+        {"noise along the rays",
+         noise(160, 120),
+         "a.png",
+         wide + R"(, "encoding": "ray-distance", "scale": 0.001)",
+         0,
+         {}},
         {"whole metres", codes(metres(), 1), "a.png", view_z, 0, {}},
         {"a sky that is said", metres(0.2, 1e10f), "a.exr", view_z + R"(, "background_from": 1e10)", 0, {}},
         {"a sky that is said by its value", metres(0.2, 1e10f), "a.exr", view_z + R"(, "background": 1e10)", 0, {}},
@@ -617,6 +706,11 @@ void write_pictures(const Folder& folder) {
     cv::imwrite(folder / "color.jpg", picture());
     cv::imwrite(folder / "small.png", picture(width / 2, height / 2));
     cv::imwrite(folder / "grey.png", grey_8());
+    cv::Mat light, codes;
+    picture().convertTo(light, CV_32F, 1 / 255.0);
+    light.convertTo(codes, CV_16U, 65535);
+    cv::imwrite(folder / "16.png", codes);
+    write_picture(folder / "linear.png", {light, {.encoding = ColorEncoding::linear, .bits = 8}});
     depth_file(folder, "depth.png");
 }
 
@@ -669,9 +763,115 @@ TEST_CASE("mistakes: the line about a result says what the depth holds") {
     write(camera, "{" + wide + R"(, "encoding": "view-z"})");
     const Outcome line = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"});
     check_done(line);
-    CHECK(line.out.find("z 3.191 to 10, 25 % background, 0.065 % invalid") != std::string::npos);
+    CHECK(line.out.find("z 3.191 to 10, 25 % background, 1 of 1536 pixels invalid (under 0.1 %)") != std::string::npos);
     const Outcome json = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--json"});
     CHECK(json.out.find(R"("background":384,"invalid":1)") != std::string::npos);
+
+    write_pictures(folder);
+    const Arguments thin{"--focus", "5", "--f-stop", "0.2", "--focal-length-mm", "50", "--sensor-mm", "36"},
+        picture{"--color", folder / "color.png"};
+    for (const Arguments& command :
+         {Arguments{"normals"}, Arguments{"ssao", "--radius", "1"}, joined({"dof-masks"}, thin),
+          joined(joined({"dof"}, thin), picture), joined({"fog", "--density", "0.1"}, picture)}) {
+        INFO(command.front());
+        const Outcome each = run(joined(command, {input, "--camera", camera, "-o", folder / "out/each.exr"}));
+        check_done(each);
+        CHECK(each.out.find(", 1 of 1536 pixels invalid (under 0.1 %)") != std::string::npos);
+    }
+    const Outcome points = run({"unproject", input, "--camera", camera, "-o", folder / "out/points.ply"});
+    CHECK(points.out.find(", 1 of 1536 pixels invalid (under 0.1 %)") != std::string::npos);
+    write_image(input, metres());
+    const Outcome all = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"});
+    CHECK(all.out.find("z 2.6 to 10, 0 of 1536 pixels invalid  ") != std::string::npos);
+}
+
+TEST_CASE("mistakes: the line about relative depth says which values it holds") {
+    const Folder folder;
+    const std::string floats = folder / "a.exr", bytes = folder / "a.png";
+    cv::Mat depth = metres(0.25, NAN);
+    write_image(floats, depth, {.channels = {"Depth.Z"}, .png_scale = {}});
+    cv::Mat codes_of_8 = grey_8() / 2;
+    codes_of_8.at<uchar>(0, 0) = 200;
+    cv::imwrite(bytes, codes_of_8);
+    const Arguments ask{"dof-masks", "--relative", "high-is-near", "--blur-px", "24", "--focus-range", "0.2,0.4", "-o"};
+    const Outcome line = run(joined(ask, {folder / "out/a.exr", floats}));
+    check_done(line);
+    CHECK(line.out.find("Depth.Z: values 3.190") != std::string::npos); // the value of pixel 384
+    CHECK(line.out.find(" to 10, 384 of 1536 pixels invalid (25 %)") != std::string::npos);
+    const Outcome json = run(joined(ask, {folder / "out/a.exr", floats, "--json"}));
+    CHECK(json.out.find(R"("depth_channel":"Depth.Z","stored":{"min":3.19)") != std::string::npos);
+    CHECK(json.out.find(R"("max":10.0},"invalid":384})") != std::string::npos);
+    const Outcome integers = run(joined(ask, {folder / "out/a.exr", bytes}));
+    check_done(integers);
+    CHECK(integers.out.find("  values 0 to 200, 0 of 1536 pixels invalid  ") != std::string::npos);
+}
+
+TEST_CASE("mistakes: a result that loses the profile or the data of a camera is a warning") {
+    const Folder folder;
+    const std::string input = folder / "a.exr", camera = folder / "camera.json", photo = folder / "photo.png";
+    write_image(input, metres());
+    write(camera, "{" + wide + R"(, "encoding": "view-z"})");
+    cv::imwrite(photo, picture());
+    Picture taken = read_picture(photo);
+    taken.format.exif = {'I', 'I', '*', 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0}; // a directory without an entry
+    write_picture(photo, taken);
+    const auto fogged = [&](const std::string& name, const Arguments& more) {
+        return run(joined(
+            {"fog", input, "--camera", camera, "--color", photo, "--density", "0.1", "-o", folder / ("out/" + name)},
+            more));
+    };
+    for (const char* kept : {"a.png", "a.jpg"})
+        check_done(fogged(kept, {"--strict"}));
+    for (const char* lost : {"a.exr", "a.tif", "a.hdr"}) {
+        INFO(lost);
+        const Outcome refused = fogged(lost, {"--strict"});
+        CHECK(refused.code == 1);
+        CHECK(!fs::exists(folder / ("out/" + std::string(lost))));
+        for (const Arguments& more : {Arguments{}, Arguments{"--quiet"}}) {
+            const Outcome told = fogged(lost, more);
+            CHECK(told.code == 0);
+            CHECK(told.err.starts_with("fathom: warning: " + folder / ("out/" + std::string(lost))));
+            CHECK(told.err.find("does not hold the colour profile or the camera's data") != std::string::npos);
+            CHECK(std::count(told.err.begin(), told.err.end(), '\n') == 1);
+        }
+    }
+    taken.format.exif.resize(70000); // more than a JPEG holds
+    write_picture(photo, taken);
+    check_done(fogged("a.png", {"--strict"}));
+    CHECK(fogged("a.jpg", {"--strict"}).code == 1);
+}
+
+TEST_CASE("mistakes: what follows from a mistake is not told as another one") {
+    const Folder folder;
+    write_pictures(folder);
+    const std::string camera = folder / "camera.json";
+    int seen = 0;
+    for (const Mistake& mistake : mistakes()) {
+        if (mistake.code != 0 || mistake.said.empty() || mistake.command != Arguments{"linearize"})
+            continue;
+        if (mistake.depth.channels() == 2) // the channel may be right, and the radius wrong
+            continue;
+        const std::string input = saved(folder, mistake);
+        write(camera, "{" + mistake.camera + "}");
+        for (const Arguments& command : {Arguments{"ssao", "--radius", "0.02", "-o", folder / "out/a.exr"},
+                                         Arguments{"ssao", "--radius", "30", "-o", folder / "out/a.exr"},
+                                         joined(masks, {"--focus", "500", "--f-stop", "8", "-o", folder / "out/a.exr"}),
+                                         Arguments{"linearize", "--png-scale", "0.1", "-o", folder / "out/a.png"}}) {
+            const Outcome outcome = run(joined(command, {input, "--camera", camera}));
+            INFO(mistake.name << ", " << command[0] << ' ' << command[2] << "\n" << outcome.err);
+            CHECK(outcome.code == 0);
+            CHECK(outcome.err.find(mistake.said[1]) != std::string::npos);
+            CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+        }
+        ++seen;
+    }
+    CHECK(seen >= 15);
+    const std::string narrow = folder / "narrow.png";
+    cv::imwrite(narrow, codes(ramp(), 900));
+    const Outcome outcome = run({"dof-masks", narrow, "--relative", "high-is-near", "--blur-px", "24", "--focus-at",
+                                 "4,4", "-o", folder / "out/b.exr"});
+    CHECK(outcome.err.find("--relative-range") != std::string::npos);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
 }
 
 TEST_CASE("mistakes: no real input warns", "[real]") {
@@ -709,6 +909,39 @@ TEST_CASE("mistakes: no real input warns", "[real]") {
     CHECK(inputs > 10);
 }
 
+TEST_CASE("mistakes: real depth buffers are told where they are read as distances", "[real]") {
+    if (!real::there("opengl"))
+        return;
+    const Folder folder;
+    const std::string camera = folder / "camera.json";
+    // Flat surfaces tell most of them, the planes of their projection these. Those of `ortho_oblique24` are oblique.
+    const std::set<std::string> clipped{"linear24", "log32f", "median32f", "pseudolinear32f", "ortho_off24"},
+        unknown{"ortho_oblique24"};
+    int told = 0;
+    for (const auto& entry : fs::directory_iterator(real::data / "opengl")) {
+        const std::string name = entry.path().stem().string();
+        if (entry.path().extension() != ".json" || unknown.contains(name))
+            continue;
+        INFO(name);
+        auto json = nlohmann::json::parse(content(entry.path()));
+        json["encoding"] = "view-z";
+        for (const char* key : {"near", "far", "median"}) // of the encoding
+            json.erase(key);
+        write(camera, json.dump());
+        std::string depth = (real::data / "opengl" / name).string() + ".depth.tif";
+        if (!fs::exists(depth))
+            depth = (real::data / "opengl" / name).string() + ".depth.png";
+        const Outcome outcome = run({"linearize", depth, "--camera", camera, "-o", folder / "out/z.exr"});
+        CHECK(outcome.code == 0);
+        CHECK(outcome.err.find("warning: ") != std::string::npos);
+        CHECK(clipped.contains(name) ==
+              (outcome.err.find("before the near plane of the projection") != std::string::npos));
+        ++told;
+    }
+    std::cout << told << " depth buffers of OpenGL read as distances are told\n";
+    CHECK(told == 18);
+}
+
 TEST_CASE("mistakes: no camera of the examples warns on its scene") {
     const Folder folder;
     std::size_t count = 0;
@@ -737,6 +970,49 @@ TEST_CASE("mistakes: an EXR with two views warns of two depths, unless its chann
     CHECK(unnamed.code == 0);
     CHECK(unnamed.err.find("channel \"Z\" is taken, but left.Z could be depth, too") != std::string::npos);
     check_done(run(joined(ask, {"--channel", "left.Z"})));
+}
+
+TEST_CASE("mistakes: several channels that could be depth are told, unless one of them is it by convention") {
+    struct Case {
+        std::vector<std::string> channels;
+        std::string taken;
+        std::vector<std::string> others; ///< that are told
+    };
+    const Case cases[] = {
+        {{"Depth", "ZDepth"}, "Depth", {"ZDepth"}},
+        {{"V", "Y"}, "V", {"Y"}},
+        {{"V", "Z"}, "Z", {"V"}},
+        {{"Depth", "V"}, "V", {"Depth"}},
+        {{"A.Depth.Z", "B.Depth.Z"}, "A.Depth.Z", {"B.Depth.Z"}},
+        {{"Z", "left.Z", "right.Z"}, "Z", {"left.Z", "right.Z"}},
+        {{"Y", "Z"}, "Z", {}}, // OpenEXR: brightness and depth
+        {{"Depth", "Y"}, "Depth", {}},
+        {{"ViewLayer.Depth.Z", "ViewLayer.Mist.Z"}, "ViewLayer.Depth.Z", {}}, // Blender
+        {{"Z", "linear.Z"}, "Z", {}},                                         // fathom linearize --append
+        {{"N.X", "N.Y", "N.Z", "Z"}, "Z", {}},
+        {{"U", "V", "Z"}, "Z", {}},
+        {{"Depth", "X", "Y", "Z"}, "Depth", {}},
+    };
+    const Folder folder;
+    const std::string input = folder / "a.exr", camera = folder / "camera.json";
+    write(camera, "{" + wide + R"(, "encoding": "view-z"})");
+    for (const Case& each : cases) {
+        INFO(each.channels.front() << ", " << each.channels.back());
+        cv::Mat image;
+        cv::merge(std::vector<cv::Mat>(each.channels.size(), metres()), image);
+        write_image(input, image, {.channels = each.channels, .png_scale = {}});
+        const Arguments ask{"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"};
+        const Outcome outcome = run(ask);
+        CHECK(outcome.code == 0);
+        if (each.others.empty())
+            CHECK(outcome.err == "");
+        else
+            CHECK(outcome.err.find("channel \"" + each.taken + "\" is taken, but ") != std::string::npos);
+        for (const std::string& other : each.others) {
+            CHECK(outcome.err.find(other) != std::string::npos);
+            check_done(run(joined(ask, {"--channel", other})));
+        }
+    }
 }
 
 TEST_CASE("mistakes: no random camera warns", "[slow]") {

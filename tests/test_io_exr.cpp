@@ -65,6 +65,11 @@ TEST_CASE("exr: the channel that is named like depth is taken", "[io]") {
         {{"disparity"}, "disparity"},
         {{"V", "Z", "Layer.Depth.Z"}, "Z"},
         {{"Layer.Depth.Z", "V", "Y"}, "Layer.Depth.Z"},
+        {{"B", "Depth", "G", "R", "Y"}, "Depth"},
+        {{"A", "ZDepth"}, "ZDepth"},
+        {{"B", "G", "R", "left.Z"}, "left.Z"},
+        {{"N.X", "N.Y", "N.Z", "left.Z"}, "left.Z"},
+        {{"Depth", "U", "V"}, "Depth"},
     };
     for (const auto& each : cases) {
         const ExrImage picture{.channels = each.channels};

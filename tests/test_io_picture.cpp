@@ -291,6 +291,26 @@ TEST_CASE("picture: an alpha is multiplied in, whatever the file does", "[pictur
     CHECK(tiff(EXTRASAMPLE_UNSPECIFIED) == Approx(alpha * light_of(alpha)));
 }
 
+TEST_CASE("picture: Exif data of a TIFF, which is not read, is told", "[picture]") {
+    const TempFolder folder;
+    const auto file = (folder / "a.tif").string();
+    for (const bool has_exif : {false, true}) {
+        TIFF* out = TIFFOpen(file.c_str(), "w");
+        TIFFSetField(out, TIFFTAG_IMAGEWIDTH, 1);
+        TIFFSetField(out, TIFFTAG_IMAGELENGTH, 1);
+        TIFFSetField(out, TIFFTAG_BITSPERSAMPLE, 8);
+        TIFFSetField(out, TIFFTAG_SAMPLESPERPIXEL, 3);
+        TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
+        TIFFSetField(out, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+        if (has_exif)
+            TIFFSetField(out, TIFFTAG_EXIFIFD, toff_t{8}); // wherever: nobody looks into it
+        std::uint8_t pixel[] = {1, 2, 3};
+        TIFFWriteEncodedStrip(out, 0, pixel, sizeof pixel);
+        TIFFClose(out);
+        CHECK(read_picture(file).format.incomplete == has_exif);
+    }
+}
+
 TEST_CASE("picture: floats keep their values, and codes end at 0 and 1", "[picture]") {
     const TempFolder folder;
     cv::Mat color(2, 3, CV_32FC3, cv::Scalar(0.5, 2, -1));

@@ -14,6 +14,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -349,6 +350,31 @@ TEST_CASE("presets: width, height and aspect come from the image", "[presets]") 
     const Camera calibrated = camera_for(preset_camera("tum:fx=500,fy=510,cx=319.5,cy=239.5"), 640, 480);
     const PixelScale scale = pixel_scale(calibrated);
     CHECK((scale.x == Approx(500.0L).epsilon(1e-15) && scale.y == Approx(510.0L).epsilon(1e-15)));
+}
+
+TEST_CASE("presets: the README names each, and no other", "[presets][pages]") {
+    std::ifstream page(std::string(FATHOM_SOURCE_DIR) + "/README.md");
+    const std::string text((std::istreambuf_iterator<char>(page)), std::istreambuf_iterator<char>());
+    const std::size_t from = text.find("| source | `--preset` |"), to = text.find("`fathom presets` lists", from);
+    REQUIRE((from != std::string::npos && to != std::string::npos));
+    std::istringstream rows(text.substr(from, to - from));
+    std::set<std::string> named, known;
+    const std::regex asked("`([^`:]+):([^`]*)`"); // `carla:fov_x_deg=90`
+    int complete = 0;
+    for (std::string row; std::getline(rows, row);)
+        for (std::sregex_iterator each(row.begin(), row.end(), asked), end; each != end; ++each) {
+            INFO(each->str());
+            CHECK(named.insert((*each)[1]).second);
+            if ((*each)[2].str().find("…") == std::string::npos) {
+                CHECK_NOTHROW(camera_for(preset_camera((*each)[1].str() + ":" + (*each)[2].str()), 640, 480));
+                ++complete;
+            }
+        }
+    for (const Preset& preset : presets())
+        known.insert(preset.name);
+    CHECK(named == known);
+    CHECK(complete > 10);
+    CHECK(text.find("[" + std::to_string(presets().size()) + " sources by name]") != std::string::npos);
 }
 
 TEST_CASE("presets: the page lists each with its formula and what it needs", "[presets][pages]") {

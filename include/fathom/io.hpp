@@ -35,7 +35,7 @@ struct ReadOptions {
 /// Reads a depth image. The content decides what it is, not the extension.
 ///
 /// OpenEXR: any part, scan lines or tiles, half, float or uint; the display window, NaN where the data window does not
-/// reach, or the data window. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V, Y, or the only one
+/// reach, or the data window. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V, *.Depth, *.ZDepth, *.Z, Y, or the only one
 /// there is; X, Y and Z side by side are a position. PNG: 16-bit grey. TIFF: one channel of 16-bit or 32-bit integers, half
 /// or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit grey, R, G, B (and an alpha that is left
 /// out) and R, G, B, A with the packing that says so: R, G, B come back in B, G, R order, with the bgr8_ storage of that

@@ -219,12 +219,6 @@ Kind kind_of(const Findings& found) {
     return kind;
 }
 
-std::string percent_of(std::size_t part, std::size_t whole) {
-    const double percent = 100 * static_cast<double>(part) / static_cast<double>(whole);
-    return percent < 0.1 ? "under 0.1 %"
-                         : text(percent < 1 ? std::round(10 * percent) / 10 : std::round(percent), " %");
-}
-
 // The file's keys for values that stand apart, with a comma before each.
 std::string apart_keys(const Findings& found, bool zero_is_missing) {
     std::string keys;
@@ -393,7 +387,7 @@ Findings findings_of(const HostDepth& stored, std::vector<std::string>& evidence
         found.top = look_at(values, all.greatest);
     for (const Apart& apart : {found.zero, found.top})
         if (apart.stands_apart)
-            evidence.push_back(text(apart.pixels, " pixels (", percent_of(apart.pixels, values.all.size()), ") hold ",
+            evidence.push_back(text(apart.pixels, " pixels (", percent(apart.pixels, values.all.size()), ") hold ",
                                     apart.value,
                                     apart.is_scattered ? ", scattered like holes" : ", together like a sky"));
     for (float& value : values.all) // such values are often no depth, even where they are few
@@ -496,9 +490,8 @@ Ranking rank_encodings(const HostDepth& stored) {
     else {
         ranking.evidence.push_back(text(found.planes.patches, " of ", found.planes.smooth, " smooth patches are flat"));
         for (const KindShapes& each : kinds())
-            if (const auto percent = std::llround(100 * found.part(each.shapes)); percent > 0)
-                ranking.evidence.push_back(
-                    text("over ", percent, " % of these ", each.words, " is affine in the pixel"));
+            if (const auto share = std::llround(100 * found.part(each.shapes)); share > 0)
+                ranking.evidence.push_back(text("over ", share, " % of these ", each.words, " is affine in the pixel"));
     }
     bool decided = true;
     switch (kind) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <numeric>
 #include <utility>
-#include <vector>
 
 namespace fathom::io {
 
@@ -21,6 +20,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
         before = std::exchange(above, row);
     }
     return above.back();
+}
+
+std::vector<std::string> nearest_words(std::vector<std::string> known, std::string_view word, std::size_t most) {
+    std::ranges::stable_sort(known, {}, [&](const std::string& each) { return edit_distance(each, word); });
+    known.resize(std::min(known.size(), most));
+    return known;
 }
 
 } // namespace fathom::io

@@ -1,11 +1,17 @@
 #pragma once
 
+#include <cstddef>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace fathom::io {
 
 /// Edits from one word to the other: insert, remove or replace a character, or swap two neighbours (optimal string
 /// alignment).
 std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// The words that are the fewest edits away from `word`, the nearest first: `most` of them.
+std::vector<std::string> nearest_words(std::vector<std::string> known, std::string_view word, std::size_t most);
 
 } // namespace fathom::io

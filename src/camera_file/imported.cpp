@@ -79,13 +79,6 @@ std::optional<std::size_t> called_like(const std::vector<std::string>& names, co
     return std::nullopt;
 }
 
-/// The names that are the fewest edits away.
-std::vector<std::string> nearest_names(std::vector<std::string> names, const std::string& wanted) {
-    std::ranges::stable_sort(names, {}, [&](const std::string& each) { return edit_distance(each, wanted); });
-    names.resize(std::min<std::size_t>(names.size(), 3));
-    return names;
-}
-
 /// Lets the camera refuse an image of another aspect: it was rendered with a part of the view, or more of it.
 void check_aspect(const fs::path& file, CameraFile& camera, double aspect) {
     constexpr double rounding = 0.01; // of an image's size to whole pixels
@@ -124,7 +117,7 @@ std::size_t chosen(const fs::path& file, const std::vector<std::string>& names, 
     if (const auto like = option == "--image" ? called_like(names, wanted) : std::nullopt)
         return *like;
     refuse(file, "has no " + what + " \"" + wanted + "\" (" + option + "); the nearest are " +
-                     named(nearest_names(names, wanted)));
+                     named(nearest_words(names, wanted, 3)));
 }
 
 std::string shown_number(double value) {

@@ -19,10 +19,6 @@ std::string shown(const json& value) {
     return text.size() > most ? text.substr(0, most) + "..." : text;
 }
 
-std::string nearest_word(const std::string& word, const std::vector<std::string>& known) {
-    return *std::ranges::min_element(known, {}, [&](const std::string& each) { return edit_distance(word, each); });
-}
-
 json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes) {
     std::vector<std::set<std::string>> open; // keys of the objects that the parser is in
     constexpr int deepest = 100;             // whoever prints or compares a deeper value recurses too often
@@ -76,7 +72,7 @@ void JsonObject::check_keys(const std::vector<std::string>& above) const {
             refuse(file_, unknown + "write " + meant);
         if (holds(above, key))
             refuse(file_, unknown + "it belongs beside \"" + name_ + "\", not in it");
-        refuse(file_, unknown + "the nearest known one is \"" + path_to(nearest_word(key, known_)) + "\"");
+        refuse(file_, unknown + "the nearest known one is \"" + path_to(nearest_words(known_, key, 1).front()) + "\"");
     }
 }
 
@@ -172,12 +168,13 @@ double JsonObject::needed(const std::string& key) const {
 void JsonObject::refuse_word(const std::string& key, const std::vector<std::string>& known) const {
     constexpr std::size_t most = 12; // words that a line takes
     if (known.size() > most && value_[key].is_string())
-        refuse_value(key, "is unknown; the nearest is \"" + nearest_word(value_[key].get<std::string>(), known) + "\"");
+        refuse_value(key, "is unknown; the nearest is \"" +
+                              nearest_words(known, value_[key].get<std::string>(), 1).front() + "\"");
     std::string must = "must be one of ";
     for (std::size_t i = 0; i < known.size(); ++i)
         must += (i == 0 ? "\"" : ", \"") + known[i] + "\"";
     if (value_[key].is_string())
-        must += "; the nearest is \"" + nearest_word(value_[key].get<std::string>(), known) + "\"";
+        must += "; the nearest is \"" + nearest_words(known, value_[key].get<std::string>(), 1).front() + "\"";
     refuse_value(key, must);
 }
 

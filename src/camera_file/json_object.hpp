@@ -21,9 +21,6 @@ nlohmann::json parsed_json(const std::filesystem::path& file, std::span<const un
 /// A value as it stands in the file, cut where a line gets too long.
 std::string shown(const nlohmann::json& value);
 
-/// The known word that is the fewest edits away.
-std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
-
 /// A JSON object whose keys are known. Whatever is not as it should be is refused with the file, the key, its value
 /// and what would be right.
 class JsonObject {

@@ -16,9 +16,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <iterator>
 
 namespace fathom::cli {
 namespace {
@@ -200,12 +198,10 @@ std::function<int()> configure(CLI::App& app) {
             more.companions.push_back(
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
-        more.doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
-            std::vector<std::string> said = picture_doubts(options->picture);
-            std::ranges::copy(blur_doubts(options->relative, options->lens, stored, job, look, options->dof.sky,
-                                          options->dof.max_coc_px),
-                              std::back_inserter(said));
-            return said;
+        more.doubts = [options](const Job& job) { return picture_doubts(options->picture, job); };
+        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
+            return blur_doubts(options->relative, options->lens, stored, job, look, options->dof.sky,
+                               options->dof.max_coc_px);
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector<Result>{blur(*options, stored, job)};

@@ -155,7 +155,7 @@ std::function<int()> configure(CLI::App& app) {
             complete(options->lens, options->camera);
         const Product product = product_of(*options);
         More more = more_of(*options);
-        more.doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
+        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
             return blur_doubts(options->relative, options->lens, stored, job, look, options->masks.sky,
                                options->masks.max_coc_px);
         };

@@ -13,6 +13,8 @@
 
 #include "io/depth_channels.hpp"
 
+#include "text.hpp"
+
 #include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 
@@ -168,6 +170,16 @@ std::vector<std::string> png_doubts(const DepthOptions& options, const std::vect
     return said;
 }
 
+// A result that cannot hold what goes with the picture it is made of.
+std::vector<std::string> metadata_doubts(const std::filesystem::path& file, const Result& result) {
+    if (result.format && result.format->incomplete)
+        return {"does not hold the picture's Exif data or its grey profile, which are not read; copy them with exiftool"};
+    if (!result.format || !loses_metadata(file, *result.format))
+        return {};
+    return {"does not hold the colour profile or the camera's data of the picture; write the picture's own type to "
+            "keep them"};
+}
+
 // An option as a key of JSON: bent_normal for --bent-normal.
 std::string key_of(const std::string& option) {
     std::string key = option.substr(option.find_first_not_of('-'));
@@ -185,8 +197,31 @@ double seconds(Clock::time_point from, Clock::time_point to) {
     return std::chrono::duration<double>(to - from).count();
 }
 
-void announce(Report report, const std::vector<Output>& outputs, const Job& job, const Result& made,
-              const std::string& channel, const std::optional<Look>& look, const Times& times) {
+// What the depth holds, for the line about a result and for --json.
+struct Held {
+    std::string channel, words;
+    nlohmann::ordered_json members;
+};
+
+Held held(const std::string& channel, const Look& look) {
+    const auto end = [&](float z) { return look.surfaces() > 0 ? json_number(z) : nlohmann::ordered_json(); };
+    return {channel,
+            in_words(look),
+            {{"nearest", end(look.nearest)},
+             {"farthest", end(look.farthest)},
+             {"background", look.background},
+             {"invalid", look.invalid}}};
+}
+
+Held held(const io::RelativeInput& input) {
+    return {input.channel,
+            in_words(input),
+            {{"stored", {{"min", json_number(input.least)}, {"max", json_number(input.greatest)}}},
+             {"invalid", input.invalid}}};
+}
+
+void announce(Report report, const std::vector<Output>& outputs, const Job& job, const Result& made, const Held& depth,
+              const Times& times) {
     const cv::Mat& result = made.image;
     std::optional<PictureFormat> format;
     if (made.format)
@@ -199,13 +234,13 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
         std::string files;
         for (const std::filesystem::path& file : job.outputs)
             files += (files.empty() ? "" : ", ") + file.native();
-        std::string held = !format ? ""
-                           : format->bits == 32
-                               ? "  linear floats"
-                               : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
-        if (look)
-            held += "  " + (channel.empty() ? "" : io::printable(channel) + ": ") + in_words(*look);
-        fmt::print("{}  {} × {}{}  {:.0f} ms\n", files, result.cols, result.rows, held, whole * 1e3);
+        const std::string picture = !format ? ""
+                                    : format->bits == 32
+                                        ? "  linear floats"
+                                        : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
+        const std::string channel = depth.channel.empty() ? "" : io::printable(depth.channel) + ": ";
+        fmt::print("{}  {} × {}{}  {}{}  {:.0f} ms\n", files, result.cols, result.rows, picture, channel, depth.words,
+                   whole * 1e3);
         break;
     }
     case Report::json: {
@@ -218,14 +253,9 @@ void announce(Report report, const std::vector<Output>& outputs, const Job& job,
                                     {"read_seconds", seconds(times.start, times.was_read)},
                                     {"compute_seconds", seconds(times.was_read, times.was_computed)},
                                     {"write_seconds", seconds(times.was_computed, times.was_written)}};
-        if (!channel.empty())
-            line["depth_channel"] = channel;
-        if (look) {
-            line["nearest"] = look->surfaces() > 0 ? json_number(look->nearest) : nlohmann::ordered_json();
-            line["farthest"] = look->surfaces() > 0 ? json_number(look->farthest) : nlohmann::ordered_json();
-            line["background"] = look->background;
-            line["invalid"] = look->invalid;
-        }
+        if (!depth.channel.empty())
+            line["depth_channel"] = depth.channel;
+        line.update(depth.members);
         if (format) {
             line["color_space"] = to_string(format->encoding);
             line["bits"] = format->bits;
@@ -254,8 +284,9 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     const auto process = [&](Job job) {
         Times times;
         ImportedCamera camera = relative ? ImportedCamera{} : options.camera.read_for(job.input);
+        RelativeDepth of_relative = relative ? relative_depth(options.relative, job, options.channel) : RelativeDepth{};
         const DepthFile depth =
-            relative ? relative_depth(options.relative, job, options.channel, options.strict)
+            relative ? std::move(of_relative.depth)
                      : read(job.input,
                             {.channel = options.channel, .packing = camera.packing, .overscan = takes_overscan(job)});
         if (!relative && depth.storage != Storage::float32) // on which the unit may depend
@@ -275,7 +306,6 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
         if (options.append && !source)
             throw Error(fmt::format("{}: is no OpenEXR file, and --append adds to one; leave --append out",
                                     (more.picture ? job.companions[*more.picture] : job.input).native()));
-        std::optional<Look> look;
         const auto warn = [&](const std::filesystem::path& subject, const std::vector<std::string>& said) {
             for (const std::string& doubt : said) {
                 const std::string line = fmt::format("{}: {}", subject.native(), doubt);
@@ -284,33 +314,36 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
                 if (subject == job.input || told.insert(line).second) // a camera's mistake is told once
                     complain("warning: " + line);
             }
+            return !said.empty();
         };
+        const Look look = look_at(stored);
+        const bool doubtful_values = warn(job.input, relative ? of_relative.doubts : doubts(depth, stored, look));
+        bool doubtful_camera = false;
         if (!relative) {
-            look = look_at(stored);
-            warn(job.input, doubts(depth, stored, *look));
             warn(job.input, channel_doubts(job.input, options.channel, depth.channel));
-            warn(described, camera.warnings);
-            warn(described, io::key_doubts(nlohmann::json::parse(camera.text), depth.windows.display.width,
-                                           depth.windows.display.height));
+            doubtful_camera |= warn(described, camera.warnings);
+            doubtful_camera |=
+                warn(described, io::key_doubts(nlohmann::json::parse(camera.text), depth.windows.display.width,
+                                               depth.windows.display.height));
         }
         if (more.doubts)
-            warn(job.input, more.doubts(stored, look ? *look : look_at(stored), job));
+            warn(job.input, more.doubts(job));
+        if (more.length_doubts && !doubtful_values && !doubtful_camera) // or one mistake would be told twice
+            warn(job.input, more.length_doubts(stored, look, job));
         std::vector<Result> results = operation(stored, job);
         for (std::size_t i = 0; i < outputs.size() && has_overscan(job); ++i)
             fit(results[i].image, job.windows, job.outputs[i], outputs[i].product.kind);
-        warn(job.input, png_doubts(options, outputs, job, results));
+        if (!doubtful_values)
+            warn(job.input, png_doubts(options, outputs, job, results));
+        for (std::size_t i = 0; i < outputs.size(); ++i)
+            warn(job.outputs[i], metadata_doubts(job.outputs[i], results[i]));
         times.was_computed = Clock::now();
         stop_if_interrupted();
         prepare_folders(options, outputs, job);
         write(options, outputs, job, results, source);
-        for (std::size_t i = 0; i < outputs.size(); ++i)
-            if (results[i].format && loses_metadata(job.outputs[i], *results[i].format))
-                complain(
-                    fmt::format("{}: does not hold the colour profile or the camera's data of the picture; write the "
-                                "picture's own type to keep them",
-                                job.outputs[i].native()));
         times.was_written = Clock::now();
-        announce(options.report, outputs, job, results.front(), depth.channel, look, times);
+        announce(options.report, outputs, job, results.front(),
+                 relative ? held(of_relative.input) : held(depth.channel, look), times);
     };
 
     int code = done;

@@ -22,8 +22,10 @@ struct More {
     std::vector<Output> outputs = {};
     std::optional<std::size_t> picture = {}; ///< which companion the result is made of, if not of the depth
     std::string color_layer = {};            ///< of that picture
-    /// What is probably wrong with the command's own options for this image, a sentence each with the cure.
-    std::function<std::vector<std::string>(const StoredDepth&, const Look&, const Job&)> doubts = {};
+    /// What is probably wrong with the command's own options, a sentence each with the cure.
+    std::function<std::vector<std::string>(const Job&)> doubts = {};
+    /// The same of lengths, which this image is too large or too small for. Not asked where its depths are doubted anyway.
+    std::function<std::vector<std::string>(const StoredDepth&, const Look&, const Job&)> length_doubts = {};
 };
 
 /// An image that an operation made, and the format that it has as a picture.

@@ -1,5 +1,8 @@
 // Over a flat surface 1/z is affine in the pixel under a perspective, and z is under an orthographic camera. Few surfaces
 // that are bent look flat under a wrong encoding, so that the encoding under which many are flat is the right one.
+//
+// `rank_encodings` asks the same without a camera. It searches the angle of view, near and far, which takes as long as a whole
+// command does. Here the camera says them, so that five values in a row and in a column are enough.
 #include "flat_surfaces.hpp"
 
 #include <fathom/findings.hpp>
@@ -19,6 +22,7 @@ namespace fathom::cli {
 namespace {
 
 constexpr double flatter = 0.1;        // a description under which a place is bent so much less wins this place
+constexpr double flat = 0.25;          // if it is bent no more than so much of its rise; noise is bent more
 constexpr std::size_t few_places = 24; // may win by chance
 constexpr std::size_t to_one = 9; // so many places have to speak for the other description where one speaks against it
 constexpr double many_steps = 16; // of the storage, over which a place has to rise
@@ -138,7 +142,7 @@ std::optional<std::string> flat_surfaces_doubt(const DepthFile& depth, const Sto
             ++places;
             for (Description& other : others) {
                 const double there = course(other.value, x, y, step).bend;
-                other.flat += here.bend > noise && there < flatter * here.bend;
+                other.flat += here.bend > noise && there < std::min(flat, flatter * here.bend);
                 other.bent += here.bend < flatter * there;
             }
         }

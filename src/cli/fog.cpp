@@ -93,9 +93,7 @@ std::function<int()> configure(CLI::App& app) {
         more.companions.push_back({"--color", options->picture.color});
         more.picture = 0;
         more.color_layer = options->picture.color_layer;
-        more.doubts = [options](const StoredDepth&, const Look&, const Job&) {
-            return picture_doubts(options->picture);
-        };
+        more.doubts = [options](const Job& job) { return picture_doubts(options->picture, job); };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
             return std::vector<Result>{fogged(*options, stored, job)};
         });

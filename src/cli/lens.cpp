@@ -4,6 +4,9 @@
 #include "command.hpp"
 #include "messages.hpp"
 
+#include "text.hpp"
+
+#include <fathom/dof.hpp>
 #include <fathom/dof_masks.hpp>
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
@@ -276,7 +279,10 @@ std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Lo
         return {fmt::format(
             "no circle of confusion is a pixel wide: the largest has {:.2g}, so that nothing is blurred; {}", widest,
             cure)};
-    if (20 * ended > 19 * circles)
+    // A wrong unit of length leaves what is near the focus: up to half of a real image. The default limit cuts off none of it
+    // under a right one. A smaller limit is a choice, and a doubtful one where it decides everything.
+    const double many = max_coc_px < DofOptions{}.max_coc_px ? 0.95 : 0.5;
+    if (static_cast<double>(ended) > many * static_cast<double>(circles))
         return {fmt::format(
             "{} of the circles of confusion are cut off at --max-coc-px {}: they are up to {:.3g} pixels wide; "
             "{}",

@@ -5,6 +5,8 @@
 #include "messages.hpp"
 #include "photograph.hpp"
 
+#include "text.hpp"
+
 #include <fathom/error.hpp>
 #include <fathom/findings.hpp>
 #include <fathom/linearize.hpp>
@@ -18,6 +20,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace fathom::cli {
 
@@ -31,6 +34,7 @@ constexpr float many_units = 100;     // no scene in metres begins so far away a
 constexpr double crowded = 1.2;       // no scene lies in the first fifth behind its near plane
 constexpr float few_units = 0.25f;    // no scene in metres ends so near
 constexpr double mostly_far = 0.8;    // what most values of a depth buffer exceed
+constexpr double past_a_plane = 0.1;  // of its distance; nothing that is rightly described lies so far beyond it
 constexpr double many_far = 0.001;    // the same for one value that is farther than all others
 
 // The largest value of floats or halves that is finite; 0 where none is above.
@@ -81,6 +85,57 @@ std::optional<double> near_end_of(const StoredDepth& stored) {
     return nearest;
 }
 
+// The distances between which a projection shows anything. None where that was never said, or changes across the image.
+std::optional<std::pair<double, double>> clip_distances(const Camera& camera) {
+    if (camera.projection.known_third_row && !(camera.near_plane && camera.far_plane))
+        return std::nullopt; // a camera made of angles or a calibration, which has any planes
+    if (!camera.projection.is_perspective() && camera.near_plane == 0 && camera.far_plane == 1)
+        return std::nullopt; // what a camera says that has none
+    const Projection::Matrix m = camera.projection.matrix_in_opengl_axes();
+    const auto distance = [&](long double clip_value) {
+        const Projection::Row end = m.row(2) - clip_value * m.row(3);
+        return end[0] == 0 && end[1] == 0 ? static_cast<double>(end[3] / end[2]) : std::nan("");
+    };
+    const double near_plane = distance(camera.projection.clip_near());
+    double far_plane = distance(camera.projection.clip_far());
+    if (camera.projection.is_perspective() && !(far_plane > 0)) // infinite, but for rounding
+        far_plane = std::numeric_limits<double>::infinity();
+    if (!std::isfinite(near_plane) || !(far_plane > near_plane))
+        return std::nullopt;
+    return std::pair{near_plane, far_plane};
+}
+
+// Distances of which many lie where the projection shows nothing.
+std::optional<std::string> clipped_doubt(const StoredDepth& stored, const Look& look) {
+    const Camera& camera = stored.camera;
+    const auto clip = clip_distances(camera);
+    if (!clip || !is_metric(camera.encoding))
+        return std::nullopt;
+    const auto [near_plane, far_plane] = *clip;
+    // The planes of a matrix of floats are rounded.
+    const auto low = static_cast<float>(near_plane - past_a_plane * std::abs(near_plane)),
+               high = static_cast<float>(far_plane + past_a_plane * std::abs(far_plane));
+    std::size_t before = 0, behind = 0;
+    for (int y = 0; y < look.z.rows; ++y) {
+        const auto* row = look.z.ptr<float>(y);
+        for (int x = 0; x < look.z.cols; ++x) {
+            before += row[x] < low;
+            behind += row[x] > high && row[x] < std::numeric_limits<float>::infinity();
+        }
+    }
+    const double surfaces = static_cast<double>(look.surfaces());
+    if (!(static_cast<double>(before + behind) > many_invalid * surfaces))
+        return std::nullopt;
+    const bool nearer = before > behind;
+    const bool from_0_to_1 = camera.scale == 1 && look.nearest >= 0 && look.farthest <= 1;
+    return fmt::format(
+        "{} of the surfaces lie {} plane of the projection, {:.4g}, which cuts them off; {}",
+        percent(nearer ? before : behind, look.surfaces()), nearer ? "before the near" : "behind the far",
+        nearer ? near_plane : far_plane,
+        from_0_to_1 ? "are the values from 0 to 1 no distances (\"encoding\": \"window\", \"linear\" or another)?"
+                    : "are they in the units of the projection (\"scale\")?");
+}
+
 // All of it background though the values differ, or all of it close behind the near plane.
 std::optional<std::string> range_doubt(const DepthFile& depth, const StoredDepth& stored, const Look& look) {
     if (look.background == look.pixels) {
@@ -128,11 +183,6 @@ std::string reason(const DepthFile& depth, const StoredDepth& stored, const Stor
 }
 
 } // namespace
-
-std::string percent(std::size_t part, std::size_t whole) {
-    const double share = 100 * static_cast<double>(part) / static_cast<double>(whole);
-    return part == 0 || part == whole || share >= 1 ? fmt::format("{:.0f} %", share) : fmt::format("{:.2g} %", share);
-}
 
 Look look_at(const StoredDepth& stored) {
     Look look{.z = to_mat(linearize(stored).image)};
@@ -217,8 +267,9 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
         if (doubt)
             said.push_back(*doubt);
     if (said.empty())
-        if (const auto doubt = range_doubt(depth, stored, look))
-            said.push_back(*doubt);
+        for (const std::optional<std::string>& doubt : {range_doubt(depth, stored, look), clipped_doubt(stored, look)})
+            if (doubt)
+                said.push_back(*doubt);
     return said;
 }
 
@@ -227,9 +278,12 @@ std::string in_words(const Look& look) {
         look.surfaces() == 0 ? "no surface" : fmt::format("z {:.4g} to {:.4g}", look.nearest, look.farthest);
     if (look.background > 0)
         text += fmt::format(", {} background", percent(look.background, look.pixels));
-    if (look.invalid > 0)
-        text += fmt::format(", {} invalid", percent(look.invalid, look.pixels));
-    return text;
+    return text + ", " + invalid_in_words(look.invalid, look.pixels);
+}
+
+std::string invalid_in_words(std::size_t invalid, std::size_t pixels) {
+    return fmt::format("{} of {} pixels invalid", invalid, pixels) +
+           (invalid > 0 ? fmt::format(" ({})", percent(invalid, pixels)) : "");
 }
 
 } // namespace fathom::cli

@@ -31,10 +31,10 @@ Look look_at(const StoredDepth& stored);
 /// Throws: Error where no pixel has a depth, which says why that is likely.
 std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& stored, const Look& look);
 
-/// A part of a whole for a message: "12 %".
-std::string percent(std::size_t part, std::size_t whole);
-
-/// "z 0.5 to 12, 3 % background, 1 % invalid": for the line about a result.
+/// "z 0.5 to 12, 3 % background, 96 of 9600 pixels invalid (1 %)": for the line about a result.
 std::string in_words(const Look& look);
+
+/// The end of it.
+std::string invalid_in_words(std::size_t invalid, std::size_t pixels);
 
 } // namespace fathom::cli

@@ -62,14 +62,9 @@ std::string number(double value) {
 }
 
 std::string nearest(std::string_view name, const std::vector<std::string>& known) {
-    std::string best;
-    std::size_t fewest = std::max<std::size_t>(2, name.size() / 3) + 1;
-    for (const std::string& candidate : known)
-        if (const std::size_t n = io::edit_distance(name, candidate); n < fewest) {
-            fewest = n;
-            best = candidate;
-        }
-    return best;
+    const std::vector<std::string> best = io::nearest_words(known, name, 1);
+    const std::size_t most_edits = std::max<std::size_t>(2, name.size() / 3);
+    return best.empty() || io::edit_distance(name, best.front()) > most_edits ? "" : best.front();
 }
 
 std::string one_of(const std::vector<std::string>& names) {

@@ -143,7 +143,8 @@ void add_import_options(CLI::App& app, CameraOption& camera) {
 
 void add_channel_option(CLI::App& app, std::string& channel) {
     app.add_option("--channel", channel,
-                   "EXR channel that holds the depth\n(default: Z, *.Depth.Z, V, depth.V, Y, or the only one)")
+                   "EXR channel that holds the depth\n(default: Z, *.Depth.Z, V, *.Depth.V, *.Depth, *.ZDepth, *.Z, "
+                   "Y,\nor the only one)")
         ->type_name("NAME")
         ->group("Input");
 }

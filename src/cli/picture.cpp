@@ -3,6 +3,8 @@
 #include "codecs.hpp"
 #include "each_depth.hpp"
 
+#include <fmt/format.h>
+
 namespace fathom::cli {
 
 Product picture_product(const std::string& layer) {
@@ -37,11 +39,17 @@ void add_picture_options(CLI::App& app, PictureOptions& options, const std::stri
         ->group("Input");
 }
 
-std::vector<std::string> picture_doubts(const PictureOptions& options) {
-    const std::string extension = extension_of(options.color);
-    if (options.encoding != ColorEncoding::linear || (extension != ".jpg" && extension != ".jpeg"))
+std::vector<std::string> picture_doubts(const PictureOptions& options, const Job& job) {
+    const std::filesystem::path& file = job.companions.front();
+    if (options.encoding != ColorEncoding::linear)
         return {};
-    return {"--color-space linear: a JPEG holds sRGB, whose codes are no light; leave the option out"};
+    const StderrSilenced silenced;
+    const PictureFormat format = read_picture(file, {.layer = options.color_layer, .windows = job.windows}).format;
+    if (format.bits != 8 || format.encoding == ColorEncoding::linear)
+        return {};
+    return {fmt::format("--color-space linear: {} holds 8 bits, which are sRGB where the file does not say otherwise; "
+                        "leave the option out",
+                        file.native())};
 }
 
 Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const StoredDepth& stored,

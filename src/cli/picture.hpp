@@ -23,8 +23,8 @@ struct PictureOptions {
 /// A picture as a result, and its layer where it is appended to another one.
 Product picture_product(const std::string& layer);
 
-/// What is probably wrong with how the picture is said to count light.
-std::vector<std::string> picture_doubts(const PictureOptions& options);
+/// What is probably wrong with how the picture is said to count light. It is the first file beside the job's depth.
+std::vector<std::string> picture_doubts(const PictureOptions& options, const Job& job);
 
 /// Adds --color and --color-layer. `what` names the picture: "the sharp picture".
 void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what);

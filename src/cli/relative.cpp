@@ -95,27 +95,24 @@ void check_relative(const RelativeOptions& relative, const LensOptions& lens) {
             "which values are");
 }
 
-DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel, bool strict) {
-    RelativeFile depth;
+RelativeDepth relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel) {
+    RelativeDepth result;
     {
         const StderrSilenced silenced;
-        depth = read_relative(job.input, {.channel = channel, .range = relative.range});
+        result.input = io::read_relative_input(job.input, {.channel = channel, .range = relative.range});
     }
-    cv::Mat& values = depth.values;
+    cv::Mat& values = result.depth.values = std::move(result.input.depth.values);
+    const int bits = result.input.depth.bits;
     const auto all = [&] { return std::span(values.ptr<float>(), values.total()); };
-    if (depth.bits == 8 && !relative.range)
+    if (bits == 8 && !relative.range)
         smooth_steps(all(), values.cols, values.rows, 1 / 255.0);
-    const auto warn = [&](const std::string& doubt) {
-        if (strict)
-            throw Error(doubt);
-        complain("warning: " + doubt);
-    };
     double least = 0, most = 1;
     cv::minMaxLoc(values, &least, &most);
     if (!relative.range && most - least < little_range)
-        warn(fmt::format("{}: its values take {:.2g} % of what {} bits hold, so that little is blurred; say with "
-                         "--relative-range which codes are nearest and farthest",
-                         job.input.native(), 100 * (most - least), depth.bits));
+        result.doubts.push_back(
+            fmt::format("its values take {:.2g} % of what {} bits hold, so that little is blurred; say with "
+                        "--relative-range which codes are nearest and farthest",
+                        100 * (most - least), bits));
     if (relative.picture) {
         const std::filesystem::path& file = job.companions[*relative.picture];
         cv::Mat color;
@@ -134,7 +131,13 @@ DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const 
     }
     if (relative.focus_range)
         flatten_range(all(), *relative.focus_range);
-    return {values, Storage::float32, {}, {{{0, 0}, values.size()}, values.size()}};
+    result.depth.windows = {{{0, 0}, values.size()}, values.size()};
+    return result;
+}
+
+std::string in_words(const io::RelativeInput& input) {
+    return fmt::format("values {} to {}, {}", number(input.least), number(input.greatest),
+                       invalid_in_words(input.invalid, input.pixels));
 }
 
 namespace {

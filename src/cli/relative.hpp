@@ -3,6 +3,8 @@
 #include "lens.hpp"
 #include "outputs.hpp"
 
+#include "io/relative_input.hpp"
+
 #include <fathom/image.hpp>
 #include <fathom/relative.hpp>
 
@@ -19,9 +21,19 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative);
 /// Throws: UsageError.
 void check_relative(const RelativeOptions& relative, const LensOptions& lens);
 
-/// An input's relative depth, floats from 0 to 1, made smooth, and of the picture's size if there is one.
-/// Throws: Error, if `strict` also where it warns otherwise.
-DepthFile relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel, bool strict);
+/// An input's relative depth.
+struct RelativeDepth {
+    DepthFile depth{
+        {}, Storage::float32, {}}; ///< floats from 0 to 1, made smooth, and of the picture's size if there is one
+    io::RelativeInput input;       ///< before that
+    std::vector<std::string> doubts = {}; ///< what is probably wrong with its values, a sentence each with the cure
+};
+
+/// Throws: Error.
+RelativeDepth relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel);
+
+/// "values 3 to 250, 0 of 9600 pixels invalid": for the line about a result.
+std::string in_words(const io::RelativeInput& input);
 
 /// The circle of relative depth, for a focus at a pixel or for the range that is in focus; the lens's otherwise.
 /// Throws: Error, for instance for a pixel without depth.

@@ -259,7 +259,7 @@ std::function<int()> configure(CLI::App& app) {
             more.outputs.push_back({"--bent-normal", *options->bent_normal, bent_normal});
         if (options->confidence)
             more.outputs.push_back({"--confidence", *options->confidence, confidence});
-        more.doubts = [options](const StoredDepth& stored, const Look& look, const Job&) {
+        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job&) {
             return radius_doubts(options->radius, stored, look);
         };
         return each_depth(*options, visibility, more,

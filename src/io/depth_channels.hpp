@@ -6,8 +6,8 @@
 
 namespace fathom::io {
 
-/// Channels of an OpenEXR file that are named like depth, by their full names: Z, Depth or Depth.V, alone or at the end of a
-/// layer's name, but not the third one of a vector. None of any other file.
+/// Channels of an OpenEXR file that could be its depth by their names, whole names with that of the part. None of any other
+/// file. Without a wish `read_depth` takes the likeliest of them.
 std::vector<std::string> depth_channels(const std::filesystem::path& file);
 
 } // namespace fathom::io

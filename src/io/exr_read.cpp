@@ -16,7 +16,11 @@
 
 #include <algorithm>
 #include <functional>
+#include <initializer_list>
 #include <limits>
+#include <set>
+#include <string_view>
+#include <utility>
 
 namespace fathom::io {
 namespace {
@@ -30,16 +34,63 @@ struct Candidate {
     Imf::PixelType type;
     bool deep;
     bool subsampled;
-    bool of_a_vector; ///< one of X, Y, Z side by side: a position or a normal, no depth
+    std::optional<std::size_t>
+        rank; ///< how well its name says that it is depth, 0 the best; none when it does not say so
 };
+
+/// The names of depth, the likeliest first. Z is OpenEXR's own name, Layer.Depth.Z and Layer.Depth.V are Blender's, V is
+/// its viewer's, Y is a grey image.
+struct DepthName {
+    std::string_view name; ///< in lower case
+    bool in_layer;         ///< is it depth at the end of a layer's name, too?
+    bool says_depth;       ///< V and Y are any value
+};
+constexpr DepthName depth_names[] = {{"z", false, true},      {"depth.z", true, true}, {"v", false, false},
+                                     {"depth.v", true, true}, {"depth", true, true},   {"zdepth", true, true},
+                                     {"z", true, true},       {"y", false, false}};
+
+std::optional<std::size_t> rank_of(const std::string& name) {
+    const auto found = std::ranges::find_if(depth_names, [&](const DepthName& depth) {
+        return name == depth.name || (depth.in_layer && name.ends_with("." + std::string(depth.name)));
+    });
+    if (found == std::end(depth_names))
+        return std::nullopt;
+    return static_cast<std::size_t>(found - depth_names);
+}
+
+/// Gives each channel its rank.
+/// X, Y and Z side by side are a position or a normal, U and V texture coordinates. Mist is Blender's pass from 0 to 1,
+/// linear.Z what `fathom linearize --append` writes. Y is the brightness of a picture in OpenEXR, so that it is no depth
+/// beside a channel that says it is.
+void rank(std::vector<Candidate>& channels) {
+    std::set<std::pair<int, std::string>> names;
+    for (const Candidate& channel : channels)
+        names.emplace(channel.part, lower(channel.name));
+    bool one_says_depth = false;
+    for (Candidate& channel : channels) {
+        const std::string name = lower(channel.name), layer = name.substr(0, name.rfind('.') + 1);
+        const std::string last = name.substr(layer.size());
+        const auto one_of = [&](std::initializer_list<const char*> ends) {
+            return std::ranges::find(ends, last) != ends.end() && std::ranges::all_of(ends, [&](const char* end) {
+                       return names.contains({channel.part, layer + end});
+                   });
+        };
+        if (one_of({"x", "y", "z"}) || one_of({"u", "v"}) || layer.ends_with("mist.") || layer == "linear.")
+            continue;
+        channel.rank = rank_of(name);
+        one_says_depth |= channel.rank && depth_names[*channel.rank].says_depth;
+    }
+    for (Candidate& channel : channels)
+        if (one_says_depth && lower(channel.name) == "y")
+            channel.rank.reset();
+}
 
 std::vector<Candidate> channels_of(const Imf::MultiPartInputFile& exr) {
     std::vector<Candidate> channels;
     for (int part = 0; part < exr.parts(); ++part) {
         const auto& header = exr.header(part);
-        const auto& list = header.channels();
         const auto prefix = exr.parts() > 1 && header.hasName() ? header.name() + "." : "";
-        for (auto c = list.begin(); c != list.end(); ++c)
+        for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
             channels.push_back({
                 .part = part,
                 .name = c.name(),
@@ -47,30 +98,11 @@ std::vector<Candidate> channels_of(const Imf::MultiPartInputFile& exr) {
                 .type = c.channel().type,
                 .deep = header.hasType() && Imf::isDeepData(header.type()),
                 .subsampled = c.channel().xSampling != 1 || c.channel().ySampling != 1,
-                .of_a_vector = list.findChannel("X") && list.findChannel("Y") && list.findChannel("Z"),
+                .rank = {},
             });
     }
+    rank(channels);
     return channels;
-}
-
-/// How well a channel's name says that it is depth, 0 the best; nothing when it does not say so.
-/// Z is OpenEXR's own name, Layer.Depth.Z and Layer.Depth.V are Blender's, V is its viewer's, Y is a grey image.
-std::optional<int> rank(const Candidate& channel) {
-    const auto name = lower(channel.name);
-    const auto is_layer = [&](const std::string& end) { return name == end || name.ends_with("." + end); };
-    if (name == "z" && !channel.of_a_vector)
-        return 0;
-    if (is_layer("depth.z"))
-        return 1;
-    if (name == "v")
-        return 2;
-    if (is_layer("depth.v"))
-        return 3;
-    if (name == "y" && !channel.of_a_vector)
-        return 4;
-    if (is_layer("depth"))
-        return 5;
-    return std::nullopt;
 }
 
 const Candidate& choose(const std::filesystem::path& file, const std::vector<Candidate>& channels,
@@ -88,7 +120,7 @@ const Candidate& choose(const std::filesystem::path& file, const std::vector<Can
         best = &channels.front();
     } else {
         for (const auto& channel : channels)
-            if (const auto r = rank(channel); r && (!best || *r < *rank(*best)))
+            if (channel.rank && (!best || *channel.rank < *best->rank))
                 best = &channel;
         if (!best)
             refuse(file, "has no channel that is named like depth; say which it is (--channel): " +
@@ -224,21 +256,9 @@ std::vector<std::string> depth_channels(const std::filesystem::path& file) {
     if (!begins_like_exr(file))
         return names;
     return refusing_damage(file, [&] {
-        const auto channels = channels_of(Imf::MultiPartInputFile(file.c_str()));
-        const auto has = [&](int part, const std::string& name) {
-            return std::ranges::any_of(channels,
-                                       [&](const Candidate& c) { return c.part == part && lower(c.name) == name; });
-        };
-        for (const auto& channel : channels) {
-            const std::string name = lower(channel.name), layer = name.substr(0, name.rfind('.') + 1);
-            const bool of_vector = has(channel.part, layer + "x") && has(channel.part, layer + "y");
-            // Blender's pass of that name, from 0 to 1, and what `fathom linearize --append` writes
-            const bool is_other = layer.ends_with("mist.") || layer == "linear.";
-            const bool is_depth =
-                (name == layer + "z" && !of_vector) || name == layer + "depth" || name.ends_with("depth.v");
-            if (is_depth && !is_other && !channel.deep && !channel.subsampled)
+        for (const auto& channel : channels_of(Imf::MultiPartInputFile(file.c_str())))
+            if (channel.rank && !channel.deep && !channel.subsampled)
                 names.push_back(channel.full_name);
-        }
         return names;
     });
 }

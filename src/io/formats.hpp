@@ -59,6 +59,7 @@ struct PictureFile {
     Bytes icc, exif;                            ///< empty where there is none
     std::optional<ColorEncoding> encoding = {}; ///< where the file says so without a profile
     std::optional<bool> straight_alpha = {};    ///< likewise
+    bool has_more = false;                      ///< Exif data that is not read
 };
 
 /// One channel of a picture whose channels are equal. Refuses colours: a map of them has no order of distances.

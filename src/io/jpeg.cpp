@@ -105,7 +105,8 @@ Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format) {
     const auto first = segment_at(pixels, 2);
     const std::size_t front = first && first->marker == app0 ? first->end : 2;
     Bytes file(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(front));
-    if (!format.exif.empty() && format.exif.size() + exif_name.size() <= longest_segment)
+    static_assert(most_exif_of_jpeg + exif_name.size() == longest_segment);
+    if (!format.exif.empty())
         append(file, app1, {as_bytes(exif_name), format.exif});
     const std::size_t longest = longest_segment - icc_name.size() - 2;
     const std::size_t parts = (format.icc.size() + longest - 1) / longest;

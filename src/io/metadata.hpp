@@ -16,6 +16,9 @@ bool is_linear_profile(View icc);
 /// Is a colour profile one of R, G and B?
 bool is_rgb_profile(View icc);
 
+/// Bytes of Exif that fit into the one segment of a JPEG that holds it. A PNG may have more.
+inline constexpr std::size_t most_exif_of_jpeg = 65527;
+
 /// Where the first row and column lie, 1 to 8 as Exif and TIFF have it; 1 where the data does not say.
 int orientation_of(View exif);
 

@@ -155,6 +155,9 @@ Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions
     io::set_upright(held.exif);
     if (io::is_rgb_profile(held.icc)) // which a grey one would not fit
         picture.format.icc = std::move(held.icc);
+    else
+        picture.format.incomplete = !held.icc.empty();
+    picture.format.incomplete |= held.has_more;
     picture.format.exif = std::move(held.exif);
     const bool straight = held.straight_alpha.value_or(codes);
     const bool encoded = picture.format.encoding != ColorEncoding::linear;

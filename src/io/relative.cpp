@@ -1,5 +1,6 @@
 // Relative depth out of files, and onto the grid of a picture.
 #include "formats.hpp"
+#include "relative_input.hpp"
 
 #include <fathom/error.hpp>
 
@@ -8,6 +9,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace fathom {
 
@@ -42,22 +45,28 @@ cv::Mat io::only_channel(const std::filesystem::path& file, const cv::Mat& image
 
 namespace {
 
-/// Floats to 0 to 1 by a range, or by their own least and greatest.
-void normalise(const std::filesystem::path& file, cv::Mat& values, std::optional<std::array<double, 2>> range) {
-    if (!range) {
-        range = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-        for (const float value : cv::Mat_<float>(values))
-            if (std::isfinite(value)) {
-                (*range)[0] = std::min((*range)[0], static_cast<double>(value));
-                (*range)[1] = std::max((*range)[1], static_cast<double>(value));
-            }
+/// Counts the pixels, and takes the least and the greatest of the finite values.
+void count(io::RelativeInput& input) {
+    double least = std::numeric_limits<double>::infinity(), greatest = -least;
+    for (const float value : cv::Mat_<float>(input.depth.values)) {
+        ++input.pixels;
+        input.invalid += std::isnan(value);
+        if (std::isfinite(value)) {
+            least = std::min(least, static_cast<double>(value));
+            greatest = std::max(greatest, static_cast<double>(value));
+        }
     }
-    const auto [low, high] = *range;
+    if (least <= greatest) {
+        input.least = least;
+        input.greatest = greatest;
+    }
+}
+
+/// Values to 0 to 1 by a range.
+void normalise(const std::filesystem::path& file, cv::Mat& values, const std::array<double, 2>& range) {
+    const auto [low, high] = range;
     if (!(high > low))
         refuse(file, "has no two different values, so nothing is nearer than anything else; is it the right file?");
-    if (!std::isfinite(low) || !std::isfinite(high))
-        refuse(file, "cannot be brought from " + std::to_string(low) + " to " + std::to_string(high) +
-                         "; both ends of the range must be finite");
     if (!std::isfinite(low) || !std::isfinite(high))
         refuse(file, "cannot be brought from " + std::to_string(low) + " to " + std::to_string(high) +
                          "; both ends of the range must be finite");
@@ -66,16 +75,19 @@ void normalise(const std::filesystem::path& file, cv::Mat& values, std::optional
             value = static_cast<float>(std::clamp((static_cast<double>(value) - low) / (high - low), 0.0, 1.0));
 }
 
-cv::Mat image_of(const std::filesystem::path& file, const std::string& channel) {
-    if (io::begins_like_exr(file))
-        return io::read_exr(file, {channel}, {}).front().values;
+/// The image, and the name of the channel of an OpenEXR file.
+std::pair<cv::Mat, std::string> image_of(const std::filesystem::path& file, const std::string& channel) {
+    if (io::begins_like_exr(file)) {
+        const DepthFile depth = io::read_exr(file, {channel}, {}).front();
+        return {depth.values, depth.channel};
+    }
     if (!channel.empty())
         refuse(file, "is no OpenEXR file and has no channel \"" + channel + "\"; leave --channel out");
     const io::Bytes bytes = io::read_file(file);
     if (const auto jpeg = io::read_jpeg(file, bytes))
-        return jpeg->image;
+        return {jpeg->image, ""};
     if (const auto image = io::read_plain(file, bytes))
-        return *image;
+        return {*image, ""};
     refuse(
         file,
         "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy and .exr");
@@ -83,27 +95,36 @@ cv::Mat image_of(const std::filesystem::path& file, const std::string& channel) 
 
 } // namespace
 
-RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options) {
-    io::check_readable(file);
-    return io::within_memory(file, [&] {
-        const cv::Mat given = image_of(file, options.channel);
-        if (given.depth() != CV_8U && given.depth() != CV_16U && given.depth() != CV_16F && given.depth() != CV_32F)
-            refuse(file, "is " + io::described(given) + "; relative depth has 8 or 16 bits, or floats");
-        const cv::Mat image = io::only_channel(file, given);
-        RelativeFile result{.values = {}, .bits = image.depth() == CV_8U ? 8 : image.depth() == CV_16U ? 16 : 32};
-        image.convertTo(result.values, CV_32F);
+io::RelativeInput io::read_relative_input(const std::filesystem::path& file, const ReadRelativeOptions& options) {
+    check_readable(file);
+    return within_memory(file, [&] {
+        const auto [given, channel] = image_of(file, options.channel);
+        const int type = given.depth();
+        if (type != CV_8U && type != CV_16U && type != CV_16F && type != CV_32F)
+            refuse(file, "is " + described(given) + "; relative depth has 8 or 16 bits, or floats");
+        const cv::Mat image = only_channel(file, given);
+        RelativeInput result{.depth = {.values = {},
+                                       .bits = type == CV_8U    ? 8
+                                               : type == CV_16U ? 16
+                                                                : 32},
+                             .channel = channel};
+        RelativeFile& depth = result.depth;
+        image.convertTo(depth.values, CV_32F);
         if (options.range && !(options.range->front() < options.range->back()))
             refuse(file, "cannot be brought from " + std::to_string(options.range->front()) + " to " +
                              std::to_string(options.range->back()) + "; the range's first end must be the lesser one");
-        double least = 0, most = 0;
-        cv::minMaxLoc(image, &least, &most);
-        if (result.bits == 32 || options.range || least == most)
-            normalise(file, result.values, options.range);
+        count(result);
+        if (depth.bits == 32 || options.range || result.least == result.greatest)
+            normalise(file, depth.values, options.range.value_or(std::array{result.least, result.greatest}));
         else
-            for (float& value : cv::Mat_<float>(result.values))
-                value /= result.bits == 8 ? 255.0f : 65535.0f;
+            for (float& value : cv::Mat_<float>(depth.values))
+                value /= depth.bits == 8 ? 255.0f : 65535.0f;
         return result;
     });
+}
+
+RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options) {
+    return io::read_relative_input(file, options).depth;
 }
 
 cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color) {

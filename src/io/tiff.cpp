@@ -260,6 +260,8 @@ void read_tiff_metadata(const Bytes& bytes, PictureFile& picture) {
         const auto* first = static_cast<const unsigned char*>(profile);
         picture.icc.assign(first, first + size);
     }
+    toff_t directory = 0;
+    picture.has_more = TIFFGetField(tiff.get(), TIFFTAG_EXIFIFD, &directory) == 1;
 }
 
 Bytes tiff_bytes(const cv::Mat& image) {

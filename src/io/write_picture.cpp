@@ -1,6 +1,7 @@
 // Pictures into files: light becomes what the format holds.
 #include "color_encoding.hpp"
 #include "formats.hpp"
+#include "metadata.hpp"
 
 #include <fathom/error.hpp>
 
@@ -71,6 +72,8 @@ PictureFormat format_for(const std::filesystem::path& file, const PictureFormat&
     if (type == ".jpg") {
         result.encoding = ColorEncoding::srgb;
         result.bits = 8;
+        if (result.exif.size() > io::most_exif_of_jpeg)
+            result.exif.clear();
     } else if (type == ".png") {
         result.bits = format.bits == 32 ? 16 : format.bits;
     } else if (type == ".tif" && format.bits < 32) {
