@@ -24,7 +24,8 @@ struct PictureFormat {
     int bits = 32;                        ///< of a channel: 8 and 16 are integers from 0 to 1, 32 floats
     std::vector<unsigned char> icc = {};  ///< the colour profile as the file has it; empty without one
     std::vector<unsigned char> exif = {}; ///< the camera's data, of a picture that stands upright; empty without
-    bool incomplete = false; ///< the file has more that is not kept: the Exif data of a TIFF, the profile of a grey picture
+    bool incomplete =
+        false; ///< the file has more that is not kept: the Exif data of a TIFF, the profile of a grey picture
 };
 
 /// A picture as light.

@@ -173,7 +173,8 @@ std::vector<std::string> png_doubts(const DepthOptions& options, const std::vect
 // A result that cannot hold what goes with the picture it is made of.
 std::vector<std::string> metadata_doubts(const std::filesystem::path& file, const Result& result) {
     if (result.format && result.format->incomplete)
-        return {"does not hold the picture's Exif data or its grey profile, which are not read; copy them with exiftool"};
+        return {
+            "does not hold the picture's Exif data or its grey profile, which are not read; copy them with exiftool"};
     if (!result.format || !loses_metadata(file, *result.format))
         return {};
     return {"does not hold the colour profile or the camera's data of the picture; write the picture's own type to "
