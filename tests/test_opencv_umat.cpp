@@ -455,10 +455,12 @@ TEST_CASE("opencv umat: what does not fit is refused, and nothing is written", "
     if (!opencv_has_opencl())
         return;
     const cv::Mat stored = depths(), untouched(20, 30, CV_32FC1, cv::Scalar(7));
-    const cv::UMat input = on_device(stored), codes(20, 30, CV_64FC1), empty, volume({4, 5, 6}, CV_32FC1);
+    const cv::UMat input = on_device(stored), codes(20, 30, CV_64FC1), empty;
+    constexpr int sizes[] = {4, 5, 6};
+    const cv::UMat volume(3, sizes, CV_32FC1);
     cv::UMat result = on_device(untouched), small = on_device(untouched(cv::Rect(0, 0, 7, 5)));
     Camera nan = camera();
-    nan.projection(0, 0) = std::numeric_limits<double>::quiet_NaN();
+    nan.scale = std::numeric_limits<double>::quiet_NaN();
     for (const Device& device : {opencv_device(), cpu()}) {
         for (cv::UMat* each : {&result, &small}) {
             const auto refused = [&](const cv::UMat& in, const Camera& seen, const char* why) {
@@ -473,7 +475,7 @@ TEST_CASE("opencv umat: what does not fit is refused, and nothing is written", "
             refused(codes, camera(), "CV_64FC1");
             refused(volume, camera(), "3 dimensions");
             refused(input(cv::Rect(0, 0, 7, 7)), camera(), "7 x 7 pixels; the camera is for 30 x 20");
-            refused(input, nan, "projection");
+            refused(input, nan, "scale");
         }
         const cv::UMat fixed = small;
         CHECK_THROWS_WITH(linearize(device, input, camera(), fixed),
