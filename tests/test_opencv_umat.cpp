@@ -10,10 +10,12 @@
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <limits>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -57,11 +59,32 @@ cv::Mat on_host(const cv::UMat& umat) {
     return mat;
 }
 
-/// Where the first pixel lies: mapping a buffer of a CPU device moves nothing.
-template <typename Value>
-Value* address_of(const cv::UMat& umat) {
-    return umat.getMat(cv::ACCESS_RW).ptr<Value>();
+/// Where the first byte lies: mapping a buffer of a CPU device moves nothing.
+unsigned char* address_of(const cv::UMat& umat) {
+    const auto buffer = static_cast<cl_mem>(umat.handle(cv::ACCESS_RW));
+    void* const mapped = clEnqueueMapBuffer(opencv_queue(), buffer, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0,
+                                            umat.u->size, 0, nullptr, nullptr, nullptr);
+    REQUIRE(mapped != nullptr);
+    clEnqueueUnmapMemObject(opencv_queue(), buffer, mapped, 0, nullptr, nullptr);
+    cv::ocl::finish();
+    return static_cast<unsigned char*>(mapped) + umat.offset;
 }
+
+/// OpenCV's pool of buffers, which it has on some devices only.
+class Pool {
+public:
+    Pool() { set(std::size_t{1} << 26); }
+    ~Pool() { set(before_); }
+    Pool(const Pool&) = delete;
+    Pool& operator=(const Pool&) = delete;
+
+private:
+    static void set(std::size_t bytes) {
+        cv::ocl::getOpenCLAllocator()->getBufferPoolController()->setMaxReservedSize(bytes);
+    }
+
+    std::size_t before_ = cv::ocl::getOpenCLAllocator()->getBufferPoolController()->getMaxReservedSize();
+};
 
 /// Nothing that a queue is given later starts before this is opened.
 class Gate {
@@ -186,8 +209,8 @@ TEST_CASE("opencv umat: kernels read and write the matrices' own memory, and the
         cv::UMat input = on_device(cv::Mat(stored.size(), CV_32FC1, cv::Scalar(0.25)));
         cv::UMat picture = on_device(color);
         cv::UMat result = on_device(cv::Mat(form.expected.size(), form.expected.type(), cv::Scalar::all(7)));
-        const auto* const to = address_of<uchar>(result);
-        auto* const from = address_of<uchar>(input);
+        const auto* const to = address_of(result);
+        auto* const from = address_of(input);
         const auto bytes = [](const cv::Mat& mat) { return mat.total() * mat.elemSize(); };
         if (waits_on_the_host(form)) {
             std::memcpy(from, stored.data, bytes(stored));
@@ -352,18 +375,25 @@ TEST_CASE("opencv umat: another queue of OpenCV's context takes its place betwee
     linearize(cpu(), stored, camera(), expected);
     const cv::UMat values = on_device(stored);
     cv::UMat input = on_device(before), result = on_device(before), copy = on_device(before);
-    const auto* const seen = address_of<float>(copy);
+    const auto* const seen = address_of(copy);
     linearize(device, input, camera(), result); // builds the kernel
     cv::ocl::finish();
 
-    Gate opencv(opencv_queue());
-    values.copyTo(input); // OpenCV's queue, before
-    Gate own(queue.get());
-    linearize(device, input, camera(), result);
-    result.copyTo(copy); // OpenCV's queue, after
-    opencv.open();
-    CHECK(seen[0] == 7); // its own gate holds the operation, and OpenCV's copy behind it
-    own.open();
+    {
+        Gate opencv(opencv_queue());
+        values.copyTo(input); // OpenCV's queue, before
+        cl_event done = nullptr;
+        linearize(device, input, camera(), result, {}, {}, {.queue = nullptr, .wait = {}, .event = &done});
+        std::this_thread::sleep_for(std::chrono::milliseconds(50)); // it would have ended by now
+        CHECK(status_of(done) != CL_COMPLETE);
+        clReleaseEvent(done);
+        opencv.open();
+        Gate own(queue.get());
+        linearize(device, input, camera(), result);
+        result.copyTo(copy); // OpenCV's queue, after
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        CHECK(std::memcmp(seen, before.data, sizeof(float)) == 0);
+    }
     cv::ocl::finish(); // OpenCV's queue alone
     CHECK(same(on_host(copy), expected));
 
@@ -375,20 +405,23 @@ TEST_CASE("opencv umat: another queue of OpenCV's context takes its place betwee
 TEST_CASE("opencv umat: a matrix that goes while the device needs it keeps its buffer until then", "[opencv]") {
     if (!opencv_has_opencl())
         return;
+    const Pool pool;
     const Device device = opencv_device();
-    const cv::Mat stored = depths();
-    cv::Mat expected;
-    linearize(cpu(), stored, camera(), expected);
-    cv::UMat result(stored.size(), CV_32FC1);
-    Gate gate(device.queue());
-    cl_mem buffer = nullptr;
+    Camera seen = camera();
+    seen.width = 311; // a size that no other matrix here has
+    seen.height = 207;
+    cv::Mat stored(seen.height, seen.width, CV_32FC1), expected;
+    cv::randu(stored, 0.5f, 0.95f);
+    linearize(cpu(), stored, seen, expected);
+    cv::UMat input = on_device(stored), result(stored.size(), CV_32FC1);
+    const cl_mem buffer = buffer_of(input);
+    input.release();
+    input.create(stored.size(), CV_32FC1);
+    REQUIRE(buffer_of(input) == buffer); // the pool does give buffers to others
+    stored.copyTo(input);
     {
-        cv::UMat input(stored.size(), CV_32FC1);
-        buffer = buffer_of(input);
-        gate.open();
-        stored.copyTo(input);
-        Gate second(device.queue());
-        linearize(device, input, camera(), result);
+        Gate gate(device.queue());
+        linearize(device, input, seen, result);
         input.release();
         const cv::UMat next(stored.size(), CV_32FC1);
         CHECK(buffer_of(next) != buffer);
