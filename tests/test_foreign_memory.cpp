@@ -359,7 +359,7 @@ TEST_CASE("foreign memory: every storage is read wherever it lies", "[foreign-me
     }
 }
 
-TEST_CASE("foreign memory: a frame of 848 x 480 codes with tight rows", "[foreign-memory]") {
+TEST_CASE("foreign memory: a frame of 848 x 480 codes with tight rows", "[foreign-memory][slow]") {
     const std::vector<Placement> tight{{"tight rows", Holder::buffer, 0, 0}, {"rows of 849", Holder::buffer, 1, 1}};
     check_everywhere(Content(848, 480, Storage::uint16, Element::u8), operations(Element::u8), tight);
 }
