@@ -17,6 +17,9 @@ int main() {
     camera.height = height;
 
     const auto device = fathom::Device::open();
+    device.prepare(camera, fathom::Storage::float32, [](const fathom::StoredDepth& any) {
+        fathom::unproject(fathom::linearize(any).stored()); // builds both, so that the first frame does not wait for it
+    });
     const auto image = fathom::Image::from_host(device, fathom::Element::f32, stored.data(), {width, height});
 
     const fathom::ViewDepth depth = fathom::linearize({image, camera});
