@@ -131,15 +131,7 @@ std::optional<Image> image_in(const Device& device, const cv::UMat& umat, cv::Ac
     if (!in_context_of(device, umat) || umat.u->refcount != 0)
         return {};
     const auto buffer = static_cast<cl_mem>(umat.handle(access)); // which brings what the host wrote to the device
-    const std::size_t row = layout.row_stride, offset = umat.offset / umat.elemSize1();
-    const auto channels = static_cast<std::size_t>(layout.channels);
-    const Image wide(device, buffer, element,
-                     {.width = static_cast<int>(row / channels),
-                      .height = static_cast<int>(offset / row) + layout.height,
-                      .channels = layout.channels,
-                      .row_stride = row});
-    return wide.region(static_cast<int>(offset % row / channels), static_cast<int>(offset / row), layout.width,
-                       layout.height);
+    return Image(device, buffer, element, layout, umat.offset / umat.elemSize1());
 }
 
 Image image_in(const Device& device, const cv::Mat& mat) {
