@@ -1,4 +1,5 @@
-// Images in memory that others laid out: any offset and row stride, sub-buffers, host memory, and queues of either kind.
+// Images in memory that others laid out: any offset and row stride, sub-buffers, host memory, and queues of either
+// kind.
 // Every operation gives the bits that it gives on images of its own, and writes nothing beside them.
 #include "catch.hpp"
 

@@ -1,5 +1,5 @@
-// cv::Mat and cv::UMat as images. A cv::UMat of OpenCV's own context is worked on in its buffer, in the order of OpenCV's
-// queue and without a wait. Any other matrix is host memory.
+// cv::Mat and cv::UMat as images. A cv::UMat of OpenCV's own context is worked on in its buffer, in the order of
+// OpenCV's queue and without a wait. Any other matrix is host memory.
 #include "matrices.hpp"
 
 #include "require.hpp"
@@ -56,7 +56,8 @@ cl_command_queue opencv_queue() {
     return static_cast<cl_command_queue>(cv::ocl::Queue::getDefault().ptr());
 }
 
-// A cv::UMat that was made while OpenCV used no OpenCL has no buffer, and with shared virtual memory its handle is none.
+// A cv::UMat that was made while OpenCV used no OpenCL has no buffer, and with shared virtual memory its handle is
+// none.
 bool in_context_of(const Device& device, const cv::UMat& umat) {
     if (umat.u->currAllocator != cv::ocl::getOpenCLAllocator() || !umat.u->handle ||
         cv::ocl::Context::getDefault(false).useSVM())
@@ -68,7 +69,8 @@ bool in_context_of(const Device& device, const cv::UMat& umat) {
     return context == device.context();
 }
 
-// Its memory is a cv::Mat's, which may be gone or changed once the call has returned. OpenCV's own kernels wait then, too.
+// Its memory is a cv::Mat's, which may be gone or changed once the call has returned. OpenCV's own kernels wait then,
+// too.
 bool is_temporary(const cv::UMat& umat) {
     return umat.u->tempUMat();
 }
@@ -87,8 +89,9 @@ cv::UMat another(const cv::UMat& callers, cv::Size size, int type) {
     return made;
 }
 
-// Buffers that OpenCV's pool must not give to another cv::UMat before the device has done with them. OpenCV's own kernels
-// keep theirs in the same way: whoever is last leaves the buffer to be freed by a later call, as a driver's thread must not.
+// Buffers that OpenCV's pool must not give to another cv::UMat before the device has done with them. OpenCV's own
+// kernels keep theirs in the same way: whoever is last leaves the buffer to be freed by a later call, as a driver's
+// thread must not.
 using Kept = std::vector<cv::UMatData*>;
 
 void CL_CALLBACK let_go(cl_event, cl_int, void* kept) {

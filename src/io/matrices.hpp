@@ -10,8 +10,8 @@
 
 namespace fathom::io {
 
-/// The image in a cv::UMat's own memory, if the device can work there: OpenCV keeps it in a buffer of the device's context,
-/// and no cv::Mat holds it mapped.
+/// The image in a cv::UMat's own memory, if the device can work there: OpenCV keeps it in a buffer of the device's
+/// context, and no cv::Mat holds it mapped.
 /// Throws: std::invalid_argument for a matrix that is no image.
 std::optional<Image> image_in(const Device& device, const cv::UMat& umat, cv::AccessFlag access);
 
@@ -24,8 +24,8 @@ Image copy_of(const Device& device, const cv::UMat& umat);
 /// What the device's queue is given from now on waits for what OpenCV's queue was given before.
 void follow_opencv(const Device& device);
 
-/// The matrices that one call of an operation reads and writes, as images on the device. A result whose matrix has another
-/// size or type is made anew. It reaches the caller only after the operation did not throw.
+/// The matrices that one call of an operation reads and writes, as images on the device. A result whose matrix has
+/// another size or type is made anew. It reaches the caller only after the operation did not throw.
 class Matrices {
 public:
     explicit Matrices(const Device& device) : device_(device) {}
@@ -36,8 +36,8 @@ public:
     /// Throws: std::invalid_argument for an array that cannot take this size and type.
     Image write(cv::OutputArray array, cv::Size size, int type);
 
-    /// Runs the operation after what OpenCV's queue was given before, and before what that is given later. Waits for the
-    /// operation if host memory takes part.
+    /// Runs the operation after what OpenCV's queue was given before, and before what that is given later. Waits for
+    /// the operation if host memory takes part.
     void run(const std::function<void()>& operation);
 
 private:
