@@ -28,8 +28,8 @@
 /// results are there.
 /// A cv::UMat in the context of the device, as `opencv_device` gives it, is read and written in its own buffer on any
 /// device.
-/// If all matrices of a call are such, it does not wait for its kernels: OpenCV's next step, or reading the result,
-/// does.
+/// If all matrices of a call are such, it does not wait for its kernels, as the form on images does not: OpenCV's next
+/// step does, or reading the result. A cv::UMat that is a cv::Mat's memory makes it wait.
 /// Otherwise a cv::UMat is mapped and treated as a cv::Mat, with the same bits: on a device of another context, while
 /// OpenCV uses no OpenCL, and while a cv::Mat holds it mapped.
 /// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size. What OpenCV cannot
@@ -38,7 +38,7 @@ namespace fathom {
 
 /// OpenCV's own device, context and queue, in which cv::UMat needs no copy; `Device::open` where OpenCV uses no OpenCL,
 /// so that the same calls work there. OpenCV 4.6 leaves a CPU alone unless the environment has
-/// `OPENCV_OPENCL_DEVICE=:CPU:`.
+/// `OPENCV_OPENCL_DEVICE=:CPU:`. Make it once and keep it: an operation on images refuses those of two devices.
 Device opencv_device(const DeviceOptions& options = {});
 
 /// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24).
