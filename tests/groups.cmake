@@ -38,6 +38,9 @@ function(lines_of variable)
   set(${variable} "${output}" PARENT_SCOPE)
 endfunction()
 
+# OpenCV 4.6 leaves a CPU alone unless the environment asks for it, before OpenCV is first used.
+set(environment_of_opencv_umat OPENCV_OPENCL_DEVICE=:CPU:)
+
 set(text)
 set(specs)
 set(grouped 0)
@@ -53,6 +56,10 @@ foreach(tier quick slow exhaustive)
     spec_of(spec ${tier} "[#${CMAKE_MATCH_2}]")
     string(APPEND specs ",${spec}")
     set(cost)
+    set(environment)
+    if(DEFINED environment_of_${name})
+      set(environment "ENVIRONMENT [[${environment_of_${name}}]]")
+    endif()
     set(label ${tier})
     if(tier STREQUAL quick AND name IN_LIST long_files)
       set(label standard)
@@ -64,7 +71,7 @@ foreach(tier quick slow exhaustive)
       set(cost "COST 100") # long ones first, so that no core waits for the last of them
     endif()
     string(APPEND text "add_test([[${name}]] [[${PROGRAM}]] --filenames-as-tags --durations yes [=[${spec}]=])\n"
-      "set_tests_properties([[${name}]] PROPERTIES LABELS ${label} TIMEOUT 1800 ${cost})\n")
+      "set_tests_properties([[${name}]] PROPERTIES LABELS ${label} TIMEOUT 1800 ${cost} ${environment})\n")
   endforeach()
 endforeach()
 

@@ -1,34 +1,17 @@
 // cv::Mat in and out: the library's own results, without a copy on a CPU.
 #include "catch.hpp"
+#include "opencv_forms.hpp"
 
 #include <fathom/opencv.hpp>
 
 #include <opencv2/core.hpp>
 
 #include <array>
-#include <cstring>
-#include <functional>
 #include <utility>
 #include <vector>
 
 using namespace fathom;
-
-namespace {
-
-Camera camera() {
-    Camera camera;
-    camera.projection = perspective(1.0, 1.5, {0.5, 100});
-    camera.width = 30;
-    camera.height = 20;
-    return camera;
-}
-
-bool same(const cv::Mat& a, const cv::Mat& b) {
-    return a.type() == b.type() && a.size() == b.size() && a.isContinuous() && b.isContinuous() &&
-           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
-}
-
-} // namespace
+using namespace fathom::opencv_forms;
 
 TEST_CASE("opencv: a matrix's type says how depth is stored", "[opencv]") {
     CHECK(storage_of(cv::Mat(1, 1, CV_32FC1)) == Storage::float32);
@@ -69,105 +52,11 @@ concept goes_to_device = requires(const Device& device, Mat&& mat) {
 static_assert(goes_to_device<cv::Mat&> && goes_to_device<const cv::Mat&> && goes_to_device<cv::Mat1f&>);
 static_assert(!goes_to_device<cv::Mat> && !goes_to_device<const cv::Mat> && !goes_to_device<cv::Mat1f>);
 
-namespace {
-
-constexpr CircleOfConfusion lens{6, 12};
-
-FogOptions fog_of(std::array<double, 3> color) {
-    return {.density = 0.3, .color = color};
-}
-
-cv::Mat depths() {
-    cv::Mat stored(20, 30, CV_32FC1);
-    cv::randu(stored, 0.5f, 0.95f);
-    return stored;
-}
-
-cv::Mat picture() {
-    cv::Mat color(20, 30, CV_8UC3);
-    cv::randu(color, 0, 256);
-    return color;
-}
-
-/// A part of a larger matrix: rows that do not follow each other.
-struct Part {
-    cv::Mat around, within;
-
-    explicit Part(const cv::Mat& content) : around(content.rows + 9, content.cols + 13, content.type()) {
-        cv::randu(around.reshape(1), 1, 2);
-        within = around(cv::Rect(5, 3, content.cols, content.rows));
-        content.copyTo(within);
-    }
-    /// Is all but the part as it was?
-    bool same_around(const cv::Mat& before) const {
-        cv::Mat now = around.clone(), then = before.clone();
-        for (cv::Mat* each : {&now, &then})
-            (*each)(cv::Rect(5, 3, within.cols, within.rows)).setTo(0);
-        return same(now, then);
-    }
-};
-
-/// An operation on matrices and what it has to give.
-struct Given {
-    const char* name;
-    cv::Mat expected;
-    std::function<void(const cv::Mat& stored, const cv::Mat& color, cv::OutputArray result)> run;
-};
-
-std::vector<Given> forms(const Device& device, const cv::Mat& stored, const cv::Mat& color) {
-    const StoredDepth depth{to_device(device, stored), camera()};
-    const Camera seen = camera();
-    const DofMasks masks = dof_masks(depth, lens, {.mixed_pixels = true, .tile_px = 7});
-    const Occlusion occlusion = ssao(depth, 0.5, {.bent_normal = true, .confidence = true});
-    return {
-        {"linearize", to_mat(linearize(depth).image),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { linearize(device, s, seen, r); }},
-        {"unproject", to_mat(unproject(depth)),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { unproject(device, s, seen, r); }},
-        {"unproject, 4 channels", to_mat(unproject(depth, {.channels = 4})),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { unproject(device, s, seen, r, {.channels = 4}); }},
-        {"normals", to_mat(normals(depth)),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { normals(device, s, seen, r); }},
-        {"ssao", to_mat(occlusion.visibility),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { ssao(device, s, seen, 0.5, r); }},
-        {"bent normals", to_mat(occlusion.bent_normal),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) {
-             ssao(device, s, seen, 0.5, cv::noArray(), r, cv::noArray());
-         }},
-        {"confidence", to_mat(occlusion.confidence),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) {
-             ssao(device, s, seen, 0.5, cv::noArray(), cv::noArray(), r);
-         }},
-        {"coc", to_mat(masks.coc),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) { dof_masks(device, s, seen, lens, {.coc = r}); }},
-        {"focus weight", to_mat(masks.focus_weight),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) {
-             dof_masks(device, s, seen, lens, {.focus_weight = r});
-         }},
-        {"mixed pixels", to_mat(masks.mixed_pixels),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) {
-             dof_masks(device, s, seen, lens, {.mixed_pixels = r});
-         }},
-        {"tiles", to_mat(masks.tile_max_coc),
-         [=](const cv::Mat& s, const cv::Mat&, cv::OutputArray r) {
-             dof_masks(device, s, seen, lens, {.tile_max_coc = r}, {.tile_px = 7});
-         }},
-        {"dof", to_mat(dof(depth, to_device(device, color), lens)),
-         [=](const cv::Mat& s, const cv::Mat& c, cv::OutputArray r) { dof(device, s, seen, c, lens, r); }},
-        {"fog", to_mat(fog(depth, to_device(device, color), fog_of({0.2, 0.5, 1}))), // the picture's order: B, G, R
-         [=](const cv::Mat& s, const cv::Mat& c, cv::OutputArray r) {
-             fog(device, s, seen, c, r, fog_of({1, 0.5, 0.2}));
-         }},
-    };
-}
-
-} // namespace
-
 TEST_CASE("opencv: every operation gives what it gives on images, and reuses a result that fits", "[opencv]") {
     const auto device = Device::open("cpu");
     const cv::Mat stored = depths(), color = picture();
     const Part stored_part(stored), color_part(color);
-    for (const Given& form : forms(device, stored, color)) {
+    for (const Given& form : forms(device, device, stored, color)) {
         INFO(form.name);
         cv::Mat fresh;
         form.run(stored, color, fresh);

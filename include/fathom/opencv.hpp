@@ -14,25 +14,47 @@
 
 #include <optional>
 
-/// Every operation on OpenCV's matrices, with the options of its form on images. Each returns when its results are there.
+/// Every operation on OpenCV's matrices, cv::Mat and cv::UMat alike, with the options of its form on images.
 ///
-/// In: stored depth as `storage_of` reads it, or as `storage` says. A camera without a width and a height takes the matrix's.
-/// Packed depth (CV_8UC3, CV_8UC4) needs its storage, such as `Storage::bgr8_red_low`. A fourth byte is dropped, which takes a
-/// copy.
-/// Out: a matrix whose size and type fit is written where it lies, continuous or not; any other is made anew. On a CPU device
-/// results are computed in the matrix's memory, and no matrix is copied.
+/// In: stored depth as `storage_of` reads it, or as `storage` says. A camera without a width and a height takes the
+/// matrix's.
+/// Packed depth (CV_8UC3, CV_8UC4) needs its storage, such as `Storage::bgr8_red_low`. A fourth byte is dropped, which
+/// takes a copy.
+/// Out: a matrix whose size and type fit is written where it lies, continuous or not; any other is made anew. A call
+/// that throws before its kernels start leaves every result as it was.
 /// Positions and normals are x, y, z. Pictures are B, G, R, and A with alpha multiplied in.
-/// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size.
+///
+/// On a CPU device results are computed in a cv::Mat's memory, and no matrix is copied. Such a call returns when its
+/// results are there.
+/// A cv::UMat in the context of the device, as `opencv_device` gives it, is read and written in its own buffer on any
+/// device.
+/// If all matrices of a call are such, it does not wait for its kernels, as the form on images does not: OpenCV's next
+/// step does, or reading the result. A cv::UMat that is a cv::Mat's memory makes it wait.
+/// Otherwise a cv::UMat is mapped and treated as a cv::Mat, with the same bits: on a device of another context, while
+/// OpenCV uses no OpenCL, and while a cv::Mat holds it mapped.
+/// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size. What OpenCV cannot
+/// allocate or map is a cv::Exception.
 namespace fathom {
+
+/// OpenCV's own device, context and queue, in which cv::UMat needs no copy; `Device::open` where OpenCV uses no OpenCL,
+/// so that the same calls work there. OpenCV 4.6 leaves a CPU alone unless the environment has
+/// `OPENCV_OPENCL_DEVICE=:CPU:`. Make it once and keep it: an operation on images refuses those of two devices.
+Device opencv_device(const DeviceOptions& options = {});
 
 /// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24).
 /// Throws: std::invalid_argument for any other type. Bytes may be a picture by mistake, so packed depth has to be said.
 Storage storage_of(const cv::Mat& stored);
+Storage storage_of(const cv::UMat& stored);
 
-/// The device's view of a matrix: shared memory on a CPU device, a copy on any other. The matrix must outlive it, so that a
-/// temporary one does not compile.
+/// The device's view of a matrix: shared memory on a CPU device, a copy on any other. The matrix must outlive it, so
+/// that a temporary one does not compile.
 Image to_device(const Device& device, const cv::Mat& mat);
 Image to_device(const Device& device, const cv::Mat&& mat) = delete;
+
+/// The same for a cv::UMat: its buffer in the context of the device, after all that OpenCV was told to do to it; a copy
+/// on any other. Before OpenCV changes the matrix, `Device::finish` what reads the image.
+Image to_device(const Device& device, const cv::UMat& umat);
+Image to_device(const Device& device, const cv::UMat&& umat) = delete;
 
 /// A device image as a new matrix.
 cv::Mat to_mat(const Image& image);
@@ -73,8 +95,8 @@ struct DofMaskArrays {
     cv::OutputArray tile_max_coc = cv::noArray(); ///< likewise
 };
 
-/// The circle of confusion and the masks whose arrays are given; see dof_masks.hpp. The options that say which masks are
-/// wanted are not read.
+/// The circle of confusion and the masks whose arrays are given; see dof_masks.hpp. The options that say which masks
+/// are wanted are not read.
 void dof_masks(const Device& device, cv::InputArray stored, const Camera& camera, const CircleOfConfusion& coc,
                const DofMaskArrays& results, const DofMasksOptions& options = {}, std::optional<Storage> storage = {},
                const Launch& launch = {});
@@ -85,7 +107,8 @@ void dof(const Device& device, cv::InputArray stored, const Camera& camera, cv::
          const CircleOfConfusion& coc, cv::OutputArray result, const DofOptions& options = {},
          std::optional<Storage> storage = {}, const Launch& launch = {});
 
-/// A picture with fog, of the type of `color`, which is any that `dof` takes; see fog.hpp. `FogOptions::color` is R, G, B.
+/// A picture with fog, of the type of `color`, which is any that `dof` takes; see fog.hpp. `FogOptions::color` is R, G,
+/// B.
 void fog(const Device& device, cv::InputArray stored, const Camera& camera, cv::InputArray color,
          cv::OutputArray result, const FogOptions& options, std::optional<Storage> storage = {},
          const Launch& launch = {});

@@ -1,0 +1,498 @@
+// Images in memory that others laid out: any offset and row stride, sub-buffers, host memory, and queues of either
+// kind.
+// Every operation gives the bits that it gives on images of its own, and writes nothing beside them.
+#include "catch.hpp"
+
+#include <fathom/fathom.hpp>
+
+#define CL_TARGET_OPENCL_VERSION 120
+#include <CL/cl.h>
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace fathom;
+
+namespace {
+
+using Bytes = std::vector<unsigned char>;
+using Buffer = std::shared_ptr<_cl_mem>;
+
+constexpr unsigned char guard = 0xff; // floats and halves of such bytes are NaN
+constexpr CircleOfConfusion lens{8, 16};
+
+const Device& cpu() {
+    static const Device opened = Device::open("cpu");
+    return opened;
+}
+
+/// A program's own context, with a queue of either kind.
+struct Context {
+    cl_context context;
+    cl_command_queue in_order, any_order;
+
+    Context() {
+        const cl_device_id id = cpu().id();
+        context = clCreateContext(nullptr, 1, &id, nullptr, nullptr, nullptr);
+        in_order = clCreateCommandQueue(context, id, 0, nullptr);
+        any_order = clCreateCommandQueue(context, id, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, nullptr);
+        REQUIRE((context && in_order && any_order));
+    }
+    ~Context() {
+        clReleaseCommandQueue(in_order);
+        clReleaseCommandQueue(any_order);
+        clReleaseContext(context);
+    }
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+
+    Device device(cl_command_queue queue) const { return {context, cpu().id(), queue}; }
+    Buffer buffer(std::size_t size, const void* content = nullptr) const {
+        const cl_mem_flags flags = CL_MEM_READ_WRITE | (content ? CL_MEM_COPY_HOST_PTR : 0);
+        cl_mem made = clCreateBuffer(context, flags, size, const_cast<void*>(content), nullptr);
+        REQUIRE(made != nullptr);
+        return {made, clReleaseMemObject};
+    }
+};
+
+/// What may hold an image.
+enum class Holder { buffer, sub_buffer, host_memory };
+
+/// Where an image lies in it.
+struct Placement {
+    const char* name;
+    Holder holder;
+    std::size_t offset, padding; ///< elements before the image, and between its rows
+};
+
+const std::vector<Placement> placements{
+    {"tight rows", Holder::buffer, 0, 0},
+    {"tight rows from an odd element on", Holder::buffer, 13, 0},
+    {"odd gaps between rows", Holder::buffer, 0, 5},
+    {"odd gaps and an odd offset", Holder::buffer, 129, 7},
+    {"a sub-buffer", Holder::sub_buffer, 0, 0},
+    {"a sub-buffer with an odd offset and gaps", Holder::sub_buffer, 3, 11},
+    {"host memory with an odd offset and gaps", Holder::host_memory, 1, 3},
+};
+
+/// What an image holds.
+struct Shape {
+    Element element;
+    int width, height, channels;
+
+    std::size_t row() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(channels); }
+    std::size_t each() const { return element_bytes(element); }
+};
+
+/// An image in foreign memory that is full of guards elsewhere.
+class Foreign {
+public:
+    Foreign(const Context& context, const Device& device, const Placement& placement, const Shape& shape,
+            const Bytes& content = {})
+        : placement_(placement), shape_(shape) {
+        const std::size_t stride = shape.row() + placement.padding, rows = static_cast<std::size_t>(shape.height);
+        start_ = placement.holder == Holder::sub_buffer ? 3 * origin_step() : 0;
+        const std::size_t size =
+            (placement.offset + (rows - 1) * stride + shape.row()) * shape.each(); // not one byte more
+        bytes_.assign(start_ + size + (placement.holder == Holder::sub_buffer ? origin_step() : 0), guard);
+        for (std::size_t y = 0; y < rows && !content.empty(); ++y)
+            std::memcpy(bytes_.data() + first_of(y), content.data() + y * shape.row() * shape.each(),
+                        shape.row() * shape.each());
+        if (placement.holder == Holder::host_memory) {
+            cl_mem made =
+                clCreateBuffer(context.context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, bytes_.data(), nullptr);
+            whole_ = {made, clReleaseMemObject};
+        } else {
+            whole_ = context.buffer(bytes_.size(), bytes_.data());
+        }
+        Buffer held = whole_;
+        if (placement.holder == Holder::sub_buffer) {
+            const cl_buffer_region region{start_, size};
+            cl_mem part =
+                clCreateSubBuffer(whole_.get(), CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region, nullptr);
+            REQUIRE(part != nullptr);
+            held = {part, clReleaseMemObject};
+        }
+        image = Image(device, held.get(), shape.element, {shape.width, shape.height, shape.channels, stride},
+                      placement.offset);
+    }
+
+    /// The image's rows, one after the other, once everything has ended.
+    Bytes content() {
+        fetch();
+        Bytes packed;
+        for (std::size_t y = 0; y < static_cast<std::size_t>(shape_.height); ++y) {
+            const auto row = bytes_.begin() + static_cast<std::ptrdiff_t>(first_of(y));
+            packed.insert(packed.end(), row, row + static_cast<std::ptrdiff_t>(shape_.row() * shape_.each()));
+        }
+        return packed;
+    }
+
+    /// After `content`: is everything beside the image as it was?
+    bool guards_hold() const {
+        Bytes rest = bytes_;
+        for (std::size_t y = 0; y < static_cast<std::size_t>(shape_.height); ++y)
+            std::memset(rest.data() + first_of(y), guard, shape_.row() * shape_.each());
+        return std::ranges::all_of(rest, [](unsigned char each) { return each == guard; });
+    }
+
+    Image image;
+
+private:
+    static std::size_t origin_step() {
+        cl_uint bits = 0;
+        clGetDeviceInfo(cpu().id(), CL_DEVICE_MEM_BASE_ADDR_ALIGN, sizeof(bits), &bits, nullptr);
+        return std::max<std::size_t>(bits / 8, 4);
+    }
+    std::size_t first_of(std::size_t y) const {
+        return start_ + (placement_.offset + y * (shape_.row() + placement_.padding)) * shape_.each();
+    }
+    void fetch() {
+        const Device& device = image.device();
+        device.finish();
+        REQUIRE(clEnqueueReadBuffer(device.queue(), whole_.get(), CL_TRUE, 0, bytes_.size(), bytes_.data(), 0, nullptr,
+                                    nullptr) == CL_SUCCESS);
+    }
+
+    Placement placement_;
+    Shape shape_;
+    std::size_t start_ = 0; // bytes
+    Bytes bytes_;
+    Buffer whole_;
+};
+
+Bytes downloaded(const Image& image) {
+    const std::size_t row = static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.channels());
+    Bytes bytes(row * static_cast<std::size_t>(image.height()) * element_bytes(image.element()));
+    image.download(bytes.data());
+    return bytes;
+}
+
+struct Inputs {
+    StoredDepth depth;
+    Image color;
+};
+
+struct Operation {
+    const char* name;
+    std::vector<std::pair<Element, int>> results; ///< their elements and channels
+    std::function<void(const Inputs&, const std::vector<Image>&)> run;
+};
+
+std::vector<Operation> operations(Element color) {
+    constexpr auto f32 = Element::f32;
+    return {
+        {"linearize", {{f32, 1}}, [](const Inputs& in, const std::vector<Image>& out) { linearize(in.depth, out[0]); }},
+        {"unproject", {{f32, 3}}, [](const Inputs& in, const std::vector<Image>& out) { unproject(in.depth, out[0]); }},
+        {"unproject, four channels",
+         {{f32, 4}},
+         [](const Inputs& in, const std::vector<Image>& out) { unproject(in.depth, out[0], {.channels = 4}); }},
+        {"normals", {{f32, 3}}, [](const Inputs& in, const std::vector<Image>& out) { normals(in.depth, out[0]); }},
+        {"normals, from neighbours",
+         {{f32, 4}},
+         [](const Inputs& in, const std::vector<Image>& out) {
+             normals(in.depth, out[0], {.method = NormalMethod::neighbours, .channels = 4});
+         }},
+        {"ssao",
+         {{f32, 1}, {f32, 3}, {f32, 1}},
+         [](const Inputs& in, const std::vector<Image>& out) {
+             ssao(in.depth, {out[0], out[1], out[2]}, 0.5, {.bent_normal = true, .confidence = true});
+         }},
+        {"ssao, half resolution",
+         {{f32, 1}},
+         [](const Inputs& in, const std::vector<Image>& out) {
+             ssao(in.depth, {.visibility = out[0], .bent_normal = {}, .confidence = {}}, 0.5,
+                  {.half_resolution = true});
+         }},
+        {"dof_masks",
+         {{f32, 1}, {f32, 1}, {f32, 1}, {f32, 1}, {f32, 1}, {f32, 1}, {f32, 1}, {f32, 1}},
+         [](const Inputs& in, const std::vector<Image>& out) {
+             dof_masks(in.depth,
+                       {.coc = out[0],
+                        .near_weight = out[1],
+                        .focus_weight = out[2],
+                        .far_weight = out[3],
+                        .max_near_coc = out[4],
+                        .near_alpha = out[5],
+                        .disocclusion = out[6],
+                        .mixed_pixels = out[7]},
+                       lens, {.max_near_coc = true, .near_alpha = true, .disocclusion = true, .mixed_pixels = true});
+         }},
+        {"dof",
+         {{color, 3}},
+         [](const Inputs& in, const std::vector<Image>& out) { dof(in.depth, in.color, out[0], lens); }},
+        {"dof, accurate",
+         {{color, 3}},
+         [](const Inputs& in, const std::vector<Image>& out) {
+             dof(in.depth, in.color, out[0], lens, {.quality = Quality::accurate});
+         }},
+        {"fog",
+         {{color, 3}},
+         [](const Inputs& in, const std::vector<Image>& out) { fog(in.depth, in.color, out[0], {.density = 0.3}); }},
+    };
+}
+
+Camera camera(int width, int height) {
+    Camera camera;
+    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
+    camera.width = width;
+    camera.height = height;
+    return camera;
+}
+
+/// Stored depth and a picture, as tight rows.
+struct Content {
+    Camera seen;
+    Storage storage;
+    Shape depth, color;
+    Bytes values, picture;
+
+    Content(int width, int height, Storage storage_, Element color_)
+        : seen(camera(width, height)),
+          storage(storage_), depth{element_of(storage), width, height, channels_of(storage)}, color{color_, width,
+                                                                                                    height, 3},
+          values(depth.row() * static_cast<std::size_t>(height) * depth.each()),
+          picture(color.row() * static_cast<std::size_t>(height) * color.each()) {
+        std::mt19937 random(7);
+        std::uniform_real_distribution<float> level(0.5f, 0.95f);
+        if (depth.element == Element::f32) {
+            for (std::size_t i = 0; i < values.size(); i += sizeof(float)) {
+                const float value = level(random);
+                std::memcpy(&values[i], &value, sizeof(float));
+            }
+        } else if (depth.element == Element::u32) { // 24 bits in the low bytes
+            for (std::size_t i = 0; i < values.size(); i += 4)
+                for (std::size_t j = 0; j < 3; ++j)
+                    values[i + j] = static_cast<unsigned char>(random());
+        } else {
+            std::ranges::generate(values, [&] { return static_cast<unsigned char>(random()); });
+        }
+        if (color.element == Element::f32) {
+            for (std::size_t i = 0; i < picture.size(); i += sizeof(float)) {
+                const float value = level(random);
+                std::memcpy(&picture[i], &value, sizeof(float));
+            }
+        } else {
+            std::ranges::generate(picture, [&] { return static_cast<unsigned char>(random()); });
+        }
+    }
+
+    Inputs plain() const {
+        const auto image = [](const Shape& shape, const Bytes& content) {
+            return Image::from_host(cpu(), shape.element, content.data(), {shape.width, shape.height, shape.channels});
+        };
+        return {{image(depth, values), seen, storage}, image(color, picture)};
+    }
+};
+
+/// The results of an operation on images of its own.
+std::vector<Bytes> expected_of(const Operation& operation, const Content& content) {
+    std::vector<Image> images;
+    for (const auto& [element, channels] : operation.results)
+        images.emplace_back(cpu(), element, Layout{content.depth.width, content.depth.height, channels});
+    operation.run(content.plain(), images);
+    std::vector<Bytes> expected;
+    for (const Image& image : images)
+        expected.push_back(downloaded(image));
+    return expected;
+}
+
+void check_everywhere(const Content& content, const std::vector<Operation>& wanted,
+                      const std::vector<Placement>& where) {
+    const Context context;
+    for (const Operation& operation : wanted) {
+        const std::vector<Bytes> expected = expected_of(operation, content);
+        for (cl_command_queue queue : {context.in_order, context.any_order}) {
+            const Device device = context.device(queue);
+            for (const Placement& placement : where) {
+                INFO(operation.name << " in " << placement.name
+                                    << (queue == context.any_order ? ", out of order" : ", in order"));
+                Foreign depth(context, device, placement, content.depth, content.values);
+                Foreign color(context, device, placement, content.color, content.picture);
+                std::vector<std::unique_ptr<Foreign>> results;
+                std::vector<Image> images;
+                for (const auto& [element, channels] : operation.results) {
+                    results.push_back(
+                        std::make_unique<Foreign>(context, device, placement,
+                                                  Shape{element, content.depth.width, content.depth.height, channels}));
+                    images.push_back(results.back()->image);
+                }
+                operation.run({{depth.image, content.seen, content.storage}, color.image}, images);
+                for (std::size_t i = 0; i < results.size(); ++i) {
+                    INFO("result " << i);
+                    CHECK(results[i]->content() == expected[i]);
+                    CHECK(results[i]->guards_hold());
+                }
+                CHECK(depth.content() == content.values);
+                CHECK(depth.guards_hold());
+                CHECK(color.content() == content.picture);
+            }
+        }
+    }
+}
+
+std::vector<Operation> only(const char* name) {
+    std::vector<Operation> all = operations(Element::f32);
+    std::erase_if(all, [&](const Operation& each) { return std::string(each.name) != name; });
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("foreign memory: every operation gives the same bits wherever its images lie", "[foreign-memory]") {
+    for (const auto& [storage, color] :
+         {std::pair{Storage::uint16, Element::u8}, std::pair{Storage::float32, Element::f32}})
+        check_everywhere(Content(61, 37, storage, color), operations(color), placements);
+}
+
+TEST_CASE("foreign memory: every storage is read wherever it lies", "[foreign-memory]") {
+    for (const Storage storage : {Storage::float32, Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24,
+                                  Storage::uint24_high, Storage::rgb8_red_low}) {
+        INFO(to_string(storage));
+        check_everywhere(Content(53, 9, storage, Element::f32), only("linearize"), placements);
+    }
+}
+
+TEST_CASE("foreign memory: a frame of 848 x 480 codes with tight rows", "[foreign-memory][slow]") {
+    const std::vector<Placement> tight{{"tight rows", Holder::buffer, 0, 0}, {"rows of 849", Holder::buffer, 1, 1}};
+    check_everywhere(Content(848, 480, Storage::uint16, Element::u8), operations(Element::u8), tight);
+}
+
+TEST_CASE("foreign memory: float depth may be its own result", "[foreign-memory]") {
+    const Content content(61, 37, Storage::float32, Element::f32);
+    const Bytes expected = expected_of(only("linearize").front(), content).front();
+    const Context context;
+    for (cl_command_queue queue : {context.in_order, context.any_order}) {
+        const Device device = context.device(queue);
+        for (const Placement& placement : placements) {
+            INFO(placement.name);
+            Foreign both(context, device, placement, content.depth, content.values);
+            linearize({both.image, content.seen}, both.image);
+            CHECK(both.content() == expected);
+            CHECK(both.guards_hold());
+        }
+    }
+}
+
+TEST_CASE("foreign memory: operations follow each other in a queue without an order", "[foreign-memory]") {
+    const Content content(211, 97, Storage::uint16, Element::f32);
+    const Inputs plain = content.plain();
+    const Bytes expected = downloaded(unproject(linearize(plain.depth).stored()));
+    const Bytes occluded = downloaded(ssao(linearize(plain.depth).stored(), 0.5).visibility);
+    const Context context;
+    const Device device = context.device(context.any_order);
+    for (int turn = 0; turn < 20; ++turn) {
+        Foreign depth(context, device, placements[3], content.depth, content.values);
+        const StoredDepth stored{depth.image, content.seen, content.storage};
+        CHECK(downloaded(unproject(linearize(stored).stored())) == expected);
+        CHECK(downloaded(ssao(linearize(stored).stored(), 0.5).visibility) == occluded);
+    }
+}
+
+TEST_CASE("foreign memory: an image is refused that does not fit its buffer", "[foreign-memory]") {
+    const Context context;
+    const Device device = context.device(context.in_order);
+    const Buffer buffer = context.buffer(848 * 480 * 2);
+    const Layout frame{848, 480, 1, 848};
+    CHECK_NOTHROW(Image(device, buffer.get(), Element::u16, frame));
+    CHECK_NOTHROW(Image(device, buffer.get(), Element::u16, {848, 479, 1, 848}, 848));
+    const auto refused = [&](Layout layout, std::size_t offset, const char* needed) {
+        INFO(layout.row_stride << ", " << offset);
+        CHECK_THROWS_AS(Image(device, buffer.get(), Element::u16, layout, offset), std::invalid_argument);
+        CHECK_THROWS_WITH(Image(device, buffer.get(), Element::u16, layout, offset),
+                          ContainsSubstring("a buffer of 814080 bytes is too small") && ContainsSubstring(needed));
+    };
+    refused(frame, 1, "814080");
+    refused({848, 480, 1, 849}, 0, "815038");
+    refused({848, 481, 1, 848}, 0, "815776");
+    refused({848, 480, 3, 848 * 3}, 0, "2442240");
+    refused({1, 1, 1, 1}, 848 * 480, "2 from byte 814080 on");
+    refused({1, 1, 1, 1}, std::size_t{1} << 63, "2 ");
+    refused({1, 1, 1, 1}, ~std::size_t{0}, "2 ");
+    refused({2147483647, 2147483647, 1, std::size_t{1} << 62}, 0, "");
+    CHECK_THROWS_AS(Image(device, nullptr, Element::u16, frame), std::invalid_argument);
+    CHECK_THROWS_AS(Image(device, buffer.get(), Element::u16, {848, 480, 1, 847}), std::invalid_argument);
+
+    const Buffer sub = [&] {
+        const cl_buffer_region half{0, 848 * 240 * 2};
+        return Buffer(clCreateSubBuffer(buffer.get(), 0, CL_BUFFER_CREATE_TYPE_REGION, &half, nullptr),
+                      clReleaseMemObject);
+    }();
+    CHECK_NOTHROW(Image(device, sub.get(), Element::u16, {848, 240, 1, 848}));
+    CHECK_THROWS_WITH(Image(device, sub.get(), Element::u16, frame),
+                      ContainsSubstring("a buffer of 407040 bytes is too small"));
+}
+
+TEST_CASE("foreign memory: a buffer of another context is refused by name", "[foreign-memory]") {
+    const Context context, other;
+    const Device device = context.device(context.in_order);
+    const Buffer buffer = other.buffer(4096);
+    CHECK_THROWS_AS(Image(device, buffer.get(), Element::f32, {8, 4}), std::invalid_argument);
+    CHECK_THROWS_WITH(Image(device, buffer.get(), Element::f32, {8, 4}),
+                      ContainsSubstring("another context") && ContainsSubstring(device.info().name));
+}
+
+TEST_CASE("foreign memory: host memory that is not aligned to its elements is refused", "[foreign-memory]") {
+    const Context context;
+    const Device device = context.device(context.in_order);
+    Bytes bytes(4096 + 1);
+    const Buffer buffer(
+        clCreateBuffer(context.context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, 4096, bytes.data() + 1, nullptr),
+        clReleaseMemObject);
+    REQUIRE(buffer != nullptr);
+    CHECK_THROWS_AS(Image(device, buffer.get(), Element::u16, {8, 4}), std::invalid_argument);
+    CHECK_NOTHROW(Image(device, buffer.get(), Element::u8, {8, 4}));
+}
+
+TEST_CASE("foreign memory: sub-buffers of one buffer share its memory where they overlap", "[foreign-memory]") {
+    const Context context;
+    const Device device = context.device(context.in_order);
+    const Buffer whole = context.buffer(8192);
+    const auto part = [&](std::size_t origin, std::size_t size) {
+        const cl_buffer_region region{origin, size};
+        cl_mem made = clCreateSubBuffer(whole.get(), 0, CL_BUFFER_CREATE_TYPE_REGION, &region, nullptr);
+        REQUIRE(made != nullptr);
+        return Buffer(made, clReleaseMemObject);
+    };
+    const Layout rows{32, 8, 1, 32}; // 1024 bytes
+    const auto image = [&](const Buffer& buffer, std::size_t offset = 0) {
+        return Image(device, buffer.get(), Element::f32, rows, offset);
+    };
+    const Image first = image(part(0, 2048)), second = image(part(1024, 2048)), again = image(part(0, 4096), 256),
+                last = image(part(4096, 1024)), in_whole = image(whole, 256);
+    CHECK(!first.overlaps(second)); // rows 0 to 1023 and 1024 to 2047 of the whole
+    CHECK(image(part(0, 2048), 128).overlaps(second));
+    CHECK(second.overlaps(again));
+    CHECK(second.same_as(again));
+    CHECK(second.same_as(in_whole));
+    CHECK(in_whole.overlaps(second));
+    CHECK(!last.overlaps(second));
+    CHECK(!first.same_as(second));
+
+    const Camera seen = camera(32, 8);
+    CHECK_THROWS_WITH(linearize({second, seen}, image(part(0, 2048), 128)),
+                      "the result shares memory with the stored depth");
+    CHECK_NOTHROW(linearize({second, seen}, again)); // in place
+    CHECK_NOTHROW(linearize({second, seen}, last));
+    device.finish();
+}
+
+TEST_CASE("foreign memory: an image keeps its buffer after everybody else let it go", "[foreign-memory]") {
+    const Context context;
+    const Device device = context.device(context.in_order);
+    const Content content(61, 37, Storage::float32, Element::f32);
+    const Bytes expected = expected_of(only("linearize").front(), content).front();
+    Image image;
+    {
+        const Buffer buffer = context.buffer(content.values.size(), content.values.data());
+        image = Image(device, buffer.get(), Element::f32, {61, 37, 1, 61});
+    }
+    CHECK(downloaded(linearize({image, content.seen}).image) == expected);
+}
