@@ -209,7 +209,7 @@ void check_device(const StoredDepth& stored, const NamedImage& other) {
     const Device &its = other.image.device(), &device = stored.image.device();
     require(its.context() == device.context(), text(other.name, " lies on another device than the stored depth"));
     require(
-        &its.state() == &device.state(),
+        its.queue() == device.queue(),
         text(other.name,
              " belongs to another Device than the stored depth, with a queue of its own; open one Device for both"));
 }

@@ -77,18 +77,23 @@ Image Scratch::image(Element element, Layout layout) {
 
 void copy(const Image& from, const Image& to) {
     const auto width = static_cast<std::size_t>(from.width() * from.channels()) * element_bytes(from.element());
+    // PoCL 3.1 crashes on rectangles of sub-buffers, so the buffer that they are parts of is named.
+    const auto whole = [](const Image& image) {
+        const cl::Buffer buffer = buffer_of(image);
+        const cl::Memory parent = buffer.getInfo<CL_MEM_ASSOCIATED_MEMOBJECT>();
+        return parent() ? cl::Buffer(parent(), true) : buffer;
+    };
     const auto corner = [](const Image& image) {
-        const std::size_t size = element_bytes(image.element());
-        return std::array<cl::size_type, 3>{image.offset() % image.row_stride() * size,
-                                            image.offset() / image.row_stride(), 0};
+        const std::size_t size = element_bytes(image.element()), pitch = image.row_stride() * size,
+                          first = buffer_of(image).getInfo<CL_MEM_OFFSET>() + image.offset() * size;
+        return std::array<cl::size_type, 3>{first % pitch, first / pitch, 0};
     };
     const auto start = [&] {
         keep_order(from.device());
         queue_of(from.device())
-            .enqueueCopyBufferRect(buffer_of(from), buffer_of(to), corner(from), corner(to),
-                                   {width, static_cast<std::size_t>(from.height()), 1},
-                                   from.row_stride() * element_bytes(from.element()), 0,
-                                   to.row_stride() * element_bytes(to.element()), 0);
+            .enqueueCopyBufferRect(
+                whole(from), whole(to), corner(from), corner(to), {width, static_cast<std::size_t>(from.height()), 1},
+                from.row_stride() * element_bytes(from.element()), 0, to.row_stride() * element_bytes(to.element()), 0);
     };
     ask(from.device(), start, "cannot copy an image");
 }
