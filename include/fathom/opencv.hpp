@@ -24,6 +24,7 @@
 /// Positions and normals are x, y, z. Pictures are B, G, R, and A with alpha multiplied in.
 /// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// The storage that a matrix holds by its type: CV_32F, CV_16F, CV_16U, CV_32S (uint24).
 /// Throws: std::invalid_argument for any other type. Bytes may be a picture by mistake, so packed depth has to be said.
@@ -90,4 +91,5 @@ void fog(const Device& device, cv::InputArray stored, const Camera& camera, cv::
          cv::OutputArray result, const FogOptions& options, std::optional<Storage> storage = {},
          const Launch& launch = {});
 
+#pragma GCC visibility pop
 } // namespace fathom
