@@ -28,8 +28,10 @@ endif()
 
 install(TARGETS ${installed_libraries} EXPORT fathom-targets
   LIBRARY COMPONENT libraries NAMELINK_COMPONENT development ARCHIVE COMPONENT development)
-list(TRANSFORM left_out PREPEND "PATTERN;" OUTPUT_VARIABLE patterns)
-list(TRANSFORM patterns APPEND ";EXCLUDE")
+set(patterns)
+foreach(header IN LISTS left_out)
+  list(APPEND patterns PATTERN ${header} EXCLUDE)
+endforeach()
 install(DIRECTORY include/fathom DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development ${patterns})
 if(TARGET fathom_program)
   install(TARGETS fathom_program COMPONENT program)

@@ -1,8 +1,9 @@
 # Debian packages: `cpack -G DEB` in the build of the preset `package`, which scripts/package runs.
 #   libfathom0.2    the shared libraries
 #   libfathom-dev   headers, and what CMake and pkg-config read
-#   fathom          the program, which holds what it needs of the libraries
-#   python3-fathom  the module for Debian's own Python, where FATHOM_PYTHON built it: component `python`
+#   fathom          the program
+#   python3-fathom  the module for Debian's own Python, if there is FATHOM_PYTHON
+# The program and the module hold what they need of the libraries.
 
 set(library_package libfathom${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(packages libraries ${library_package} development libfathom-dev program fathom python python3-fathom)
@@ -29,8 +30,8 @@ endforeach()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_COMPONENTS_ALL ${components})
-set(CPACK_PACKAGE_CONTACT "The developers of Fathom <fathom@invalid>")
-set(CPACK_DEBIAN_PACKAGE_HOMEPAGE "")
+set(CPACK_PACKAGE_CONTACT "The Fathom authors <authors@fathom.invalid>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package begins its description with its own
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR})
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
@@ -51,14 +52,14 @@ set(driver "pocl-opencl-icd | opencl-icd")
 set(same_version "${library_package} (= ${PROJECT_VERSION})")
 
 set(CPACK_COMPONENT_LIBRARIES_DESCRIPTION "exact post-processing of depth images: shared libraries
- Fathom turns a depth image and a description of its camera into distances,
- 3D points, normals, ambient occlusion, camera blur and fog.")
+Fathom turns a depth image and a description of its camera into distances,
+3D points, normals, ambient occlusion, camera blur and fog.")
 set(CPACK_DEBIAN_LIBRARIES_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_LIBRARIES_PACKAGE_RECOMMENDS "${driver}")
 
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "exact post-processing of depth images: headers
- What a program in C++20 needs to use Fathom: headers, and files for CMake's
- find_package and for pkg-config.")
+What a program in C++20 needs to use Fathom: headers, and files for CMake's
+find_package and for pkg-config.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 set(needed_by_headers "${same_version}" libeigen3-dev ocl-icd-opencl-dev)
@@ -68,16 +69,21 @@ endif()
 list(JOIN needed_by_headers ", " CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS)
 
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "exact post-processing of depth images: program
- The program fathom turns a depth image and a description of its camera into
- distances, 3D points, normals, ambient occlusion, camera blur and fog.")
+The program fathom turns a depth image and a description of its camera into
+distances, 3D points, normals, ambient occlusion, camera blur and fog.")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "${driver}")
 
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "exact post-processing of depth images: Python module
- The module fathom turns NumPy arrays of depth into distances, 3D points,
- normals, ambient occlusion, camera blur and fog.")
+The module fathom turns NumPy arrays of depth into distances, 3D points,
+normals, ambient occlusion, camera blur and fog.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${same_version}, python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
+if(FATHOM_PYTHON)
+  find_package(Python REQUIRED COMPONENTS Interpreter)
+  math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
+  string(CONCAT CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), "
+    "python3 (<< ${Python_VERSION_MAJOR}.${next_minor}), python3-numpy")
+endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "${driver}")
 
 include(CPack)
