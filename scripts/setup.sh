@@ -1,8 +1,9 @@
-# Read by scripts/demo and scripts/test: installs what is missing, builds, and reports in one line a step.
+# Read by scripts/demo, scripts/test and scripts/package: installs what is missing, builds, and reports in one line a step.
 
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-build=$root/build/release
+preset=${preset:-release}
+build=$root/build/$preset
 logs=$root/build/logs
 mkdir -p "$logs"
 
@@ -10,7 +11,8 @@ mkdir -p "$logs"
 export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$root/build/pocl-cache}
 mkdir -p "$POCL_CACHE_DIR"
 
-# What the program and the demo need. A script that needs more sets `more_packages` and `parts` before it reads this file.
+# What the program and the demo need. A script that needs more sets `more_packages` and `parts` before it reads this file;
+# one that builds another preset than `release` sets `preset`.
 packages=(g++ cmake ninja-build pocl-opencl-icd ocl-icd-opencl-dev opencl-clhpp-headers opencl-c-headers
     libopencv-core-dev libopencv-imgcodecs-dev libopenexr-dev libtiff-dev zlib1g-dev libeigen3-dev
     libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libfmt-dev "${more_packages[@]}")
@@ -60,7 +62,7 @@ install_packages() {
 
 # build [TARGET...]: everything when none is named.
 build() {
-    step "configuring" configure.log cmake --preset release -S "$root" -B "$build" "${parts[@]}"
+    step "configuring" configure.log cmake --preset "$preset" -S "$root" -B "$build" "${parts[@]}"
     step "building" build.log cmake --build "$build" "${@/#/--target=}"
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// Which row of the stored image is the top one on the screen.
 enum class Rows { top_down, bottom_up };
@@ -190,4 +191,5 @@ const char* to_string(Packing packing);
 const char* to_string(Form form);
 const char* to_string(Along along);
 
+#pragma GCC visibility pop
 } // namespace fathom

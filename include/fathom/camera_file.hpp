@@ -10,6 +10,7 @@
 /// The camera file, JSON: target `fathom::camera_file`, which needs neither OpenCV nor OpenEXR.
 /// Everything here throws `fathom::Error` with one line that names the file, the key, its value and what would be right.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// Defaults for lens options that a renderer wrote into the camera file.
 struct LensDefaults {
@@ -39,4 +40,5 @@ CameraFile preset_camera(const std::string& text);
 /// Throws: Error naming both sizes.
 Camera camera_for(const CameraFile& file, int width, int height);
 
+#pragma GCC visibility pop
 } // namespace fathom

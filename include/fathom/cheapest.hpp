@@ -6,6 +6,7 @@
 #include <string>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// The operations that can choose their own method.
 enum class Operation { ssao, dof, normals };
@@ -32,4 +33,5 @@ struct MeasuredMethod {
 /// error available.
 MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, double max_error);
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -10,6 +10,7 @@
 #include <vector>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// What a device says about itself.
 struct DeviceInfo {
@@ -90,4 +91,5 @@ private:
     std::shared_ptr<State> state_;
 };
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -9,6 +9,7 @@
 #include <optional>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// Shape of the aperture, inscribed in the circle of confusion.
 struct Aperture {
@@ -78,4 +79,5 @@ Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion
 void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
          const DofOptions& options = {}, const Launch& launch = {});
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -7,6 +7,7 @@
 #include <limits>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// What becomes of the background.
 enum class Sky {
@@ -107,4 +108,5 @@ void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleO
 /// Throws: std::invalid_argument for a pixel outside the image, or whose stored value is invalid.
 double depth_at(const StoredDepth& stored, int x, int y);
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -4,6 +4,7 @@
 #include <string>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// A failure of the device, its driver or a file.
 /// Options out of range are `std::invalid_argument` instead, naming the option, the value and the range.
@@ -18,4 +19,5 @@ public:
     using Error::Error;
 };
 
+#pragma GCC visibility pop
 } // namespace fathom

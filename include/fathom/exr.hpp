@@ -7,6 +7,7 @@
 
 /// What OpenEXR files have beside their pixels.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// Where an image's pixels lie. OpenEXR has two windows: a camera sees the display window, and the data window has pixels,
 /// which may be fewer (a crop) or more (overscan).
@@ -33,4 +34,5 @@ struct ExrSource {
 /// OpenEXR takes those that Imf::setGlobalThreadCount was told, at first none.
 void set_exr_threads(int threads);
 
+#pragma GCC visibility pop
 } // namespace fathom

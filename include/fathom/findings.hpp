@@ -12,6 +12,7 @@
 
 /// What a depth image holds and what a camera makes of it, on the host: what `fathom inspect` prints. Needs no device.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// Stored depth in host memory.
 struct HostDepth {
@@ -78,4 +79,5 @@ struct CameraFindings {
 /// Throws: std::invalid_argument for a camera that `depth_form` refuses, and for depth of another size.
 CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, std::span<const float> depth = {});
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -9,6 +9,7 @@
 #include <array>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// What fog does to the background.
 enum class FogSky {
@@ -61,4 +62,5 @@ Image fog(const StoredDepth& stored, const Image& color, const FogOptions& optio
 void fog(const StoredDepth& stored, const Image& color, const Image& result, const FogOptions& options,
          const Launch& launch = {});
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -7,6 +7,7 @@
 #include <memory>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// Type of one element of an image in memory.
 enum class Element { u8, u16, u32, f16, f32 };
@@ -127,4 +128,5 @@ struct ViewDepth {
     StoredDepth stored() const;
 };
 
+#pragma GCC visibility pop
 } // namespace fathom

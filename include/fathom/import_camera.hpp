@@ -10,6 +10,7 @@
 /// Cameras from files that other programs wrote (docs/cameras.md). `import_json_camera` is a part of
 /// `fathom::camera_file`, `import_camera` of `fathom::fathom_io`.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// Which camera of a file is meant, and what the file does not say.
 struct ImportOptions {
@@ -46,4 +47,5 @@ ImportedCamera import_json_camera(const std::filesystem::path& file, const Impor
 /// Source: OpenEXR's standard attributes; REP 104 and 118, sensor_msgs/CameraInfo; COLMAP's output format.
 ImportedCamera import_camera(const std::filesystem::path& file, const ImportOptions& options = {});
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -15,6 +15,7 @@
 /// Files: depth images in, results out. The only part that knows OpenCV's codecs, OpenEXR and libtiff.
 /// Everything here throws `fathom::Error` with one line that names the file, the value and what would be right.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// A depth image as its file holds it: values untouched, one channel (or three bytes for packed depth).
 struct DepthFile {
@@ -151,4 +152,5 @@ struct ImageFile {
 /// none is.
 void write_images(const std::vector<ImageFile>& images);
 
+#pragma GCC visibility pop
 } // namespace fathom

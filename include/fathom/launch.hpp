@@ -5,6 +5,7 @@
 #include <vector>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// How an operation takes its place among other work on the device: the last parameter of every operation.
 ///
@@ -17,4 +18,5 @@ struct Launch {
     cl_event* event = nullptr; ///< if given, an event that completes with the last kernel; the caller releases it
 };
 
+#pragma GCC visibility pop
 } // namespace fathom

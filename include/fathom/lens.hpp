@@ -6,6 +6,7 @@
 #include <optional>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// A thin lens at the camera centre. Give the focal length, the sensor's width, or both. With one of them the projection gives
 /// the other: its horizontal focal length in pixels is focal_length_mm · width / sensor_width_mm. With both the projection's
@@ -78,4 +79,5 @@ double hyperfocal_distance(const Lens& lens, const Camera& camera, double accept
 /// Throws: std::invalid_argument for a distance that is NaN, or not greater than 0 under a perspective.
 double depth_along_ray(const Camera& camera, double x, double y, double distance);
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -4,6 +4,7 @@
 #include <fathom/launch.hpp>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 struct LinearizeOptions {
     Background background = Background::inf; ///< what the background's stored value becomes
@@ -41,4 +42,5 @@ ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options =
 void linearize(const StoredDepth& stored, const Image& result, const LinearizeOptions& options = {},
                const Launch& launch = {});
 
+#pragma GCC visibility pop
 } // namespace fathom

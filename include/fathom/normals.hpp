@@ -6,6 +6,7 @@
 #include <optional>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// How the slope of a surface is found.
 enum class NormalMethod {
@@ -58,4 +59,5 @@ Image normals(const StoredDepth& stored, const NormalsOptions& options = {}, con
 void normals(const StoredDepth& stored, const Image& result, const NormalsOptions& options = {},
              const Launch& launch = {});
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -35,6 +35,7 @@
 /// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size. What OpenCV cannot
 /// allocate or map is a cv::Exception.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// OpenCV's own device, context and queue, in which cv::UMat needs no copy; `Device::open` where OpenCV uses no OpenCL,
 /// so that the same calls work there. OpenCV 4.6 leaves a CPU alone unless the environment has
@@ -113,4 +114,5 @@ void fog(const Device& device, cv::InputArray stored, const Camera& camera, cv::
          cv::OutputArray result, const FogOptions& options, std::optional<Storage> storage = {},
          const Launch& launch = {});
 
+#pragma GCC visibility pop
 } // namespace fathom

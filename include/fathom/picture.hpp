@@ -12,6 +12,7 @@
 /// Pictures in files, as light: target `fathom::fathom_io`.
 /// Everything here throws `fathom::Error` with one line that names the file, the value and what would be right.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// How the numbers of a picture count light: in proportion to it, or as IEC 61966-2-1 (sRGB) spreads it for eyes.
 enum class ColorEncoding { linear, srgb };
@@ -67,4 +68,5 @@ bool loses_metadata(const std::filesystem::path& file, const PictureFormat& form
 /// A JPEG has quality 95 and no alpha: one that is not 1 everywhere is refused.
 void write_picture(const std::filesystem::path& file, const Picture& picture);
 
+#pragma GCC visibility pop
 } // namespace fathom

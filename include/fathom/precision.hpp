@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// Buffers that a stored depth may come from.
 enum class DepthBits { d16, d24, d32f };
@@ -33,4 +34,5 @@ double attainable_depth(const Camera& camera, double x, double y);
 /// Source: the finding is Goldberg's (z·w is not linear depth), the bound follows from the two interpolations.
 double pseudo_linear_bound(double nearest, double farthest);
 
+#pragma GCC visibility pop
 } // namespace fathom

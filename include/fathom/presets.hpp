@@ -5,6 +5,7 @@
 
 /// Sources of depth by name: what their stored values mean. Target `fathom::camera_file`.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// What a camera file says that names this source: `"preset": "carla"`. Keys that stand in the file itself come first.
 struct Preset {
@@ -26,4 +27,5 @@ struct Preset {
 /// All sources, in alphabetical order of their names.
 const std::vector<Preset>& presets();
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -6,6 +6,7 @@
 #include <span>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// Values of z/w at the two ends of the view volume: OpenGL −1..1, Direct3D and Vulkan 0..1.
 enum class ClipZ { negative_one_to_one, zero_to_one };
@@ -119,4 +120,5 @@ Projection from_column_major(std::span<const float, 16> elements, Convention con
 /// Source: Lengyel 2005, eq. 7, 9, 10, which hold for any invertible matrix; Pranckevičius 2007 for orthographic ones.
 Projection with_oblique_near_plane(const Projection& projection, const Eigen::Vector4d& plane);
 
+#pragma GCC visibility pop
 } // namespace fathom

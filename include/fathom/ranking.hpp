@@ -8,6 +8,7 @@
 
 /// What the values of a depth image could be, where nobody says it. Needs no device. Target `fathom::camera`.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// How stored values depend on the distance.
 enum class Family {
@@ -44,4 +45,5 @@ struct Ranking {
 /// Throws: std::invalid_argument for an image without pixels. Source: docs/inspect.md.
 Ranking rank_encodings(const HostDepth& stored);
 
+#pragma GCC visibility pop
 } // namespace fathom

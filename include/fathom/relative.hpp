@@ -8,6 +8,7 @@
 /// Relative depth: values from 0 to 1 that are ordered by distance but have no unit, as neural networks give them. Enough
 /// for a blur, which needs the circles only. On the host, without a device.
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// Are high values near (disparity: MiDaS, Depth Anything) or far?
 enum class RelativeOrder { high_is_near, low_is_near };
@@ -37,4 +38,5 @@ double flatten_range(std::span<float> values, FocusRange range);
 /// Accuracy: a slanted plane has an rms error of at most 0.1 steps, where the steps themselves have 0.29.
 void smooth_steps(std::span<float> values, int width, int height, double step);
 
+#pragma GCC visibility pop
 } // namespace fathom

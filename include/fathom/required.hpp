@@ -1,6 +1,7 @@
 #pragma once
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// A number that has to be given: an options struct without it does not compile.
 struct Required {
@@ -10,4 +11,5 @@ struct Required {
     operator double() const { return value; }
 };
 
+#pragma GCC visibility pop
 } // namespace fathom

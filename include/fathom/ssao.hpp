@@ -9,6 +9,7 @@
 #include <optional>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 /// What lies outside the image.
 enum class Border {
@@ -81,4 +82,5 @@ Occlusion ssao(const StoredDepth& stored, double radius, const SsaoOptions& opti
 void ssao(const StoredDepth& stored, const Occlusion& results, double radius, const SsaoOptions& options = {},
           const Launch& launch = {});
 
+#pragma GCC visibility pop
 } // namespace fathom

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 namespace fathom {
+#pragma GCC visibility push(default)
 
 struct UnprojectOptions {
     Space space = Space::view;
@@ -33,4 +34,5 @@ Image unproject(const StoredDepth& stored, const UnprojectOptions& options = {},
 void unproject(const StoredDepth& stored, const Image& result, const UnprojectOptions& options = {},
                const Launch& launch = {});
 
+#pragma GCC visibility pop
 } // namespace fathom
