@@ -1,0 +1,148 @@
+// A failure of every call to OpenCL that can fail, one after the other, in every operation.
+#include "catch.hpp"
+#include "layer.hpp"
+#include "operations.hpp"
+
+#include "runtime/opencl.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <chrono>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+using namespace fathom;
+using operations::Bytes;
+
+namespace {
+
+cl_device_id cpu() {
+    static const Device opened = Device::open("cpu");
+    return opened.id();
+}
+
+/// Everything runs in this context. What the library keeps of it goes with its last device.
+cl_context context() {
+    static const cl_device_id device = cpu();
+    static const cl_context made = clCreateContext(nullptr, 1, &device, nullptr, nullptr, nullptr);
+    return made;
+}
+
+/// A device for which nothing was built or allocated yet.
+class Fresh {
+public:
+    Fresh() : queue_(clCreateCommandQueue(context(), cpu(), 0, nullptr)), device_(context(), cpu(), queue_) {}
+    ~Fresh() { clReleaseCommandQueue(queue_); }
+    Fresh(const Fresh&) = delete;
+    Fresh& operator=(const Fresh&) = delete;
+
+    const Device& device() const { return device_; }
+
+private:
+    cl_command_queue queue_;
+    Device device_;
+};
+
+// An optional extension says the names of arguments' types, and drivers need not have it. The operation does without.
+const std::set<std::string> done_without{"clGetKernelArgInfo"};
+
+/// What became of a call in which something failed.
+struct Outcome {
+    std::optional<Bytes> result;
+    std::string exception; // empty: none
+    bool of_fathom = false;
+};
+
+template <typename Call>
+Outcome outcome(const Call& call) {
+    Outcome seen;
+    try {
+        seen.result = call();
+    } catch (const Error& error) {
+        seen.exception = error.what();
+        seen.of_fathom = true;
+    } catch (const std::exception& error) {
+        seen.exception = error.what();
+    } catch (...) {
+        seen.exception = "something that is no exception";
+    }
+    return seen;
+}
+
+/// Every fault of one point is one line, so that a whole run shows them all.
+class Faults {
+public:
+    void check(bool good, const std::string& fault) {
+        if (!good)
+            ++faults_[fault];
+    }
+    ~Faults() {
+        for (const auto& [fault, times] : faults_)
+            UNSCOPED_INFO(times << " times: " << fault);
+        CHECK(faults_.empty());
+    }
+
+private:
+    std::map<std::string, int> faults_;
+};
+
+/// Runs `run` in a fresh context once for each point of failure, and once more when the failure is over.
+void fail_everywhere(const operations::Operation& operation, layer::Failure failure, Faults& faults, int& tried) {
+    Bytes expected;
+    std::vector<std::string> points;
+    {
+        const Fresh fresh;
+        layer::reset();
+        expected = operation.run(fresh.device());
+        points = layer::points();
+    }
+    const std::string before = layer::held();
+    for (std::size_t point = 0; point < points.size(); ++point) {
+        const std::string where = operation.name + ": " + points[point] +
+                                  (failure == layer::Failure::once ? " fails" : " and everything after it fails");
+        {
+            const Fresh fresh;
+            layer::fail(point, failure);
+            const Outcome seen = outcome([&] { return operation.run(fresh.device()); });
+            faults.check(layer::unfinished() == 0, where + ", and commands still run when the call has ended");
+            faults.check(layer::freed_too_early().empty(), where + ", and " + layer::freed_too_early());
+            const std::vector<std::string> reached = layer::points();
+            layer::reset();
+            if (reached.size() <= point || reached[point] != points[point])
+                faults.check(false, where + ", but the call took another way");
+            if (seen.result)
+                faults.check(done_without.contains(points[point]) && seen.result == expected,
+                             where + ", and the call succeeds");
+            else
+                faults.check(seen.of_fathom, where + ", and what comes out is no fathom::Error: " + seen.exception);
+            const Outcome next = outcome([&] { return operation.run(fresh.device()); });
+            faults.check(next.result.has_value(), where + ", and so does the next call: " + next.exception);
+            faults.check(!next.result || next.result == expected, where + ", and the next call has other bits");
+        }
+        faults.check(layer::held() == before, where + ", and the program holds " + layer::held() + ", not " + before);
+        ++tried;
+    }
+}
+
+void fail_everywhere(layer::Failure failure) {
+    REQUIRE(context() != nullptr);
+    REQUIRE(layer::loaded());
+    for (const operations::Operation& operation : operations::all()) {
+        const auto start = std::chrono::steady_clock::now();
+        Faults faults;
+        int tried = 0;
+        fail_everywhere(operation, failure, faults, tried);
+        std::printf("  %-40s %4d points, %5.1f s\n", operation.name.c_str(), tried,
+                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+}
+
+} // namespace
+
+TEST_CASE("failures: one call fails", "[failures]") {
+    fail_everywhere(layer::Failure::once);
+}
