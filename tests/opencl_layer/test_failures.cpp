@@ -20,9 +20,13 @@ using operations::Bytes;
 
 namespace {
 
+/// Found without the library, so that it keeps nothing open.
 cl_device_id cpu() {
-    static const Device opened = Device::open("cpu");
-    return opened.id();
+    cl_platform_id platform = nullptr;
+    cl_device_id device = nullptr;
+    REQUIRE(clGetPlatformIDs(1, &platform, nullptr) == CL_SUCCESS);
+    REQUIRE(clGetDeviceIDs(platform, CL_DEVICE_TYPE_CPU, 1, &device, nullptr) == CL_SUCCESS);
+    return device;
 }
 
 /// Everything runs in this context. What the library keeps of it goes with its last device.
@@ -128,21 +132,68 @@ void fail_everywhere(const operations::Operation& operation, layer::Failure fail
     }
 }
 
-void fail_everywhere(layer::Failure failure) {
+void fail_everywhere(const std::vector<operations::Operation>& list, layer::Failure failure) {
     REQUIRE(context() != nullptr);
     REQUIRE(layer::loaded());
-    for (const operations::Operation& operation : operations::all()) {
+    for (const operations::Operation& operation : list) {
         const auto start = std::chrono::steady_clock::now();
         Faults faults;
         int tried = 0;
         fail_everywhere(operation, failure, faults, tried);
+        CHECK(tried > 0);
         std::printf("  %-40s %4d points, %5.1f s\n", operation.name.c_str(), tried,
                     std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     }
 }
 
+/// What the devices say of themselves, without which none is opened.
+Bytes names() {
+    std::string all;
+    for (const DeviceInfo& info : list_devices())
+        all += info.name + info.platform + info.version;
+    return {all.begin(), all.end()};
+}
+
+const std::vector<operations::Operation> opening{
+    {"Device::open", [](const Device&) { return operations::all().front().run(Device::open("cpu")); }},
+    {"Device of another's queue",
+     [](const Device& other) {
+         return operations::all().front().run(Device(other.context(), other.id(), other.queue()));
+     }},
+};
+
 } // namespace
 
 TEST_CASE("failures: one call fails", "[failures]") {
-    fail_everywhere(layer::Failure::once);
+    fail_everywhere(operations::all(), layer::Failure::once);
+}
+
+TEST_CASE("failures: the device is lost", "[failures][lost]") {
+    fail_everywhere(operations::all(), layer::Failure::from_here);
+}
+
+TEST_CASE("failures: scratch memory in huge pages", "[failures]") {
+    fail_everywhere({operations::in_huge_pages()}, layer::Failure::once);
+}
+
+TEST_CASE("failures: a device that is opened", "[failures]") {
+    fail_everywhere(opening, layer::Failure::once);
+    fail_everywhere(opening, layer::Failure::from_here);
+}
+
+TEST_CASE("failures: a list of devices without one that does not answer", "[failures]") {
+    layer::reset();
+    const Bytes everything = names();
+    const std::size_t points = layer::points().size();
+    REQUIRE(points > 0);
+    for (const layer::Failure failure : {layer::Failure::once, layer::Failure::from_here}) {
+        for (std::size_t point = 0; point < points; ++point) {
+            layer::fail(point, failure);
+            const Outcome seen = outcome(names);
+            INFO(layer::points()[point] << " fails: " << seen.exception);
+            layer::reset();
+            CHECK((seen.result || seen.of_fathom)); // it is left out, or the whole list is refused
+            CHECK(names() == everything);
+        }
+    }
 }
