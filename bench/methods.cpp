@@ -218,8 +218,8 @@ double bytes_of(const Method& method, Case& on) {
         sum += bytes(on.color());
     if (method.operation == "dof_masks")
         sum += 3 * bytes(result);
-    for (const cl::Buffer& buffer : scratch)
-        sum += static_cast<double>(buffer.getInfo<CL_MEM_SIZE>());
+    for (const runtime::ScratchBuffer& each : scratch)
+        sum += static_cast<double>(each.size);
     return sum;
 }
 

@@ -7,9 +7,13 @@
 
 #include <fathom/fathom.hpp>
 
+#include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 using namespace fathom;
@@ -57,8 +61,9 @@ const std::vector<Call> operations{
     {"linearize", false, [](const Inputs& in, const Launch& l) { return linearize(in.stored, {}, l).image; }},
     {"unproject", false, [](const Inputs& in, const Launch& l) { return unproject(in.stored, {}, l); }},
     {"normals", false, [](const Inputs& in, const Launch& l) { return normals(in.stored, {}, l); }},
-    {"ssao", true, [](const Inputs& in, const Launch& l) { return ssao(in.stored, 0.5, {}, l).visibility; }},
+    {"ssao", false, [](const Inputs& in, const Launch& l) { return ssao(in.stored, 0.5, {}, l).visibility; }},
     {"dof_masks", false, [](const Inputs& in, const Launch& l) { return dof_masks(in.stored, lens, {}, l).coc; }},
+    {"fog", false, [](const Inputs& in, const Launch& l) { return fog(in.stored, in.color, {.density = 0.1}, l); }},
     {"dof", true, [](const Inputs& in, const Launch& l) { return dof(in.stored, in.color, lens, {}, l); }},
 };
 
@@ -167,15 +172,80 @@ TEST_CASE("launch: a device takes part in a context without keeping it too short
     refused(nullptr, queue());
     refused(context(), nullptr);
     refused(device().context(), queue()); // another context's
-    const cl::CommandQueue any_order(context, cl::Device(device().id(), true), CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE);
-    refused(context(), any_order());
 }
 
 TEST_CASE("launch: images of two devices are refused", "[launch]") {
-    const Device other = Device::open("cpu");
     const Inputs inputs;
+    const Device beside = Device::open("cpu");
+    const std::string other_queue =
+        " belongs to another Device than the stored depth, with a queue of its own; open one "
+        "Device for both";
+    CHECK(beside.context() == device().context());
+    CHECK_THROWS_WITH(linearize(inputs.stored, Image(beside, Element::f32, {width, height})),
+                      "the result" + other_queue);
+    CHECK_THROWS_WITH(dof(inputs.stored, Image(beside, Element::f32, {width, height, 3}), lens),
+                      "the colour" + other_queue);
+
+    const cl::Context context(cl::Device(device().id(), true));
+    const cl::CommandQueue queue(context, cl::Device(device().id(), true));
+    const Device other(context(), device().id(), queue());
     CHECK_THROWS_WITH(linearize(inputs.stored, Image(other, Element::f32, {width, height})),
                       "the result lies on another device than the stored depth");
-    CHECK_THROWS_WITH(dof(inputs.stored, Image(other, Element::f32, {width, height, 3}), lens),
-                      "the colour lies on another device than the stored depth");
+}
+
+TEST_CASE("launch: a queue that is out of order gives the same bits", "[launch]") {
+    const cl::Device id(device().id(), true);
+    const cl::CommandQueue any_order(cl::Context(device().context(), true), id, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE);
+    const Device own(device().context(), device().id(), any_order());
+    const Inputs inputs;
+    Inputs there;
+    there.stored.image = Image::from_host(own, Element::f32, there.values.data(), {width, height});
+    there.color = Image::from_host(own, Element::f32, there.picture.data(), {width, height, 3});
+    for (const Call& operation : operations) {
+        INFO(operation.name);
+        CHECK(floats(operation.run(there, {})) == floats(operation.run(inputs, {})));
+    }
+}
+
+TEST_CASE("launch: prepare runs the call once, on depth of every value, and its exception arrives", "[launch]") {
+    int runs = 0;
+    for (const Storage storage : {Storage::float32, Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24,
+                                  Storage::uint24_high, Storage::rgb8_red_high}) {
+        device().prepare(camera(), storage, [&](const StoredDepth& stored) {
+            ++runs;
+            const std::vector<float> z = floats(linearize(stored).image);
+            CHECK(std::ranges::count_if(z, [](float each) { return std::isfinite(each); }) > width * height / 2);
+            CHECK(std::ranges::max(z) > 10);
+        });
+    }
+    CHECK(runs == 7);
+    CHECK_THROWS_AS(device().prepare({}, Storage::float32, [](const StoredDepth&) {}), std::invalid_argument);
+    CHECK_THROWS_AS(device().prepare(camera(), Storage::float32, [](const StoredDepth& stored) { ssao(stored, -1); }),
+                    std::invalid_argument);
+}
+
+TEST_CASE("launch: a Device that is none yet is refused", "[launch]") {
+    CHECK_THROWS_AS(Device().finish(), std::invalid_argument);
+    CHECK_THROWS_AS(Image(Device(), Element::f32, {4, 4}), std::invalid_argument);
+}
+
+TEST_CASE("launch: eight threads on one device get the bits of one", "[launch]") {
+    const Inputs inputs;
+    std::vector<std::vector<float>> expected;
+    for (const Call& operation : operations)
+        expected.push_back(floats(operation.run(inputs, {})));
+    std::atomic<int> wrong = 0, done = 0;
+    std::vector<std::jthread> threads;
+    for (std::size_t t = 0; t < 8; ++t)
+        threads.emplace_back([&, t] {
+            const Inputs own;
+            for (std::size_t i = 0; i < 24; ++i) {
+                const std::size_t which = (t + i) % operations.size();
+                wrong += floats(operations[which].run(own, {})) != expected[which];
+                ++done;
+            }
+        });
+    threads.clear();
+    CHECK(wrong == 0);
+    CHECK(done == 8 * 24);
 }

@@ -4,6 +4,7 @@
 #include <fathom/opencl.hpp>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -39,20 +40,28 @@ struct DeviceOptions {
     int group_size = 0;   ///< work-items per group, fewer if a kernel does not allow so many; 0: 64
 };
 
-/// An OpenCL device with its context, its in-order queue and the programs built for it.
-/// A handle: copies share the same device. One device may be used from one thread at a time.
+struct Camera;
+struct StoredDepth;
+enum class Storage;
+
+/// An OpenCL device with a context and a queue. A handle: copies share all three.
+///
+/// Devices of one context share its programs, which are built once. Images belong to the device that they were made for, and
+/// an operation refuses those of another.
+/// Threads: any number of threads may use one device, or several, at the same time. Their kernels share the queue.
+/// After a fork, a process whose parent had used OpenCL can use no device: everything throws Error and says so.
 class Device {
 public:
     Device() = default; ///< no device yet
 
     /// Opens a device: "cpu", "gpu", its index in `list_devices`, or a part of its name.
-    /// Empty: a GPU where there is one, the CPU otherwise.
+    /// Empty: a GPU where there is one, the CPU otherwise. Each call makes a queue in the process's context of that device.
     /// Throws: NoDevice, naming what is there; std::invalid_argument for a vector width or a group size that does not exist.
     static Device open(const std::string& wanted = {}, const DeviceOptions& options = {});
 
-    /// Takes part in a program that already has a context and an in-order queue. All three are retained.
-    /// Throws: std::invalid_argument for a null handle, an out-of-order queue, and a queue of another context or device; Error
-    /// from the driver.
+    /// Takes part in a program that already has a context and a queue. All three are retained. In a queue that is out of order,
+    /// a barrier stands before every kernel, so that it runs after all that was started before.
+    /// Throws: std::invalid_argument for a null handle and a queue of another context or device; Error from the driver.
     Device(cl_context context, cl_device_id device, cl_command_queue queue, const DeviceOptions& options = {});
 
     const DeviceInfo& info() const;
@@ -63,11 +72,19 @@ public:
     cl_device_id id() const;
     cl_command_queue queue() const;
 
+    /// Builds ahead of time what `call` starts, so that its first run is as fast as its second: runs it once, on depth of the
+    /// camera's size and this storage that holds every value in turn.
+    ///     device.prepare(camera, Storage::float32, [&](const StoredDepth& stored) { ssao(stored, radius, options); });
+    /// Kernels differ with the camera's projection and encoding, the storage, the options, and whether images are large and
+    /// aligned: give those of the calls to come.
+    /// Throws: what the call throws.
+    void prepare(const Camera& camera, Storage storage, const std::function<void(const StoredDepth&)>& call) const;
+
     /// Waits until everything that was started has ended.
     void finish() const;
 
     struct State; ///< src/runtime only
-    State& state() const { return *state_; }
+    State& state() const;
 
 private:
     std::shared_ptr<State> state_;

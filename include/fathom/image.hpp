@@ -44,10 +44,11 @@ public:
     /// Allocates an image whose rows start at multiples of 64 bytes. Its content is undefined.
     Image(const Device& device, Element element, Layout layout);
 
-    /// An image in a buffer that is there already, from its first byte on; without a row stride, laid out as the constructor
-    /// above would. The buffer is retained.
-    /// Throws: std::invalid_argument for a null handle and for a buffer that is too small.
-    Image(const Device& device, cl_mem buffer, Element element, Layout layout);
+    /// An image in a buffer or sub-buffer that is there already, whose first element is number `offset`. Any row stride of at
+    /// least a row will do; without one, rows lie as the constructor above would lay them. The buffer is retained.
+    /// Throws: std::invalid_argument for a null handle, a buffer of another context, one that is too small, and host memory
+    /// that is not aligned to its elements; Error from the driver.
+    Image(const Device& device, cl_mem buffer, Element element, Layout layout, std::size_t offset = 0);
 
     /// Bytes that such an image takes.
     static std::size_t allocation(Element element, Layout layout);
@@ -84,12 +85,22 @@ public:
     bool same_as(const Image& other) const;
 
 private:
+    // Where the buffer's first byte lies: on the host, if it is host memory; in the buffer that it is a part of, otherwise.
+    struct Place {
+        const void* host = nullptr;
+        cl_mem whole = nullptr;
+        std::size_t offset = 0; // bytes
+    };
+
+    std::size_t first_byte() const;
+    void find_place();
+
     Device device_;
     std::shared_ptr<_cl_mem> buffer_; // released with the last copy
     Element element_ = Element::f32;
     Layout layout_;
     std::size_t offset_ = 0;
-    const void* host_ = nullptr; // where the buffer's first element lies on the host, when it is shared
+    Place place_;
 };
 
 /// Depth as it was stored, with the camera that gives it a meaning.

@@ -188,14 +188,16 @@ void clear(const Blur& blur) {
 void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
     if (plan.passes.empty())
         return;
-    const Image lists = runtime::table(blur.device, Element::u32, plan.lists);
-    const Image starts = runtime::table(blur.device, Element::u32, plan.starts);
-    const Image spans = runtime::table(blur.device, Element::f32, plan.spans);
+    const auto table = [&](Element element, const auto& values) {
+        return runtime::table(blur.device, element, values).on(blur.device);
+    };
+    const Image lists = table(Element::u32, plan.lists);
+    const Image starts = table(Element::u32, plan.starts);
+    const Image spans = table(Element::f32, plan.spans);
     const auto half_planes =
         blur.accurate() ? aperture_halves(blur.aperture, blur.upright) : std::vector<std::array<float, 4>>(1);
-    const Image halves = runtime::table(blur.device, Element::f32, half_planes);
-    const Image taps = plan.taps.empty() ? spans : runtime::table(blur.device, Element::f32, plan.taps);
-    const runtime::Launched launched(blur.device); // an exception leaves no kernel that reads these tables
+    const Image halves = table(Element::f32, half_planes);
+    const Image taps = plan.taps.empty() ? spans : table(Element::f32, plan.taps);
     constexpr int row = 4096;
     const Image strips =
         scratch.image(Element::f32, {row, static_cast<int>((plan.strip_elements + row - 1) / row) + 1});
@@ -224,7 +226,6 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
                         blur.planes, blur.tiles, pass.direct ? blur.planes : strips, lists, starts, spans, blur.state,
                         blur.p, pass.gather);
     }
-    blur.device.finish(); // the tables are the host's
 }
 
 // Blurs a picture that has a circle somewhere.

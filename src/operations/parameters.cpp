@@ -206,8 +206,12 @@ void check_stored(const StoredDepth& stored) {
 }
 
 void check_device(const StoredDepth& stored, const NamedImage& other) {
-    require(other.image.device().context() == stored.image.device().context(),
-            text(other.name, " lies on another device than the stored depth"));
+    const Device &its = other.image.device(), &device = stored.image.device();
+    require(its.context() == device.context(), text(other.name, " lies on another device than the stored depth"));
+    require(
+        &its.state() == &device.state(),
+        text(other.name,
+             " belongs to another Device than the stored depth, with a queue of its own; open one Device for both"));
 }
 
 void check_picture(const StoredDepth& stored, const NamedImage& picture) {

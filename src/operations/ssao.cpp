@@ -9,12 +9,14 @@
 #include "operations/parameters.hpp"
 #include "operations/ssao.hpp"
 #include "require.hpp"
+#include "runtime/kept.hpp"
 #include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
 
 #include <Eigen/LU>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -225,6 +227,36 @@ int thickness_kind(const SsaoOptions& options) {
     return options.back_depth ? 2 : options.thickness_map ? 1 : 0;
 }
 
+// A slice table on the device.
+struct DeviceSlices {
+    static constexpr const char* name = "slices";
+    SliceTable sizes; // without its values
+    runtime::Table taps, turns, counts;
+
+    std::size_t bytes() const { return 4 * static_cast<std::size_t>(taps.count + turns.count + counts.count); }
+};
+
+// What a slice table is made from.
+struct SliceKey {
+    std::uint64_t falloff; // the bits of a double
+    int slices, samples, largest_radius, jitter;
+    std::uint32_t seed;
+    PlaneLayout place;
+    std::uint32_t reserved = 0;
+};
+
+std::shared_ptr<const DeviceSlices> slices_on(const Device& device, const SliceKey& key) {
+    return runtime::kept<DeviceSlices>(device, key, [&] {
+        const SliceTable table = slice_table(key.slices, key.samples, key.largest_radius, key.jitter,
+                                             std::bit_cast<double>(key.falloff), key.seed, key.place);
+        return std::make_shared<const DeviceSlices>(
+            DeviceSlices{{table.slices, table.samples, table.levels, {}, {}, {}},
+                         runtime::table(device, Element::f32, table.taps),
+                         runtime::table(device, Element::f32, table.turns),
+                         runtime::table(device, Element::u32, table.counts)});
+    });
+}
+
 // One call's camera, pixels and constants, and where its images come from.
 struct Call {
     const StoredDepth& stored;
@@ -235,7 +267,7 @@ struct Call {
     PixelLattice lattice;
     params::split_params split;
     Sampling chosen;
-    SliceTable table;
+    std::shared_ptr<const DeviceSlices> table;
     params::occlusion_params occlusion;
     runtime::Scratch scratch;
 
@@ -243,14 +275,18 @@ struct Call {
         : stored(depth), radius(length), options(asked), device(depth.image.device()),
           rays(centre_rays(camera_rays(depth.camera))), lattice(pixel_lattice(depth, asked.half_resolution ? 2 : 1)),
           split(split_parameters(lattice)), chosen(sampling_of(asked)),
-          table(slice_table(chosen.slices, chosen.samples, std::max(lattice.width, lattice.height), chosen.jitter,
-                            asked.falloff, asked.seed,
-                            {static_cast<int>(split.stride), static_cast<int>(split.plane)})),
+          table(slices_on(device, {std::bit_cast<std::uint64_t>(asked.falloff),
+                                   chosen.slices,
+                                   chosen.samples,
+                                   std::max(lattice.width, lattice.height),
+                                   chosen.jitter,
+                                   asked.seed,
+                                   {static_cast<int>(split.stride), static_cast<int>(split.plane)}})),
           occlusion(parameters(lattice)), scratch(device) {}
 
     params::occlusion_params parameters(const PixelLattice& pixels) const {
         return occlusion_parameters(stored.camera, rays_of(rays, pixels),
-                                    inverse_depth_error(stored.camera, stored.storage), radius, options, table);
+                                    inverse_depth_error(stored.camera, stored.storage), radius, options, table->sizes);
     }
 
     runtime::Kernel& kernel(const char* name, runtime::Defines defines) const {
@@ -378,9 +414,8 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
 
     constexpr params::u32 band = params::ssao_band;
     const Image sums = call.planes(options.bent_normal ? 6 : options.confidence ? 3 : 2);
-    const Image taps = runtime::table(call.device, Element::f32, call.table.taps);
-    const Image turns = runtime::table(call.device, Element::f32, call.table.turns);
-    const Image counts = runtime::table(call.device, Element::u32, call.table.counts);
+    const Image taps = call.table->taps.on(call.device), turns = call.table->turns.on(call.device),
+                counts = call.table->counts.on(call.device);
     runtime::launch(
         call.device, call.kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}}),
         {call.vectors((call.split.columns + band - 1) / band * band) * params::split_planes * call.split.rows, 1},
@@ -398,7 +433,6 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
         upsample(call, depth, found, output, result, region);
     }
     launched.done();
-    call.device.finish(); // the tables are the host's
 }
 
 Occlusion ssao(const StoredDepth& stored, double radius, const SsaoOptions& options, const Launch& launch) {

@@ -1,13 +1,12 @@
 // Devices: explicit enumeration (no driver's idea of a default), selection by kind, index or name.
 
-#include <fathom/device.hpp>
-
 #include "require.hpp"
 #include "runtime/state.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <utility>
 
 namespace fathom {
 namespace {
@@ -36,26 +35,45 @@ DeviceInfo describe(const cl::Device& device, const cl::Platform& platform, int 
             device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()};
 }
 
-std::vector<Found> find_devices() {
-    std::vector<cl::Platform> platforms;
+// What a driver says, or nothing if it fails: one bad driver hides only its own devices.
+template <typename Action>
+auto or_nothing(const Action& action) -> decltype(action()) {
     try {
-        cl::Platform::get(&platforms);
+        return action();
     } catch (const cl::Error&) {
-        return {}; // the loader's way to say that no driver is installed
+        return {};
     }
+}
+
+std::vector<Found> find_devices() {
+    runtime::check_process();
+    const auto platforms = or_nothing([] { // none is the loader's way to say that no driver is installed
+        std::vector<cl::Platform> all;
+        cl::Platform::get(&all);
+        return all;
+    });
     std::vector<Found> found;
     for (const cl::Platform& platform : platforms) {
-        std::vector<cl::Device> devices;
-        try {
-            platform.getDevices(CL_DEVICE_TYPE_ALL, &devices);
-        } catch (const cl::Error&) {
-            continue; // a driver without a device
-        }
+        const auto devices = or_nothing([&] {
+            std::vector<cl::Device> all;
+            platform.getDevices(CL_DEVICE_TYPE_ALL, &all);
+            return all;
+        });
         for (const cl::Device& device : devices) {
-            found.push_back({device, describe(device, platform, static_cast<int>(found.size()))});
+            const auto info =
+                or_nothing([&] { return std::optional(describe(device, platform, static_cast<int>(found.size()))); });
+            if (info)
+                found.push_back({device, *info});
         }
     }
     return found;
+}
+
+// Its position among all devices, as `list_devices` counts them.
+int index_of(const cl::Device& device) {
+    const std::vector<Found> all = find_devices();
+    const auto found = std::ranges::find_if(all, [&](const Found& each) { return each.device() == device(); });
+    return found == all.end() ? -1 : found->info.index;
 }
 
 std::string lower(std::string value) {
@@ -113,6 +131,17 @@ DeviceOptions completed(DeviceOptions options, const DeviceInfo& info) {
     return options;
 }
 
+std::shared_ptr<Device::State> make_state(std::shared_ptr<runtime::Context> shared, const DeviceInfo& info,
+                                          const DeviceOptions& options, const cl::CommandQueue& queue) {
+    std::shared_ptr<Device::State> state(new Device::State, runtime::release<Device::State>);
+    state->shared = std::move(shared);
+    state->info = info;
+    state->options = completed(options, info);
+    state->queue = queue;
+    state->in_order = (queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE) == 0;
+    return state;
+}
+
 } // namespace
 
 std::vector<DeviceInfo> list_devices() {
@@ -125,56 +154,54 @@ std::vector<DeviceInfo> list_devices() {
 Device Device::open(const std::string& wanted, const DeviceOptions& options) {
     const std::vector<Found> all = find_devices();
     const Found& found = choose(all, wanted);
-    try {
-        const cl::Context context(found.device);
-        Device device(context(), found.device(), cl::CommandQueue(context, found.device)(), options);
-        device.state_->info = found.info;
-        return device;
-    } catch (const cl::Error& error) {
-        throw NoDevice(text(found.info.name, " cannot be opened: ", error.what(), " returned ", error.err()));
-    }
+    Device device;
+    const auto make = [&] {
+        const auto shared = runtime::own_context(found.device);
+        device.state_ = make_state(shared, found.info, options, cl::CommandQueue(shared->context, found.device));
+    };
+    runtime::ask_driver(make, found.info.name, " cannot be opened");
+    return device;
 }
 
 Device::Device(cl_context context, cl_device_id device, cl_command_queue queue, const DeviceOptions& options) {
     require(context && device && queue, "a Device needs a context, a device and a queue, none of them null");
-    try {
+    const auto join = [&] {
         const cl::Context of_context(context, true);
         const cl::Device of_device(device, true);
         const cl::CommandQueue of_queue(queue, true);
-        require(of_queue.getInfo<CL_QUEUE_CONTEXT>()() == context, "the queue is of another context");
-        require(of_queue.getInfo<CL_QUEUE_DEVICE>()() == device, "the queue is of another device");
-        require((of_queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE) == 0,
-                "the queue is out of order; an in-order queue is needed");
-        const DeviceInfo info = describe(of_device, cl::Platform(of_device.getInfo<CL_DEVICE_PLATFORM>()), 0);
-        state_ =
-            std::make_shared<State>(State{info, completed(options, info), of_device, of_context, of_queue, {}, {}});
-    } catch (const cl::Error& error) {
-        throw Error(text("the device cannot be used: ", error.what(), " returned ", error.err()));
-    }
+        require(of_queue.getInfo<CL_QUEUE_CONTEXT>() == of_context, "the queue is of another context");
+        require(of_queue.getInfo<CL_QUEUE_DEVICE>() == of_device, "the queue is of another device");
+        const cl::Platform platform(of_device.getInfo<CL_DEVICE_PLATFORM>());
+        state_ = make_state(runtime::context_for(of_context, of_device),
+                            describe(of_device, platform, index_of(of_device)), options, of_queue);
+    };
+    runtime::ask_driver(join, "the device cannot be used");
+}
+
+Device::State& Device::state() const {
+    require(state_ != nullptr, "this Device is none yet: open one with Device::open");
+    return *state_;
 }
 
 const DeviceInfo& Device::info() const {
-    return state_->info;
+    return state().info;
 }
 const DeviceOptions& Device::options() const {
-    return state_->options;
+    return state().options;
 }
 cl_context Device::context() const {
-    return state_->context();
+    return state().shared->context();
 }
 cl_device_id Device::id() const {
-    return state_->device();
+    return state().shared->device();
 }
 cl_command_queue Device::queue() const {
-    return state_->queue();
+    return state().queue();
 }
 
 void Device::finish() const {
-    try {
-        state_->queue.finish();
-    } catch (const cl::Error& error) {
-        throw Error(text(state_->info.name, " failed: ", error.what(), " returned ", error.err()));
-    }
+    runtime::ask(
+        *this, [&] { state().queue.finish(); }, "failed");
 }
 
 } // namespace fathom

@@ -49,21 +49,21 @@ std::size_t elements(const Layout& layout) {
     return static_cast<std::size_t>(layout.height - 1) * layout.row_stride + row_elements(layout);
 }
 
+void release(cl_mem buffer) {
+    if (!runtime::forked())
+        clReleaseMemObject(buffer);
+}
+
 // Another owner of the buffer.
 std::shared_ptr<_cl_mem> shared(cl_mem buffer) {
-    if (!buffer)
-        throw std::invalid_argument("an image in a buffer that is null");
+    require(buffer != nullptr, "an image in a buffer that is null");
     clRetainMemObject(buffer);
-    return {buffer, clReleaseMemObject};
+    return {buffer, release};
 }
 
 std::shared_ptr<_cl_mem> make_buffer(const Device& device, cl_mem_flags flags, std::size_t size, void* host) {
-    try {
-        return shared(cl::Buffer(runtime::context_of(device), flags, size, host)());
-    } catch (const cl::Error& error) {
-        throw Error(
-            text(device.info().name, " has no room for ", size, " bytes: ", error.what(), " returned ", error.err()));
-    }
+    const auto make = [&] { return shared(cl::Buffer(runtime::context_of(device), flags, size, host)()); };
+    return runtime::ask(device, make, "has no room for ", size, " bytes");
 }
 
 bool can_share(const Device& device, Element element, const void* data) {
@@ -106,24 +106,37 @@ int channels_of(Storage storage) {
 
 Image::Image(const Device& device, Element element, Layout layout)
     : device_(device), buffer_(make_buffer(device, CL_MEM_READ_WRITE, allocation(element, layout), nullptr)),
-      element_(element), layout_(with_aligned_stride(element, layout)) {}
+      element_(element), layout_(with_aligned_stride(element, layout)), place_{.whole = buffer_.get()} {}
 
-Image::Image(const Device& device, cl_mem buffer, Element element, Layout layout)
+Image::Image(const Device& device, cl_mem buffer, Element element, Layout layout, std::size_t offset)
     : device_(device), buffer_(shared(buffer)), element_(element),
-      layout_(layout.row_stride == 0 ? with_aligned_stride(element, layout) : with_stride(layout)) {
-    std::size_t size = 0;
-    const cl_int code = clGetMemObjectInfo(buffer, CL_MEM_SIZE, sizeof(size), &size, nullptr);
-    if (code != CL_SUCCESS)
-        throw Error(text("the size of a buffer cannot be known: OpenCL returned ", code));
-    const std::size_t needed = elements(layout_) * element_bytes(element);
-    require(size >= needed, text("a buffer of ", size, " bytes is too small: the image takes ", needed));
-    cl_mem_flags flags = 0;
-    clGetMemObjectInfo(buffer, CL_MEM_FLAGS, sizeof(flags), &flags, nullptr);
-    if (device.info().cpu && (flags & CL_MEM_USE_HOST_PTR) != 0) { // somebody's memory, of any alignment
-        void* host = nullptr;
-        clGetMemObjectInfo(buffer, CL_MEM_HOST_PTR, sizeof(host), &host, nullptr);
-        host_ = host;
-    }
+      layout_(layout.row_stride == 0 ? with_aligned_stride(element, layout) : with_stride(layout)), offset_(offset) {
+    const cl::Buffer given = runtime::buffer_of(*this);
+    runtime::ask(
+        device,
+        [&] {
+            require(given.getInfo<CL_MEM_CONTEXT>() == runtime::context_of(device),
+                    text("the buffer is of another context than ", device.info().name, "'s"));
+            const std::size_t size = given.getInfo<CL_MEM_SIZE>(), each = element_bytes(element),
+                              needed = elements(layout_);
+            require(offset <= size / each && needed <= size / each - offset,
+                    text("a buffer of ", size, " bytes is too small: the image takes ", needed * each, " from byte ",
+                         offset * each, " on"));
+            find_place();
+        },
+        "cannot use a buffer");
+    require(first_byte() % element_bytes(element) == 0,
+            text("the buffer's host memory is not aligned to elements of ", element_bytes(element), " bytes"));
+}
+
+void Image::find_place() {
+    const cl::Buffer buffer = runtime::buffer_of(*this);
+    place_.offset = buffer.getInfo<CL_MEM_OFFSET>();
+    const cl::Memory parent = buffer.getInfo<CL_MEM_ASSOCIATED_MEMOBJECT>();
+    place_.whole = parent() ? parent() : buffer();
+    const cl::Memory whole(place_.whole, true);
+    if (device_.info().cpu && (whole.getInfo<CL_MEM_FLAGS>() & CL_MEM_USE_HOST_PTR) != 0) // memory of any alignment
+        place_.host = static_cast<const char*>(whole.getInfo<CL_MEM_HOST_PTR>()) + place_.offset;
 }
 
 std::size_t Image::allocation(Element element, Layout layout) {
@@ -138,7 +151,7 @@ Image Image::from_host(const Device& device, Element element, const void* data, 
     const bool shared = can_share(device, element, data);
     image.buffer_ = make_buffer(device, CL_MEM_READ_WRITE | (shared ? CL_MEM_USE_HOST_PTR : CL_MEM_COPY_HOST_PTR),
                                 elements(image.layout_) * element_bytes(element), const_cast<void*>(data));
-    image.host_ = shared ? data : nullptr;
+    image.place_ = {.host = shared ? data : nullptr, .whole = image.buffer_.get()};
     return image;
 }
 
@@ -167,14 +180,16 @@ void Image::download(void* data, std::size_t row_stride) const {
         row_stride = row_elements(layout_);
     const cl::CommandQueue& queue = runtime::queue_of(device_);
     const cl::Buffer buffer = runtime::buffer_of(*this);
-    try {
-        const void* here = host_ ? static_cast<const char*>(host_) + offset_ * size : nullptr;
+    const auto read = [&] {
+        runtime::keep_order(device_);
+        const void* here = place_.host ? static_cast<const char*>(place_.host) + offset_ * size : nullptr;
         if (data == here && row_stride == layout_.row_stride) {
             // Mapping is what makes the results of the device visible to the host.
-            const std::size_t length = elements(layout_) * size;
-            void* mapped = queue.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, offset_ * size, length);
+            void* mapped =
+                queue.enqueueMapBuffer(buffer, CL_FALSE, CL_MAP_READ, offset_ * size, elements(layout_) * size);
+            runtime::keep_order(device_);
             queue.enqueueUnmapMemObject(buffer, mapped);
-            device_.finish();
+            queue.finish();
             return;
         }
         const std::array<cl::size_type, 3> from{offset_ % layout_.row_stride * size, offset_ / layout_.row_stride, 0};
@@ -183,14 +198,18 @@ void Image::download(void* data, std::size_t row_stride) const {
                                                1};
         queue.enqueueReadBufferRect(buffer, CL_TRUE, from, to, box, layout_.row_stride * size, 0, row_stride * size, 0,
                                     data);
-    } catch (const cl::Error& error) {
-        throw Error(text(device_.info().name, " cannot hand over an image: ", error.what(), " returned ", error.err()));
-    }
+    };
+    runtime::ask(device_, read, "cannot hand over an image");
+}
+
+// From the start of the whole buffer, or of memory.
+std::size_t Image::first_byte() const {
+    const std::size_t start = place_.host ? reinterpret_cast<std::uintptr_t>(place_.host) : place_.offset;
+    return start + offset_ * element_bytes(element_);
 }
 
 bool Image::aligned_to(std::size_t alignment) const {
-    const std::size_t start = reinterpret_cast<std::uintptr_t>(host_) + offset_ * element_bytes(element_);
-    return start % alignment == 0 && layout_.row_stride * element_bytes(element_) % alignment == 0;
+    return first_byte() % alignment == 0 && layout_.row_stride * element_bytes(element_) % alignment == 0;
 }
 
 namespace {
@@ -220,22 +239,21 @@ bool rows_meet(const Span& a, const Span& b) {
 bool Image::overlaps(const Image& other) const {
     if (!*this || !other)
         return false;
-    const bool one_buffer = buffer_ == other.buffer_;
-    if (!one_buffer && !(host_ && other.host_)) // two buffers may still be made of the same host memory
+    // Two buffers may still be made of the same host memory.
+    if (place_.whole != other.place_.whole && !(place_.host && other.place_.host))
         return false;
     const auto rows = [&](const Image& image) {
         const std::size_t size = element_bytes(image.element_);
-        const auto base = one_buffer ? 0 : reinterpret_cast<std::uintptr_t>(image.host_);
-        return Span{base + image.offset_ * size, row_elements(image.layout_) * size, image.layout_.row_stride * size,
+        return Span{image.first_byte(), row_elements(image.layout_) * size, image.layout_.row_stride * size,
                     static_cast<std::uintptr_t>(image.layout_.height)};
     };
     return rows_meet(rows(*this), rows(other));
 }
 
 bool Image::same_as(const Image& other) const {
-    const bool one_memory = buffer_ == other.buffer_ || (host_ && host_ == other.host_);
+    const bool one_memory = place_.whole == other.place_.whole || (place_.host && other.place_.host);
     const auto layout = [](const Image& image) {
-        return std::tuple(image.width(), image.height(), image.channels(), image.row_stride(), image.offset(),
+        return std::tuple(image.width(), image.height(), image.channels(), image.row_stride(), image.first_byte(),
                           image.element());
     };
     return *this && other && one_memory && layout(*this) == layout(other);

@@ -48,7 +48,7 @@ void check_arguments(Kernel& kernel, const std::vector<std::string>& types) {
 
 std::size_t group_size(const Device& device, Kernel& kernel) {
     if (kernel.group_limit == 0)
-        kernel.group_limit = kernel.kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device.state().device);
+        kernel.group_limit = kernel.kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device.state().shared->device);
     return std::min(static_cast<std::size_t>(device.options().group_size), kernel.group_limit);
 }
 

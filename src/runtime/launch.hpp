@@ -54,23 +54,23 @@ void check_arguments(Kernel& kernel, const std::vector<std::string>& types);
 /// Work-items per group: as many as the device's options say, if the kernel allows so many. Results do not depend on it.
 std::size_t group_size(const Device& device, Kernel& kernel);
 
-/// Starts a kernel: images and params in the order of its declaration.
+/// Starts a kernel: images and params in the order of its declaration. Other threads may do the same at the same time.
 /// Throws: Error when they are not what the kernel declares, or when the device refuses.
 template <typename... Arguments>
 void launch(const Device& device, Kernel& kernel, Range range, const Arguments&... arguments) {
-    if (!kernel.checked)
-        check_arguments(kernel, {argument_type(arguments)...});
-    try {
+    const std::lock_guard lock(device.state().mutex); // from the first argument until the kernel has them all
+    const auto start = [&] {
+        if (!kernel.checked)
+            check_arguments(kernel, {argument_type(arguments)...});
         const std::size_t group = group_size(device, kernel);
         cl_uint index = 0;
         (kernel.kernel.setArg(index++, argument_value(arguments)), ...);
         const std::size_t rounded = (range.x + group - 1) / group * group;
+        keep_order(device);
         queue_of(device).enqueueNDRangeKernel(kernel.kernel, cl::NullRange, cl::NDRange(rounded, range.y),
                                               cl::NDRange(group, 1));
-    } catch (const cl::Error& error) {
-        throw Error(
-            text(device.info().name, " refused ", kernel.description, ": ", error.what(), " returned ", error.err()));
-    }
+    };
+    ask(device, start, "refused ", kernel.description);
 }
 
 } // namespace fathom::runtime

@@ -19,6 +19,7 @@ void check(const Device& device, const char* what, cl_int code) {
 
 Launched::Launched(const Device& device, const Launch& launch)
     : device_(device), event_(launch.event), exceptions_(std::uncaught_exceptions()) {
+    check_process();
     const cl_command_queue own = device.queue();
     require(!launch.queue || launch.queue == own,
             "Launch::queue is not the queue of the images' device; leave it null, or make a Device of that queue");

@@ -49,22 +49,52 @@ std::string assembled_source(const std::string& file) {
     return source;
 }
 
+namespace {
+
+// A driver's own message, or what it says instead.
+std::string build_log(const cl::Program& program, const cl::Device& device) {
+    try {
+        return program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device);
+    } catch (const cl::Error&) {
+        return "(the driver gives no log)";
+    }
+}
+
+// Under the context's lock, so that two threads do not build the same.
+cl::Program program(const Device& device, const std::string& name, const std::string& options) {
+    Context& context = *device.state().shared;
+    const std::lock_guard lock(context.mutex);
+    const std::string key = name + ' ' + options;
+    if (const auto found = context.programs.find(key); found != context.programs.end())
+        return found->second;
+    const cl::Program built(context.context, assembled_source(name + ".cl"));
+    try {
+        built.build({context.device}, options.c_str());
+    } catch (const cl::Error&) {
+        throw Error(text("kernels/", name, ".cl does not build on ", device.info().name, " with ", options, ":\n",
+                         build_log(built, context.device)));
+    }
+    return context.programs.emplace(key, built).first->second;
+}
+
+} // namespace
+
 Kernel& kernel(const Device& device, const std::string& name, Defines defines) {
     Device::State& state = device.state();
     defines.emplace_back("FP64", state.options.arithmetic == Arithmetic::fp64);
     const std::string options = build_options(defines);
     const std::string key = name + ' ' + options;
-    if (const auto found = state.kernels.find(key); found != state.kernels.end())
-        return found->second;
-
-    const cl::Program program(state.context, assembled_source(name + ".cl"));
-    try {
-        program.build({state.device}, options.c_str());
-        return state.kernels.emplace(key, Kernel{cl::Kernel(program, name.c_str()), "kernels/" + key}).first->second;
-    } catch (const cl::Error&) {
-        throw Error(text("kernels/", name, ".cl does not build on ", state.info.name, " with ", options, ":\n",
-                         program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(state.device)));
+    {
+        const std::lock_guard lock(state.mutex);
+        if (const auto found = state.kernels.find(key); found != state.kernels.end())
+            return found->second;
     }
+    const auto make = [&]() -> Kernel& {
+        const cl::Kernel made(program(device, name, options), name.c_str());
+        const std::lock_guard lock(state.mutex);
+        return state.kernels.emplace(key, Kernel{made, "kernels/" + key}).first->second;
+    };
+    return ask(device, make, "refused kernels/", name, ".cl");
 }
 
 } // namespace fathom::runtime

@@ -21,7 +21,8 @@ std::string assembled_source(const std::string& file);
 /// Finite choices that a kernel is built for: -D name=value.
 using Defines = std::vector<std::pair<const char*, int>>;
 
-/// A kernel of one file, built for one set of choices.
+/// A kernel of one file, built for one set of choices. It belongs to a queue: the lock of `Device::State` guards its arguments
+/// and what was found out about it.
 struct Kernel {
     cl::Kernel kernel;
     std::string description;     ///< for messages: the file and its choices
@@ -29,7 +30,7 @@ struct Kernel {
     std::size_t group_limit = 0; ///< work-items per group that the device allows it; 0: not asked yet
 };
 
-/// The kernel `name` of kernels/<name>.cl, built when it is first asked for and kept with the device.
+/// The kernel `name` of kernels/<name>.cl. Its program is built when the context first asks for it.
 /// Throws: Error with the build log.
 Kernel& kernel(const Device& device, const std::string& name, Defines defines);
 

@@ -1,15 +1,12 @@
 #pragma once
 
-#include "runtime/opencl.hpp"
-
-#include <fathom/image.hpp>
-
-#include <vector>
+#include "runtime/state.hpp"
 
 namespace fathom::runtime {
 
 /// Images that an operation needs between its passes. Their memory goes back to the device's pool when this goes out of
-/// scope, so that a second call allocates nothing; the queue is in order, so nobody overwrites what is still read.
+/// scope, so that a second call allocates nothing. Kernels run in the order in which they were started, so that nobody
+/// overwrites what is still read.
 class Scratch {
 public:
     explicit Scratch(const Device& device) : device_(device) {}
@@ -21,8 +18,10 @@ public:
     Image image(Element element, Layout layout);
 
 private:
+    bool take(std::size_t size);
+
     Device device_;
-    std::vector<cl::Buffer> used_;
+    std::list<ScratchBuffer> used_;
 };
 
 /// Copies an image to another one of its size and type.

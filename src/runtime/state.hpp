@@ -1,24 +1,37 @@
 #pragma once
 
-#include "runtime/program.hpp"
+#include "runtime/context.hpp"
 
 #include <fathom/image.hpp>
 
+#include <list>
 #include <map>
+#include <mutex>
 #include <string>
-#include <vector>
 
 namespace fathom {
 
-/// What the copies of a `Device` share.
+namespace runtime {
+
+/// Memory for images between the passes of an operation.
+struct ScratchBuffer {
+    std::size_t size;
+    cl::Buffer buffer;
+};
+
+} // namespace runtime
+
+/// What the copies of a `Device` share: a queue, and what belongs to one. Kernels carry their arguments until they are started.
 struct Device::State {
+    std::shared_ptr<runtime::Context> shared;
     DeviceInfo info;
     DeviceOptions options; // with the automatic choices made
-    cl::Device device;
-    cl::Context context;
     cl::CommandQueue queue;
+    bool in_order = true;
+
+    std::mutex mutex; // of what follows
     std::map<std::string, runtime::Kernel> kernels;
-    std::vector<cl::Buffer> scratch; // runtime/scratch.hpp
+    std::list<runtime::ScratchBuffer> scratch; // runtime/scratch.hpp
 };
 
 namespace runtime {
@@ -27,10 +40,22 @@ inline const cl::CommandQueue& queue_of(const Device& device) {
     return device.state().queue;
 }
 inline const cl::Context& context_of(const Device& device) {
-    return device.state().context;
+    return device.state().shared->context;
 }
 inline cl::Buffer buffer_of(const Image& image) {
     return cl::Buffer(image.buffer(), true);
+}
+
+/// What follows in the queue starts after everything before it. A queue that is in order does that by itself.
+inline void keep_order(const Device& device) {
+    if (!device.state().in_order)
+        queue_of(device).enqueueBarrierWithWaitList();
+}
+
+/// Asks a device for something: `ask(device, [&] { … }, "refused ", name)`. The driver's error becomes an Error.
+template <typename Action, typename... What>
+decltype(auto) ask(const Device& device, const Action& action, const What&... what) {
+    return ask_driver(action, device.info().name, ' ', what...);
 }
 
 } // namespace runtime

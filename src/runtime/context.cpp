@@ -1,0 +1,73 @@
+// Contexts of the process: one for each device that is opened, and one for each pair that somebody brings.
+
+#include "runtime/context.hpp"
+
+#include <atomic>
+
+#ifdef __unix__
+#include <pthread.h>
+#endif
+
+namespace fathom::runtime {
+namespace {
+
+// Never destroyed: the driver's own statics may go first when the process ends.
+struct Registry {
+    std::mutex mutex;
+    std::map<cl_device_id, std::shared_ptr<Context>> own;
+    std::map<std::pair<cl_context, cl_device_id>, std::weak_ptr<Context>> foreign;
+};
+
+Registry& registry() {
+    static Registry* const only = new Registry;
+    return *only;
+}
+
+std::atomic<bool> in_child = false;
+
+std::shared_ptr<Context> make(const cl::Context& context, const cl::Device& device) {
+    std::shared_ptr<Context> made(new Context, release<Context>);
+    made->context = context;
+    made->device = device;
+    return made;
+}
+
+} // namespace
+
+std::shared_ptr<Context> own_context(const cl::Device& device) {
+    const std::lock_guard lock(registry().mutex);
+    std::shared_ptr<Context>& own = registry().own[device()];
+    if (!own)
+        own = make(cl::Context(device), device);
+    return own;
+}
+
+std::shared_ptr<Context> context_for(const cl::Context& context, const cl::Device& device) {
+    const std::lock_guard lock(registry().mutex);
+    const auto own = registry().own.find(device());
+    if (own != registry().own.end() && own->second && own->second->context() == context())
+        return own->second;
+    std::erase_if(registry().foreign, [](const auto& each) { return each.second.expired(); });
+    std::weak_ptr<Context>& known = registry().foreign[{context(), device()}];
+    std::shared_ptr<Context> found = known.lock();
+    if (!found)
+        known = found = make(context, device);
+    return found;
+}
+
+bool forked() {
+    return in_child;
+}
+
+void check_process() {
+#ifdef __unix__
+    static const int watched = pthread_atfork(nullptr, nullptr, [] { in_child = true; });
+    static_cast<void>(watched);
+#endif
+    if (forked())
+        throw Error(
+            "OpenCL was used before this process was forked, and does not work in it: start the process anew instead "
+            "(Python: multiprocessing's \"spawn\"), or fork before Fathom is first used");
+}
+
+} // namespace fathom::runtime

@@ -1,0 +1,65 @@
+#pragma once
+
+#include "runtime/opencl.hpp"
+#include "runtime/program.hpp"
+#include "text.hpp"
+
+#include <fathom/error.hpp>
+
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+namespace fathom::runtime {
+
+/// Something that kernels read, made from a key.
+struct Kept {
+    std::string key;
+    std::size_t bytes;
+    std::shared_ptr<const void> value;
+};
+
+/// A context with one of its devices, and what was made for them once: every `Device` of the two shares it.
+struct Context {
+    cl::Context context;
+    cl::Device device;
+
+    std::mutex mutex; // of what follows
+    std::map<std::string, cl::Program> programs;
+    std::list<Kept> kept; // runtime/kept.hpp: the last used first
+};
+
+/// The process's own context of a device, made when it is first asked for and kept until the process ends.
+std::shared_ptr<Context> own_context(const cl::Device& device);
+
+/// What belongs to somebody's context: kept as long as a `Device` uses it.
+std::shared_ptr<Context> context_for(const cl::Context& context, const cl::Device& device);
+
+/// Does this process come from a fork of one that had used OpenCL? Its driver's threads are not here, and its locks may never open.
+bool forked();
+
+/// Throws: Error in such a process, which tells what to do instead. From the first call on, a fork counts.
+void check_process();
+
+/// Deletes what holds OpenCL's objects; in a forked process it stays, because to release it may wait for ever.
+template <typename Value>
+void release(Value* value) {
+    if (!forked())
+        delete value;
+}
+
+/// Asks a driver for something. Its error becomes an Error: the parts of `what`, then "<function> returned <code>".
+template <typename Action, typename... What>
+decltype(auto) ask_driver(const Action& action, const What&... what) {
+    check_process();
+    try {
+        return action();
+    } catch (const cl::Error& error) {
+        throw Error(text(what..., ": ", error.what(), " returned ", error.err()));
+    }
+}
+
+} // namespace fathom::runtime

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "runtime/state.hpp"
+
+#include <algorithm>
+#include <type_traits>
+
+namespace fathom::runtime {
+
+/// What an earlier call on this context made from the same `key`, or what `make` makes of it now: tables that kernels read.
+/// A key is a plain struct without padding. What was used last is kept, up to 256 MB of it.
+template <typename Value, typename Key, typename Make>
+std::shared_ptr<const Value> kept(const Device& device, const Key& key, const Make& make) {
+    static_assert(std::has_unique_object_representations_v<Key>);
+    constexpr std::size_t most_bytes = std::size_t{256} << 20;
+    const std::string name = std::string(Value::name) + std::string(reinterpret_cast<const char*>(&key), sizeof(key));
+    Context& context = *device.state().shared;
+    const std::lock_guard lock(context.mutex);
+    auto& list = context.kept;
+    if (const auto found = std::ranges::find(list, name, &Kept::key); found != list.end()) {
+        list.splice(list.begin(), list, found);
+    } else {
+        const std::shared_ptr<const Value> made = make();
+        list.push_front({name, made->bytes(), made});
+        std::size_t bytes = 0;
+        const auto too_many = std::find_if(std::next(list.begin()), list.end(),
+                                           [&](const Kept& each) { return (bytes += each.bytes) > most_bytes; });
+        list.erase(too_many, list.end());
+    }
+    return std::static_pointer_cast<const Value>(list.front().value);
+}
+
+} // namespace fathom::runtime
