@@ -25,20 +25,6 @@ double milliseconds(const std::function<void()>& run) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-template <typename Any>
-concept Prepares = requires(const Any& device, const Camera& camera) {
-    device.prepare(camera, Storage::float32, width, height, [](const StoredDepth&) {});
-};
-
-/// A library without `prepare` calls the operation once, which is what its users did.
-template <typename Any>
-void prepare(const Any& device, const StoredDepth& stored, const std::function<void(const StoredDepth&)>& call) {
-    if constexpr (Prepares<Any>)
-        device.prepare(stored.camera, Storage::float32, width, height, call);
-    else
-        call(stored);
-}
-
 } // namespace
 
 int main() {
@@ -57,8 +43,7 @@ int main() {
         {"fog", [&](const StoredDepth& depth) { fog(depth, color, {.density = 0.02}); }},
     };
     for (const auto& [name, call] : calls) {
-        prepare(device, stored, call);
-        device.finish();
+        device.prepare(stored.camera, Storage::float32, call);
         const auto run = [&, &now = call] {
             now(stored);
             device.finish();

@@ -181,6 +181,13 @@ struct Event {
     }
 };
 
+Bytes prepared(const Device& device) {
+    const Inputs in(device);
+    Image result;
+    device.prepare(in.stored.camera, Storage::float32, [&](const StoredDepth& depth) { result = normals(depth); });
+    return bytes({result, normals(in.stored)});
+}
+
 Bytes with_events(const Device& device) {
     const Inputs in(device);
     Event first, second;
@@ -246,6 +253,7 @@ std::vector<Operation> make_all() {
                     }),
         {"four in a row", four_in_a_row},
         {"one after the other's event", with_events},
+        {"Device::prepare", prepared},
         {"a region with gaps between its rows", a_region},
         {"onto the host", onto_the_host},
         {"from an odd address", from_an_odd_address},
