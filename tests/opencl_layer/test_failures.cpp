@@ -136,13 +136,15 @@ void fail_everywhere(const std::vector<operations::Operation>& list, layer::Fail
     REQUIRE(context() != nullptr);
     REQUIRE(layer::loaded());
     for (const operations::Operation& operation : list) {
-        const auto start = std::chrono::steady_clock::now();
-        Faults faults;
-        int tried = 0;
-        fail_everywhere(operation, failure, faults, tried);
-        CHECK(tried > 0);
-        std::printf("  %-40s %4d points, %5.1f s\n", operation.name.c_str(), tried,
-                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        DYNAMIC_SECTION(operation.name << (failure == layer::Failure::once ? "" : ", for good")) {
+            const auto start = std::chrono::steady_clock::now();
+            Faults faults;
+            int tried = 0;
+            fail_everywhere(operation, failure, faults, tried);
+            CHECK(tried > 0);
+            std::printf("  %-40s %4d points, %5.1f s\n", operation.name.c_str(), tried,
+                        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        }
     }
 }
 
