@@ -52,7 +52,8 @@ private:
 };
 
 // An optional extension says the names of arguments' types, and drivers need not have it. The operation does without.
-const std::set<std::string> done_without{"clGetKernelArgInfo"};
+// Of devices that do not answer, others are left to choose from.
+const std::set<std::string> done_without{"clGetKernelArgInfo", "clGetDeviceIDs", "clGetDeviceInfo"};
 
 /// What became of a call in which something failed.
 struct Outcome {
@@ -98,6 +99,7 @@ private:
 void fail_everywhere(const operations::Operation& operation, layer::Failure failure, Faults& faults, int& tried) {
     Bytes expected;
     std::vector<std::string> points;
+    operation.run(Fresh().device()); // what is kept until the process ends is there now
     {
         const Fresh fresh;
         layer::reset();
@@ -178,7 +180,27 @@ TEST_CASE("failures: scratch memory in huge pages", "[failures]") {
     fail_everywhere({operations::in_huge_pages()}, layer::Failure::once);
 }
 
+TEST_CASE("failures: the process's own context of a device is made", "[failures]") {
+    REQUIRE(list_devices().size() > 1);
+    for (std::size_t point = 0;; ++point) { // until the context is there
+        layer::fail(point, layer::Failure::once);
+        const Outcome seen = outcome([] {
+            Device::open("1").finish();
+            return Bytes();
+        });
+        const std::vector<std::string> points = layer::points();
+        layer::reset();
+        if (points.size() <= point) {
+            CHECK(seen.result);
+            break;
+        }
+        INFO(points[point] << " fails: " << seen.exception);
+        CHECK((done_without.contains(points[point]) || seen.of_fathom));
+    }
+}
+
 TEST_CASE("failures: a device that is opened", "[failures]") {
+    Device::open("1"); // which is taken where the other one does not answer
     fail_everywhere(opening, layer::Failure::once);
     fail_everywhere(opening, layer::Failure::from_here);
 }
