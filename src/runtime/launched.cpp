@@ -11,8 +11,10 @@ namespace fathom::runtime {
 namespace {
 
 void check(const Device& device, const char* what, cl_int code) {
-    if (code != CL_SUCCESS)
-        throw Error(text(device.info().name, " refused ", what, ": OpenCL returned ", code));
+    if (code == CL_SUCCESS)
+        return;
+    clFinish(device.queue()); // as `ask` does
+    throw Error(text(device.info().name, " refused ", what, ": OpenCL returned ", code));
 }
 
 } // namespace

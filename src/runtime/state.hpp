@@ -52,10 +52,17 @@ inline void keep_order(const Device& device) {
         queue_of(device).enqueueBarrierWithWaitList();
 }
 
-/// Asks a device for something: `ask(device, [&] { … }, "refused ", name)`. The driver's error becomes an Error.
+/// Asks a device for something: `ask(device, [&] { … }, "refused ", name)`. The driver's error becomes an Error. All that was
+/// started has ended by then, so that the memory of images may go while the Error passes.
 template <typename Action, typename... What>
 decltype(auto) ask(const Device& device, const Action& action, const What&... what) {
-    return ask_driver(action, device.info().name, ' ', what...);
+    try {
+        return ask_driver(action, device.info().name, ' ', what...);
+    } catch (const Error&) {
+        if (!forked())
+            clFinish(device.queue()); // its own error adds nothing
+        throw;
+    }
 }
 
 } // namespace runtime

@@ -1,0 +1,279 @@
+#include "operations.hpp"
+
+#include "runtime/opencl.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+namespace operations {
+
+using namespace fathom;
+
+Camera camera(int width, int height) {
+    Camera camera;
+    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
+    camera.width = width;
+    camera.height = height;
+    camera.view = Eigen::Matrix4d::Identity();
+    return camera;
+}
+
+std::vector<float> depth(int width, int height) {
+    std::vector<float> values;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const double hills = 0.9 + 0.03 * std::sin(x * 0.31) * std::cos(y * 0.23);
+            values.push_back(static_cast<float>(x > width / 2 ? hills + 0.04 : hills));
+        }
+    }
+    values.front() = std::numeric_limits<float>::quiet_NaN();
+    values.back() = 1;
+    return values;
+}
+
+namespace {
+
+constexpr int width = 40, height = 24;
+
+/// What an operation reads.
+struct Inputs {
+    int width, height;
+    std::vector<float> values, picture, plate, thicknesses;
+    std::vector<std::uint16_t> steps; // the depth in 16 bits
+    StoredDepth stored, coarse;
+    Image color, clean, thickness;
+
+    explicit Inputs(const Device& device, int columns = operations::width, int rows = operations::height)
+        : width(columns), height(rows), values(depth(columns, rows)) {
+        for (const float value : values) {
+            const bool valid = value == value;
+            for (int channel = 0; channel < 3; ++channel)
+                picture.push_back(valid ? std::fmod(value * 40 + static_cast<float>(channel) / 3, 1.0f) : 0.5f);
+            thicknesses.push_back(valid ? 0.2f + 0.1f * value : 0.2f);
+            steps.push_back(valid ? static_cast<std::uint16_t>(value * 65535) : std::uint16_t{0});
+        }
+        plate.assign(picture.size(), 0.25f);
+        stored = {host(device, Element::f32, values.data(), 1), camera(width, height)};
+        coarse = {host(device, Element::u16, steps.data(), 1), camera(width, height), Storage::uint16};
+        color = host(device, Element::f32, picture.data(), 3);
+        thickness = host(device, Element::f32, thicknesses.data(), 1);
+        clean = host(device, Element::f32, plate.data(), 3);
+    }
+
+    Image host(const Device& device, Element element, const void* data, int channels) const {
+        return Image::from_host(device, element, data, {width, height, channels});
+    }
+};
+
+Bytes bytes(const std::vector<Image>& images) {
+    Bytes all;
+    for (const Image& image : images) {
+        const std::size_t size = element_bytes(image.element()) *
+                                 static_cast<std::size_t>(image.width() * image.height() * image.channels());
+        all.resize(all.size() + size);
+        image.download(all.data() + all.size() - size);
+    }
+    return all;
+}
+
+std::vector<Image> images(const Occlusion& results) {
+    std::vector<Image> all{results.visibility};
+    if (results.bent_normal)
+        all.push_back(results.bent_normal);
+    if (results.confidence)
+        all.push_back(results.confidence);
+    return all;
+}
+
+std::vector<Image> images(const DofMasks& results) {
+    std::vector<Image> all;
+    for (const Image* image : {&results.coc, &results.near_weight, &results.focus_weight, &results.far_weight,
+                               &results.max_near_coc, &results.near_alpha, &results.disocclusion, &results.mixed_pixels,
+                               &results.tile_min_coc, &results.tile_max_coc}) {
+        if (*image)
+            all.push_back(*image);
+    }
+    return all;
+}
+
+DofMasksOptions every_mask() {
+    return {.max_near_coc = true, .near_alpha = true, .disocclusion = true, .mixed_pixels = true, .tile_px = 8};
+}
+
+Image blurred(const Inputs& in, const DofOptions& options) {
+    return dof(in.stored, in.color, lens, options);
+}
+
+/// Every mask into regions of larger images, which takes copies.
+Bytes masks_into_regions(const Device& device) {
+    const Inputs in(device);
+    const auto part = [&](int columns, int rows) {
+        return Image(device, Element::f32, {columns + 3, rows + 2}).region(1, 1, columns, rows);
+    };
+    const auto pixels = [&] { return part(in.width, in.height); };
+    const auto tiles = [&] { return part((in.width - 1) / 8 + 1, (in.height - 1) / 8 + 1); };
+    const DofMasks masks{pixels(), pixels(), pixels(), pixels(), pixels(),
+                         pixels(), pixels(), pixels(), tiles(),  tiles()};
+    dof_masks(in.stored, masks, lens, every_mask());
+    return bytes(images(masks));
+}
+
+/// Into memory of the caller's that is the image.
+Bytes onto_the_host(const Device& device) {
+    const Inputs in(device);
+    std::vector<float> result(in.values.size());
+    const Image image = Image::onto_host(device, Element::f32, result.data(), {in.width, in.height});
+    linearize(in.stored, image);
+    image.download(result.data());
+    Bytes copy(result.size() * sizeof(float));
+    std::memcpy(copy.data(), result.data(), copy.size());
+    return copy;
+}
+
+/// From an address that no float may have, which takes a copy.
+Bytes from_an_odd_address(const Device& device) {
+    const std::vector<float> values = depth(width, height);
+    Bytes shifted(values.size() * sizeof(float) + 1);
+    std::memcpy(shifted.data() + 1, values.data(), shifted.size() - 1);
+    return bytes({linearize({Image::from_host(device, Element::f32, shifted.data() + 1, {width, height}),
+                             camera(width, height)})
+                      .image});
+}
+
+Bytes a_region(const Device& device) {
+    const Inputs in(device);
+    const Image image = linearize(in.stored).image.region(3, 2, 20, 11);
+    std::vector<float> rows(30 * 11); // with gaps between them
+    image.download(rows.data(), 30);
+    Bytes copy(rows.size() * sizeof(float));
+    std::memcpy(copy.data(), rows.data(), copy.size());
+    return copy;
+}
+
+Bytes focus(const Device& device) {
+    const double depth = depth_at(Inputs(device).stored, 5, 5);
+    Bytes copy(sizeof(depth));
+    std::memcpy(copy.data(), &depth, sizeof(depth));
+    return copy;
+}
+
+Bytes four_in_a_row(const Device& device) {
+    const Inputs in(device);
+    const ViewDepth z = linearize(in.stored);
+    const Image turned = normals(z.stored());
+    const Occlusion open = ssao(z.stored(), 0.5, {.normals = turned});
+    const DofMasks masks = dof_masks(z.stored(), lens);
+    device.finish();
+    return bytes({z.image, turned, open.visibility, masks.coc, masks.far_weight});
+}
+
+/// An event that an operation made, or did not.
+struct Event {
+    cl_event event = nullptr;
+    Event() = default;
+    Event(const Event&) = delete;
+    Event& operator=(const Event&) = delete;
+    ~Event() {
+        if (event)
+            clReleaseEvent(event);
+    }
+};
+
+Bytes prepared(const Device& device) {
+    const Inputs in(device);
+    Image result;
+    device.prepare(in.stored.camera, Storage::float32, [&](const StoredDepth& depth) { result = normals(depth); });
+    return bytes({result, normals(in.stored)});
+}
+
+Bytes with_events(const Device& device) {
+    const Inputs in(device);
+    Event first, second;
+    const Image turned = normals(in.stored, {}, {.event = &first.event});
+    const ViewDepth z = linearize(in.stored, {}, {.wait = {first.event}, .event = &second.event});
+    return bytes({turned, z.image});
+}
+
+Operation with_inputs(std::string name, std::function<std::vector<Image>(const Inputs&)> run) {
+    return {std::move(name), [run = std::move(run)](const Device& device) {
+                const Inputs in(device);
+                return bytes(run(in));
+            }};
+}
+
+std::vector<Operation> make_all() {
+    using List = std::vector<Image>;
+    return {
+        with_inputs("linearize", [](const Inputs& in) -> List { return {linearize(in.stored).image}; }),
+        with_inputs("linearize, 16 bits", [](const Inputs& in) -> List { return {linearize(in.coarse).image}; }),
+        with_inputs("unproject", [](const Inputs& in) -> List { return {unproject(in.stored)}; }),
+        with_inputs("unproject into the world",
+                    [](const Inputs& in) -> List {
+                        return {unproject(in.stored, {.space = Space::world, .channels = 4})};
+                    }),
+        with_inputs("normals", [](const Inputs& in) -> List { return {normals(in.stored)}; }),
+        with_inputs("normals, fitted", [](const Inputs& in) -> List { return {normals(in.coarse)}; }),
+        with_inputs("ssao", [](const Inputs& in) { return images(ssao(in.stored, 0.5)); }),
+        with_inputs("ssao, accurate, everything asked for",
+                    [](const Inputs& in) {
+                        return images(ssao(in.stored, 0.5,
+                                           {.quality = Quality::accurate, .bent_normal = true, .confidence = true}));
+                    }),
+        with_inputs("ssao, half resolution",
+                    [](const Inputs& in) {
+                        return images(
+                            ssao(in.stored, 0.5, {.half_resolution = true, .bent_normal = true, .confidence = true}));
+                    }),
+        with_inputs("ssao, back depth",
+                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.back_depth = in.coarse})); }),
+        with_inputs("ssao, thickness map",
+                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness_map = in.thickness})); }),
+        with_inputs("ssao, 16 bits", [](const Inputs& in) { return images(ssao(in.coarse, 0.5)); }),
+        with_inputs("dof_masks", [](const Inputs& in) { return images(dof_masks(in.stored, lens)); }),
+        with_inputs("dof_masks, all of them",
+                    [](const Inputs& in) { return images(dof_masks(in.stored, lens, every_mask())); }),
+        {"dof_masks, all of them into regions", masks_into_regions},
+        with_inputs("dof, fast", [](const Inputs& in) -> List { return {blurred(in, {.quality = Quality::fast})}; }),
+        with_inputs("dof, balanced", [](const Inputs& in) -> List { return {blurred(in, {})}; }),
+        with_inputs("dof, accurate",
+                    [](const Inputs& in) -> List {
+                        return {blurred(in, {.aperture = {.blades = 6}, .quality = Quality::accurate})};
+                    }),
+        with_inputs("dof, clean plate",
+                    [](const Inputs& in) -> List {
+                        return {blurred(in, {.clean_plate = CleanPlate{in.clean, in.coarse}})};
+                    }),
+        with_inputs("dof, pinhole", [](const Inputs& in) -> List { return {dof(in.stored, in.color, {})}; }),
+        with_inputs("fog", [](const Inputs& in) -> List { return {fog(in.stored, in.color, {.density = 0.02})}; }),
+        with_inputs("fog, thinner with the height",
+                    [](const Inputs& in) -> List {
+                        return {fog(in.stored, in.color, {.density = 0.02, .height_falloff = 0.3})};
+                    }),
+        {"four in a row", four_in_a_row},
+        {"one after the other's event", with_events},
+        {"Device::prepare", prepared},
+        {"a region with gaps between its rows", a_region},
+        {"onto the host", onto_the_host},
+        {"from an odd address", from_an_odd_address},
+        {"depth_at", focus},
+    };
+}
+
+} // namespace
+
+const std::vector<Operation>& all() {
+    static const std::vector<Operation> list = make_all();
+    return list;
+}
+
+const Operation& in_huge_pages() {
+    static const Operation large{"ssao in huge pages", [](const Device& device) {
+                                     const Inputs in(device, 1024, 512);
+                                     return bytes(images(ssao(in.stored, 0.5, {.samples = 1, .jitter = 1})));
+                                 }};
+    return large;
+}
+
+} // namespace operations

@@ -1,0 +1,81 @@
+// Operations that follow each other on the device: the host waits once, at their end.
+#include "catch.hpp"
+#include "layer.hpp"
+#include "operations.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <vector>
+
+using namespace fathom;
+
+namespace {
+
+constexpr int width = 1920, height = 1080, rounds = 9;
+
+double milliseconds(const std::function<void()>& run) {
+    const auto start = std::chrono::steady_clock::now();
+    run();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+double median(std::vector<double> values) {
+    std::ranges::sort(values);
+    return values[values.size() / 2];
+}
+
+} // namespace
+
+TEST_CASE("waits: linearize, normals, ssao and dof_masks wait once, and take no longer than each alone", "[waits]") {
+    const Device device = Device::open("cpu");
+    const std::vector<float> values = operations::depth(width, height);
+    const StoredDepth stored{Image::from_host(device, Element::f32, values.data(), {width, height}),
+                             operations::camera(width, height)};
+    ViewDepth z;
+    Image turned;
+    Occlusion open;
+    DofMasks masks;
+    const std::vector<std::function<void()>> operations{
+        [&] { z = linearize(stored); },
+        [&] { turned = normals(z.stored()); },
+        [&] { open = ssao(z.stored(), 0.5, {.normals = turned}); },
+        [&] { masks = dof_masks(z.stored(), operations::lens); },
+    };
+    const auto together = [&] {
+        for (const auto& run : operations)
+            run();
+        device.finish();
+    };
+    together(); // builds
+
+    layer::reset();
+    for (const auto& run : operations)
+        run();
+    CHECK(layer::host_waits() == 0);
+    device.finish();
+    CHECK(layer::host_waits() == 1);
+    CHECK(layer::unfinished() == 0);
+    CHECK(layer::calls("clBuildProgram") == 0);
+
+    std::vector<double> chained;
+    std::vector<std::vector<double>> alone(operations.size());
+    for (int round = 0; round < rounds; ++round) {
+        chained.push_back(milliseconds(together));
+        for (std::size_t i = 0; i < operations.size(); ++i) {
+            alone[i].push_back(milliseconds([&] {
+                operations[i]();
+                device.finish();
+            }));
+        }
+    }
+    double sum = 0;
+    for (const std::vector<double>& each : alone)
+        sum += median(each);
+    std::printf("  together %.1f ms, the sum of the four alone %.1f ms: ratio %.3f\n", median(chained), sum,
+                median(chained) / sum);
+    CHECK(median(chained) <= sum);
+}
