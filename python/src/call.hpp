@@ -119,8 +119,8 @@ namespace nanobind::detail {
     };
 
 FATHOM_TAKES_ANY_OBJECT(fathom::python::Pixels, "numpy.typing.ArrayLike | Image")
-FATHOM_TAKES_ANY_OBJECT(fathom::python::Target, "numpy.ndarray | Image | tuple | None")
-FATHOM_TAKES_ANY_OBJECT(fathom::python::DeviceChoice, "Device | str | None")
+FATHOM_TAKES_ANY_OBJECT(fathom::python::Target, "numpy.ndarray | Image | tuple")
+FATHOM_TAKES_ANY_OBJECT(fathom::python::DeviceChoice, "Device | str")
 
 #undef FATHOM_TAKES_ANY_OBJECT
 

@@ -13,6 +13,7 @@
 
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 
 #include <cmath>
@@ -135,6 +136,8 @@ CameraObject load(const fs::path& path, const std::string& image, const std::str
     } catch (const Error& error) {
         const auto other =
             from_other_importers(nb::make_tuple(path, image, node, preset, undistorted, storage.given, depth));
+        if (!other && !fs::is_regular_file(path))
+            throw;
         if (!other)
             throw Error(std::string(error.what()) +
                         "; this build of the package reads camera files, glTF and transforms.json only");
@@ -231,12 +234,10 @@ Keys are those of Camera(). Raises ValueError naming what is missing.)")
         .def("__eq__", [](const CameraObject& a, const CameraObject& b) { return shown(a) == shown(b); },
              nb::is_operator())
         .def("__hash__", [](const CameraObject& c) { return nb::hash(nb::str(shown(c).c_str())); })
-        .def("__reduce__", [](const CameraObject& c) {
-            const nb::handle type = nb::type<CameraObject>();
-            if (!c.is_for_view_depth())
-                return nb::make_tuple(type.attr("from_json"), nb::make_tuple(c.file().text));
-            CameraObject stored(c.file());
-            return nb::make_tuple(type.attr("for_view_depth"), nb::make_tuple(stored));
+        .def("__getstate__", [](const CameraObject& c) { return std::pair(c.file().text, c.is_for_view_depth()); })
+        .def("__setstate__", [](CameraObject& self, const std::pair<std::string, bool>& state) {
+            const CameraObject stored = camera_of_text(state.first, source);
+            new (&self) CameraObject(state.second ? stored.for_view_depth() : stored);
         });
 }
 

@@ -19,6 +19,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include <array>
+#include <chrono>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -315,6 +316,20 @@ nb::object fog_of(const Pixels& color, const Pixels& depth, const CameraObject& 
     return call.take();
 }
 
+// What the same call costs in C++, seconds: python/tests compares.
+double seconds_of_linearize(const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& depth, const CameraObject& camera,
+                            const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& out, const DeviceChoice& choice) {
+    const Device device = device_of(choice);
+    const Layout layout{static_cast<int>(depth.shape(1)), static_cast<int>(depth.shape(0))};
+    const Camera& of_size = camera.for_size(layout.width, layout.height);
+    const nb::gil_scoped_release released;
+    const auto start = std::chrono::steady_clock::now();
+    const Image result = Image::onto_host(device, Element::f32, out.data(), layout);
+    linearize({Image::from_host(device, Element::f32, depth.data(), layout), of_size, Storage::float32}, result);
+    result.download(out.data());
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 // Arguments that may be left out, in groups that several operations share.
 #define OPTION(name) arg(name) = nb::none()
 #define LENS                                                                                                           \
@@ -436,6 +451,7 @@ void bind_operations(nb::module_& module) {
     def("dof", dof_of, dof_text, arg("color"), arg("depth"), arg("camera"), nb::kw_only(), LENS, OPTION("blades"),
         OPTION("rotation_degrees"), OPTION("ratio"), OPTION("quality"), OPTION("max_error"), OPTION("sky"),
         OPTION("max_coc_px"), OPTION("clean_plate"), OPTION("clean_plate_depth"), COMMON);
+    module.def("_seconds_of_linearize", seconds_of_linearize, arg("depth"), arg("camera"), arg("out"), OPTION("device"));
     def("fog", fog_of, fog_text, arg("color"), arg("depth"), arg("camera"), arg("density"), nb::kw_only(),
         OPTION("max_opacity"), OPTION("start"), OPTION("fog_color"), OPTION("height_falloff"),
         OPTION("reference_height"), OPTION("up"), OPTION("sky"), OPTION("alpha"), COMMON);

@@ -22,18 +22,18 @@ using nb::detail::const_name;
 
 /// The type that the stubs show, which is the table of words as well.
 template <typename Choice> inline constexpr auto words = const_name("str");
-template <> inline constexpr auto words<Arithmetic> = const_name("Literal['automatic', 'fp64', 'two-float']");
-template <> inline constexpr auto words<Background> = const_name("Literal['inf', 'decode', 'nan']");
-template <> inline constexpr auto words<Border> = const_name("Literal['open', 'clamp']");
-template <> inline constexpr auto words<FogAlpha> = const_name("Literal['premultiplied', 'straight']");
-template <> inline constexpr auto words<FogSky> = const_name("Literal['fog', 'keep']");
-template <> inline constexpr auto words<NormalMethod> = const_name("Literal['automatic', 'neighbours', 'least-squares']");
-template <> inline constexpr auto words<Quality> = const_name("Literal['fast', 'balanced', 'accurate']");
-template <> inline constexpr auto words<Sky> = const_name("Literal['blur', 'sharp', 'exclude']");
-template <> inline constexpr auto words<Space> = const_name("Literal['view', 'world']");
+template <> inline constexpr auto words<Arithmetic> = const_name("typing.Literal['automatic', 'fp64', 'two-float']");
+template <> inline constexpr auto words<Background> = const_name("typing.Literal['inf', 'decode', 'nan']");
+template <> inline constexpr auto words<Border> = const_name("typing.Literal['open', 'clamp']");
+template <> inline constexpr auto words<FogAlpha> = const_name("typing.Literal['premultiplied', 'straight']");
+template <> inline constexpr auto words<FogSky> = const_name("typing.Literal['fog', 'keep']");
+template <> inline constexpr auto words<NormalMethod> = const_name("typing.Literal['automatic', 'neighbours', 'least-squares']");
+template <> inline constexpr auto words<Quality> = const_name("typing.Literal['fast', 'balanced', 'accurate']");
+template <> inline constexpr auto words<Sky> = const_name("typing.Literal['blur', 'sharp', 'exclude']");
+template <> inline constexpr auto words<Space> = const_name("typing.Literal['view', 'world']");
 template <>
 inline constexpr auto words<Storage> =
-    const_name("Literal['float32', 'float16', 'uint8', 'uint16', 'uint24', 'uint24-high', 'rgb8-red-low', "
+    const_name("typing.Literal['float32', 'float16', 'uint8', 'uint16', 'uint24', 'uint24-high', 'rgb8-red-low', "
                "'rgb8-red-high', 'bgr8-red-low', 'bgr8-red-high']");
 
 // The last word of a table is the last enumerator.
@@ -83,7 +83,7 @@ template <typename Choice> struct Word {
 } // namespace fathom::python
 
 template <typename Choice> struct nanobind::detail::type_caster<fathom::python::Word<Choice>> {
-    NB_TYPE_CASTER(fathom::python::Word<Choice>, fathom::python::words<Choice> + const_name(" | None"))
+    NB_TYPE_CASTER(fathom::python::Word<Choice>, fathom::python::words<Choice>)
 
     bool from_python(handle source, std::uint8_t, cleanup_list*) noexcept {
         value.given = borrow(source);
