@@ -88,6 +88,12 @@ void check_on_cpu(nb::handle object, const char* argument) {
 }
 
 [[noreturn]] void refuse_object(nb::handle object, const char* argument) {
+    try {
+        if (nb::hasattr(object, "__dlpack__"))
+            static_cast<void>(object.attr("__dlpack__")()); // says why it does not: a gradient, another byte order
+    } catch (const nb::python_error& error) {
+        refuse(argument, std::string("does not give its memory: ") + nb::str(error.value()).c_str());
+    }
     refuse(argument, std::string("a ") + nb::type_name(object.type()).c_str() +
                          " is no array; it must have the buffer protocol or DLPack, as NumPy's arrays have");
 }
@@ -104,7 +110,7 @@ ReadArray read_array(nb::handle object, const char* argument) {
     const nb::object plain = numpy.attr("asarray")(object);
     const nb::object native = plain.attr("astype")(plain.attr("dtype").attr("newbyteorder")("="));
     if (!nb::try_cast(native, array))
-        refuse(argument, std::string("its dtype is ") + nb::str(plain.attr("dtype")).c_str() +
+        refuse(argument, std::string("its dtype is ") + nb::str(nb::object(plain.attr("dtype"))).c_str() +
                              "; it must be float32, float16, uint32, uint16 or uint8");
     return array;
 }

@@ -49,16 +49,14 @@ nlohmann::json json_of(nb::handle value, const std::string& path) {
     if (long long whole = 0; nb::isinstance<nb::int_>(value) && nb::try_cast(value, whole))
         return whole;
     double number = 0;
-    if (!nb::try_cast(value, number) || std::isnan(number))
+    if (!nb::try_cast(value, number) || std::isnan(number) || (std::isinf(number) && number < 0))
         io::refuse(source, "\"" + path + "\": " + nb::repr(value).c_str() +
                                " is no number, text, list or dict of a camera file");
-    if (std::isinf(number) && number > 0)
-        return "infinity";
-    return number;
+    return std::isinf(number) ? nlohmann::json("infinity") : nlohmann::json(number);
 }
 
 // Keys of `perspective`, `intrinsics` and `orthographic` may stand alone.
-nlohmann::json keys_of(const nb::kwargs& given) {
+nlohmann::json keys_given(const nb::kwargs& given) {
     nlohmann::json keys = nlohmann::json::object();
     for (const auto& [name, value] : given) {
         if (value.is_none())
@@ -94,7 +92,7 @@ template <typename Make> auto as_argument(const Make& make) {
 }
 
 CameraObject camera_of_keys(const nb::kwargs& given) {
-    return as_argument([&] { return CameraObject(io::completed(source, {.keys = keys_of(given)}, {})); });
+    return as_argument([&] { return CameraObject(io::completed(source, {.keys = keys_given(given)}, {})); });
 }
 
 CameraObject camera_of_text(const std::string& text, const std::string& name) {
@@ -147,10 +145,14 @@ CameraObject load(const fs::path& path, const std::string& image, const std::str
     return CameraObject(std::move(camera));
 }
 
-nb::object dict_of(const CameraObject& camera) {
+nb::dict keys_of(const CameraObject& camera) {
+    return nb::cast<nb::dict>(nb::object(nb::module_::import_("json").attr("loads")(camera.file().text)));
+}
+
+nb::dict dict_of(const CameraObject& camera) {
     if (camera.is_for_view_depth())
         throw std::invalid_argument("a camera for view depth has no camera file; take that of the camera it comes from");
-    return nb::module_::import_("json").attr("loads")(camera.file().text);
+    return keys_of(camera);
 }
 
 nb::object side(int pixels) {
@@ -159,8 +161,7 @@ nb::object side(int pixels) {
 
 std::string shown(const CameraObject& camera) {
     std::string text;
-    const nb::object keys = nb::module_::import_("json").attr("loads")(camera.file().text);
-    for (const auto& [key, value] : nb::cast<nb::dict>(keys))
+    for (const auto& [key, value] : keys_of(camera))
         text += (text.empty() ? "" : ", ") + std::string(nb::str(key).c_str()) + "=" + nb::repr(value).c_str();
     return "fathom.Camera(" + text + ")" + (camera.is_for_view_depth() ? ".for_view_depth()" : "");
 }
@@ -231,9 +232,14 @@ Keys are those of Camera(). Raises ValueError naming what is missing.)")
         .def_prop_ro("height", [](const CameraObject& c) { return side(c.file().camera.height); },
                      nb::sig("def height(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
         .def("__repr__", shown)
-        .def("__eq__", [](const CameraObject& a, const CameraObject& b) { return shown(a) == shown(b); },
-             nb::is_operator())
-        .def("__hash__", [](const CameraObject& c) { return nb::hash(nb::str(shown(c).c_str())); })
+        .def(
+            "__eq__",
+            [](const CameraObject& a, const CameraObject& b) {
+                return a.is_for_view_depth() == b.is_for_view_depth() && keys_of(a).equal(keys_of(b));
+            },
+            nb::is_operator())
+        .def("__hash__",
+             [](const CameraObject& c) { return nb::hash(nb::make_tuple(c.file().camera.width, c.file().camera.height)); })
         .def("__getstate__", [](const CameraObject& c) { return std::pair(c.file().text, c.is_for_view_depth()); })
         .def("__setstate__", [](CameraObject& self, const std::pair<std::string, bool>& state) {
             const CameraObject stored = camera_of_text(state.first, source);

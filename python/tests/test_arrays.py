@@ -113,13 +113,15 @@ def test_arrays_of_other_devices_are_refused_by_name(millimetres, kinect, device
 def test_torch(metres, keys):
     torch = pytest.importorskip("torch")
     camera = fathom.Camera(**keys)
-    depth = torch.from_numpy(metres).to(torch.float32) if hasattr(torch, "from_numpy") else None
+    depth = torch.tensor(metres.tolist(), dtype=torch.float32)
     expected = fathom.linearize(metres.astype(numpy.float32), camera)
     assert same_bits(fathom.linearize(depth, camera), expected)
     assert same_bits(fathom.linearize(depth.half(), camera), fathom.linearize(metres.astype(numpy.float16), camera))
     out = torch.zeros(HEIGHT, WIDTH)
     assert fathom.linearize(depth, camera, out=out) is out
     assert out.tolist() == expected.tolist()
+    with pytest.raises(ValueError, match="depth: does not give its memory: .*grad"):
+        fathom.linearize(depth.clone().requires_grad_(), camera)
 
 
 def test_out_is_written_and_returned(millimetres, kinect, expected):
@@ -151,12 +153,14 @@ def test_nothing_is_copied_on_a_cpu_device(millimetres, kinect):
     """The device's buffers lie where the arrays lie."""
     cl = pytest.importorskip("pyopencl")
 
-    def address(image):
-        return cl.Buffer.from_int_ptr(image.int_ptr, retain=True).hostbuf_address
-
     for view in (millimetres, millimetres[3:, 5:]):
         image = fathom.Image(view, device="cpu")
         buffer = cl.Buffer.from_int_ptr(image.int_ptr, retain=True)
         assert buffer.get_info(cl.mem_info.FLAGS) & cl.mem_flags.USE_HOST_PTR
         host = buffer.get_host_array(image.shape, view.dtype)
         assert host.__array_interface__["data"][0] == view.__array_interface__["data"][0]
+
+    result = numpy.zeros((HEIGHT, WIDTH), numpy.float32)
+    there = fathom.Image(result, device="cpu")
+    fathom.linearize(millimetres, kinect, out=there, device="cpu")  # waits, and copies nothing to the host
+    assert same_bits(result, fathom.linearize(millimetres, kinect))
