@@ -14,7 +14,10 @@ FRACTION, SECONDS = 0.05, 50e-6  # of the C++ call's time, or at least so much
 
 
 def test_a_call_costs_as_much_as_in_cpp():
-    """1080p, linearize, both with `out`. Calls alternate, so that both meet the same load; the median of many counts."""
+    """1080p, linearize, both with `out`. Calls alternate, so that both meet the same load.
+
+    Other work on the machine only adds time, so that the quickest tenth of many calls is what a call costs.
+    """
     camera = fathom.Camera(fov_y_deg=60, near=0.1, far=100, width=1920, height=1080)
     depth = numpy.linspace(0.1, 0.99, 1920 * 1080, dtype=numpy.float32).reshape(1080, 1920)
     out = numpy.empty_like(depth)
@@ -30,9 +33,12 @@ def test_a_call_costs_as_much_as_in_cpp():
 
     for warm in (python, cpp) * 5:
         warm()
-    pairs = numpy.array([(python(), cpp()) for _ in range(401)])
-    in_python, in_cpp = numpy.median(pairs, axis=0)
-    more = numpy.median(pairs[:, 0] - pairs[:, 1])
+    times = {python: [], cpp: []}
+    for i in range(801):
+        for call in (python, cpp) if i % 2 else (cpp, python):
+            times[call].append(call())
+    in_python, in_cpp = (numpy.percentile(times[call], 10) for call in (python, cpp))
+    more = in_python - in_cpp
     print(f"linearize 1080p: Python {in_python * 1e6:.0f} us, C++ {in_cpp * 1e6:.0f} us, {more * 1e6:+.0f} us a call")
     assert more <= max(FRACTION * in_cpp, SECONDS)
 
