@@ -39,8 +39,8 @@ STORAGES = {
     ),
 }
 
-LENS = {"focus": 2.5, "f_stop": 0.5, "sensor_mm": 36}
-LENS_OPTIONS = ["--focus", 2.5, "--f-stop", 0.5, "--sensor-mm", 36]
+LENS = {"focus": 3, "f_stop": 0.1, "sensor_mm": 36}  # circles of up to 5 pixels before and behind the focus
+LENS_OPTIONS = ["--focus", 3, "--f-stop", 0.1, "--sensor-mm", 36]
 
 
 def masks(name):
@@ -71,12 +71,12 @@ OPERATIONS = {
     "focus": (["dof-masks", "--mask", "focus", *LENS_OPTIONS], masks("focus_weight")),
     "far": (["dof-masks", "--mask", "far", *LENS_OPTIONS], masks("far_weight")),
     "focus-at": (
-        ["dof-masks", "--mask", "coc", "--focus-at", "40,30", "--f-stop", 0.5, "--sensor-mm", 36],
-        lambda d, c, _: fathom.dof_masks(d, c, focus_at=(40, 30), f_stop=0.5, sensor_mm=36).coc,
+        ["dof-masks", "--mask", "coc", "--focus-at", "40,30", "--f-stop", 0.1, "--sensor-mm", 36],
+        lambda d, c, _: fathom.dof_masks(d, c, focus_at=(40, 30), f_stop=0.1, sensor_mm=36).coc,
     ),
     "focus-along": (
-        ["dof-masks", "--mask", "coc", "--focus-along", "4,3,3.5", "--f-stop", 0.5, "--sensor-mm", 36],
-        lambda d, c, _: fathom.dof_masks(d, c, focus_along=(4, 3, 3.5), f_stop=0.5, sensor_mm=36).coc,
+        ["dof-masks", "--mask", "coc", "--focus-along", "4,3,3.5", "--f-stop", 0.1, "--sensor-mm", 36],
+        lambda d, c, _: fathom.dof_masks(d, c, focus_along=(4, 3, 3.5), f_stop=0.1, sensor_mm=36).coc,
     ),
     "circle": (
         ["dof-masks", "--mask", "coc", "--circle", "8,20"],
