@@ -39,8 +39,8 @@ STORAGES = {
     ),
 }
 
-LENS = {"focus": 3, "f_stop": 0.1, "sensor_mm": 36}  # circles of up to 5 pixels before and behind the focus
-LENS_OPTIONS = ["--focus", 3, "--f-stop", 0.1, "--sensor-mm", 36]
+LENS = {"focus": 2.4, "f_stop": 0.1, "sensor_mm": 36}  # circles of up to 5 pixels before and behind the focus
+LENS_OPTIONS = ["--focus", 2.4, "--f-stop", 0.1, "--sensor-mm", 36]
 
 
 def masks(name):
