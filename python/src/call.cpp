@@ -1,0 +1,416 @@
+// Arrays of Python as images of a device, and back, without a copy where the device can read and write the array's memory.
+#include "call.hpp"
+
+#include <fathom/error.hpp>
+
+#include <nanobind/stl/string.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <new>
+#include <stdexcept>
+
+namespace fathom::python {
+namespace {
+
+using ReadArray = nb::ndarray<nb::ro>;
+using WriteArray = nb::ndarray<>;
+
+struct Type {
+    Element element;
+    const char* name;
+    nb::dlpack::dtype dtype;
+};
+
+const std::array<Type, 5> types{{{Element::u8, "uint8", nb::dtype<std::uint8_t>()},
+                                 {Element::u16, "uint16", nb::dtype<std::uint16_t>()},
+                                 {Element::u32, "uint32", nb::dtype<std::uint32_t>()},
+                                 {Element::f16, "float16", {static_cast<std::uint8_t>(nb::dlpack::dtype_code::Float), 16, 1}},
+                                 {Element::f32, "float32", nb::dtype<float>()}}};
+
+[[noreturn]] void refuse(const char* argument, const std::string& what) {
+    throw std::invalid_argument(std::string(argument) + ": " + what);
+}
+
+const Type& type_of(Element element) {
+    for (const Type& type : types)
+        if (type.element == element)
+            return type;
+    throw std::invalid_argument("an element that Python does not know");
+}
+
+std::string type_name(nb::dlpack::dtype dtype) {
+    constexpr std::array<const char*, 7> codes{"int", "uint", "float", "handle", "bfloat", "complex", "bool"};
+    return (dtype.code < codes.size() ? codes[dtype.code] : "type") + std::to_string(dtype.bits);
+}
+
+std::string shape_text(const std::vector<std::size_t>& shape) {
+    std::string text;
+    for (const std::size_t n : shape)
+        text += (text.empty() ? "" : ", ") + std::to_string(n);
+    return "(" + text + (shape.size() == 1 ? ",)" : ")");
+}
+
+template <typename Array> std::vector<std::size_t> sides_of(const Array& array) {
+    std::vector<std::size_t> shape;
+    for (std::size_t i = 0; i < array.ndim(); ++i)
+        shape.push_back(array.shape(i));
+    return shape;
+}
+
+std::string device_name(int type) {
+    switch (type) {
+    case nb::device::cuda::value:
+        return "cuda";
+    case nb::device::opencl::value:
+        return "opencl";
+    case nb::device::vulkan::value:
+        return "vulkan";
+    case nb::device::metal::value:
+        return "metal";
+    case nb::device::rocm::value:
+        return "rocm";
+    default:
+        return "DLPack type " + std::to_string(type);
+    }
+}
+
+// Refuses what lies in another memory than the CPU's, before it is asked for.
+void check_on_cpu(nb::handle object, const char* argument) {
+    if (nb::ndarray_check(object) && nb::hasattr(object, "__dlpack_device__") && !nb::hasattr(object, "__array_interface__")) {
+        const int type = nb::cast<int>(nb::object(object.attr("__dlpack_device__")()[0]));
+        if (type != nb::device::cpu::value && type != nb::device::cuda_host::value)
+            refuse(argument, "lies on the device " + device_name(type) + "; copy it to the CPU, as with .cpu()");
+    }
+}
+
+[[noreturn]] void refuse_object(nb::handle object, const char* argument) {
+    try {
+        if (nb::hasattr(object, "__dlpack__"))
+            static_cast<void>(object.attr("__dlpack__")()); // says why it does not: a gradient, another byte order
+    } catch (const nb::python_error& error) {
+        refuse(argument, std::string("does not give its memory: ") + nb::str(error.value()).c_str());
+    }
+    refuse(argument, std::string("a ") + nb::type_name(object.type()).c_str() +
+                         " is no array; it must have the buffer protocol or DLPack, as NumPy's arrays have");
+}
+
+// Anything that holds numbers, of any byte order and with gaps of any width.
+ReadArray read_array(nb::handle object, const char* argument) {
+    check_on_cpu(object, argument);
+    ReadArray array;
+    if (nb::try_cast(object, array))
+        return array;
+    if (!nb::hasattr(object, "__array_interface__"))
+        refuse_object(object, argument);
+    const nb::object numpy = nb::module_::import_("numpy");
+    const nb::object plain = numpy.attr("asarray")(object);
+    const nb::object native = plain.attr("astype")(plain.attr("dtype").attr("newbyteorder")("="));
+    if (!nb::try_cast(native, array))
+        refuse(argument, std::string("its dtype is ") + nb::str(nb::object(plain.attr("dtype"))).c_str() +
+                             "; it must be float32, float16, uint32, uint16 or uint8");
+    return array;
+}
+
+Element checked_element(nb::dlpack::dtype dtype, const char* argument) {
+    for (const Type& type : types)
+        if (type.dtype == dtype)
+            return type.element;
+    const std::string name = type_name(dtype);
+    refuse(argument, "its dtype is " + name + "; it must be float32, float16, uint32, uint16 or uint8" +
+                         (name == "float64" ? ", as .astype(numpy.float32) makes it" : ""));
+}
+
+// What an array's strides say, in elements; `tight_columns` is false for columns or channels with gaps or backwards, and for
+// rows that go backwards, overlap or repeat.
+struct Strided {
+    Layout layout;
+    std::ptrdiff_t row, column, channel;
+    bool tight_columns;
+};
+
+template <typename Array> Strided strided(const Array& array, const char* argument) {
+    if (array.ndim() != 2 && array.ndim() != 3)
+        refuse(argument, "its shape is " + shape_text(sides_of(array)) +
+                             "; it must be (height, width) or (height, width, channels)");
+    constexpr std::size_t most = 1u << 30;
+    for (std::size_t i = 0; i < array.ndim(); ++i)
+        if (array.shape(i) == 0 || array.shape(i) > most)
+            refuse(argument, "its shape is " + shape_text(sides_of(array)) + "; every side must be at least 1");
+    Strided s{};
+    s.layout.height = static_cast<int>(array.shape(0));
+    s.layout.width = static_cast<int>(array.shape(1));
+    s.layout.channels = array.ndim() == 3 ? static_cast<int>(array.shape(2)) : 1;
+    const std::ptrdiff_t columns = s.layout.width, channels = s.layout.channels;
+    s.row = array.stride(0);
+    s.column = array.stride(1);
+    s.channel = array.ndim() == 3 ? array.stride(2) : 1;
+    if (s.layout.height == 1)
+        s.row = columns * channels;
+    s.tight_columns = (channels == 1 || s.channel == 1) && (columns == 1 || s.column == channels) && s.row >= columns * channels;
+    s.layout.row_stride = static_cast<std::size_t>(s.row);
+    return s;
+}
+
+// An array without gaps.
+std::shared_ptr<std::byte[]> compacted(const void* data, const Strided& from, std::size_t size) {
+    const auto& [width, height, channels, row_stride] = from.layout;
+    const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    const std::shared_ptr<std::byte[]> copy(new std::byte[pixels * static_cast<std::size_t>(channels) * size]);
+    std::byte* to = copy.get();
+    const auto copy_all = [&]<std::size_t Size>(std::integral_constant<std::size_t, Size>) {
+        const auto* bytes = static_cast<const std::byte*>(data);
+        constexpr auto step = static_cast<std::ptrdiff_t>(Size);
+        for (std::ptrdiff_t y = 0; y < height; ++y)
+            for (std::ptrdiff_t x = 0; x < width; ++x)
+                for (std::ptrdiff_t c = 0; c < channels; ++c, to += Size)
+                    std::memcpy(to, bytes + (y * from.row + x * from.column + c * from.channel) * step, Size);
+    };
+    const nb::gil_scoped_release released;
+    switch (size) {
+    case 1:
+        copy_all(std::integral_constant<std::size_t, 1>{});
+        break;
+    case 2:
+        copy_all(std::integral_constant<std::size_t, 2>{});
+        break;
+    default:
+        copy_all(std::integral_constant<std::size_t, 4>{});
+    }
+    return copy;
+}
+
+// Keeps an array until the device has done with it. The interpreter's lock is held where one is made and where it ends.
+struct HeldArray {
+    ReadArray array;
+    std::shared_ptr<std::byte[]> copy = {};
+    Device device = {}; ///< waited for at the end, if there is one
+    bool waits = false;
+
+    ~HeldArray() {
+        if (!waits)
+            return;
+        try {
+            const nb::gil_scoped_release released;
+            device.finish();
+        } catch (const std::exception&) { // whoever uses the results is told
+        }
+    }
+};
+
+struct HostImage {
+    Image image;
+    std::shared_ptr<HeldArray> held;
+};
+
+HostImage image_of(const ReadArray& array, const Device& device, const char* argument) {
+    const Element element = checked_element(array.dtype(), argument);
+    Strided s = strided(array, argument);
+    auto held = std::make_shared<HeldArray>(HeldArray{array});
+    const void* data = array.data();
+    if (!s.tight_columns) {
+        held->copy = compacted(data, s, element_bytes(element));
+        data = held->copy.get();
+        s.layout.row_stride = 0;
+    }
+    const nb::gil_scoped_release released;
+    return {Image::from_host(device, element, data, s.layout), held};
+}
+
+// New memory for a result. Kernels write fastest where rows begin at multiples of 64 bytes.
+nb::object new_array(Element element, const Layout& layout) {
+    const auto side = [](int n) { return static_cast<std::size_t>(n); };
+    const std::size_t bytes = side(layout.width) * side(layout.height) * side(layout.channels) * element_bytes(element);
+    constexpr std::size_t alignment = 64;
+    void* data = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    if (!data)
+        throw std::bad_alloc();
+    const nb::capsule owner(data, [](void* memory) noexcept { std::free(memory); });
+    const std::array<std::size_t, 3> shape{side(layout.height), side(layout.width), side(layout.channels)};
+    return nb::cast(nb::ndarray<nb::numpy>(data, layout.channels == 1 ? 2 : 3, shape.data(), owner, nullptr,
+                                           type_of(element).dtype),
+                    nb::rv_policy::reference);
+}
+
+bool is_depth_packing(const std::optional<Packing>& packing, Packing wanted) {
+    return packing && *packing == wanted;
+}
+
+// How elements of this type are read: as `said`, as the camera's packing says, or as their type says.
+Storage storage_of(const Image& image, const Word<Storage>& said, const std::optional<Packing>& packing,
+                   const char* argument) {
+    const auto fits = [&](Storage storage) {
+        return fathom::element_of(storage) == image.element() && channels_of(storage) == image.channels();
+    };
+    const std::string holds =
+        std::string("it holds ") + name_of(image.element()) +
+        (image.channels() == 1 ? "" : " in " + std::to_string(image.channels()) + " channels");
+    if (const auto storage = said.get("storage")) {
+        if (!fits(*storage))
+            refuse(argument, holds + ", which the storage " + nb::repr(said.given).c_str() + " does not");
+        return *storage;
+    }
+    struct Rule {
+        Storage storage;
+        std::optional<Packing> packing; // that has to say so
+    };
+    for (const Rule& rule : {Rule{Storage::float32, {}}, {Storage::float16, {}}, {Storage::uint16, {}},
+                             {Storage::uint24_high, Packing::uint24_high}, {Storage::uint24, {}},
+                             {Storage::uint8, Packing::uint8}, {Storage::rgb8_red_low, Packing::rgb_red_low},
+                             {Storage::rgb8_red_high, Packing::rgb_red_high}})
+        if (fits(rule.storage) && (!rule.packing || is_depth_packing(packing, *rule.packing)))
+            return rule.storage;
+    if (image.element() == Element::u8 && (image.channels() == 1 || image.channels() == 3))
+        refuse(argument, holds + ", which may be a picture; say how depth is packed by storage=" +
+                             (image.channels() == 1 ? "'uint8'" : "'rgb8-red-low', 'rgb8-red-high' or, as OpenCV reads "
+                                                                  "files, 'bgr8-red-low', 'bgr8-red-high'") +
+                             ", or by the camera's packing");
+    refuse(argument, holds + "; depth has one channel, or three of uint8");
+}
+
+bool is_image(nb::handle object) {
+    return nb::isinstance<DeviceImage>(object);
+}
+
+} // namespace
+
+const char* name_of(Element element) {
+    return type_of(element).name;
+}
+
+Element element_of_name(const std::string& dtype) {
+    for (const Type& type : types)
+        if (dtype == type.name)
+            return type.element;
+    refuse("dtype", dtype + " is unknown; it is float32, float16, uint32, uint16 or uint8");
+}
+
+nb::tuple shape_of(const Image& image) {
+    if (image.channels() == 1)
+        return nb::make_tuple(image.height(), image.width());
+    return nb::make_tuple(image.height(), image.width(), image.channels());
+}
+
+Device device_of(const DeviceChoice& choice) {
+    if (nb::isinstance<Device>(choice.given))
+        return nb::cast<Device>(choice.given);
+    std::string wanted;
+    if (choice.given.is_valid() && !choice.given.is_none() && !nb::try_cast(choice.given, wanted))
+        refuse("device", std::string(nb::repr(choice.given).c_str()) + " is none; give a fathom.Device, or \"cpu\", \"gpu\", "
+                                                                       "an index or a part of a name");
+    const nb::gil_scoped_release released;
+    static std::mutex mutex;
+    static auto& open = *new std::map<std::string, Device>; // drivers may be gone when static objects end
+    const std::lock_guard lock(mutex);
+    if (const auto at = open.find(wanted); at != open.end())
+        return at->second;
+    return open.emplace(wanted, Device::open(wanted)).first->second;
+}
+
+DeviceImage to_device(const Pixels& array, const Device& device) {
+    if (is_image(array.given))
+        return nb::cast<DeviceImage>(array.given);
+    const auto [image, held] = image_of(read_array(array.given, "array"), device, "array");
+    held->device = device;
+    held->waits = true;
+    return {image, held};
+}
+
+nb::object to_numpy(const Image& image) {
+    nb::object array = new_array(image.element(), {image.width(), image.height(), image.channels()});
+    void* data = nb::cast<WriteArray>(array).data();
+    const nb::gil_scoped_release released;
+    image.download(data);
+    return array;
+}
+
+Call::Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceChoice& device)
+    : camera_(camera), storage_(storage), makes_images_(is_image(depth.given)) {
+    const bool chosen = device.given.is_valid() && !device.given.is_none();
+    device_ = makes_images_ && !chosen ? nb::cast<DeviceImage&>(depth.given).image.device() : device_of(device);
+    depth_ = stored(depth, "depth");
+}
+
+Image Call::image(const Pixels& pixels, const char* argument) {
+    if (is_image(pixels.given)) {
+        const auto& shared = nb::cast<DeviceImage&>(pixels.given);
+        if (shared.array)
+            kept_.push_back(shared.array);
+        return shared.image;
+    }
+    waits_ = true;
+    const auto [image, held] = image_of(read_array(pixels.given, argument), device_, argument);
+    kept_.push_back(held);
+    return image;
+}
+
+StoredDepth Call::stored(const Pixels& pixels, const char* argument) {
+    const Image stored = image(pixels, argument);
+    return {stored, camera_.for_size(stored.width(), stored.height()),
+            storage_of(stored, storage_, camera_.file().packing, argument)};
+}
+
+StoredDepth Call::more_depth(const Pixels& pixels, const char* argument) {
+    storage_ = {};
+    return stored(pixels, argument);
+}
+
+Image Call::result(nb::handle target, const char* argument, Element element, Layout layout) {
+    const bool given = target.is_valid() && !target.is_none();
+    if (given && is_image(target)) {
+        objects_.push_back(nb::borrow(target));
+        return nb::cast<DeviceImage&>(target).image;
+    }
+    if (!given && makes_images_) {
+        const Image image(device_, element, layout);
+        objects_.push_back(nb::cast(DeviceImage{image}));
+        return image;
+    }
+    const nb::object object = given ? nb::borrow(target) : new_array(element, layout);
+    check_on_cpu(object, argument);
+    WriteArray array;
+    if (!nb::try_cast(object, array)) {
+        ReadArray read_only;
+        if (nb::try_cast(object, read_only))
+            refuse(argument, "is read-only, or of a dtype that is no " + std::string(name_of(element)));
+        refuse_object(object, argument);
+    }
+    std::vector<std::size_t> shape{static_cast<std::size_t>(layout.height), static_cast<std::size_t>(layout.width)};
+    if (layout.channels > 1)
+        shape.push_back(static_cast<std::size_t>(layout.channels));
+    if (array.dtype() != type_of(element).dtype)
+        refuse(argument, "its dtype is " + type_name(array.dtype()) + "; it must be " + name_of(element));
+    if (sides_of(array) != shape)
+        refuse(argument, "its shape is " + shape_text(sides_of(array)) + "; it must be " + shape_text(shape));
+    const Strided s = strided(array, argument);
+    if (!s.tight_columns)
+        refuse(argument, "has gaps between its columns or channels, or rows that go backwards; only gaps between rows "
+                         "will do");
+    waits_ = true;
+    objects_.push_back(object);
+    const nb::gil_scoped_release released;
+    fetches_.push_back({Image::onto_host(device_, element, array.data(), s.layout), array.data(), s.layout.row_stride});
+    return fetches_.back().image;
+}
+
+void Call::run(const std::function<void()>& operation) {
+    const nb::gil_scoped_release released;
+    try {
+        operation();
+        for (const Fetch& fetch : fetches_)
+            fetch.image.download(fetch.data, fetch.row_stride);
+        if (waits_ && fetches_.empty())
+            device_.finish();
+    } catch (...) {
+        try {
+            device_.finish(); // arrays go when this call ends
+        } catch (const std::exception&) {
+        }
+        throw;
+    }
+}
+
+} // namespace fathom::python

@@ -1,0 +1,127 @@
+#pragma once
+
+#include "camera.hpp"
+#include "words.hpp"
+
+#include <fathom/image.hpp>
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// Arrays of Python as images of a device, and back.
+namespace fathom::python {
+
+/// `fathom.Image`: an image on a device. If it is an array's memory, it keeps the array, and waits for the device before it
+/// lets it go.
+struct DeviceImage {
+    Image image;
+    std::shared_ptr<void> array = {};
+};
+
+/// An argument that holds pixels: an array, or a `fathom.Image`.
+struct Pixels {
+    nb::object given;
+    explicit operator bool() const { return given.is_valid() && !given.is_none(); }
+};
+
+/// The same, for what is written.
+struct Target {
+    nb::object given;
+};
+
+/// `device=`: None, a `fathom.Device`, or what `Device::open` takes.
+struct DeviceChoice {
+    nb::object given;
+};
+
+/// The device that is meant. One that was opened by its name is opened once.
+Device device_of(const DeviceChoice& choice);
+
+/// Uploads an array; shares it on a CPU device.
+DeviceImage to_device(const Pixels& array, const Device& device);
+
+/// A new NumPy array with the pixels of an image.
+nb::object to_numpy(const Image& image);
+
+Element element_of_name(const std::string& dtype);
+const char* name_of(Element element);
+
+/// (height, width), or with channels if there are several.
+nb::tuple shape_of(const Image& image);
+
+/// One call of an operation: its inputs as images, its results, and the wait for them.
+///
+/// If the depth is an array, results are arrays, and the call returns when they are there. If it is a `fathom.Image`, they are
+/// `fathom.Image`s, and the call returns at once unless another input or an `out` is an array.
+class Call {
+public:
+    /// `operation` stands in messages.
+    Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceChoice& device);
+
+    const StoredDepth& depth() const { return depth_; }
+
+    /// More depth of the same camera.
+    StoredDepth more_depth(const Pixels& pixels, const char* argument);
+    Image image(const Pixels& pixels, const char* argument);
+
+    /// Adds a result: `target`'s memory, or new memory.
+    Image result(nb::handle target, const char* argument, Element element, Layout layout);
+    Image result(nb::handle target, const char* argument, int channels = 1) {
+        return result(target, argument, Element::f32,
+                      {depth_.image.width(), depth_.image.height(), channels});
+    }
+
+    /// Calls the operation without the interpreter's lock, and waits if arrays take part.
+    void run(const std::function<void()>& operation);
+
+    /// The object of the next result, in the order in which they were added.
+    nb::object take() { return objects_.at(taken_++); }
+
+private:
+    struct Fetch {
+        Image image;
+        void* data;
+        std::size_t row_stride;
+    };
+
+    StoredDepth stored(const Pixels& pixels, const char* argument);
+
+    Device device_;
+    const CameraObject& camera_;
+    Word<Storage> storage_;
+    StoredDepth depth_;
+    bool makes_images_;
+    bool waits_ = false;
+    std::vector<std::shared_ptr<void>> kept_; // until the device has read it
+    std::vector<Fetch> fetches_;
+    std::vector<nb::object> objects_;
+    std::size_t taken_ = 0;
+};
+
+} // namespace fathom::python
+
+namespace nanobind::detail {
+
+/// Takes any object: what is wrong with it, the operation says.
+#define FATHOM_TAKES_ANY_OBJECT(TYPE, NAME)                                                                            \
+    template <> struct type_caster<TYPE> {                                                                             \
+        NB_TYPE_CASTER(TYPE, const_name(NAME))                                                                         \
+        bool from_python(handle source, std::uint8_t, cleanup_list*) noexcept {                                        \
+            value.given = borrow(source);                                                                              \
+            return true;                                                                                               \
+        }                                                                                                              \
+    };
+
+FATHOM_TAKES_ANY_OBJECT(fathom::python::Pixels, "numpy.typing.ArrayLike | Image")
+FATHOM_TAKES_ANY_OBJECT(fathom::python::Target, "numpy.ndarray | Image | tuple")
+FATHOM_TAKES_ANY_OBJECT(fathom::python::DeviceChoice, "Device | str")
+
+#undef FATHOM_TAKES_ANY_OBJECT
+
+} // namespace nanobind::detail

@@ -1,0 +1,250 @@
+// fathom.Camera: the keys of the camera file as keyword arguments, and the importers.
+#include "camera.hpp"
+
+#include "words.hpp"
+
+#include "camera_file/file.hpp"
+#include "camera_file/imported.hpp"
+#include "camera_file/json_object.hpp"
+#include "camera_file/key_names.hpp"
+
+#include <fathom/error.hpp>
+#include <fathom/image.hpp>
+
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace fs = std::filesystem;
+
+namespace fathom::python {
+namespace {
+
+constexpr const char* source = "Camera"; // stands in messages where a file's name would
+
+nlohmann::json json_of(nb::handle value, const std::string& path) {
+    if (nb::isinstance<nb::bool_>(value))
+        return nb::cast<bool>(value);
+    if (nb::isinstance<nb::str>(value))
+        return nb::cast<std::string>(value);
+    if (nb::isinstance<nb::dict>(value)) {
+        nlohmann::json object = nlohmann::json::object();
+        for (const auto& [key, each] : nb::borrow<nb::dict>(value))
+            if (!each.is_none())
+                object[nb::str(key).c_str()] = json_of(each, path + "." + nb::str(key).c_str());
+        return object;
+    }
+    if (nb::hasattr(value, "tolist")) // NumPy's numbers and arrays
+        return json_of(value.attr("tolist")(), path);
+    if (nb::isinstance<nb::sequence>(value)) {
+        nlohmann::json array = nlohmann::json::array();
+        for (nb::handle each : nb::borrow<nb::sequence>(value))
+            array.push_back(json_of(each, path));
+        return array;
+    }
+    if (long long whole = 0; nb::isinstance<nb::int_>(value) && nb::try_cast(value, whole))
+        return whole;
+    double number = 0;
+    if (!nb::try_cast(value, number) || std::isnan(number) || (std::isinf(number) && number < 0))
+        io::refuse(source, "\"" + path + "\": " + nb::repr(value).c_str() +
+                               " is no number, text, list or dict of a camera file");
+    return std::isinf(number) ? nlohmann::json("infinity") : nlohmann::json(number);
+}
+
+// Keys of `perspective`, `intrinsics` and `orthographic` may stand alone.
+nlohmann::json keys_given(const nb::kwargs& given) {
+    nlohmann::json keys = nlohmann::json::object();
+    for (const auto& [name, value] : given) {
+        if (value.is_none())
+            continue;
+        const std::string key = nb::str(name).c_str(), object = io::object_of(key);
+        auto& target = object.empty() ? keys : keys[object];
+        if (!target.is_object() && !target.is_null())
+            io::refuse(source, "\"" + object + "\": is no dict, but \"" + key + "\" belongs into it");
+        if (target.contains(key))
+            io::refuse(source, "\"" + key + "\" is given twice; keep one");
+        const nlohmann::json read = json_of(value, key);
+        if (read.is_object() && target.contains(key))
+            target[key].update(read);
+        else
+            target[key] = read;
+    }
+    return keys;
+}
+
+void warn(const ImportedCamera& camera, const std::string& name) {
+    for (const std::string& warning : camera.warnings)
+        if (PyErr_WarnEx(PyExc_UserWarning, (name + ": " + warning).c_str(), 1) != 0)
+            throw nb::python_error();
+}
+
+// What the caller said is wrong, and no file.
+template <typename Make> auto as_argument(const Make& make) {
+    try {
+        return make();
+    } catch (const Error& error) {
+        throw std::invalid_argument(error.what());
+    }
+}
+
+CameraObject camera_of_keys(const nb::kwargs& given) {
+    return as_argument([&] { return CameraObject(io::completed(source, {.keys = keys_given(given)}, {})); });
+}
+
+CameraObject camera_of_text(const std::string& text, const std::string& name) {
+    return as_argument([&] {
+        const auto* bytes = reinterpret_cast<const unsigned char*>(text.data());
+        return CameraObject(io::completed(name, {.keys = io::parsed_json(name, {bytes, text.size()})}, {}));
+    });
+}
+
+// The importers that need OpenCV, OpenEXR and a YAML parser are a module of their own, which is loaded when it is needed and
+// may be missing. It says what it found as a camera file.
+std::optional<ImportedCamera> from_other_importers(const nb::tuple& arguments) {
+    nb::object importers;
+    try {
+        importers = nb::module_::import_("fathom._importers");
+    } catch (nb::python_error& error) {
+        if (!error.matches(PyExc_ImportError))
+            throw;
+        return {};
+    }
+    const nb::object found = importers.attr("camera_file")(*arguments);
+    ImportedCamera camera =
+        camera_of_text(nb::cast<std::string>(found[0]), nb::cast<std::string>(nb::str(arguments[0]))).file();
+    for (nb::handle warning : nb::borrow<nb::list>(nb::object(found[1])))
+        camera.warnings.push_back(nb::cast<std::string>(warning));
+    return camera;
+}
+
+CameraObject load(const fs::path& path, const std::string& image, const std::string& node, const std::string& preset,
+                  bool undistorted, const Word<Storage>& storage, const fs::path& depth) {
+    ImportedCamera camera;
+    try {
+        camera = import_json_camera(path, {.image = image,
+                                           .node = node,
+                                           .preset = preset,
+                                           .undistorted = undistorted,
+                                           .storage = storage.get("storage"),
+                                           .depth = depth});
+    } catch (const Error& error) {
+        const auto other =
+            from_other_importers(nb::make_tuple(path, image, node, preset, undistorted, storage.given, depth));
+        if (!other && !fs::is_regular_file(path))
+            throw;
+        if (!other)
+            throw Error(std::string(error.what()) +
+                        "; this build of the package reads camera files, glTF and transforms.json only");
+        camera = *other;
+    }
+    warn(camera, path.string());
+    return CameraObject(std::move(camera));
+}
+
+nb::dict keys_of(const CameraObject& camera) {
+    return nb::cast<nb::dict>(nb::object(nb::module_::import_("json").attr("loads")(camera.file().text)));
+}
+
+nb::dict dict_of(const CameraObject& camera) {
+    if (camera.is_for_view_depth())
+        throw std::invalid_argument("a camera for view depth has no camera file; take that of the camera it comes from");
+    return keys_of(camera);
+}
+
+nb::object side(int pixels) {
+    return pixels > 0 ? nb::object(nb::int_(pixels)) : nb::none();
+}
+
+std::string shown(const CameraObject& camera) {
+    std::string text;
+    for (const auto& [key, value] : keys_of(camera))
+        text += (text.empty() ? "" : ", ") + std::string(nb::str(key).c_str()) + "=" + nb::repr(value).c_str();
+    return "fathom.Camera(" + text + ")" + (camera.is_for_view_depth() ? ".for_view_depth()" : "");
+}
+
+} // namespace
+
+const Camera& CameraObject::for_size(int width, int height) const {
+    if (last_.width != width || last_.height != height) {
+        const Camera camera = camera_for(file_, width, height);
+        last_ = is_for_view_depth_ ? ViewDepth{{}, camera}.stored().camera : camera;
+    }
+    return last_;
+}
+
+CameraObject CameraObject::for_view_depth() const {
+    CameraObject other(file_);
+    other.file_.packing.reset();
+    other.is_for_view_depth_ = true;
+    return other;
+}
+
+void bind_camera(nb::module_& module) {
+    nb::class_<CameraObject>(module, "Camera", R"(What stored depth means: projection, size, encoding, pose.
+
+Camera(**keys) takes the keys of the camera file (docs/camera.md) as keyword arguments:
+
+    Camera(width=640, height=480, intrinsics={"fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5},
+           encoding="view-z", scale=0.001, missing=0)
+
+Numbers, text, lists, dicts and NumPy arrays will do; None leaves a key out. The keys of `perspective`, `intrinsics` and
+`orthographic` may stand alone: Camera(fov_y_deg=60, near=0.1, far=50). Without width and height the camera fits an array
+of any size. Principal points are counted from the corner of the first pixel, unless pixel_origin="centre".
+
+Raises ValueError naming the key, its value and what would be right.)")
+        .def(
+            "__init__",
+            [](CameraObject* self, const nb::kwargs& keys) { new (self) CameraObject(camera_of_keys(keys)); },
+            nb::arg("keys"))
+        .def_static("load", load, nb::arg("path"), nb::kw_only(), nb::arg("image") = "", nb::arg("node") = "",
+                    nb::arg("preset") = "", nb::arg("undistorted") = false, nb::arg("storage") = nb::none(),
+                    nb::arg("depth") = "",
+                    R"(Reads a camera file (JSON), glTF or transforms.json; with the importers of fathom_io also the header of an
+OpenEXR image, calibrations of OpenCV and ROS, and COLMAP (docs/cameras.md).
+
+image: of COLMAP or transforms.json, whose camera is meant. node: of glTF, its name or index. preset: what the values of
+the depth mean, as in "carla" or "encoding=view-z". undistorted: the depth has been undistorted. storage: of the depth;
+ROS counts integers in millimetres and floats in metres. depth: the depth's file, whose name chooses among images.
+
+Raises fathom.Error, one line with the file's name.)")
+        .def_static(
+            "preset",
+            [](const std::string& name, nb::kwargs keys) {
+                keys["preset"] = name;
+                return camera_of_keys(keys);
+            },
+            nb::arg("name"), nb::arg("keys"), R"(The camera of a source that is known by its name: `fathom presets` lists them.
+
+    Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
+
+Keys are those of Camera(). Raises ValueError naming what is missing.)")
+        .def_static("from_json", [](const std::string& text) { return camera_of_text(text, source); }, nb::arg("text"),
+                    "The camera of a camera file's text.")
+        .def("for_view_depth", &CameraObject::for_view_depth,
+             "The same camera for view depth, as `linearize` makes it: normals(linearize(depth, c), c.for_view_depth()).")
+        .def("to_dict", dict_of, "The keys of the camera file: Camera(**camera.to_dict()) is the same camera.")
+        .def_prop_ro("width", [](const CameraObject& c) { return side(c.file().camera.width); },
+                     nb::sig("def width(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
+        .def_prop_ro("height", [](const CameraObject& c) { return side(c.file().camera.height); },
+                     nb::sig("def height(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
+        .def("__repr__", shown)
+        .def(
+            "__eq__",
+            [](const CameraObject& a, const CameraObject& b) {
+                return a.is_for_view_depth() == b.is_for_view_depth() && keys_of(a).equal(keys_of(b));
+            },
+            nb::is_operator())
+        .def("__hash__",
+             [](const CameraObject& c) { return nb::hash(nb::make_tuple(c.file().camera.width, c.file().camera.height)); })
+        .def("__getstate__", [](const CameraObject& c) { return std::pair(c.file().text, c.is_for_view_depth()); })
+        .def("__setstate__", [](CameraObject& self, const std::pair<std::string, bool>& state) {
+            const CameraObject stored = camera_of_text(state.first, source);
+            new (&self) CameraObject(state.second ? stored.for_view_depth() : stored);
+        });
+}
+
+} // namespace fathom::python

@@ -1,0 +1,463 @@
+// The operations: keyword arguments to options structs. The names are those of the C++ options and of the program.
+#include "operations.hpp"
+
+#include "call.hpp"
+
+#include <fathom/dof.hpp>
+#include <fathom/dof_masks.hpp>
+#include <fathom/fog.hpp>
+#include <fathom/lens.hpp>
+#include <fathom/linearize.hpp>
+#include <fathom/normals.hpp>
+#include <fathom/ssao.hpp>
+#include <fathom/unproject.hpp>
+
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+
+#include <array>
+#include <chrono>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace fathom::python {
+namespace {
+
+using nb::arg;
+using Number = std::optional<double>;
+using Count = std::optional<int>;
+using Flag = std::optional<bool>;
+using Vector = std::optional<std::array<double, 3>>;
+
+// None is the default, which the options struct has already.
+template <typename Option, typename Given> void set(Option& option, const std::optional<Given>& given) {
+    if (given)
+        option = *given;
+}
+
+void set(Eigen::Vector3d& option, const Vector& given) {
+    if (given)
+        option = Eigen::Map<const Eigen::Vector3d>(given->data());
+}
+
+int checked_channels(const Count& given) {
+    const int channels = given.value_or(3);
+    if (channels != 3 && channels != 4)
+        throw std::invalid_argument("channels = " + std::to_string(channels) + " must be 3 or 4");
+    return channels;
+}
+
+nb::object result_type(const char* name) {
+    return nb::module_::import_("fathom._results").attr(name);
+}
+
+// The targets of several results: None, or a tuple with one for each field, as an earlier call returned it.
+nb::object target_of(const Target& out, std::size_t field, std::size_t fields) {
+    if (!out.given.is_valid() || out.given.is_none())
+        return nb::none();
+    if (!nb::isinstance<nb::tuple>(out.given) || nb::len(out.given) != fields)
+        throw std::invalid_argument("out: must be a tuple of " + std::to_string(fields) +
+                                    " arrays or None, one for each field of the result");
+    return out.given[field];
+}
+
+nb::object linearize_of(const Pixels& depth, const CameraObject& camera, const Word<Background>& background,
+                        const Word<Storage>& storage, const Target& out, const DeviceChoice& device) {
+    LinearizeOptions options;
+    background.set(options.background, "background");
+    Call call(depth, camera, storage, device);
+    const Image result = call.result(out.given, "out");
+    call.run([&] { linearize(call.depth(), result, options); });
+    return call.take();
+}
+
+nb::object unproject_of(const Pixels& depth, const CameraObject& camera, const Word<Space>& space, const Vector& origin,
+                        const Count& channels, const Word<Background>& background, const Word<Storage>& storage,
+                        const Target& out, const DeviceChoice& device) {
+    UnprojectOptions options;
+    space.set(options.space, "space");
+    set(options.origin, origin);
+    options.channels = checked_channels(channels);
+    background.set(options.background, "background");
+    Call call(depth, camera, storage, device);
+    const Image result = call.result(out.given, "out", options.channels);
+    call.run([&] { unproject(call.depth(), result, options); });
+    return call.take();
+}
+
+nb::object normals_of(const Pixels& depth, const CameraObject& camera, const Word<NormalMethod>& method,
+                      const Number& max_error, const Word<Space>& space, const Count& channels, const Number& tolerance,
+                      const Word<Storage>& storage, const Target& out, const DeviceChoice& device) {
+    NormalsOptions options;
+    method.set(options.method, "method");
+    options.max_error = max_error;
+    space.set(options.space, "space");
+    options.channels = checked_channels(channels);
+    set(options.tolerance, tolerance);
+    Call call(depth, camera, storage, device);
+    const Image result = call.result(out.given, "out", options.channels);
+    call.run([&] { normals(call.depth(), result, options); });
+    return call.take();
+}
+
+nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number& radius, const Word<Quality>& quality,
+                   const Count& slices, const Count& samples, const Count& jitter, const Number& max_error,
+                   const Number& thickness, const Pixels& thickness_map, const Pixels& back_depth,
+                   const Number& falloff, const Word<Border>& border, const std::optional<std::uint32_t>& seed,
+                   const Flag& half_resolution, const std::optional<std::array<int, 4>>& region,
+                   const Number& tolerance, const Pixels& normals, const Word<Space>& normals_space,
+                   const Flag& bent_normal, const Flag& confidence, const Word<Storage>& storage, const Target& out,
+                   const DeviceChoice& device) {
+    SsaoOptions options{.slices = slices,
+                        .samples = samples,
+                        .jitter = jitter,
+                        .max_error = max_error,
+                        .thickness = thickness};
+    quality.set(options.quality, "quality");
+    set(options.falloff, falloff);
+    border.set(options.border, "border");
+    set(options.seed, seed);
+    set(options.half_resolution, half_resolution);
+    set(options.tolerance, tolerance);
+    normals_space.set(options.normals_space, "normals_space");
+    set(options.bent_normal, bent_normal);
+    set(options.confidence, confidence);
+    const Number length = radius ? radius : camera.file().lens.ao_distance;
+    if (!length)
+        throw std::invalid_argument("radius: missing, and the camera has no \"ao_distance\"; give a length in scene units");
+    if (thickness && thickness_map)
+        throw std::invalid_argument("thickness and thickness_map are given; leave one of the two out");
+
+    Call call(depth, camera, storage, device);
+    Layout layout{call.depth().image.width(), call.depth().image.height()};
+    if (region) {
+        const auto [x, y, width, height] = *region;
+        static_cast<void>(call.depth().image.region(x, y, width, height)); // throws where it does not fit
+        options.region = {x, y, width, height};
+        layout = {width, height};
+    }
+    if (thickness_map)
+        options.thickness_map = call.image(thickness_map, "thickness_map");
+    if (back_depth)
+        options.back_depth = call.more_depth(back_depth, "back_depth");
+    if (normals)
+        options.normals = call.image(normals, "normals");
+    const bool several = options.bent_normal || options.confidence;
+    const auto target = [&](std::size_t field) { return several ? target_of(out, field, 3) : out.given; };
+    const Layout directions{layout.width, layout.height, 3};
+    Occlusion results;
+    results.visibility = call.result(target(0), "out", Element::f32, layout);
+    if (options.bent_normal)
+        results.bent_normal = call.result(target(1), "out.bent_normal", Element::f32, directions);
+    if (options.confidence)
+        results.confidence = call.result(target(2), "out.confidence", Element::f32, layout);
+    call.run([&] { ssao(call.depth(), results, *length, options); });
+    if (!several)
+        return call.take();
+    const nb::object visibility = call.take();
+    const nb::object bent = options.bent_normal ? call.take() : nb::none();
+    return result_type("Occlusion")(visibility, bent, options.confidence ? call.take() : nb::none());
+}
+
+// A lens as the arguments and the camera give it, as the program takes it.
+struct LensArguments {
+    Number focus;
+    std::optional<std::array<int, 2>> focus_at;
+    std::optional<std::tuple<int, int, double>> focus_along;
+    Number f_stop, focal_length_mm, sensor_mm, mm_per_unit;
+    std::optional<std::array<double, 2>> circle;
+
+    CircleOfConfusion circle_for(const StoredDepth& stored, const LensDefaults& defaults) const {
+        const bool lens = focus || focus_at || focus_along || f_stop || focal_length_mm || sensor_mm;
+        if (circle) {
+            if (lens)
+                throw std::invalid_argument("circle is given instead of a lens; leave one of the two out");
+            const bool perspective = depth_form(stored.camera, stored.storage).perspective;
+            const long double centre = perspective ? camera_rays(stored.camera).centre_depth : 0;
+            return {(*circle)[0], (*circle)[1], centre, !perspective};
+        }
+        if (focus.has_value() + focus_at.has_value() + focus_along.has_value() > 1)
+            throw std::invalid_argument("focus, focus_at and focus_along are three ways to say one depth; give one");
+        const auto needed = [](const Number& given, const Number& otherwise, const char* name, const char* key) {
+            if (!given && !otherwise)
+                throw std::invalid_argument(std::string(name) + ": missing, and the camera has no \"" + key + "\"");
+            return given ? *given : *otherwise;
+        };
+        Lens made{.f_number = needed(f_stop, defaults.f_stop, "f_stop", "f_stop"),
+                  .focus = focus_at      ? depth_at(stored, (*focus_at)[0], (*focus_at)[1])
+                           : focus_along ? along_ray(stored)
+                                         : needed(focus, defaults.focus_distance, "focus", "focus_distance"),
+                  .focal_length_mm = focal_length_mm ? focal_length_mm : defaults.lens_mm,
+                  .sensor_width_mm = sensor_mm ? sensor_mm : defaults.sensor_mm};
+        set(made.mm_per_unit, mm_per_unit);
+        return circle_of_confusion(made, stored.camera);
+    }
+
+private:
+    double along_ray(const StoredDepth& stored) const {
+        const auto [x, y, distance] = *focus_along;
+        return depth_along_ray(stored.camera, x + 0.5, y + 0.5, distance);
+    }
+};
+
+nb::object dof_masks_of(const Pixels& depth, const CameraObject& camera, const Number& focus,
+                        const std::optional<std::array<int, 2>>& focus_at,
+                        const std::optional<std::tuple<int, int, double>>& focus_along, const Number& f_stop,
+                        const Number& focal_length_mm, const Number& sensor_mm, const Number& mm_per_unit,
+                        const std::optional<std::array<double, 2>>& circle, const Number& sharp_px,
+                        const Number& transition_px, const Word<Sky>& sky, const Number& max_coc_px,
+                        const Flag& weights, const Flag& max_near_coc, const Flag& near_alpha, const Flag& disocclusion,
+                        const Flag& mixed_pixels, const Count& tile_px, const Word<Storage>& storage, const Target& out,
+                        const DeviceChoice& device) {
+    DofMasksOptions options;
+    set(options.sharp_px, sharp_px);
+    set(options.transition_px, transition_px);
+    sky.set(options.sky, "sky");
+    set(options.max_coc_px, max_coc_px);
+    set(options.weights, weights);
+    set(options.max_near_coc, max_near_coc);
+    set(options.near_alpha, near_alpha);
+    set(options.disocclusion, disocclusion);
+    set(options.mixed_pixels, mixed_pixels);
+    set(options.tile_px, tile_px);
+
+    Call call(depth, camera, storage, device);
+    const LensArguments lens{focus, focus_at, focus_along, f_stop, focal_length_mm, sensor_mm, mm_per_unit, circle};
+    const Layout pixels{call.depth().image.width(), call.depth().image.height()};
+    Layout tiles = pixels;
+    if (options.tile_px > 0)
+        tiles = {(pixels.width - 1) / options.tile_px + 1, (pixels.height - 1) / options.tile_px + 1};
+    struct Field {
+        const char* name;
+        Image DofMasks::*image;
+        bool wanted;
+        const Layout& layout;
+    };
+    const std::array<Field, 10> fields{{
+        {"out.coc", &DofMasks::coc, true, pixels},
+        {"out.near_weight", &DofMasks::near_weight, options.weights, pixels},
+        {"out.focus_weight", &DofMasks::focus_weight, options.weights, pixels},
+        {"out.far_weight", &DofMasks::far_weight, options.weights, pixels},
+        {"out.max_near_coc", &DofMasks::max_near_coc, options.max_near_coc, pixels},
+        {"out.near_alpha", &DofMasks::near_alpha, options.near_alpha, pixels},
+        {"out.disocclusion", &DofMasks::disocclusion, options.disocclusion, pixels},
+        {"out.mixed_pixels", &DofMasks::mixed_pixels, options.mixed_pixels, pixels},
+        {"out.tile_min_coc", &DofMasks::tile_min_coc, options.tile_px != 0, tiles},
+        {"out.tile_max_coc", &DofMasks::tile_max_coc, options.tile_px != 0, tiles},
+    }};
+    DofMasks results;
+    for (std::size_t i = 0; i < fields.size(); ++i)
+        if (fields[i].wanted)
+            results.*fields[i].image =
+                call.result(target_of(out, i, fields.size()), fields[i].name, Element::f32, fields[i].layout);
+    call.run([&] { dof_masks(call.depth(), results, lens.circle_for(call.depth(), camera.file().lens), options); });
+    nb::list made;
+    for (const Field& field : fields)
+        made.append(field.wanted ? call.take() : nb::none());
+    return result_type("DofMasks")(*made);
+}
+
+nb::object dof_of(const Pixels& color, const Pixels& depth, const CameraObject& camera, const Number& focus,
+                  const std::optional<std::array<int, 2>>& focus_at,
+                  const std::optional<std::tuple<int, int, double>>& focus_along, const Number& f_stop,
+                  const Number& focal_length_mm, const Number& sensor_mm, const Number& mm_per_unit,
+                  const std::optional<std::array<double, 2>>& circle, const Count& blades,
+                  const Number& rotation_degrees, const Number& ratio, const Word<Quality>& quality,
+                  const Number& max_error, const Word<Sky>& sky, const Number& max_coc_px, const Pixels& clean_plate,
+                  const Pixels& clean_plate_depth, const Word<Storage>& storage, const Target& out,
+                  const DeviceChoice& device) {
+    DofOptions options;
+    set(options.aperture.blades, blades);
+    set(options.aperture.rotation_degrees, rotation_degrees);
+    set(options.aperture.ratio, ratio);
+    quality.set(options.quality, "quality");
+    options.max_error = max_error;
+    sky.set(options.sky, "sky");
+    set(options.max_coc_px, max_coc_px);
+    if (static_cast<bool>(clean_plate) != static_cast<bool>(clean_plate_depth))
+        throw std::invalid_argument("clean_plate and clean_plate_depth belong together; give both, or none");
+
+    Call call(depth, camera, storage, device);
+    const Image picture = call.image(color, "color");
+    if (clean_plate)
+        options.clean_plate = {call.image(clean_plate, "clean_plate"),
+                               call.more_depth(clean_plate_depth, "clean_plate_depth")};
+    const LensArguments lens{focus, focus_at, focus_along, f_stop, focal_length_mm, sensor_mm, mm_per_unit, circle};
+    const Image result =
+        call.result(out.given, "out", picture.element(), {picture.width(), picture.height(), picture.channels()});
+    call.run([&] { dof(call.depth(), picture, result, lens.circle_for(call.depth(), camera.file().lens), options); });
+    return call.take();
+}
+
+nb::object fog_of(const Pixels& color, const Pixels& depth, const CameraObject& camera, double density,
+                  const Number& max_opacity, const Number& start, const Vector& fog_color, const Number& height_falloff,
+                  const Number& reference_height, const Vector& up, const Word<FogSky>& sky,
+                  const Word<FogAlpha>& alpha, const Word<Storage>& storage, const Target& out,
+                  const DeviceChoice& device) {
+    FogOptions options{.density = density};
+    set(options.max_opacity, max_opacity);
+    set(options.start, start);
+    set(options.color, fog_color);
+    set(options.height_falloff, height_falloff);
+    set(options.reference_height, reference_height);
+    set(options.up, up);
+    sky.set(options.sky, "sky");
+    alpha.set(options.alpha, "alpha");
+    Call call(depth, camera, storage, device);
+    const Image picture = call.image(color, "color");
+    const Image result =
+        call.result(out.given, "out", picture.element(), {picture.width(), picture.height(), picture.channels()});
+    call.run([&] { fog(call.depth(), picture, result, options); });
+    return call.take();
+}
+
+// What the same call costs in C++, seconds: python/tests compares.
+double seconds_of_linearize(const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& depth, const CameraObject& camera,
+                            const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& out, const DeviceChoice& choice) {
+    const Device device = device_of(choice);
+    const Layout layout{static_cast<int>(depth.shape(1)), static_cast<int>(depth.shape(0))};
+    const Camera& of_size = camera.for_size(layout.width, layout.height);
+    const nb::gil_scoped_release released;
+    const auto start = std::chrono::steady_clock::now();
+    {
+        const Image image = Image::from_host(device, Element::f32, depth.data(), layout);
+        const Image result = Image::onto_host(device, Element::f32, out.data(), layout);
+        linearize({image, of_size, Storage::float32}, result);
+        result.download(out.data());
+    } // buffers are released within the time, as Python's are
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Arguments that may be left out, in groups that several operations share.
+#define OPTION(name) arg(name) = nb::none()
+#define LENS                                                                                                           \
+    OPTION("focus"), OPTION("focus_at"), OPTION("focus_along"), OPTION("f_stop"), OPTION("focal_length_mm"),           \
+        OPTION("sensor_mm"), OPTION("mm_per_unit"), OPTION("circle")
+#define COMMON OPTION("storage"), OPTION("out"), OPTION("device")
+
+constexpr const char* linearize_text = R"(Distance along the view axis, from stored depth.
+
+depth: (H, W) float32, float16, uint16 or uint32, or (H, W, 3) uint8; or a fathom.Image.
+background: what background pixels become: 'inf' (default), the far plane's distance ('decode'), or 'nan'.
+
+Returns (H, W) float32 in scene units, positive in front of the camera. Invalid pixels are NaN.)";
+
+constexpr const char* unproject_text = R"(Positions, from stored depth.
+
+space: axes of the positions: the camera's ('view', default) or the world's ('world', which needs a camera with a view).
+origin: world positions are relative to this point (x, y, z). channels: 3, or 4 with w = 1 (0 without a position).
+background: 'inf' (default) and 'nan': no position; 'decode': on the far plane.
+
+Returns (H, W, 3) float32: x, y, z in scene units. Pixels without a position are NaN.)";
+
+constexpr const char* normals_text = R"(Surface normals, from stored depth.
+
+method: 'automatic' (default; fits planes to depth of 16 bits and fewer), 'neighbours' or 'least-squares'. max_error: a mean
+error in degrees, instead of a method. space: 'view' (default) or 'world'. channels: 3, or 4 with the validity.
+tolerance: how far depth may be off, in half steps of its storage (default 1).
+
+Returns (H, W, 3) float32 of unit length, towards the camera. Invalid and background pixels are 0, 0, 0.)";
+
+constexpr const char* ssao_text = R"(Ambient occlusion, from stored depth: how much of the hemisphere above each pixel is open.
+
+radius: how far occlusion reaches, scene units (default: "ao_distance" of the camera).
+quality: 'fast', 'balanced' (default) or 'accurate'; slices (1 to 64), samples (1 to 256) and jitter (1, 4 or 16) are instead
+of what it sets. max_error: an rms error of visibility, instead of all these.
+thickness: of surfaces along their rays, scene units; inf suits terrain (default: a quarter of the radius). thickness_map: the
+same for each pixel, (H, W) float32. back_depth: where solids end, a second layer of depth.
+falloff: fraction of the radius over which occluders fade out, 0 to 1 (default 0). border: 'open' (default) or 'clamp'.
+half_resolution: compute a quarter of the pixels. region: the part (x, y, width, height) that is computed. seed: turns the
+jitter. tolerance: how far depth may be off, in half steps of its storage (default 1).
+normals: (H, W, 3) float32, with the axes normals_space, 'view' (default) or 'world' (default: from depth).
+
+Returns (H, W) float32: visibility, 1 open and 0 blocked. Invalid pixels are NaN. With bent_normal=True or confidence=True a
+named tuple Occlusion(visibility, bent_normal, confidence): (H, W, 3) mean open directions, and the fraction of samples that
+hit valid pixels inside the image. `out` is a tuple then, too.)";
+
+constexpr const char* dof_masks_text = R"(Circles of confusion and masks of what is near, in focus and far, from stored depth.
+@LENS@
+sharp_px: circles up to this are in focus (default 1); transition_px: circles larger by this are not at all (default 1).
+sky: the background is infinitely far ('blur', default), 'sharp', or left out ('exclude'). max_coc_px: circles end there.
+weights (default True), max_near_coc, near_alpha, disocclusion, mixed_pixels: which masks are wanted. tile_px: pixels across
+of the tiles whose extremes are wanted.
+
+Returns a named tuple DofMasks of (H, W) float32; None for masks that were not wanted. coc: diameter in pixels, positive
+behind the focus, NaN for invalid pixels. near_weight + focus_weight + far_weight = 1. `out` is such a tuple.)";
+
+constexpr const char* dof_text = R"(A picture as a lens shows it that is focused on one depth.
+
+color: (H, W, 3), or (H, W, 4) with the alpha multiplied in: float32, float16, uint16 or uint8. Light is blurred: make linear
+values of sRGB first.
+@LENS@
+blades: corners of the aperture, 3 to 64 (default 0: a circle); rotation_degrees: turns it; ratio: height over width of an
+ellipse, 0.1 to 10. quality: 'fast', 'balanced' (default) or 'accurate'. max_error: an rms error of colors, instead of it.
+sky: the background is infinitely far ('blur', default), 'sharp', or left out ('exclude'). max_coc_px: 1 to 512 (default).
+clean_plate, clean_plate_depth: the picture and the depth without near objects.
+
+Returns an array of the shape and dtype of color.)";
+
+constexpr const char* fog_text = R"(A picture with fog.
+
+color: as for dof. density: fraction of the light lost per scene unit. max_opacity: 0 to 1 (default 1). start: distance
+along the ray at which the fog begins. fog_color: three numbers in the picture's values and order of channels (default 0.5,
+0.6, 0.7). height_falloff: density falls by exp(-height_falloff · h) above reference_height along up (default 0, 1, 0), which
+needs a camera with a view. sky: 'fog' (default) or 'keep'. alpha: 'premultiplied' (default) or 'straight'.
+
+Returns an array of the shape and dtype of color.)";
+
+constexpr const char* common_text = R"(
+
+storage: how elements hold depth, if their dtype and the camera's packing do not say it. out: where the result goes; its rows
+may be any distance apart, its columns not. device: a fathom.Device, or "cpu", "gpu", an index or a part of a name.
+If depth is a fathom.Image, the result is one, too, and nothing is waited for.
+
+Raises ValueError for bad arguments, fathom.Error for a camera of another size and from the device; NoDevice without one.)";
+
+constexpr const char* lens_text =
+    R"(focus: depth that is sharp, scene units along the view axis; or focus_at: a pixel (x, y) that is; or focus_along: (x, y, d), the
+point at distance d along a pixel's ray. f_stop: focal length over aperture. focal_length_mm, sensor_mm (its width): one of
+them, or both. What is missing comes from the camera. mm_per_unit: millimetres in a scene unit (default 1000).
+circle: (k, g) instead of a lens: circles are k - g/z pixels wide, or g z - k for an orthographic camera.)";
+
+std::string documented(std::string text) {
+    constexpr std::string_view lens = "@LENS@";
+    if (const std::size_t at = text.find(lens); at != text.npos)
+        text.replace(at, lens.size(), lens_text);
+    return text + common_text;
+}
+
+} // namespace
+
+void bind_operations(nb::module_& module) {
+    const auto def = [&](const char* name, auto function, const char* text, const auto&... arguments) {
+        module.def(name, function, arguments..., documented(text).c_str()); // nanobind copies the text
+    };
+    def("linearize", linearize_of, linearize_text, arg("depth"), arg("camera"), nb::kw_only(), OPTION("background"),
+        COMMON);
+    def("unproject", unproject_of, unproject_text, arg("depth"), arg("camera"), nb::kw_only(), OPTION("space"),
+        OPTION("origin"), OPTION("channels"), OPTION("background"), COMMON);
+    def("normals", normals_of, normals_text, arg("depth"), arg("camera"), nb::kw_only(), OPTION("method"),
+        OPTION("max_error"), OPTION("space"), OPTION("channels"), OPTION("tolerance"), COMMON);
+    def("ssao", ssao_of, ssao_text, arg("depth"), arg("camera"), OPTION("radius"), nb::kw_only(), OPTION("quality"),
+        OPTION("slices"), OPTION("samples"), OPTION("jitter"), OPTION("max_error"), OPTION("thickness"),
+        OPTION("thickness_map"), OPTION("back_depth"), OPTION("falloff"), OPTION("border"), OPTION("seed"),
+        OPTION("half_resolution"), OPTION("region"), OPTION("tolerance"), OPTION("normals"), OPTION("normals_space"),
+        OPTION("bent_normal"), OPTION("confidence"), COMMON);
+    def("dof_masks", dof_masks_of, dof_masks_text, arg("depth"), arg("camera"), nb::kw_only(), LENS, OPTION("sharp_px"),
+        OPTION("transition_px"), OPTION("sky"), OPTION("max_coc_px"), OPTION("weights"), OPTION("max_near_coc"),
+        OPTION("near_alpha"), OPTION("disocclusion"), OPTION("mixed_pixels"), OPTION("tile_px"), COMMON);
+    def("dof", dof_of, dof_text, arg("color"), arg("depth"), arg("camera"), nb::kw_only(), LENS, OPTION("blades"),
+        OPTION("rotation_degrees"), OPTION("ratio"), OPTION("quality"), OPTION("max_error"), OPTION("sky"),
+        OPTION("max_coc_px"), OPTION("clean_plate"), OPTION("clean_plate_depth"), COMMON);
+    module.def("_seconds_of_linearize", seconds_of_linearize, arg("depth"), arg("camera"), arg("out"), OPTION("device"));
+    def("fog", fog_of, fog_text, arg("color"), arg("depth"), arg("camera"), arg("density"), nb::kw_only(),
+        OPTION("max_opacity"), OPTION("start"), OPTION("fog_color"), OPTION("height_falloff"),
+        OPTION("reference_height"), OPTION("up"), OPTION("sky"), OPTION("alpha"), COMMON);
+}
+
+} // namespace fathom::python

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <fathom/dof.hpp>
+#include <fathom/fog.hpp>
+#include <fathom/linearize.hpp>
+#include <fathom/normals.hpp>
+#include <fathom/ssao.hpp>
+
+#include <nanobind/nanobind.h>
+
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// Finite choices as Python has them: the words of the program, in the order of the enumerators.
+namespace fathom::python {
+
+namespace nb = nanobind;
+using nb::detail::const_name;
+
+/// The type that the stubs show, which is the table of words as well.
+template <typename Choice> inline constexpr auto words = const_name("str");
+template <> inline constexpr auto words<Arithmetic> = const_name("typing.Literal['automatic', 'fp64', 'two-float']");
+template <> inline constexpr auto words<Background> = const_name("typing.Literal['inf', 'decode', 'nan']");
+template <> inline constexpr auto words<Border> = const_name("typing.Literal['open', 'clamp']");
+template <> inline constexpr auto words<FogAlpha> = const_name("typing.Literal['premultiplied', 'straight']");
+template <> inline constexpr auto words<FogSky> = const_name("typing.Literal['fog', 'keep']");
+template <> inline constexpr auto words<NormalMethod> = const_name("typing.Literal['automatic', 'neighbours', 'least-squares']");
+template <> inline constexpr auto words<Quality> = const_name("typing.Literal['fast', 'balanced', 'accurate']");
+template <> inline constexpr auto words<Sky> = const_name("typing.Literal['blur', 'sharp', 'exclude']");
+template <> inline constexpr auto words<Space> = const_name("typing.Literal['view', 'world']");
+template <>
+inline constexpr auto words<Storage> =
+    const_name("typing.Literal['float32', 'float16', 'uint8', 'uint16', 'uint24', 'uint24-high', 'rgb8-red-low', "
+               "'rgb8-red-high', 'bgr8-red-low', 'bgr8-red-high']");
+
+// The last word of a table is the last enumerator.
+static_assert(static_cast<int>(Arithmetic::two_float) == 2 && static_cast<int>(Background::nan) == 2 &&
+              static_cast<int>(Border::clamp) == 1 && static_cast<int>(FogAlpha::straight) == 1 &&
+              static_cast<int>(FogSky::keep) == 1 && static_cast<int>(NormalMethod::least_squares) == 2 &&
+              static_cast<int>(Quality::accurate) == 2 && static_cast<int>(Sky::exclude) == 2 &&
+              static_cast<int>(Space::world) == 1 && static_cast<int>(Storage::bgr8_red_high) == 9);
+
+/// What a caller gave for a finite choice: any object, as long as nobody asks what it means.
+template <typename Choice> struct Word {
+    nb::object given;
+
+    bool is_given() const { return given.is_valid() && !given.is_none(); }
+
+    /// Leaves the choice as it is if none was given.
+    /// Throws: std::invalid_argument naming the argument, what was given, and all words.
+    void set(Choice& choice, const char* argument) const {
+        if (!is_given())
+            return;
+        const std::string_view literal = words<Choice>.text;
+        std::vector<std::string_view> known;
+        for (std::size_t at = literal.find('\''); at != literal.npos;) {
+            const std::size_t end = literal.find('\'', at + 1);
+            known.push_back(literal.substr(at + 1, end - at - 1));
+            at = literal.find('\'', end + 1);
+        }
+        std::string list;
+        for (std::size_t i = 0; i < known.size(); ++i) {
+            if (nb::isinstance<nb::str>(given) && nb::borrow<nb::str>(given).c_str() == known[i]) {
+                choice = static_cast<Choice>(i);
+                return;
+            }
+            list += (i == 0 ? "" : i + 1 == known.size() ? " or " : ", ") + std::string(known[i]);
+        }
+        throw std::invalid_argument(std::string(argument) + " = " + nb::repr(given).c_str() + " is unknown; it is " +
+                                    list);
+    }
+
+    std::optional<Choice> get(const char* argument) const {
+        Choice choice{};
+        set(choice, argument);
+        return is_given() ? std::optional(choice) : std::nullopt;
+    }
+};
+
+} // namespace fathom::python
+
+template <typename Choice> struct nanobind::detail::type_caster<fathom::python::Word<Choice>> {
+    NB_TYPE_CASTER(fathom::python::Word<Choice>, fathom::python::words<Choice>)
+
+    bool from_python(handle source, std::uint8_t, cleanup_list*) noexcept {
+        value.given = borrow(source);
+        return true;
+    }
+};

@@ -1,0 +1,165 @@
+"""Arrays of every kind go in and out, without a copy where there need not be one."""
+
+import array
+
+import numpy
+import pytest
+
+import fathom
+from conftest import HEIGHT, WIDTH, same_bits
+
+CPU = [info for info in fathom.devices() if info.cpu]
+on_cpu = pytest.mark.skipif(not CPU, reason="no CPU device: nothing is shared")
+
+
+@pytest.fixture
+def expected(millimetres, kinect):
+    return fathom.linearize(millimetres, kinect)
+
+
+def test_results_are_new_contiguous_float32(millimetres, kinect, expected):
+    assert type(expected) is numpy.ndarray
+    assert expected.dtype == numpy.float32 and expected.shape == (HEIGHT, WIDTH)
+    assert expected.flags.c_contiguous and expected.flags.writeable
+    assert numpy.isnan(expected[0, 0]) and abs(expected[30, 40] - 2.0) < 0.001
+    assert fathom.unproject(millimetres, kinect).shape == (HEIGHT, WIDTH, 3)
+    assert fathom.unproject(millimetres, kinect, channels=4).shape == (HEIGHT, WIDTH, 4)
+    assert fathom.normals(millimetres, kinect).shape == (HEIGHT, WIDTH, 3)
+
+
+def test_a_result_outlives_its_inputs(kinect, millimetres, expected):
+    result = fathom.linearize(millimetres.copy(), kinect)
+    copy = result.copy()
+    for _ in range(20):
+        fathom.linearize(millimetres.copy(), kinect)
+    assert same_bits(result, copy)
+
+
+VIEWS = {
+    "rows with gaps": lambda a: numpy.pad(a, ((0, 0), (0, 13)))[:, :-13],
+    "every other row": lambda a: numpy.repeat(a, 2, axis=0)[::2],
+    "every other column": lambda a: numpy.repeat(a, 2, axis=1)[:, ::2],
+    "rows backwards": lambda a: a[::-1].copy()[::-1],
+    "columns backwards": lambda a: a[:, ::-1].copy()[:, ::-1],
+    "columns first": lambda a: numpy.asfortranarray(a),
+    "one channel": lambda a: a[..., None],
+    "the other byte order": lambda a: a.astype(a.dtype.newbyteorder()),
+    "an odd address": lambda a: numpy.frombuffer(b"\0" + a.tobytes(), numpy.uint8)[1:].view(a.dtype).reshape(a.shape),
+    "a memoryview": lambda a: memoryview(a),
+    "a field of a record": lambda a: numpy.rec.fromarrays([a, numpy.zeros(a.shape, numpy.uint8)])["f0"],
+}
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_any_layout_gives_the_same_bits(millimetres, kinect, expected, view):
+    assert same_bits(fathom.linearize(VIEWS[view](millimetres), kinect), expected)
+
+
+def test_a_broadcast_array_is_read(kinect):
+    row = numpy.arange(500, 500 + WIDTH, dtype=numpy.uint16)
+    got = fathom.linearize(numpy.broadcast_to(row, (HEIGHT, WIDTH)), kinect)
+    assert same_bits(got, fathom.linearize(numpy.tile(row, (HEIGHT, 1)), kinect))
+
+
+def test_single_rows_and_columns(keys):
+    for shape in ((1, 7), (7, 1), (1, 1)):
+        camera = fathom.Camera(**{**keys, "width": shape[1], "height": shape[0]})
+        z = numpy.full(shape, 2, numpy.float32)
+        assert (fathom.linearize(z[::-1, ::-1], camera) == 2).all()
+
+
+def test_read_only_arrays_are_read(millimetres, kinect, expected):
+    millimetres.flags.writeable = False
+    assert same_bits(fathom.linearize(millimetres, kinect), expected)
+
+
+def test_the_buffer_protocol_alone_will_do(keys):
+    camera = fathom.Camera(**{**keys, "width": 3, "height": 2})
+    flat = memoryview(array.array("f", [1, 2, 3, 4, 5, 6])).cast("B").cast("f", (2, 3))
+    assert fathom.linearize(flat, camera).tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+class DlpackOnly:
+    """Has nothing but DLPack's two methods."""
+
+    def __init__(self, made_of, device=None):
+        self.made_of, self.device = made_of, device
+        self.asked = False
+
+    def __dlpack__(self, **options):
+        self.asked = True
+        return self.made_of.__dlpack__()
+
+    def __dlpack_device__(self):
+        return self.device or self.made_of.__dlpack_device__()
+
+
+def test_dlpack_alone_will_do(millimetres, kinect, expected):
+    assert same_bits(fathom.linearize(DlpackOnly(millimetres), kinect), expected)
+    assert same_bits(fathom.linearize(DlpackOnly(millimetres[::-1]), kinect), fathom.linearize(millimetres[::-1], kinect))
+    out = numpy.zeros_like(expected)
+    fathom.linearize(millimetres, kinect, out=DlpackOnly(out))
+    assert same_bits(out, expected)
+
+
+@pytest.mark.parametrize("device, name", [((2, 0), "cuda"), ((8, 0), "metal"), ((10, 1), "rocm")])
+def test_arrays_of_other_devices_are_refused_by_name(millimetres, kinect, device, name):
+    stub = DlpackOnly(millimetres, device)
+    with pytest.raises(ValueError, match=f"depth: lies on the device {name}; copy it to the CPU"):
+        fathom.linearize(stub, kinect)
+    assert not stub.asked
+
+
+def test_torch(metres, keys):
+    torch = pytest.importorskip("torch")
+    camera = fathom.Camera(**keys)
+    depth = torch.tensor(metres.tolist(), dtype=torch.float32)
+    expected = fathom.linearize(metres.astype(numpy.float32), camera)
+    assert same_bits(fathom.linearize(depth, camera), expected)
+    halves = metres.astype(numpy.float32).astype(numpy.float16)
+    assert same_bits(fathom.linearize(depth.half(), camera), fathom.linearize(halves, camera))
+    out = torch.zeros(HEIGHT, WIDTH)
+    assert fathom.linearize(depth, camera, out=out) is out
+    assert out.tolist() == expected.tolist()
+
+
+def test_out_is_written_and_returned(millimetres, kinect, expected):
+    whole = numpy.full((HEIGHT + 4, WIDTH + 9), 7, numpy.float32)
+    for out in (numpy.empty_like(expected), whole[2:-2, 3:-6]):
+        assert fathom.linearize(millimetres, kinect, out=out) is out
+        assert same_bits(out.copy(), expected)
+    assert (whole[:2] == 7).all() and (whole[-2:] == 7).all() and (whole[:, :3] == 7).all() and (whole[:, -6:] == 7).all()
+
+
+def test_float_depth_is_its_own_result(metres, keys):
+    camera = fathom.Camera(**keys, scale=2)
+    depth = metres.astype(numpy.float32)
+    expected = fathom.linearize(depth, camera)
+    fathom.linearize(depth, camera, out=depth)
+    assert same_bits(depth, expected)
+
+
+def test_out_of_several_results(millimetres, kinect):
+    first = fathom.ssao(millimetres, kinect, radius=0.3, confidence=True)
+    again = fathom.Occlusion(*(None if field is None else numpy.zeros_like(field) for field in first))
+    second = fathom.ssao(millimetres, kinect, radius=0.3, confidence=True, out=again)
+    assert second.bent_normal is None and second.confidence is again.confidence
+    assert same_bits(second.visibility, first.visibility) and same_bits(second.confidence, first.confidence)
+
+
+@on_cpu
+def test_nothing_is_copied_on_a_cpu_device(millimetres, kinect):
+    """The device's buffers lie where the arrays lie."""
+    cl = pytest.importorskip("pyopencl")
+
+    for view in (millimetres, millimetres[3:, 5:]):
+        image = fathom.Image(view, device="cpu")
+        buffer = cl.Buffer.from_int_ptr(image.int_ptr, retain=True)
+        assert buffer.get_info(cl.mem_info.FLAGS) & cl.mem_flags.USE_HOST_PTR
+        host = buffer.get_host_array(image.shape, view.dtype)
+        assert host.__array_interface__["data"][0] == view.__array_interface__["data"][0]
+
+    result = numpy.zeros((HEIGHT, WIDTH), numpy.float32)
+    there = fathom.Image(result, device="cpu")
+    fathom.linearize(millimetres, kinect, out=there, device="cpu")  # waits, and copies nothing to the host
+    assert same_bits(result, fathom.linearize(millimetres, kinect))

@@ -1,0 +1,113 @@
+"""Cameras: keys as keyword arguments, presets, files."""
+
+import json
+import pickle
+
+import numpy
+import pytest
+
+import fathom
+from conftest import HEIGHT, WIDTH, same_bits
+
+
+def test_keys_are_those_of_the_camera_file(tmp_path, keys, millimetres):
+    (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001}))
+    loaded = fathom.Camera.load(tmp_path / "camera.json")
+    made = fathom.Camera(**keys, scale=0.001)
+    assert loaded == made and hash(loaded) == hash(made) and loaded != fathom.Camera(**keys, scale=0.002)
+    assert (made.width, made.height) == (WIDTH, HEIGHT)
+    assert made.to_dict() == {**keys, "scale": 0.001}
+    assert eval(repr(made)) == made
+    assert same_bits(fathom.unproject(millimetres, loaded), fathom.unproject(millimetres, made))
+
+
+def test_numbers_of_numpy_and_none_will_do(keys):
+    view = numpy.array(keys["view"], numpy.float32)
+    intrinsics = {key: numpy.float64(value) for key, value in keys["intrinsics"].items()}
+    more = {**keys, "view": view, "intrinsics": intrinsics, "width": numpy.int64(WIDTH), "near": None}
+    assert fathom.Camera(**more) == fathom.Camera(**keys)
+
+
+def test_keys_of_a_projection_may_stand_alone():
+    whole = fathom.Camera(perspective={"fov_y_deg": 60}, near=0.1, far=float("inf"))
+    assert fathom.Camera(fov_y_deg=60, near=0.1, far=float("inf")) == whole
+    assert whole.to_dict()["far"] == "infinity" and whole.width is None
+
+
+def test_presets(millimetres):
+    kinect = fathom.Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
+    assert kinect.to_dict()["preset"] == "kinect"
+    assert abs(fathom.linearize(millimetres, kinect)[30, 40] - 2.0) < 0.001
+    assert numpy.isnan(fathom.linearize(millimetres, kinect)[0, 0])
+
+
+MISTAKES = {
+    "unknown key": ({"widht": 3}, 'Camera: unknown key "widht"; the nearest known one is "width"'),
+    "other name": ({"K": [[1]]}, '"fx", "fy", "cx" and "cy" in "intrinsics"'),
+    "nan": ({"scale": float("nan")}, 'Camera: "scale": nan is no number'),
+    "nan within": ({"intrinsics": {"fx": float("nan"), "fy": 1, "cx": 1, "cy": 1}}, '"intrinsics.fx": nan is no number'),
+    "nan in a matrix": ({"view": [[float("nan")] * 4] * 4}, '"view": nan is no number'),
+    "an object": ({"scale": object()}, '"scale": <object object at .* is no number'),
+    "minus infinity": ({"far": float("-inf")}, '"far": -inf is no number'),
+    "size 0": ({"width": 0}, '"width": 0'),
+    "word": ({"encoding": "window-z"}, '"encoding": "window-z" must be one of .* the nearest is "window"'),
+    "twice": ({"fx": 3}, '"fx" is given twice'),
+    "type": ({"width": "wide"}, '"width": "wide"'),
+}
+
+
+@pytest.mark.parametrize("kind", MISTAKES)
+def test_mistakes_are_value_errors(keys, kind):
+    more, message = MISTAKES[kind]
+    with pytest.raises(ValueError, match=message):
+        fathom.Camera(**{**keys, **more})
+
+
+def test_mistakes_of_presets():
+    with pytest.raises(ValueError, match='"preset": "kinekt" is unknown; the nearest is "kinect"'):
+        fathom.Camera.preset("kinekt")
+    with pytest.raises(ValueError, match="needs a projection: fx, fy, cx and cy"):
+        fathom.Camera.preset("kinect")
+
+
+def test_files_that_hold_no_camera(tmp_path):
+    with pytest.raises(fathom.Error, match="none.json: there is no such file; check the path$"):
+        fathom.Camera.load(tmp_path / "none.json")
+    (tmp_path / "broken.json").write_text('{"width": 3,')
+    with pytest.raises(fathom.Error, match="broken.json"):
+        fathom.Camera.load(str(tmp_path / "broken.json"))
+
+
+def test_the_camera_of_view_depth(millimetres, kinect):
+    z = fathom.linearize(millimetres, kinect)
+    of_z = kinect.for_view_depth()
+    assert same_bits(fathom.linearize(z, of_z), z)
+    assert same_bits(fathom.unproject(z, of_z, space="world"), fathom.unproject(z, of_z, space="world"))
+    difference = fathom.unproject(z, of_z) - fathom.unproject(millimetres, kinect)
+    assert numpy.nanmax(numpy.abs(difference)) <= 8 * 5 * 2**-24  # z's rounding and the positions', at 5 m
+    with pytest.raises(ValueError, match="has no camera file"):
+        of_z.to_dict()
+
+
+def test_cameras_are_pickled(kinect, millimetres):
+    for camera in (kinect, kinect.for_view_depth()):
+        assert pickle.loads(pickle.dumps(camera)) == camera
+
+
+def test_gltf(tmp_path):
+    node = {"name": "eye", "camera": 0, "translation": [1, 2, 3]}
+    lens = {"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1, "zfar": 50, "aspectRatio": 1.5}}
+    scene = {"asset": {"version": "2.0"}, "nodes": [node, {**node, "name": "other"}], "cameras": [lens]}
+    (tmp_path / "scene.gltf").write_text(json.dumps(scene))
+    with pytest.raises(fathom.Error, match="has 2 .*; say which with --node"):
+        fathom.Camera.load(tmp_path / "scene.gltf")
+    camera = fathom.Camera.load(tmp_path / "scene.gltf", node="eye", preset="encoding=view-z")
+    points = fathom.unproject(numpy.full((HEIGHT, WIDTH), 5, numpy.float32), camera, space="world")
+    assert numpy.allclose(points.mean(axis=(0, 1)), [1, 2, -2], atol=1e-5)
+
+
+def test_colmap_needs_the_importers(tmp_path):
+    pytest.importorskip("fathom._importers")
+    (tmp_path / "cameras.txt").write_text("1 PINHOLE 96 64 90 88 48 32\n")
+    camera = fathom.Camera.load(tmp_path / "cameras.txt", preset="colmap")
+    assert camera.width == 96 and camera.to_dict()["intrinsics"]["fx"] == 90

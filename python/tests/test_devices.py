@@ -1,0 +1,217 @@
+"""Devices, images that stay there, pyopencl, no driver, fork, threads."""
+
+import os
+import subprocess
+import sys
+import textwrap
+import time
+
+import numpy
+import pytest
+
+import fathom
+from conftest import HEIGHT, WIDTH, same_bits
+
+
+def run(code, timeout=120, **environment):
+    """A new interpreter, so that nothing of this process takes part."""
+    script = "import fathom, numpy, os, sys\n" + textwrap.dedent(code)
+    environment = {**os.environ, "PYTHONFAULTHANDLER": "1", **environment}
+    return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=timeout, env=environment)
+
+
+def test_devices_are_listed():
+    infos = fathom.devices()
+    assert infos and [info.index for info in infos] == list(range(len(infos)))
+    assert infos[0].name in repr(infos[0]) and infos[0].compute_units > 0 and infos[0].memory_bytes > 0
+    assert fathom.Device("0").info.name == infos[0].name
+
+
+def test_devices_give_the_same_bits(millimetres, kinect):
+    expected = fathom.normals(millimetres, kinect)
+    for device in ("0", fathom.Device(vector_width=1), fathom.Device(group_size=16)):
+        assert same_bits(fathom.normals(millimetres, kinect, device=device), expected)
+
+
+def test_images_chain_on_the_device(millimetres, kinect):
+    z = fathom.linearize(millimetres, kinect)
+    of_z = kinect.for_view_depth()
+    stored = fathom.Image(millimetres)
+    assert (stored.shape, stored.dtype) == ((HEIGHT, WIDTH), "uint16")
+    z_there = fathom.linearize(stored, kinect)
+    assert isinstance(z_there, fathom.Image) and z_there.dtype == "float32"
+    n_there = fathom.normals(z_there, of_z)
+    ao_there = fathom.ssao(z_there, of_z, radius=0.4, normals=n_there, confidence=True)
+    assert isinstance(ao_there.visibility, fathom.Image)
+    n = fathom.normals(z, of_z)
+    ao = fathom.ssao(z, of_z, radius=0.4, normals=n, confidence=True)
+    assert same_bits(z_there.numpy(), z) and same_bits(n_there.numpy(), n)
+    assert same_bits(ao_there.visibility.numpy(), ao.visibility) and same_bits(ao_there.confidence.numpy(), ao.confidence)
+
+
+def test_arrays_and_images_mix(millimetres, kinect):
+    color = numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32)
+    expected = fathom.fog(color, millimetres, kinect, 0.2)
+    there = fathom.fog(color, fathom.Image(millimetres), kinect, 0.2)
+    assert isinstance(there, fathom.Image) and there.shape == (HEIGHT, WIDTH, 3) and same_bits(there.numpy(), expected)
+    assert same_bits(fathom.fog(fathom.Image(color), millimetres, kinect, 0.2), expected)
+    out = numpy.zeros_like(expected)
+    assert fathom.fog(color, fathom.Image(millimetres), kinect, 0.2, out=out) is out and same_bits(out, expected)
+    again = fathom.Image(numpy.zeros_like(expected))
+    assert fathom.fog(color, millimetres, kinect, 0.2, out=again) is again and same_bits(again.numpy(), expected)
+
+
+def test_an_array_may_go_while_the_device_reads_it(metres, keys):
+    camera = fathom.Camera(**keys)
+    expected = fathom.ssao(metres.astype(numpy.float32), camera, radius=0.5)
+    for _ in range(20):
+        result = fathom.ssao(fathom.Image(metres.astype(numpy.float32)), camera, radius=0.5)
+        assert same_bits(result.numpy(), expected)
+
+
+@pytest.fixture
+def opencl():
+    cl = pytest.importorskip("pyopencl")
+    device = cl.get_platforms()[0].get_devices()[0]
+    context = cl.Context([device])
+    queue = cl.CommandQueue(context, device)
+    ours = fathom.Device.from_int_ptr(context=context.int_ptr, device=device.int_ptr, queue=queue.int_ptr)
+    return cl, context, queue, ours
+
+
+def test_buffers_of_pyopencl(opencl, millimetres, kinect):
+    cl, context, queue, device = opencl
+    expected = fathom.linearize(millimetres, kinect)
+    flags = cl.mem_flags
+    stored = cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=millimetres)
+    image = fathom.Image.from_int_ptr(device, stored.int_ptr, dtype="uint16", shape=millimetres.shape)
+    z = fathom.linearize(image, kinect)
+    result = numpy.empty_like(expected)
+    buffer = cl.Buffer.from_int_ptr(z.int_ptr, retain=True)
+    rows = numpy.empty((HEIGHT, z.row_stride), numpy.float32)
+    cl.enqueue_copy(queue, rows.ravel()[: (HEIGHT - 1) * z.row_stride + WIDTH], buffer)
+    assert same_bits(rows[:, :WIDTH].copy(), expected)
+
+    onto = cl.Buffer(context, flags.READ_WRITE, expected.nbytes)
+    there = fathom.Image.from_int_ptr(device, onto.int_ptr, dtype="float32", shape=expected.shape)
+    assert fathom.linearize(image, kinect, out=there) is there
+    cl.enqueue_copy(queue, result, onto)
+    assert same_bits(result, expected)
+
+
+def test_rows_of_pyopencls_buffers_have_gaps_and_an_offset(opencl, millimetres, kinect):
+    cl, context, queue, device = opencl
+    padded = numpy.zeros((HEIGHT + 1, WIDTH + 5), numpy.uint16)
+    padded[1:, 3:-2] = millimetres
+    stored = cl.Buffer(context, cl.mem_flags.COPY_HOST_PTR, hostbuf=padded)
+    try:
+        image = fathom.Image.from_int_ptr(
+            device, stored.int_ptr, dtype="uint16", shape=millimetres.shape, row_stride=WIDTH + 5, offset=WIDTH + 5 + 3
+        )
+    except ValueError as error:
+        if "offset: must be 0" in str(error):
+            pytest.skip("the library takes no offset yet")
+        raise
+    assert same_bits(fathom.linearize(image, kinect).numpy(), fathom.linearize(millimetres, kinect))
+
+
+def test_foreign_handles_that_do_not_fit(opencl):
+    cl, context, _, device = opencl
+    small = cl.Buffer(context, cl.mem_flags.READ_WRITE, 100)
+    with pytest.raises(ValueError, match="a buffer of 100 bytes is too small"):
+        fathom.Image.from_int_ptr(device, small.int_ptr, dtype="float32", shape=(64, 96))
+    with pytest.raises(ValueError, match="dtype: float64 is unknown"):
+        fathom.Image.from_int_ptr(device, small.int_ptr, dtype="float64", shape=(1, 1))
+    with pytest.raises(ValueError, match="null"):
+        fathom.Device.from_int_ptr(context=0, device=0, queue=0)
+
+
+def test_without_a_driver_the_first_use_names_the_package():
+    done = run(
+        """
+        camera = fathom.Camera.preset("kinect", fx=5, fy=5, cx=4, cy=4)
+        assert fathom.devices() == []
+        try:
+            fathom.linearize(numpy.ones((8, 8), numpy.uint16), camera)
+        except fathom.NoDevice as error:
+            print(error)
+        """,
+        OCL_ICD_VENDORS="/nonexistent",
+    )
+    assert done.returncode == 0, done.stderr
+    assert "pocl-opencl-icd" in done.stdout
+
+
+def test_a_child_of_fork_gets_an_error():
+    """Never a hang. Needs a library that looks for fork."""
+    code = """
+        import signal
+        camera = fathom.Camera.preset("kinect", fx=5, fy=5, cx=4, cy=4)
+        depth = numpy.full((480, 640), 1000, numpy.uint16)
+        fathom.linearize(depth, camera)
+        child = os.fork()
+        if child == 0:
+            signal.alarm(20)
+            try:
+                fathom.linearize(depth, camera)
+            except fathom.Error as error:
+                print(error, flush=True)
+                os._exit(3)
+            os._exit(4)
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+        fathom.linearize(depth, camera)
+        """
+    done = run(code)
+    if done.stdout.strip() in ("4", str(-14)):  # worked by luck, or the alarm ended it
+        pytest.xfail("this library does not look for fork yet")
+    assert done.returncode == 0, done.stderr
+    assert "fork" in done.stdout and done.stdout.endswith("3\n")
+
+
+def test_the_interpreter_goes_on_while_the_library_works():
+    done = run(
+        """
+        import threading, time
+        camera = fathom.Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
+        depth = (1000 + numpy.random.default_rng(1).integers(0, 50, (480, 640))).astype(numpy.uint16)
+        call = lambda: fathom.ssao(depth, camera, radius=0.2, quality="accurate")
+        call()
+        worker = threading.Thread(target=lambda: [call() for _ in range(3)])
+        longest, steps, start = 0, 0, time.perf_counter()
+        worker.start()
+        last = time.perf_counter()
+        while worker.is_alive():
+            time.sleep(0.001)
+            now = time.perf_counter()
+            steps, longest, last = steps + 1, max(longest, now - last), now
+        print(steps)
+        """
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) >= 10
+
+
+def test_threads_share_a_device(millimetres, kinect):
+    """Eight threads with mixed operations. Needs a library whose devices may be used from many threads."""
+    done = run(
+        """
+        from concurrent.futures import ThreadPoolExecutor
+        camera = fathom.Camera.preset("kinect", fx=90, fy=90, cx=47, cy=31)
+        depth = (1000 + numpy.random.default_rng(1).integers(0, 50, (64, 96))).astype(numpy.uint16)
+        operations = [
+            lambda: fathom.linearize(depth, camera),
+            lambda: fathom.unproject(depth, camera),
+            lambda: fathom.normals(depth, camera),
+            lambda: fathom.ssao(depth, camera, radius=0.1),
+            lambda: fathom.dof_masks(depth, camera, circle=(4, 4)).coc,
+        ]
+        expected = [operation().tobytes() for operation in operations]
+        def work(first):
+            return all(operations[i % 5]().tobytes() == expected[i % 5] for i in range(first, first + 50))
+        with ThreadPoolExecutor(8) as pool:
+            print(all(pool.map(work, range(8))))
+        """
+    )
+    if "must be used from one thread" in fathom.Device.__doc__:
+        pytest.skip()
+    assert done.returncode == 0 and done.stdout == "True\n", done.stdout + done.stderr

@@ -1,0 +1,69 @@
+"""The snippets of docs/python.md and the examples run."""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+import numpy
+import pytest
+
+import fathom
+
+ROOT = pathlib.Path(__file__).parents[2]
+PAGE = (ROOT / "docs/python.md").read_text()
+EXAMPLES = ROOT / "examples/python"
+
+
+def test_the_snippets_of_the_page_run_one_after_the_other():
+    snippets = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    assert len(snippets) >= 6
+    names = {}
+    for snippet in snippets:
+        exec(compile(snippet, "docs/python.md", "exec"), names)
+    assert abs(names["n"].numpy()[240, 320] - [0, 0, -1]).max() < 1e-6
+
+
+def test_every_function_is_documented_and_typed():
+    stubs = pathlib.Path(fathom.__file__).with_name("_fathom.pyi").read_text()
+    assert pathlib.Path(fathom.__file__).with_name("py.typed").exists()
+    compile(stubs, "_fathom.pyi", "exec")
+    for name in fathom.__all__:
+        assert getattr(fathom, name).__doc__, name
+        assert re.search(rf"^(def|class) {name}\b", stubs, re.MULTILINE) or name in ("DofMasks", "Occlusion"), name
+    for operation in ("linearize", "unproject", "normals", "ssao", "dof_masks", "dof", "fog"):
+        text = getattr(fathom, operation).__doc__
+        assert "Returns" in text and "Raises ValueError" in text and "@" not in text
+
+
+def example(name, *arguments, cwd):
+    done = subprocess.run(
+        [sys.executable, str(EXAMPLES / name), *map(str, arguments)], cwd=cwd, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_every_example_is_run_here_and_linked():
+    names = {file.name for file in EXAMPLES.glob("*.py")}
+    assert names == {"window_buffer.py", "kinect.py", "occlusion_and_bokeh.py"}
+    for name in names:
+        assert f"../examples/python/{name}" in PAGE
+
+
+def test_window_buffer(tmp_path):
+    said = example("window_buffer.py", cwd=tmp_path)
+    points = numpy.load(tmp_path / "points.npy")
+    assert points.shape == (240, 320, 3) and "2.0000" in said
+
+
+def test_kinect(tmp_path):
+    pytest.importorskip("PIL")
+    said = example("kinect.py", ROOT / "tests/kinect.png", cwd=tmp_path)
+    assert re.search(r"the middle lies at \[.*\] m, its normal is \[.*\]", said)
+
+
+def test_occlusion_and_bokeh(tmp_path):
+    pytest.importorskip("matplotlib")
+    example("occlusion_and_bokeh.py", "picture.png", cwd=tmp_path)
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")

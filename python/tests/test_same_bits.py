@@ -1,0 +1,178 @@
+"""Python gives the bits of the program, for every operation and every storage."""
+
+import json
+
+import numpy
+import pytest
+
+import fathom
+from conftest import same_bits
+
+PIL_Image = pytest.importorskip("PIL.Image")
+
+
+def in_24_bits(metres):
+    return numpy.rint(metres / 10 * 0xFFFFFF).astype(numpy.uint32)
+
+
+def bytes_of(codes):
+    """R, G, B with the lowest byte first."""
+    return numpy.stack([codes >> shift & 255 for shift in (0, 8, 16)], axis=-1).astype(numpy.uint8)
+
+
+PER_CODE = 10 / 0xFFFFFF
+
+# Storage by name: the array, keys of the camera file, the file's extension.
+STORAGES = {
+    "float32": (lambda z: z.astype(numpy.float32), {}, ".npy"),
+    "float16": (lambda z: z.astype(numpy.float16), {}, ".npy"),
+    "uint16": (lambda z: numpy.rint(z * 1000).astype(numpy.uint16), {"scale": 0.001, "missing": 0}, ".npy"),
+    "uint16-png": (lambda z: numpy.rint(z * 1000).astype(numpy.uint16), {"scale": 0.001, "missing": 0}, ".png"),
+    "uint24": (in_24_bits, {"scale": PER_CODE}, ".npy"),
+    "uint24-high": (lambda z: in_24_bits(z) << 8, {"scale": PER_CODE, "packing": "uint24-high"}, ".npy"),
+    "uint8": (lambda z: numpy.rint(z * 25).astype(numpy.uint8), {"scale": 0.04, "packing": "uint8"}, ".png"),
+    "rgb-low-first": (lambda z: bytes_of(in_24_bits(z)), {"scale": PER_CODE, "packing": "rgb-low-first"}, ".png"),
+    "rgb-high-first": (
+        lambda z: bytes_of(in_24_bits(z))[..., ::-1].copy(),
+        {"scale": PER_CODE, "packing": "rgb-high-first"},
+        ".png",
+    ),
+}
+
+LENS = {"focus": 2.4, "f_stop": 0.1, "sensor_mm": 36}  # circles of up to 5 pixels before and behind the focus
+LENS_OPTIONS = ["--focus", 2.4, "--f-stop", 0.1, "--sensor-mm", 36]
+
+
+def masks(name):
+    return lambda depth, camera, color: getattr(fathom.dof_masks(depth, camera, **LENS), name)
+
+
+# Operation by name: the program's arguments, and the same call.
+OPERATIONS = {
+    "linearize": (["linearize", "--background", "decode"], lambda d, c, _: fathom.linearize(d, c, background="decode")),
+    "unproject": (
+        ["unproject", "--space", "world", "--origin", "1,2,3"],
+        lambda d, c, _: fathom.unproject(d, c, space="world", origin=(1, 2, 3)),
+    ),
+    "normals": (
+        ["normals", "--space", "world", "--method", "least-squares"],
+        lambda d, c, _: fathom.normals(d, c, space="world", method="least-squares"),
+    ),
+    "ssao": (
+        ["ssao", "--radius", 0.5, "--quality", "fast", "--falloff", 0.25, "--seed", 7],
+        lambda d, c, _: fathom.ssao(d, c, radius=0.5, quality="fast", falloff=0.25, seed=7),
+    ),
+    "ssao-region": (
+        ["ssao", "--radius", 0.5, "--region", "10,20,30,25"],
+        lambda d, c, _: fathom.ssao(d, c, radius=0.5, region=(10, 20, 30, 25)),
+    ),
+    "coc": (["dof-masks", "--mask", "coc", *LENS_OPTIONS], masks("coc")),
+    "near": (["dof-masks", "--mask", "near", *LENS_OPTIONS], masks("near_weight")),
+    "focus": (["dof-masks", "--mask", "focus", *LENS_OPTIONS], masks("focus_weight")),
+    "far": (["dof-masks", "--mask", "far", *LENS_OPTIONS], masks("far_weight")),
+    "focus-at": (
+        ["dof-masks", "--mask", "coc", "--focus-at", "40,30", "--f-stop", 0.1, "--sensor-mm", 36],
+        lambda d, c, _: fathom.dof_masks(d, c, focus_at=(40, 30), f_stop=0.1, sensor_mm=36).coc,
+    ),
+    "focus-along": (
+        ["dof-masks", "--mask", "coc", "--focus-along", "4,3,3.5", "--f-stop", 0.1, "--sensor-mm", 36],
+        lambda d, c, _: fathom.dof_masks(d, c, focus_along=(4, 3, 3.5), f_stop=0.1, sensor_mm=36).coc,
+    ),
+    "circle": (
+        ["dof-masks", "--mask", "coc", "--circle", "8,20"],
+        lambda d, c, _: fathom.dof_masks(d, c, circle=(8, 20)).coc,
+    ),
+    "dof": (
+        ["dof", *LENS_OPTIONS, "--aperture", 6, "--rotate", 15],
+        lambda d, c, color: fathom.dof(color, d, c, **LENS, blades=6, rotation_degrees=15),
+    ),
+    "fog": (
+        ["fog", "--density", 0.3, "--fog-color", "0.7,0.5,0.25", "--height-falloff", 0.5, "--up", "0,0,1"],
+        lambda d, c, color: fathom.fog(
+            color, d, c, 0.3, fog_color=(0.7, 0.5, 0.25), height_falloff=0.5, up=(0, 0, 1)
+        ),
+    ),
+}
+
+
+def write_depth(file, depth):
+    if file.suffix == ".npy":
+        numpy.save(file, depth)
+    else:
+        PIL_Image.fromarray(depth).save(file)
+
+
+def write_pfm(file, color):
+    height, width, _ = color.shape
+    file.write_bytes(b"PF\n%d %d\n-1.0\n" % (width, height) + color[::-1].astype("<f4").tobytes())
+
+
+def picture(shape):
+    y, x = numpy.mgrid[0 : shape[0], 0 : shape[1]].astype(numpy.float32)
+    return numpy.stack([x / 96, y / 64, (x.astype(int) // 8 + y.astype(int) // 8) % 2], axis=-1).astype(numpy.float32)
+
+
+@pytest.mark.parametrize("operation", OPERATIONS)
+@pytest.mark.parametrize("storage", STORAGES)
+def test_the_program_gives_the_same_bits(tmp_path, program, metres, keys, storage, operation):
+    make, more_keys, extension = STORAGES[storage]
+    depth = make(metres)
+    color = picture(depth.shape)
+    camera = {**keys, **more_keys}
+    (tmp_path / "camera.json").write_text(json.dumps(camera))
+    write_depth(tmp_path / ("depth" + extension), depth)
+    arguments, call = OPERATIONS[operation]
+    if arguments[0] in ("dof", "fog"):
+        write_pfm(tmp_path / "color.pfm", color)
+        arguments = [*arguments, "--color", tmp_path / "color.pfm"]
+    program(*arguments, tmp_path / ("depth" + extension), "--camera", tmp_path / "camera.json", "-o", tmp_path / "r.npy")
+
+    expected = numpy.load(tmp_path / "r.npy")
+    got = call(depth, fathom.Camera(**camera), color)
+    assert numpy.unique(expected[numpy.isfinite(expected)]).size >= 2  # a picture of something
+    assert same_bits(got, expected)
+
+
+def test_all_results_of_ssao_are_the_programs(tmp_path, program, millimetres, kinect, keys):
+    (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001, "missing": 0}))
+    numpy.save(tmp_path / "d.npy", millimetres)
+    program(
+        *("ssao", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", "--radius", 0.4),
+        *("-o", tmp_path / "v.npy", "--bent-normal", tmp_path / "b.npy", "--confidence", tmp_path / "c.npy"),
+    )
+    got = fathom.ssao(millimetres, kinect, radius=0.4, bent_normal=True, confidence=True)
+    assert isinstance(got, fathom.Occlusion)
+    for name, field in zip("vbc", got):
+        assert same_bits(field, numpy.load(tmp_path / (name + ".npy")))
+
+
+def test_more_masks_are_the_programs(tmp_path, program, millimetres, kinect, keys):
+    (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001, "missing": 0}))
+    numpy.save(tmp_path / "d.npy", millimetres)
+    wanted = ["max_near_coc", "near_alpha", "disocclusion", "mixed_pixels"]
+    options = [part for name in wanted for part in ("--" + name.replace("_", "-"), tmp_path / (name + ".npy"))]
+    program(
+        *("dof-masks", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", *LENS_OPTIONS, *options),
+        *("-o", tmp_path / "masks.exr"),
+    )
+    got = fathom.dof_masks(millimetres, kinect, **LENS, tile_px=16, **dict.fromkeys(wanted, True))
+    for name in wanted:
+        assert same_bits(getattr(got, name), numpy.load(tmp_path / (name + ".npy")))
+    tiles = got.coc.reshape(4, 16, 6, 16)
+    assert same_bits(got.tile_min_coc, numpy.nanmin(tiles, axis=(1, 3)))
+    assert same_bits(got.tile_max_coc, numpy.nanmax(tiles, axis=(1, 3)))
+
+
+@pytest.mark.parametrize("dtype", [numpy.float16, numpy.uint16, numpy.uint8])
+def test_pictures_keep_their_dtype(millimetres, kinect, dtype):
+    color = picture(millimetres.shape)
+    most = 1 if dtype == numpy.float16 else numpy.iinfo(dtype).max
+    stored = numpy.rint(color * most).astype(dtype) if most > 1 else color.astype(dtype)
+    for call in (
+        lambda c: fathom.dof(c, millimetres, kinect, **LENS),
+        lambda c: fathom.fog(c, millimetres, kinect, 0.3),
+    ):
+        got, exact = call(stored), call((stored / most).astype(numpy.float32))
+        assert got.dtype == dtype and got.shape == stored.shape
+        tolerance = 2**-11 if dtype == numpy.float16 else 0.5 / most  # half a step, at 1
+        assert numpy.abs(got.astype(numpy.float64) / most - exact).max() <= tolerance + 4 * 2**-24
