@@ -38,67 +38,67 @@ enum class Does {
 };
 
 /// Function, what it does, the error that it fails with (0: it never fails).
-#define FATHOM_LAYER_CALLS(X)                                                                                           \
-    X(clGetPlatformIDs, tells, CL_OUT_OF_HOST_MEMORY)                                                                   \
-    X(clGetPlatformInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                  \
-    X(clGetDeviceIDs, tells, CL_OUT_OF_RESOURCES)                                                                       \
-    X(clGetDeviceInfo, tells, CL_OUT_OF_RESOURCES)                                                                      \
-    X(clCreateContext, makes, CL_DEVICE_NOT_AVAILABLE)                                                                  \
-    X(clCreateContextFromType, makes, CL_DEVICE_NOT_AVAILABLE)                                                          \
-    X(clRetainContext, retains, 0)                                                                                      \
-    X(clReleaseContext, releases, 0)                                                                                    \
-    X(clGetContextInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                   \
-    X(clCreateCommandQueue, makes, CL_OUT_OF_RESOURCES)                                                                 \
-    X(clCreateCommandQueueWithProperties, makes, CL_OUT_OF_RESOURCES)                                                   \
-    X(clRetainCommandQueue, retains, 0)                                                                                 \
-    X(clReleaseCommandQueue, releases, 0)                                                                               \
-    X(clGetCommandQueueInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                              \
-    X(clCreateBuffer, makes, CL_MEM_OBJECT_ALLOCATION_FAILURE)                                                          \
-    X(clCreateSubBuffer, makes, CL_MEM_OBJECT_ALLOCATION_FAILURE)                                                       \
-    X(clRetainMemObject, retains, 0)                                                                                    \
-    X(clReleaseMemObject, releases, 0)                                                                                  \
-    X(clGetMemObjectInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                 \
-    X(clSetMemObjectDestructorCallback, sets, CL_OUT_OF_HOST_MEMORY)                                                    \
-    X(clCreateProgramWithSource, makes, CL_OUT_OF_HOST_MEMORY)                                                          \
-    X(clCreateProgramWithBinary, makes, CL_OUT_OF_HOST_MEMORY)                                                          \
-    X(clRetainProgram, retains, 0)                                                                                      \
-    X(clReleaseProgram, releases, 0)                                                                                    \
-    X(clBuildProgram, sets, CL_BUILD_PROGRAM_FAILURE)                                                                   \
-    X(clCompileProgram, sets, CL_COMPILE_PROGRAM_FAILURE)                                                               \
-    X(clLinkProgram, makes, CL_LINK_PROGRAM_FAILURE)                                                                    \
-    X(clGetProgramInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                   \
-    X(clGetProgramBuildInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                              \
-    X(clCreateKernel, makes, CL_OUT_OF_HOST_MEMORY)                                                                     \
-    X(clCloneKernel, makes, CL_OUT_OF_HOST_MEMORY)                                                                      \
-    X(clRetainKernel, retains, 0)                                                                                       \
-    X(clReleaseKernel, releases, 0)                                                                                     \
-    X(clSetKernelArg, sets, CL_OUT_OF_RESOURCES)                                                                        \
-    X(clGetKernelInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                    \
-    X(clGetKernelArgInfo, tells, CL_KERNEL_ARG_INFO_NOT_AVAILABLE)                                                      \
-    X(clGetKernelWorkGroupInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                           \
-    X(clCreateUserEvent, makes, CL_OUT_OF_HOST_MEMORY)                                                                  \
-    X(clSetUserEventStatus, sets, CL_OUT_OF_HOST_MEMORY)                                                                \
-    X(clSetEventCallback, sets, CL_OUT_OF_HOST_MEMORY)                                                                  \
-    X(clRetainEvent, retains, 0)                                                                                        \
-    X(clReleaseEvent, releases, 0)                                                                                      \
-    X(clGetEventInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                     \
-    X(clGetEventProfilingInfo, tells, CL_PROFILING_INFO_NOT_AVAILABLE)                                                  \
-    X(clFlush, sets, CL_OUT_OF_RESOURCES)                                                                               \
-    X(clFinish, waits, CL_OUT_OF_RESOURCES)                                                                             \
-    X(clWaitForEvents, waits, CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST)                                             \
-    X(clEnqueueReadBuffer, starts, CL_OUT_OF_RESOURCES)                                                                 \
-    X(clEnqueueReadBufferRect, starts, CL_OUT_OF_RESOURCES)                                                             \
-    X(clEnqueueWriteBuffer, starts, CL_OUT_OF_RESOURCES)                                                                \
-    X(clEnqueueWriteBufferRect, starts, CL_OUT_OF_RESOURCES)                                                            \
-    X(clEnqueueFillBuffer, starts, CL_OUT_OF_RESOURCES)                                                                 \
-    X(clEnqueueCopyBuffer, starts, CL_MEM_COPY_OVERLAP)                                                                 \
-    X(clEnqueueCopyBufferRect, starts, CL_MEM_COPY_OVERLAP)                                                             \
-    X(clEnqueueMapBuffer, starts, CL_MAP_FAILURE)                                                                       \
-    X(clEnqueueUnmapMemObject, starts, CL_OUT_OF_RESOURCES)                                                             \
-    X(clEnqueueMigrateMemObjects, starts, CL_MEM_OBJECT_ALLOCATION_FAILURE)                                             \
-    X(clEnqueueNDRangeKernel, starts, CL_MEM_OBJECT_ALLOCATION_FAILURE)                                                 \
-    X(clEnqueueTask, starts, CL_MEM_OBJECT_ALLOCATION_FAILURE)                                                          \
-    X(clEnqueueMarkerWithWaitList, orders, CL_OUT_OF_HOST_MEMORY)                                                       \
+#define FATHOM_LAYER_CALLS(X)                                                                                          \
+    X(clGetPlatformIDs, tells, CL_OUT_OF_HOST_MEMORY)                                                                  \
+    X(clGetPlatformInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                 \
+    X(clGetDeviceIDs, tells, CL_OUT_OF_RESOURCES)                                                                      \
+    X(clGetDeviceInfo, tells, CL_OUT_OF_RESOURCES)                                                                     \
+    X(clCreateContext, makes, CL_DEVICE_NOT_AVAILABLE)                                                                 \
+    X(clCreateContextFromType, makes, CL_DEVICE_NOT_AVAILABLE)                                                         \
+    X(clRetainContext, retains, 0)                                                                                     \
+    X(clReleaseContext, releases, 0)                                                                                   \
+    X(clGetContextInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                  \
+    X(clCreateCommandQueue, makes, CL_OUT_OF_RESOURCES)                                                                \
+    X(clCreateCommandQueueWithProperties, makes, CL_OUT_OF_RESOURCES)                                                  \
+    X(clRetainCommandQueue, retains, 0)                                                                                \
+    X(clReleaseCommandQueue, releases, 0)                                                                              \
+    X(clGetCommandQueueInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                             \
+    X(clCreateBuffer, makes, CL_MEM_OBJECT_ALLOCATION_FAILURE)                                                         \
+    X(clCreateSubBuffer, makes, CL_MEM_OBJECT_ALLOCATION_FAILURE)                                                      \
+    X(clRetainMemObject, retains, 0)                                                                                   \
+    X(clReleaseMemObject, releases, 0)                                                                                 \
+    X(clGetMemObjectInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                \
+    X(clSetMemObjectDestructorCallback, sets, CL_OUT_OF_HOST_MEMORY)                                                   \
+    X(clCreateProgramWithSource, makes, CL_OUT_OF_HOST_MEMORY)                                                         \
+    X(clCreateProgramWithBinary, makes, CL_OUT_OF_HOST_MEMORY)                                                         \
+    X(clRetainProgram, retains, 0)                                                                                     \
+    X(clReleaseProgram, releases, 0)                                                                                   \
+    X(clBuildProgram, sets, CL_BUILD_PROGRAM_FAILURE)                                                                  \
+    X(clCompileProgram, sets, CL_COMPILE_PROGRAM_FAILURE)                                                              \
+    X(clLinkProgram, makes, CL_LINK_PROGRAM_FAILURE)                                                                   \
+    X(clGetProgramInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                  \
+    X(clGetProgramBuildInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                             \
+    X(clCreateKernel, makes, CL_OUT_OF_HOST_MEMORY)                                                                    \
+    X(clCloneKernel, makes, CL_OUT_OF_HOST_MEMORY)                                                                     \
+    X(clRetainKernel, retains, 0)                                                                                      \
+    X(clReleaseKernel, releases, 0)                                                                                    \
+    X(clSetKernelArg, sets, CL_OUT_OF_RESOURCES)                                                                       \
+    X(clGetKernelInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                   \
+    X(clGetKernelArgInfo, tells, CL_KERNEL_ARG_INFO_NOT_AVAILABLE)                                                     \
+    X(clGetKernelWorkGroupInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                          \
+    X(clCreateUserEvent, makes, CL_OUT_OF_HOST_MEMORY)                                                                 \
+    X(clSetUserEventStatus, sets, CL_OUT_OF_HOST_MEMORY)                                                               \
+    X(clSetEventCallback, sets, CL_OUT_OF_HOST_MEMORY)                                                                 \
+    X(clRetainEvent, retains, 0)                                                                                       \
+    X(clReleaseEvent, releases, 0)                                                                                     \
+    X(clGetEventInfo, tells, CL_OUT_OF_HOST_MEMORY)                                                                    \
+    X(clGetEventProfilingInfo, tells, CL_PROFILING_INFO_NOT_AVAILABLE)                                                 \
+    X(clFlush, sets, CL_OUT_OF_RESOURCES)                                                                              \
+    X(clFinish, waits, CL_OUT_OF_RESOURCES)                                                                            \
+    X(clWaitForEvents, waits, CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST)                                            \
+    X(clEnqueueReadBuffer, starts, CL_OUT_OF_RESOURCES)                                                                \
+    X(clEnqueueReadBufferRect, starts, CL_OUT_OF_RESOURCES)                                                            \
+    X(clEnqueueWriteBuffer, starts, CL_OUT_OF_RESOURCES)                                                               \
+    X(clEnqueueWriteBufferRect, starts, CL_OUT_OF_RESOURCES)                                                           \
+    X(clEnqueueFillBuffer, starts, CL_OUT_OF_RESOURCES)                                                                \
+    X(clEnqueueCopyBuffer, starts, CL_MEM_COPY_OVERLAP)                                                                \
+    X(clEnqueueCopyBufferRect, starts, CL_MEM_COPY_OVERLAP)                                                            \
+    X(clEnqueueMapBuffer, starts, CL_MAP_FAILURE)                                                                      \
+    X(clEnqueueUnmapMemObject, starts, CL_OUT_OF_RESOURCES)                                                            \
+    X(clEnqueueMigrateMemObjects, starts, CL_MEM_OBJECT_ALLOCATION_FAILURE)                                            \
+    X(clEnqueueNDRangeKernel, starts, CL_MEM_OBJECT_ALLOCATION_FAILURE)                                                \
+    X(clEnqueueTask, starts, CL_MEM_OBJECT_ALLOCATION_FAILURE)                                                         \
+    X(clEnqueueMarkerWithWaitList, orders, CL_OUT_OF_HOST_MEMORY)                                                      \
     X(clEnqueueBarrierWithWaitList, orders, CL_OUT_OF_HOST_MEMORY)
 
 enum class Call {
@@ -378,7 +378,7 @@ Result failed(cl_int code, const Arguments& arguments) {
 /// The third argument of reads, writes and maps says whether they wait.
 template <typename Arguments>
 bool blocks(Call call, const Arguments& arguments) {
-    if constexpr (std::tuple_size_v<Arguments> > 3) {
+    if constexpr (std::tuple_size_v < Arguments >> 3) {
         if constexpr (std::is_same_v<std::tuple_element_t<2, Arguments>, cl_bool>)
             return call != Call::clEnqueueMigrateMemObjects && std::get<2>(arguments) == CL_TRUE;
     }
@@ -487,7 +487,8 @@ struct Hook<call, function, Result(CL_API_CALL*)(Arguments...)> {
 
 } // namespace
 
-extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetLayerInfo(cl_layer_info name, size_t size, void* value, size_t* needed) {
+extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetLayerInfo(cl_layer_info name, size_t size, void* value,
+                                                          size_t* needed) {
     constexpr cl_layer_api_version version = CL_LAYER_API_VERSION_100;
     constexpr char own_name[] = "Fathom's account of calls";
     const void* const what = name == CL_LAYER_API_VERSION ? static_cast<const void*>(&version) : own_name;
@@ -510,8 +511,8 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL clInitLayer(cl_uint entries, const cl
         return CL_INVALID_VALUE;
     std::memcpy(static_cast<void*>(&target), below, sizeof(void*) * std::min(entries, known));
     hooked = target;
-#define X(function, does, code)                                                                                         \
-    if (target.function)                                                                                                \
+#define X(function, does, code)                                                                                        \
+    if (target.function)                                                                                               \
         hooked.function = Hook<Call::function, &cl_icd_dispatch::function, decltype(target.function)>::run;
     FATHOM_LAYER_CALLS(X)
 #undef X

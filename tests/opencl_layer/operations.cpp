@@ -137,9 +137,9 @@ Bytes from_an_odd_address(const Device& device) {
     const std::vector<float> values = depth(width, height);
     Bytes shifted(values.size() * sizeof(float) + 1);
     std::memcpy(shifted.data() + 1, values.data(), shifted.size() - 1);
-    return bytes({linearize({Image::from_host(device, Element::f32, shifted.data() + 1, {width, height}),
-                             camera(width, height)})
-                      .image});
+    return bytes(
+        {linearize({Image::from_host(device, Element::f32, shifted.data() + 1, {width, height}), camera(width, height)})
+             .image});
 }
 
 Bytes a_region(const Device& device) {
@@ -209,10 +209,9 @@ std::vector<Operation> make_all() {
         with_inputs("linearize", [](const Inputs& in) -> List { return {linearize(in.stored).image}; }),
         with_inputs("linearize, 16 bits", [](const Inputs& in) -> List { return {linearize(in.coarse).image}; }),
         with_inputs("unproject", [](const Inputs& in) -> List { return {unproject(in.stored)}; }),
-        with_inputs("unproject into the world",
-                    [](const Inputs& in) -> List {
-                        return {unproject(in.stored, {.space = Space::world, .channels = 4})};
-                    }),
+        with_inputs(
+            "unproject into the world",
+            [](const Inputs& in) -> List { return {unproject(in.stored, {.space = Space::world, .channels = 4})}; }),
         with_inputs("normals", [](const Inputs& in) -> List { return {normals(in.stored)}; }),
         with_inputs("normals, fitted", [](const Inputs& in) -> List { return {normals(in.coarse)}; }),
         with_inputs("ssao", [](const Inputs& in) { return images(ssao(in.stored, 0.5)); }),

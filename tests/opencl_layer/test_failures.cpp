@@ -53,8 +53,8 @@ private:
 
 // An optional extension says the names of arguments' types, and drivers need not have it. The operation does without.
 // Of devices that do not answer, others are left to choose from.
-const std::set<std::string> done_without{"clGetKernelArgInfo", "clGetPlatformIDs", "clGetPlatformInfo", "clGetDeviceIDs",
-                                         "clGetDeviceInfo"};
+const std::set<std::string> done_without{"clGetKernelArgInfo", "clGetPlatformIDs", "clGetPlatformInfo",
+                                         "clGetDeviceIDs", "clGetDeviceInfo"};
 
 /// What became of a call in which something failed.
 struct Outcome {
