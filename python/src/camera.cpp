@@ -133,7 +133,8 @@ CameraObject load(const fs::path& path, const std::string& image, const std::str
                                            .depth = depth});
     } catch (const Error& error) {
         const auto other =
-            from_other_importers(nb::make_tuple(path, image, node, preset, undistorted, storage.given, depth));
+            from_other_importers(nb::make_tuple(path, image, node, preset, undistorted,
+                                                     storage.is_given() ? storage.given : nb::none(), depth));
         if (!other && !fs::is_regular_file(path))
             throw;
         if (!other)

@@ -1,4 +1,4 @@
-// The pool of scratch memory: buffers that the last operations left, taken again by size.
+// The pool of scratch memory: buffers that the last operations left, taken again where they fit.
 
 #include "runtime/scratch.hpp"
 
@@ -55,11 +55,18 @@ Scratch::~Scratch() {
         pool.pop_front();
 }
 
-// Takes a buffer of this size from the pool, if there is one.
+// Takes the smallest buffer that fits from the pool, unless it is far too large. What `dof` needs differs from frame to frame,
+// and new memory costs as much as its kernels.
 bool Scratch::take(std::size_t size) {
+    constexpr std::size_t most_times = 4;
     const std::lock_guard lock(device_.state().mutex);
     auto& pool = device_.state().scratch;
-    const auto found = std::ranges::find(pool, size, &ScratchBuffer::size);
+    auto found = pool.end();
+    for (auto each = pool.begin(); each != pool.end(); ++each) {
+        const bool fits = each->size >= size && each->size / most_times <= size;
+        if (fits && (found == pool.end() || each->size < found->size))
+            found = each;
+    }
     if (found == pool.end())
         return false;
     used_.splice(used_.end(), pool, found);
