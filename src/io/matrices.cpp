@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <memory>
 
 namespace fathom::io {
@@ -97,7 +98,7 @@ using Kept = std::vector<cv::UMatData*>;
 void CL_CALLBACK let_go(cl_event, cl_int, void* kept) {
     const std::unique_ptr<Kept> all(static_cast<Kept*>(kept));
     for (cv::UMatData* each : *all) {
-        if (CV_XADD(&each->urefcount, -1) != 1)
+        if (std::atomic_ref(each->urefcount).fetch_sub(1) != 1)
             continue;
         each->flags |= cv::UMatData::ASYNC_CLEANUP;
         try {
@@ -111,14 +112,14 @@ void CL_CALLBACK let_go(cl_event, cl_int, void* kept) {
 // Throws nothing, so that the count is always given back.
 cl_int keep_until(cl_event done, std::unique_ptr<Kept> kept) noexcept {
     for (cv::UMatData* each : *kept)
-        CV_XADD(&each->urefcount, 1);
+        std::atomic_ref(each->urefcount).fetch_add(1);
     const cl_int code = clSetEventCallback(done, CL_COMPLETE, let_go, kept.get());
     if (code == CL_SUCCESS) {
         (void)kept.release(); // let_go has it
         return code;
     }
     for (cv::UMatData* each : *kept)
-        CV_XADD(&each->urefcount, -1); // the caller still has one
+        std::atomic_ref(each->urefcount).fetch_sub(1); // the caller still has one
     return code;
 }
 
