@@ -78,16 +78,6 @@ Layout layout_of(const std::vector<int>& shape, std::size_t row_stride) {
     return {shape[1], shape[0], shape.size() == 3 ? shape[2] : 1, row_stride};
 }
 
-// With an offset where the library takes one.
-template <typename Made = Image>
-Made image_in(const Device& device, cl_mem buffer, Element element, const Layout& layout, std::size_t offset) {
-    if constexpr (requires { Made(device, buffer, element, layout, offset); })
-        return Made(device, buffer, element, layout, offset);
-    else if (offset == 0)
-        return Made(device, buffer, element, layout);
-    throw std::invalid_argument("offset: must be 0");
-}
-
 void bind_images(nb::module_& module) {
     nb::class_<DeviceImage>(module, "Image", R"(An image on a device, for operations that follow each other without a download.
 
@@ -109,7 +99,7 @@ results are there: until numpy() or Device.finish(). Operations on an Image give
                                               : static_cast<std::size_t>(layout.width) *
                                                     static_cast<std::size_t>(layout.channels)};
                 return DeviceImage{
-                    image_in(device, handle_of<cl_mem>(buffer), element_of_name(dtype), tight, offset)};
+                    Image(device, handle_of<cl_mem>(buffer), element_of_name(dtype), tight, offset)};
             },
             nb::arg("device"), nb::arg("buffer"), nb::kw_only(), nb::arg("dtype"), nb::arg("shape"),
             nb::arg("row_stride") = 0, nb::arg("offset") = 0,

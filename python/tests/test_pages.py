@@ -1,4 +1,4 @@
-"""The snippets of docs/python.md and the examples run."""
+"""The snippets of docs/python.md and of the README run, and so do the examples."""
 
 import pathlib
 import re
@@ -22,6 +22,13 @@ def test_the_snippets_of_the_page_run_one_after_the_other():
     for snippet in snippets:
         exec(compile(snippet, "docs/python.md", "exec"), names)
     assert abs(names["n"].numpy()[240, 320] - [0, 0, -1]).max() < 1e-6
+
+
+def test_the_snippet_of_the_readme_runs():
+    (snippet,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    names = {}
+    exec(compile(snippet, "README.md", "exec"), names)
+    assert names["points"].shape == (480, 640, 3) and abs(names["points"][240, 320, 2] - 1.5) < 1e-6
 
 
 def test_every_function_is_documented_and_typed():
