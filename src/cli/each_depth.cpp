@@ -304,6 +304,9 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
                                : camera_of(camera, depth.windows),
             .storage = depth.storage};
         const std::optional<ExrSource> source = source_of(more, job, depth);
+        if (options.append && !source && relative && !more.picture)
+            throw Error(
+                fmt::format("{}: --append does not go with --relative; leave --append out", job.input.native()));
         if (options.append && !source)
             throw Error(fmt::format("{}: is no OpenEXR file, and --append adds to one; leave --append out",
                                     (more.picture ? job.companions[*more.picture] : job.input).native()));

