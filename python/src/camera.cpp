@@ -15,6 +15,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <cmath>
 #include <stdexcept>
@@ -104,7 +105,7 @@ CameraObject camera_of_text(const std::string& text, const std::string& name) {
 
 // The importers that need OpenCV, OpenEXR and a YAML parser are a module of their own, which is loaded when it is needed and
 // may be missing. It says what it found as a camera file.
-std::optional<ImportedCamera> from_other_importers(const nb::tuple& arguments) {
+std::optional<ImportedCamera> from_other_importers(const std::string& name, const nb::tuple& arguments) {
     nb::object importers;
     try {
         importers = nb::module_::import_("fathom._importers");
@@ -113,11 +114,10 @@ std::optional<ImportedCamera> from_other_importers(const nb::tuple& arguments) {
             throw;
         return {};
     }
-    const nb::object found = importers.attr("camera_file")(*arguments);
-    ImportedCamera camera =
-        camera_of_text(nb::cast<std::string>(found[0]), nb::cast<std::string>(nb::str(arguments[0]))).file();
-    for (nb::handle warning : nb::borrow<nb::list>(nb::object(found[1])))
-        camera.warnings.push_back(nb::cast<std::string>(warning));
+    const auto [text, warnings] = nb::cast<std::pair<std::string, std::vector<std::string>>>(
+        nb::object(importers.attr("camera_file")(*arguments)));
+    ImportedCamera camera = camera_of_text(text, name).file();
+    camera.warnings.insert(camera.warnings.end(), warnings.begin(), warnings.end());
     return camera;
 }
 
@@ -133,7 +133,7 @@ CameraObject load(const fs::path& path, const std::string& image, const std::str
                                            .depth = depth});
     } catch (const Error& error) {
         const auto other =
-            from_other_importers(nb::make_tuple(path, image, node, preset, undistorted,
+            from_other_importers(path.string(), nb::make_tuple(path, image, node, preset, undistorted,
                                                      storage.is_given() ? storage.given : nb::none(), depth));
         if (!other && !fs::is_regular_file(path))
             throw;
