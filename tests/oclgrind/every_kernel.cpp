@@ -200,31 +200,42 @@ int run_streamed(const Device& device, const Camera& camera) {
 
 } // namespace
 
+// every_kernel VECTOR_WIDTH [GROUP]
 int main(int count, char** arguments) {
     const int vector_width = count > 1 ? std::atoi(arguments[1]) : 1;
+    const std::string only = count > 2 ? arguments[2] : "";
+    const auto wanted = [&](const char* group) { return only.empty() || only == group; };
     int images = 0;
     for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
         const Device device = Device::open("0", {.arithmetic = arithmetic, .vector_width = vector_width});
         if (images == 0)
             std::cout << device.info().name << '\n';
-        for (const Camera& camera : cameras())
-            images += run(device, camera, Storage::float32);
-        for (const Camera& camera : cameras())
-            images += run_masks(device, camera, false);
-        for (const Storage storage :
-             {Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24, Storage::rgb8_red_low})
-            images += run(device, cameras().front(), storage);
-        images += run_normals(device, cameras().front());
-        images += run_normals(device, cameras()[2]);
-        images += run_fog(device, cameras().front());
-        images += run_fog(device, cameras()[3]);
-        if (arithmetic == Arithmetic::fp64) { // these kernels read what the others have decoded: one code for both
-            images += run_occlusion(device, cameras().front());
-            images += run_occlusion(device, cameras()[2]);
-            images += run_masks(device, cameras().front(), true);
-            images += run_blur(device, cameras().front());
+        if (wanted("decode")) {
+            for (const Camera& camera : cameras())
+                images += run(device, camera, Storage::float32);
+            for (const Storage storage :
+                 {Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24, Storage::rgb8_red_low})
+                images += run(device, cameras().front(), storage);
+            images += run_streamed(device, cameras().front());
         }
-        images += run_streamed(device, cameras().front());
+        if (wanted("masks"))
+            for (const Camera& camera : cameras())
+                images += run_masks(device, camera, false);
+        if (wanted("normals"))
+            for (const std::size_t perspective_or_not : {0, 2})
+                images += run_normals(device, cameras()[perspective_or_not]);
+        if (wanted("fog"))
+            for (const std::size_t flat_or_tilted : {0, 3})
+                images += run_fog(device, cameras()[flat_or_tilted]);
+        if (arithmetic == Arithmetic::two_float)
+            continue; // what follows reads what the others have decoded: one code for both
+        if (wanted("around"))
+            images += run_masks(device, cameras().front(), true);
+        if (wanted("occlusion"))
+            for (const std::size_t perspective_or_not : {0, 2})
+                images += run_occlusion(device, cameras()[perspective_or_not]);
+        if (wanted("blur"))
+            images += run_blur(device, cameras().front());
     }
     std::cout << images << " images\n";
 }
