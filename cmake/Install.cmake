@@ -8,7 +8,7 @@ set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/fathom)
 set(FATHOM_COMPONENTS camera core)
 set(installed_libraries fathom_camera fathom)
 set(camera_file_headers camera_file.hpp import_camera.hpp presets.hpp)
-set(io_headers exr.hpp io.hpp opencv.hpp picture.hpp)
+set(io_headers exr.hpp frames.hpp io.hpp opencv.hpp picture.hpp)
 set(left_out)
 if(TARGET fathom_camera_file)
   list(APPEND FATHOM_COMPONENTS camera_file)
@@ -69,6 +69,6 @@ if(TARGET fathom_io)
   get_target_property(opencv_include opencv_core INTERFACE_INCLUDE_DIRECTORIES)
   list(TRANSFORM opencv_include PREPEND -I)
   fathom_pkg_config(fathom_io DESCRIPTION "Fathom with images of OpenCV and in files"
-    REQUIRES fathom fathom_camera_file REQUIRES_IF_STATIC OpenEXR libtiff-4 zlib yaml-cpp
+    REQUIRES fathom fathom_camera_file REQUIRES_IF_STATIC OpenEXR libtiff-4 zlib tbb yaml-cpp
     LIBS -lopencv_imgcodecs -lopencv_core CFLAGS ${opencv_include})
 endif()

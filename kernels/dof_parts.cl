@@ -5,7 +5,8 @@
 //   alpha, colour and moment of a layer are sums over either part of the aperture, as in dof_gather.cl
 // A straight edge before another is exact, whatever their circles. What is left in between, as before a pole, is between the
 // half-plane and the even spread.
-// Pixels have a second surface (dof_behind.cl), so that rays which pass an edge find what lies behind.
+// Pixels have a second surface (dof_behind.cl), so that rays which pass an edge find what lies behind. It counts as in
+// dof_strips.cl.
 // Built for: BRIGHT = 0 1; DIRECT = 0 1
 
 #include "tiles.h"
@@ -81,10 +82,11 @@ INLINE void add_pixels(__global const float* here, int x, int y, __global const 
         __global const float* second = from + (1 + CHANNELS) * p->plane;
         const floatV off = LOAD(float, from) - layer, off_second = LOAD(float, second) - layer;
         const floatV own = tap.weight * max(1.0f - fabs(off), 0.0f);
-        const floatV own_second = tap.weight * max(1.0f - fabs(off_second), 0.0f);
+        const floatV open_second = min(max((-off - JUMP) * (1.0f / SLOPE), 0.0f), 1.0f);
+        const floatV own_second = tap.weight * open_second * max(1.0f - fabs(off_second), 0.0f);
         floatV value[PLANES];
         value[0] = own + own_second;
-        value[1] = tap.weight * min(max(max(off, off_second) + 2.0f, 0.0f), 1.0f);
+        value[1] = tap.weight * max(min(max(off + 2.0f, 0.0f), 1.0f), open_second * min(max(off_second + 2.0f, 0.0f), 1.0f));
         for (int k = 0; k < CHANNELS; ++k)
             value[COLORS + k] =
                 fma(own, LOAD(float, from + (k + 1) * p->plane), own_second * LOAD(float, second + (k + 1) * p->plane));

@@ -4,7 +4,8 @@
 // colour lies beyond the knee. A pixel counts for layer k by 1 - |s - k|, as behind it by s - k up to 1, and as certainly
 // behind, which the other fraction of a surface between two layers is not, by s - k - 1 up to 1.
 // Under BEHIND a pixel has a second surface, which counts like the first. Under MOMENT there is a last sum: the columns
-// of the layer's own pixels.
+// of the layer's own pixels; and the second surface counts only where the first lies some layers before this one. Otherwise
+// both are seen through nearly the same part of the lens, and of that the first has left nothing.
 // The sums are restarted, and highlights are summed apart, because large values leave their rounding in a running sum.
 // Built for: FILL = 0 1; BRIGHT = 0 1; BEHIND = 0 1; MOMENT = 0 1
 
@@ -119,13 +120,22 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
 #if BEHIND
                 __global const float* second = here + (1 + CHANNELS) * p.plane;
                 const float16 off_second = *(__global const float16_anywhere*)second - s.layer;
-                const float16 own_second = max(1.0f - fabs(off_second), 0.0f);
-                const float16 all = own + own_second, farther = max(off, off_second);
+#if MOMENT
+                const float16 open = min(max((-off - JUMP) * (1.0f / SLOPE), 0.0f), 1.0f);
 #else
-                const float16 all = own, farther = off;
+                const float16 open = 1.0f;
+#endif
+                const float16 own_second = open * max(1.0f - fabs(off_second), 0.0f);
+                const float16 all = own + own_second;
+#else
+                const float16 all = own;
 #endif
                 value[0] += all;
-                value[1] += behind_layer(farther);
+#if BEHIND
+                value[1] += max(behind_layer(off), open * behind_layer(off_second));
+#else
+                value[1] += behind_layer(off);
+#endif
 #if MOMENT
                 value[PLANES - 1] = fma(all, columns + (float)x, value[PLANES - 1]);
 #endif

@@ -197,9 +197,11 @@ INLINE void store_elements(floatV value, __global ELEMENT_TYPE* to) {
 #elif ELEMENT == ELEMENT_HALF
     JOIN(JOIN(vstore_half, V), _rte)(value, 0, (__global half*)to);
 #elif ELEMENT == ELEMENT_U16
-    JOIN(vstore, V)(JOIN(convert_, LANES(ushort))(min(max(value, 0.0f), 1.0f) * 65535.0f + 0.5f), 0, to);
+    value = min(max(value, 0.0f), 1.0f);
+    JOIN(vstore, V)(JOIN(convert_, LANES(ushort))(CODE_OF(floatV, value, 65535.0f)), 0, to);
 #else
-    JOIN(vstore, V)(JOIN(convert_, LANES(uchar))(min(max(value, 0.0f), 1.0f) * 255.0f + 0.5f), 0, to);
+    value = min(max(value, 0.0f), 1.0f);
+    JOIN(vstore, V)(JOIN(convert_, LANES(uchar))(CODE_OF(floatV, value, 255.0f)), 0, to);
 #endif
 }
 

@@ -30,6 +30,11 @@ static inline float read_element(__global const ELEMENT_TYPE* source, size_t at)
 #endif
 }
 
+// floor(value most + 1/2), exactly: what fma() gives may be rounded up to the next integer, which the remainder tells.
+// TYPE is float or a vector of it; the value is 0 to 1.
+#define CORRECTED(TYPE, value, most, code) ((code) + floor(fma(value, (TYPE)(most), (TYPE)(0.5f) - (code))))
+#define CODE_OF(TYPE, value, most) CORRECTED(TYPE, value, most, floor(fma(value, (TYPE)(most), (TYPE)(0.5f))))
+
 // Integers are rounded to the nearest and end at 0 and 1.
 static inline void write_element(float value, __global ELEMENT_TYPE* target, size_t at) {
 #if ELEMENT == ELEMENT_FLOAT
@@ -37,9 +42,9 @@ static inline void write_element(float value, __global ELEMENT_TYPE* target, siz
 #elif ELEMENT == ELEMENT_HALF
     vstore_half_rte(value, at, (__global half*)target);
 #elif ELEMENT == ELEMENT_U16
-    target[at] = (ushort)(min(max(value, 0.0f), 1.0f) * 65535.0f + 0.5f);
+    target[at] = (ushort)CODE_OF(float, min(max(value, 0.0f), 1.0f), 65535.0f);
 #else
-    target[at] = (uchar)(min(max(value, 0.0f), 1.0f) * 255.0f + 0.5f);
+    target[at] = (uchar)CODE_OF(float, min(max(value, 0.0f), 1.0f), 255.0f);
 #endif
 }
 

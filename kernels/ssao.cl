@@ -184,7 +184,7 @@ INLINE uint at_tap(const placeV* place, const split_params* split, __global cons
 // What a tap sees: its surface where the slice passes it, less q_c, and how it goes on along the slice.
 typedef struct {
     floatV front, to_line, tilt;
-    floatV height; // of the tap's own pixel above the tangent plane
+    floatV itself; // inverse depth of the tap's own pixel
 } columnV;
 
 INLINE columnV column_at(const sideV* side, __global const float* fronts, __global const float* slopes, uint at,
@@ -194,17 +194,22 @@ INLINE columnV column_at(const sideV* side, __global const float* fronts, __glob
     columnV column;
     column.to_line = fma(across, (floatV)tap->aside, -side->q);
     column.tilt = fma((floatV)side->along_x, right, side->along_y * down);
-    const floatV front = LOAD(float, fronts + at);
-    column.front = front + column.to_line;
-    column.height = fma(side->across, (floatV)tap->aside, front - side->q) - side->tangent * tap->distance;
+    column.itself = LOAD(float, fronts + at);
+    column.front = column.itself + column.to_line;
     return column;
 }
 
 // May what a tap sees block a sector, wherever between its neighbours it ends?
-INLINE intV rises_above(const sideV* side, floatV first, const columnV* column, __global const tap_params* tap) {
+INLINE intV may_rise(floatV first, const columnV* column, __global const tap_params* tap) {
     const floatV low = fma(column->tilt, (floatV)tap->low, column->front) * tap->inverse_low;
     const floatV high = fma(column->tilt, (floatV)tap->high, column->front) * tap->inverse_high;
-    return (max(low, high) > first) & (column->height > -side->slack);
+    return max(low, high) > first;
+}
+
+// And does its own pixel lie above the tangent plane?
+INLINE intV is_above(const sideV* side, const columnV* column, __global const tap_params* tap) {
+    const floatV height = fma(side->across, (floatV)tap->aside, column->itself - side->q) - side->tangent * tap->distance;
+    return height > -side->slack;
 }
 
 // Two neighbouring samples meet in an outward edge if the surface of each, extended to the other sample, passes above it.
@@ -229,6 +234,16 @@ INLINE floatV end_of(const sideV* side, const columnV* column, const edgeV* edge
     return select(fma(tilt, (floatV)way, column->front) * inverse, edge->place, edge->outward);
 }
 
+// The same towards the pixel. Between the pixel and its first sample nothing is known. A surface that rises towards the pixel is
+// not followed there: seen at a grazing angle it would soon stand over the pixel.
+INLINE floatV inner_end_of(const sideV* side, const columnV* column, const edgeV* edge, __global const tap_params* tap) {
+    if (tap->gap < tap->distance)
+        return end_of(side, column, edge, tap->after, tap->inverse_inner);
+    const floatV tilt = max(min(column->tilt, side->rises), 0.0f);
+    const floatV level = fma(tilt, (floatV)tap->after, column->front) * tap->inverse_inner;
+    return select(max(level, column->front * tap->inverse_distance), edge->place, edge->outward);
+}
+
 // The sectors that a column blocks: from its back to the higher end of its front, inside the sphere. Each pixel counts only
 // the samples that could block a sector of its own, so that its result does not depend on the other pixels of the vector.
 INLINE intV sectors_of(const sideV* side, floatV first, const columnV* column, floatV back, floatV inner, floatV outer,
@@ -240,7 +255,7 @@ INLINE intV sectors_of(const sideV* side, floatV first, const columnV* column, f
     const floatV bottom = max(min(min(min(inner, outer), behind), high), low);
     const intV from = max(sectors_to(fma(side->scale, bottom, side->offset), side), 0);
     const intV to = min(max(sectors_to(fma(side->scale, top, side->offset), side), from), (int)SECTORS);
-    const intV counts = rises_above(side, first, column, tap) & (max(inner, outer) > first);
+    const intV counts = may_rise(first, column, tap) & is_above(side, column, tap) & (max(inner, outer) > first);
     return select((intV)0, ((intV)1 << to) - ((intV)1 << from), counts);
 }
 
@@ -365,12 +380,13 @@ typedef struct {
 // Which of the next taps, 32 at most, may block a sector of any lane.
 INLINE uint rising_taps(const sideV* side, const sourceV* from, const placeV* place, floatV first,
                         __global const tap_params* tap, int count) {
-    uint rising = 0;
+    intV rising = 0, bit = 1;
     for (int i = 0; i < count; ++i) {
         const columnV seen = column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap + i), tap + i);
-        rising |= (uint)any_of(rises_above(side, first, &seen, tap + i)) << i;
+        rising |= select((intV)0, bit, may_rise(first, &seen, tap + i));
+        bit += bit;
     }
-    return rising;
+    return (uint)bits_of_any(rising);
 }
 
 INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV* place, floatV first,
@@ -394,7 +410,7 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
         known = i + 1;
         next = column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap + 1), tap + 1);
         after = edge_of(&seen, &next, tap + 1);
-        const floatV inner = end_of(side, &seen, &before, tap->after, tap->inverse_inner);
+        const floatV inner = inner_end_of(side, &seen, &before, tap);
         const floatV outer = end_of(side, &seen, &after, tap[1].before, tap[1].inverse_inner);
         covered |= sectors_of(side, first, &seen, LOAD(float, from->backs + at), inner, outer, tap);
     }

@@ -9,6 +9,7 @@
 
 #define NOWHERE -1e6f // the layer of a pixel that takes part in no layer
 #define JUMP 2.0f     // layers: a surface's neighbours in depth are not behind it
+#define SLOPE 4.0f    // layers more, over which what a slope hides of its own pixels comes into view
 
 #if !defined(CHANNELS) || CHANNELS < 3 || CHANNELS > 4
 #error "CHANNELS is not defined: 3 or 4, of a pixel's colour"
@@ -17,6 +18,13 @@
 // The element of the first plane that holds column x of tile `across` and row y of the image.
 INLINE size_t in_planes(const blur_params* p, uint across, uint x, uint y) {
     return (size_t)y * p->stride + dof_margin + across * dof_tile_columns + x;
+}
+
+// The signed circle of a layer, or between two, pixels; 0 in focus.
+INLINE float circle_of(float layer, const blur_params* p) {
+    const float away = fabs(layer - (float)p->middle) / p->per_octave, octave = floor(away);
+    const float size = away > 0.0f ? ldexp(1.0f + (away - octave), (int)octave) : 0.0f;
+    return layer < (float)p->middle ? -size : size;
 }
 
 // What layer k finds in a row of tiles, `pad` columns around a tile. 2: pixels of its own; 1: only pixels that are not

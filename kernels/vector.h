@@ -93,22 +93,27 @@ INLINE floatV vector_from(uint x) {
     return (floatV)((float)x) + LANE_INDEX(float) + 0.5f;
 }
 
-// Is the condition true in any lane? The builtin would test each in turn.
-INLINE bool any_of(intV condition) {
+// The bits that are set in any lane.
+INLINE int bits_of_any(intV bits) {
 #if V == 1
-    return condition != 0;
+    return bits;
 #else
 #if V == 16
-    const int8 half_of = condition.lo | condition.hi;
+    const int8 half_of = bits.lo | bits.hi;
     const int4 quarter = half_of.lo | half_of.hi;
 #elif V == 8
-    const int4 quarter = condition.lo | condition.hi;
+    const int4 quarter = bits.lo | bits.hi;
 #else
-    const int4 quarter = condition;
+    const int4 quarter = bits;
 #endif
     const int2 pair = quarter.lo | quarter.hi;
-    return (pair.x | pair.y) != 0;
+    return pair.x | pair.y;
 #endif
+}
+
+// Is the condition true in any lane? The builtin would test each in turn.
+INLINE bool any_of(intV condition) {
+    return bits_of_any(condition) != 0;
 }
 
 // Sum of two floats and its rounding error, exactly (Knuth 1969).

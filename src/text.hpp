@@ -15,6 +15,15 @@ std::string text(const Part&... parts) {
     return stream.str();
 }
 
+/// A size in a message: "640 x 480".
+struct ImageSize {
+    int width, height;
+
+    friend std::ostream& operator<<(std::ostream& stream, const ImageSize& size) {
+        return stream << size.width << " x " << size.height;
+    }
+};
+
 /// A part of a whole: "25 %", "0.3 %".
 inline std::string percent(std::size_t part, std::size_t whole) {
     const double share = 100 * static_cast<double>(part) / static_cast<double>(whole);

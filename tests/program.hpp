@@ -8,12 +8,14 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fcntl.h>
@@ -72,8 +74,9 @@ inline void write(const fs::path& file, const std::string& bytes) {
 
 struct Surroundings {
     rlim_t largest_file = RLIM_INFINITY; // bytes: what a full disk looks like to a program
-    std::string variable;                // NAME=value
-    std::string out;                     // where stdout goes; empty: kept
+    std::string variable = {};           // NAME=value
+    std::string out = {};                // where stdout goes; empty: kept
+    Arguments before = {};               // of another program that starts it: `faketime`, or `unshare`
 };
 
 struct Outcome {
@@ -88,9 +91,10 @@ public:
         keeps_out_ = surroundings.out.empty();
         out_ = keeps_out_ ? streams_ / "stdout" : surroundings.out;
         err_ = streams_ / "stderr";
-        std::vector<char*> argv{const_cast<char*>(FATHOM_PROGRAM)}, envp;
-        for (const std::string& argument : arguments)
-            argv.push_back(const_cast<char*>(argument.c_str()));
+        std::vector<char*> argv, envp;
+        Arguments all = joined(joined(surroundings.before, {FATHOM_PROGRAM}), arguments);
+        for (std::string& argument : all)
+            argv.push_back(argument.data());
         argv.push_back(nullptr);
         for (char** variable = environ; *variable; ++variable)
             envp.push_back(*variable);
@@ -104,18 +108,34 @@ public:
             alarm(patience_s);
             redirect(out_, STDOUT_FILENO);
             redirect(err_, STDERR_FILENO);
-            execve(FATHOM_PROGRAM, argv.data(), envp.data());
+            execvpe(argv[0], argv.data(), envp.data());
             _exit(126);
         }
     }
+    ~Run() {
+        if (child_ <= 0)
+            return;
+        send(SIGKILL);
+        outcome();
+    }
+    Run(const Run&) = delete;
+    Run& operator=(const Run&) = delete;
 
     void send(int signal) const { kill(child_, signal); }
+    pid_t process() const { return child_; }
+    std::string out() const { return keeps_out_ ? content(out_) : ""; }
+    std::string err() const { return content(err_); }
 
-    Outcome outcome() const {
+    bool is_running() const {
+        siginfo_t info{};
+        return waitid(P_PID, static_cast<id_t>(child_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == 0;
+    }
+
+    /// Waits for its end.
+    Outcome outcome() {
         int status = 0;
-        waitpid(child_, &status, 0);
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), keeps_out_ ? content(out_) : "",
-                content(err_)};
+        waitpid(std::exchange(child_, 0), &status, 0);
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), out(), err()};
     }
 
 private:
@@ -141,14 +161,30 @@ inline void check_done(const Outcome& outcome) {
     CHECK(outcome.err.empty());
 }
 
-/// One line on stderr that names what is wrong.
+/// One line on stderr that names what is wrong. Of several inputs a last line counts those that failed.
 inline void check_refused(const Outcome& outcome, int code, const std::string& named) {
     INFO("stderr: " << outcome.err);
     CHECK(outcome.code == code);
     CHECK(outcome.err.starts_with("fathom: "));
-    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
     CHECK(outcome.err.ends_with('\n'));
     CHECK(outcome.err.find(named) != std::string::npos);
+    const std::size_t end = outcome.err.find('\n');
+    const std::string rest = outcome.err.substr(end == std::string::npos ? outcome.err.size() : end + 1);
+    if (rest.empty())
+        return;
+    CHECK(code == 1);
+    CHECK(rest.starts_with("fathom: 1 of "));
+    CHECK(rest.find(" inputs failed: ") != std::string::npos);
+    CHECK(rest.find('\n') == rest.size() - 1);
+}
+
+/// The same for one of several inputs: its line, and a last one that lists it.
+inline void check_one_failed(const Outcome& outcome, int inputs, const std::string& file, const std::string& named) {
+    INFO("stderr: " << outcome.err);
+    CHECK(outcome.code == 1);
+    CHECK(outcome.err.starts_with("fathom: " + file + ": " + named));
+    CHECK(outcome.err.ends_with("\nfathom: 1 of " + std::to_string(inputs) + " inputs failed: " + file + "\n"));
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 2);
 }
 
 inline constexpr int width = 48, height = 32;

@@ -317,35 +317,37 @@ TEST_CASE("fog: pictures of halves and of integers are those of floats, rounded"
     const int width = 37, height = 3;
     const View view = view_of(true, width, height, view_matrix(2, 0, 0));
     const Picture given = picture(width, height, 4, 5);
-    std::vector<std::uint8_t> codes;
-    Picture exact = given;
-    for (float& value : exact.color) {
-        codes.push_back(static_cast<std::uint8_t>(std::lround(std::min(value, 1.0f) * 255)));
-        value = static_cast<float>(codes.back()) / 255.0f;
-    }
     const FogOptions fog{.density = 0.1};
-    const std::vector<float> expected = fogged(device(), exact, view, 4, fog);
-    std::vector<std::uint8_t> by_width;
-    for (const int vector_width : {16, 8, 4, 1}) {
-        const Device on = Device::open("cpu", {.vector_width = vector_width});
-        const Image color = Image::from_host(on, Element::u8, codes.data(), {width, height, 4});
-        std::vector<std::uint8_t> result(codes.size());
-        fathom::fog(stored_of(on, given.depth, view.camera), color, fog).download(result.data());
-        for (std::size_t i = 0; i < codes.size(); ++i)
-            CHECK(std::abs(static_cast<float>(result[i]) - expected[i] * 255) <= 0.5001f);
-        if (by_width.empty())
-            by_width = result;
-        CHECK(result == by_width);
-    }
+    const auto check_codes = [&]<typename Code>(Code most, Element element) {
+        std::vector<Code> codes;
+        Picture exact = given;
+        for (float& value : exact.color) {
+            codes.push_back(static_cast<Code>(std::lround(std::min(value, 1.0f) * static_cast<float>(most))));
+            value = static_cast<float>(codes.back()) / static_cast<float>(most);
+        }
+        std::vector<Code> expected;
+        for (const float value : fogged(device(), exact, view, 4, fog))
+            expected.push_back(static_cast<Code>(std::floor(static_cast<double>(value) * most + 0.5)));
+        for (const int vector_width : {16, 8, 4, 1}) {
+            const Device on = Device::open("cpu", {.vector_width = vector_width});
+            const Image color = Image::from_host(on, element, codes.data(), {width, height, 4});
+            std::vector<Code> result(codes.size());
+            fathom::fog(stored_of(on, given.depth, view.camera), color, fog).download(result.data());
+            CHECK(result == expected);
+        }
+    };
+    check_codes(std::uint8_t{255}, Element::u8);
+    check_codes(std::uint16_t{65535}, Element::u16);
+    const std::size_t values = given.color.size();
     for (const Element element : {Element::f16, Element::u16}) {
-        const std::vector<std::uint16_t> zeros(codes.size());
+        const std::vector<std::uint16_t> zeros(values);
         const Image color = Image::from_host(device(), element, zeros.data(), {width, height, 4});
         const Image result = fathom::fog(stored_of(device(), given.depth, view.camera), color,
                                          {.density = 1e9, .color = {1, 1, 1}, .alpha = FogAlpha::straight});
-        std::vector<std::uint16_t> values(codes.size());
-        result.download(values.data());
-        CHECK(values[0] == (element == Element::f16 ? 0x3c00 : 0xffff));
-        CHECK(values[3] == 0);
+        std::vector<std::uint16_t> got(values);
+        result.download(got.data());
+        CHECK(got[0] == (element == Element::f16 ? 0x3c00 : 0xffff));
+        CHECK(got[3] == 0);
     }
 }
 

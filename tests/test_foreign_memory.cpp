@@ -2,11 +2,9 @@
 // kind.
 // Every operation gives the bits that it gives on images of its own, and writes nothing beside them.
 #include "catch.hpp"
+#include "own_context.hpp"
 
 #include <fathom/fathom.hpp>
-
-#define CL_TARGET_OPENCL_VERSION 120
-#include <CL/cl.h>
 
 #include <algorithm>
 #include <cstring>
@@ -35,28 +33,12 @@ const Device& cpu() {
 
 /// A program's own context, with a queue of either kind.
 struct Context {
-    cl_context context;
-    cl_command_queue in_order, any_order;
+    OwnContext own{cpu().id()};
+    Device in_order = own.device(), any_order = own.out_of_order();
 
-    Context() {
-        const cl_device_id id = cpu().id();
-        context = clCreateContext(nullptr, 1, &id, nullptr, nullptr, nullptr);
-        in_order = clCreateCommandQueue(context, id, 0, nullptr);
-        any_order = clCreateCommandQueue(context, id, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, nullptr);
-        REQUIRE((context && in_order && any_order));
-    }
-    ~Context() {
-        clReleaseCommandQueue(in_order);
-        clReleaseCommandQueue(any_order);
-        clReleaseContext(context);
-    }
-    Context(const Context&) = delete;
-    Context& operator=(const Context&) = delete;
-
-    Device device(cl_command_queue queue) const { return {context, cpu().id(), queue}; }
     Buffer buffer(std::size_t size, const void* content = nullptr) const {
         const cl_mem_flags flags = CL_MEM_READ_WRITE | (content ? CL_MEM_COPY_HOST_PTR : 0);
-        cl_mem made = clCreateBuffer(context, flags, size, const_cast<void*>(content), nullptr);
+        cl_mem made = clCreateBuffer(own.get(), flags, size, const_cast<void*>(content), nullptr);
         REQUIRE(made != nullptr);
         return {made, clReleaseMemObject};
     }
@@ -106,8 +88,8 @@ public:
             std::memcpy(bytes_.data() + first_of(y), content.data() + y * shape.row() * shape.each(),
                         shape.row() * shape.each());
         if (placement.holder == Holder::host_memory) {
-            cl_mem made =
-                clCreateBuffer(context.context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, bytes_.data(), nullptr);
+            cl_mem made = clCreateBuffer(context.own.get(), CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size,
+                                         bytes_.data(), nullptr);
             whole_ = {made, clReleaseMemObject};
         } else {
             whole_ = context.buffer(bytes_.size(), bytes_.data());
@@ -309,11 +291,10 @@ void check_everywhere(const Content& content, const std::vector<Operation>& want
     const Context context;
     for (const Operation& operation : wanted) {
         const std::vector<Bytes> expected = expected_of(operation, content);
-        for (cl_command_queue queue : {context.in_order, context.any_order}) {
-            const Device device = context.device(queue);
+        for (const Device& device : {context.in_order, context.any_order}) {
             for (const Placement& placement : where) {
                 INFO(operation.name << " in " << placement.name
-                                    << (queue == context.any_order ? ", out of order" : ", in order"));
+                                    << (device.queue() == context.any_order.queue() ? ", out of order" : ", in order"));
                 Foreign depth(context, device, placement, content.depth, content.values);
                 Foreign color(context, device, placement, content.color, content.picture);
                 std::vector<std::unique_ptr<Foreign>> results;
@@ -369,8 +350,7 @@ TEST_CASE("foreign memory: float depth may be its own result", "[foreign-memory]
     const Content content(61, 37, Storage::float32, Element::f32);
     const Bytes expected = expected_of(only("linearize").front(), content).front();
     const Context context;
-    for (cl_command_queue queue : {context.in_order, context.any_order}) {
-        const Device device = context.device(queue);
+    for (const Device& device : {context.in_order, context.any_order}) {
         for (const Placement& placement : placements) {
             INFO(placement.name);
             Foreign both(context, device, placement, content.depth, content.values);
@@ -387,7 +367,7 @@ TEST_CASE("foreign memory: operations follow each other in a queue without an or
     const Bytes expected = downloaded(unproject(linearize(plain.depth).stored()));
     const Bytes occluded = downloaded(ssao(linearize(plain.depth).stored(), 0.5).visibility);
     const Context context;
-    const Device device = context.device(context.any_order);
+    const Device device = context.any_order;
     for (int turn = 0; turn < 20; ++turn) {
         Foreign depth(context, device, placements[3], content.depth, content.values);
         const StoredDepth stored{depth.image, content.seen, content.storage};
@@ -398,7 +378,7 @@ TEST_CASE("foreign memory: operations follow each other in a queue without an or
 
 TEST_CASE("foreign memory: an image is refused that does not fit its buffer", "[foreign-memory]") {
     const Context context;
-    const Device device = context.device(context.in_order);
+    const Device device = context.in_order;
     const Buffer buffer = context.buffer(848 * 480 * 2);
     const Layout frame{848, 480, 1, 848};
     CHECK_NOTHROW(Image(device, buffer.get(), Element::u16, frame));
@@ -413,12 +393,46 @@ TEST_CASE("foreign memory: an image is refused that does not fit its buffer", "[
     refused({848, 480, 1, 849}, 0, "815038");
     refused({848, 481, 1, 848}, 0, "815776");
     refused({848, 480, 3, 848 * 3}, 0, "2442240");
-    refused({1, 1, 1, 1}, 848 * 480, "2 from byte 814080 on");
+    refused({1, 1, 1, 1}, 848 * 480, "2 from element 407040 on");
     refused({1, 1, 1, 1}, std::size_t{1} << 63, "2 ");
     refused({1, 1, 1, 1}, ~std::size_t{0}, "2 ");
-    refused({2147483647, 2147483647, 1, std::size_t{1} << 62}, 0, "");
+    for (const int rows : {2, 3, 5, 2147483647}) // 4 · 2^62 is 0 in 64 bits
+        for (const int power : {59, 61, 62, 63}) {
+            INFO(rows << " rows, 2^" << power << " elements apart");
+            CHECK_THROWS_AS(Image(device, buffer.get(), Element::u16, {4, rows, 1, std::size_t{1} << power}),
+                            std::invalid_argument);
+        }
+    CHECK_THROWS_AS(Image(device, Element::f32, {2147483647, 2147483647, 2147483647}), std::invalid_argument);
     CHECK_THROWS_AS(Image(device, nullptr, Element::u16, frame), std::invalid_argument);
     CHECK_THROWS_AS(Image(device, buffer.get(), Element::u16, {848, 480, 1, 847}), std::invalid_argument);
+
+    const auto with_flags = [&](cl_mem_flags flags) {
+        return Buffer(clCreateBuffer(context.own.get(), flags, 4096, nullptr, nullptr), clReleaseMemObject);
+    };
+    CHECK_THROWS_WITH(Image(device, with_flags(CL_MEM_WRITE_ONLY).get(), Element::u16, {8, 4}),
+                      ContainsSubstring("CL_MEM_WRITE_ONLY"));
+    const Image to_read(device, with_flags(CL_MEM_READ_ONLY).get(), Element::f32, {8, 4});
+    CHECK_THROWS_WITH(linearize({Image(device, Element::f32, {8, 4}), camera(8, 4)}, to_read),
+                      ContainsSubstring("CL_MEM_READ_ONLY"));
+    CHECK_NOTHROW(linearize({to_read, camera(8, 4)}, Image(device, Element::f32, {8, 4})));
+    const cl_image_format format{CL_R, CL_FLOAT};
+    cl_image_desc desc{};
+    desc.image_type = CL_MEM_OBJECT_IMAGE2D;
+    desc.image_width = desc.image_height = 64;
+    const Buffer texture(clCreateImage(context.own.get(), CL_MEM_READ_WRITE, &format, &desc, nullptr, nullptr),
+                         clReleaseMemObject);
+    REQUIRE(texture != nullptr);
+    CHECK_THROWS_WITH(Image(device, texture.get(), Element::f32, {8, 4}), ContainsSubstring("is an OpenCL image"));
+
+    const std::vector<float> values(32);
+    const Image held = Image::from_host(device, Element::f32, values.data(), {8, 4}),
+                on_device(device, Element::f32, {8, 4});
+    std::vector<float> target(32);
+    CHECK_THROWS_AS(Image::from_host(device, Element::f32, nullptr, {8, 4}), std::invalid_argument);
+    CHECK_THROWS_AS(on_device.download(nullptr), std::invalid_argument);
+    CHECK_THROWS_AS(on_device.download(target.data(), 7), std::invalid_argument);
+    CHECK_THROWS_AS(Image().region(0, 0, 1, 1), std::invalid_argument);
+    CHECK_THROWS_AS(Image().download(target.data()), std::invalid_argument);
 
     const Buffer sub = [&] {
         const cl_buffer_region half{0, 848 * 240 * 2};
@@ -432,7 +446,7 @@ TEST_CASE("foreign memory: an image is refused that does not fit its buffer", "[
 
 TEST_CASE("foreign memory: a buffer of another context is refused by name", "[foreign-memory]") {
     const Context context, other;
-    const Device device = context.device(context.in_order);
+    const Device device = context.in_order;
     const Buffer buffer = other.buffer(4096);
     CHECK_THROWS_AS(Image(device, buffer.get(), Element::f32, {8, 4}), std::invalid_argument);
     CHECK_THROWS_WITH(Image(device, buffer.get(), Element::f32, {8, 4}),
@@ -441,10 +455,10 @@ TEST_CASE("foreign memory: a buffer of another context is refused by name", "[fo
 
 TEST_CASE("foreign memory: host memory that is not aligned to its elements is refused", "[foreign-memory]") {
     const Context context;
-    const Device device = context.device(context.in_order);
+    const Device device = context.in_order;
     Bytes bytes(4096 + 1);
     const Buffer buffer(
-        clCreateBuffer(context.context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, 4096, bytes.data() + 1, nullptr),
+        clCreateBuffer(context.own.get(), CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, 4096, bytes.data() + 1, nullptr),
         clReleaseMemObject);
     REQUIRE(buffer != nullptr);
     CHECK_THROWS_AS(Image(device, buffer.get(), Element::u16, {8, 4}), std::invalid_argument);
@@ -453,7 +467,7 @@ TEST_CASE("foreign memory: host memory that is not aligned to its elements is re
 
 TEST_CASE("foreign memory: sub-buffers of one buffer share its memory where they overlap", "[foreign-memory]") {
     const Context context;
-    const Device device = context.device(context.in_order);
+    const Device device = context.in_order;
     const Buffer whole = context.buffer(8192);
     const auto part = [&](std::size_t origin, std::size_t size) {
         const cl_buffer_region region{origin, size};
@@ -484,9 +498,42 @@ TEST_CASE("foreign memory: sub-buffers of one buffer share its memory where they
     device.finish();
 }
 
+TEST_CASE("foreign memory: a picture in focus is copied between parts of one buffer with other row strides",
+          "[foreign-memory]") {
+    const Context context;
+    const Device device = context.in_order;
+    constexpr int width = 5, height = 7;
+    std::vector<float> memory(4096, 7);
+    for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < 3 * width; ++x)
+            memory[128 + y * 17 + x] = static_cast<float>(16 * y + x);
+    const Buffer whole = context.buffer(memory.size() * sizeof(float), memory.data());
+    const cl_buffer_region region{8192, 8192};
+    const Buffer part(clCreateSubBuffer(whole.get(), 0, CL_BUFFER_CREATE_TYPE_REGION, &region, nullptr),
+                      clReleaseMemObject);
+    REQUIRE(part != nullptr);
+    const std::vector<float> depth(width * height, 2);
+    Camera seen = camera(width, height);
+    const StoredDepth stored{Image::from_host(device, Element::f32, depth.data(), {width, height}), seen};
+    const Image color(device, whole.get(), Element::f32, {width, height, 3, 17}, 128);
+    const CircleOfConfusion pinhole{0, 0};
+    dof(stored, color, Image(device, whole.get(), Element::f32, {width, height, 3, 19}, 1024), pinhole);
+    dof(stored, color, Image(device, part.get(), Element::f32, {width, height, 3, 23}, 9), pinhole);
+    device.finish();
+    std::vector<float> now(memory.size());
+    REQUIRE(clEnqueueReadBuffer(device.queue(), whole.get(), CL_TRUE, 0, now.size() * sizeof(float), now.data(), 0,
+                                nullptr, nullptr) == CL_SUCCESS);
+    for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < 3 * width; ++x) {
+            memory[1024 + y * 19 + x] = static_cast<float>(16 * y + x);
+            memory[2048 + 9 + y * 23 + x] = static_cast<float>(16 * y + x);
+        }
+    CHECK(now == memory);
+}
+
 TEST_CASE("foreign memory: an image keeps its buffer after everybody else let it go", "[foreign-memory]") {
     const Context context;
-    const Device device = context.device(context.in_order);
+    const Device device = context.in_order;
     const Content content(61, 37, Storage::float32, Element::f32);
     const Bytes expected = expected_of(only("linearize").front(), content).front();
     Image image;

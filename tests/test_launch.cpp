@@ -1,11 +1,15 @@
 // The last parameter of every operation: events before it, an event after it, and its queue.
 #include "catch.hpp"
 #include "images.hpp"
+#include "own_context.hpp"
 
 #include "runtime/launched.hpp"
 #include "runtime/state.hpp"
 
 #include <fathom/fathom.hpp>
+
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -122,6 +126,23 @@ TEST_CASE("launch: a queue that is not the device's is refused", "[launch]") {
     }
 }
 
+TEST_CASE("launch: an event that is null, of another context or has failed is refused", "[launch]") {
+    OwnContext other(device().id());
+    const Device elsewhere = other.device();
+    cl::UserEvent of_other(runtime::context_of(elsewhere)), failed(runtime::context_of(device()));
+    failed.setStatus(-5);
+    for (const Call& operation : operations) {
+        INFO(operation.name);
+        const Inputs inputs;
+        const auto run = [&](cl_event event) { operation.run(inputs, {.wait = {event}}); };
+        CHECK_THROWS_AS(run(nullptr), std::invalid_argument);
+        CHECK_THROWS_AS(run(of_other()), std::invalid_argument);
+        CHECK_THROWS_WITH(run(failed()), "Launch::wait holds an event that has failed: its status is -5");
+    }
+    of_other.setStatus(CL_COMPLETE);
+    device().finish();
+}
+
 TEST_CASE("launch: an exception waits for the kernels that were started", "[launch]") {
     const Inputs inputs;
     const Image result(device(), Element::f32, {width, height});
@@ -134,6 +155,35 @@ TEST_CASE("launch: an exception waits for the kernels that were started", "[laun
         CHECK(status_of(started) == CL_COMPLETE);
     }
     clReleaseEvent(started);
+}
+
+TEST_CASE("launch: in a forked process every operation on images of before is refused, whatever a thread had locked",
+          "[launch]") {
+    const Inputs inputs;
+    for (const Call& operation : operations)
+        operation.run(inputs, {});
+    device().finish();
+    runtime::Context& shared = *device().state().shared;
+    const std::scoped_lock as_another_thread(device().state().mutex, shared.programs_mutex, shared.kept_mutex);
+    for (const Call& operation : operations) {
+        INFO(operation.name);
+        const pid_t child = fork();
+        REQUIRE(child >= 0);
+        if (child == 0) {
+            alarm(20);
+            try {
+                operation.run(inputs, {});
+                _exit(1);
+            } catch (const Error&) {
+                _exit(0);
+            } catch (...) {
+                _exit(2);
+            }
+        }
+        int status = -1;
+        REQUIRE(waitpid(child, &status, 0) == child);
+        CHECK(status == 0);
+    }
 }
 
 TEST_CASE("launch: a device takes part in a context without keeping it too short or too long", "[launch]") {

@@ -292,6 +292,8 @@ TEST_CASE("opencv umat: every type of stored depth is read, three and four bytes
         cv::UMat result;
         linearize(opencv_device(), on_device(stored), camera(), result, {}, storage);
         CHECK(same(on_host(result), expected));
+        linearize(cpu(), on_device(stored), camera(), result, {}, storage); // of another context: mapped
+        CHECK(same(on_host(result), expected));
     }
 }
 

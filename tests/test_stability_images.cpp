@@ -512,8 +512,8 @@ TEST_CASE("stability: what cannot be decoded or placed is refused", "[stability]
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.height = 3; }), "does not fit the camera's 8 x 3"));
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.width = 0; }), "0 x 4"));
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.depth_range = {0.5, 0.5}; }), "its ends must differ"));
-    CHECK(contains(said([](Camera&, UnprojectOptions&) {}, Storage::uint16), "not those of uint16"));
-    CHECK(contains(refusal([&] { linearize({codes, camera}); }), "not those of float32"));
+    CHECK(contains(said([](Camera&, UnprojectOptions&) {}, Storage::uint16), "uint16 takes 1 16-bit integer"));
+    CHECK(contains(refusal([&] { linearize({codes, camera}); }), "float32 takes 1 float"));
     CHECK(contains(refusal([&] { linearize({codes, camera, Storage::uint16}, codes); }), "it must hold 1 float"));
     CHECK(contains(refusal([&] { linearize({image, camera}, codes); }), "it must hold 1 float"));
     CHECK(contains(refusal([&] { unproject({image, camera}, image); }), "it must hold 3 floats"));

@@ -99,7 +99,7 @@ Regime noise_on_depth(const Device& device) {
         {quantity::normal, by_told_fit, 5, 1.7e-3, 3.1e-3, "measured"},
         {quantity::visibility, plain, 0.03, 1.7e-3, 3.1e-3, "measured"},
         {quantity::visibility, told, 0.03, 4.1e-4, 7.9e-4, "measured"},
-        {lost, plain, 0.01, 4.1e-4, 7.9e-4, "measured"},
+        {lost, plain, 0.01, 8.1e-4, 1.5e-3, "measured"},
         {lost, told, 0.01, 0.11, 0.2, "measured"},
     };
     return regime;

@@ -1,4 +1,4 @@
-"""A picture of occlusion and of a lens's blur, with matplotlib. usage: occlusion_and_bokeh.py PICTURE.png"""
+"""A picture of occlusion and of a lens's blur, with matplotlib. usage: occlusion_and_bokeh.py WRITTEN.png"""
 
 import sys
 
@@ -33,7 +33,8 @@ blurred = fathom.dof(shaded, z, camera, focus=4.0, f_stop=1.4, focal_length_mm=5
 
 figure, axes = pyplot.subplots(1, 3, figsize=(12, 3.2), layout="constrained")
 for axis, title, image in zip(axes, ("distance", "occlusion", "bokeh"), (z, visibility, blurred)):
-    axis.imshow(image if image.ndim == 2 else numpy.clip(image, 0, 1) ** (1 / 2.2), cmap="viridis" if title == "distance" else "gray", vmax=12 if title == "distance" else 1)
+    shown = image if image.ndim == 2 else numpy.clip(image, 0, 1) ** (1 / 2.2)
+    axis.imshow(shown, cmap="viridis" if title == "distance" else "gray", vmax=12 if title == "distance" else 1)
     axis.set_title(title)
     axis.axis("off")
 figure.savefig(sys.argv[1])

@@ -7,6 +7,11 @@
 #include <memory>
 
 namespace fathom {
+namespace runtime {
+class Scratch;
+struct Table;
+} // namespace runtime
+
 #pragma GCC visibility push(default)
 
 /// Type of one element of an image in memory.
@@ -47,8 +52,9 @@ public:
 
     /// An image in a buffer or sub-buffer that is there already, whose first element is number `offset`. Any row stride of at
     /// least a row will do; without one, rows lie as the constructor above would lay them. The buffer is retained.
-    /// Throws: std::invalid_argument for a null handle, a buffer of another context, one that is too small, and host memory
-    /// that is not aligned to its elements; Error from the driver.
+    /// Throws: std::invalid_argument for a null handle, a buffer of another context, an OpenCL image, a buffer that is too small
+    /// or CL_MEM_WRITE_ONLY, and host memory that is not aligned to its elements; Error from the driver. A handle that was
+    /// released before cannot be told from one that is good.
     Image(const Device& device, cl_mem buffer, Element element, Layout layout, std::size_t offset = 0);
 
     /// Bytes that such an image takes.
@@ -79,6 +85,9 @@ public:
     /// Do all rows start at multiples of `alignment` bytes?
     bool aligned_to(std::size_t alignment) const;
 
+    /// May kernels write it? They may not write a buffer that was made with CL_MEM_READ_ONLY.
+    bool writable() const { return place_.writable; }
+
     /// Do two images share memory? Two regions of one image do where they have pixels in common.
     bool overlaps(const Image& other) const;
 
@@ -91,7 +100,14 @@ private:
         const void* host = nullptr;
         cl_mem whole = nullptr;
         std::size_t offset = 0; // bytes
+        bool writable = true;
     };
+
+    friend class runtime::Scratch;
+    friend struct runtime::Table;
+
+    // In a buffer that the library made, about which the driver need not be asked.
+    Image(const Device& device, std::shared_ptr<_cl_mem> own, Element element, Layout layout);
 
     std::size_t first_byte() const;
     void find_place();
@@ -107,7 +123,7 @@ private:
 /// Depth as it was stored, with the camera that gives it a meaning.
 struct StoredDepth {
     Image image;
-    Camera camera;
+    Camera camera; ///< of the whole image; if that is larger, `image` is its part from pixel x, y on
     Storage storage = Storage::float32;
     int x = 0; ///< where the image's first pixel lies in the camera's whole image
     int y = 0;

@@ -7,8 +7,10 @@
 docs/python.md explains the rest.
 """
 
+from ._calls import readable as _readable
 from ._fathom import (
     Camera,
+    CameraWarning,
     Device,
     DeviceInfo,
     Error,
@@ -21,6 +23,7 @@ from ._fathom import (
     fog,
     linearize,
     normals,
+    presets,
     ssao,
     unproject,
 )
@@ -28,6 +31,7 @@ from ._results import DofMasks, Occlusion
 
 __all__ = [
     "Camera",
+    "CameraWarning",
     "Device",
     "DeviceInfo",
     "DofMasks",
@@ -35,16 +39,22 @@ __all__ = [
     "Image",
     "NoDevice",
     "Occlusion",
+    "__version__",
     "devices",
     "dof",
     "dof_masks",
     "fog",
     "linearize",
     "normals",
+    "presets",
     "ssao",
     "unproject",
 ]
 
-for _each in (Camera, Device, DeviceInfo, Error, Image, NoDevice, DofMasks, Occlusion):
+for _each in (Camera, Device, DeviceInfo, Error, Image, NoDevice):
     _each.__module__ = __name__  # where people find it
-del _each
+for _function in (dof, dof_masks, fog, linearize, normals, ssao, unproject):
+    globals()[_function.__name__] = _readable(_function)
+for _name in ("from_json", "load", "preset"):
+    setattr(Camera, _name, staticmethod(_readable(getattr(Camera, _name))))
+del _each, _function, _name

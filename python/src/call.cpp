@@ -1,19 +1,36 @@
 // Arrays of Python as images of a device, and back, without a copy where the device can read and write the array's memory.
 #include "call.hpp"
 
+#include "unlocked.hpp"
+
 #include <fathom/error.hpp>
 
 #include <nanobind/stl/string.h>
 
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <map>
 #include <mutex>
 #include <new>
 #include <stdexcept>
 
 namespace fathom::python {
+
+Seconds seconds_now() {
+    timespec worked{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &worked);
+    return {std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(),
+            static_cast<double>(worked.tv_sec) + 1e-9 * static_cast<double>(worked.tv_nsec)};
+}
+
+Seconds seconds_since(const Seconds& start) {
+    const Seconds now = seconds_now();
+    return {now.first - start.first, now.second - start.second};
+}
+
 namespace {
 
 using ReadArray = nb::ndarray<nb::ro>;
@@ -25,11 +42,12 @@ struct Type {
     nb::dlpack::dtype dtype;
 };
 
-const std::array<Type, 5> types{{{Element::u8, "uint8", nb::dtype<std::uint8_t>()},
-                                 {Element::u16, "uint16", nb::dtype<std::uint16_t>()},
-                                 {Element::u32, "uint32", nb::dtype<std::uint32_t>()},
-                                 {Element::f16, "float16", {static_cast<std::uint8_t>(nb::dlpack::dtype_code::Float), 16, 1}},
-                                 {Element::f32, "float32", nb::dtype<float>()}}};
+const std::array<Type, 5> types{
+    {{Element::u8, "uint8", nb::dtype<std::uint8_t>()},
+     {Element::u16, "uint16", nb::dtype<std::uint16_t>()},
+     {Element::u32, "uint32", nb::dtype<std::uint32_t>()},
+     {Element::f16, "float16", {static_cast<std::uint8_t>(nb::dlpack::dtype_code::Float), 16, 1}},
+     {Element::f32, "float32", nb::dtype<float>()}}};
 
 [[noreturn]] void refuse(const char* argument, const std::string& what) {
     throw std::invalid_argument(std::string(argument) + ": " + what);
@@ -44,7 +62,8 @@ const Type& type_of(Element element) {
 
 std::string type_name(nb::dlpack::dtype dtype) {
     constexpr std::array<const char*, 7> codes{"int", "uint", "float", "handle", "bfloat", "complex", "bool"};
-    return (dtype.code < codes.size() ? codes[dtype.code] : "type") + std::to_string(dtype.bits);
+    const std::string name = dtype.code < codes.size() ? codes[dtype.code] : "type";
+    return name == "bool" ? name : name + std::to_string(dtype.bits);
 }
 
 std::string shape_text(const std::vector<std::size_t>& shape) {
@@ -54,7 +73,8 @@ std::string shape_text(const std::vector<std::size_t>& shape) {
     return "(" + text + (shape.size() == 1 ? ",)" : ")");
 }
 
-template <typename Array> std::vector<std::size_t> sides_of(const Array& array) {
+template <typename Array>
+std::vector<std::size_t> sides_of(const Array& array) {
     std::vector<std::size_t> shape;
     for (std::size_t i = 0; i < array.ndim(); ++i)
         shape.push_back(array.shape(i));
@@ -78,50 +98,98 @@ std::string device_name(int type) {
     }
 }
 
-// Refuses what lies in another memory than the CPU's, before it is asked for.
-void check_on_cpu(nb::handle object, const char* argument) {
-    if (nb::ndarray_check(object) && nb::hasattr(object, "__dlpack_device__") && !nb::hasattr(object, "__array_interface__")) {
+// Refuses what lies in another memory than the CPU's before it is asked for, and what is not said by the memory alone.
+void check_kind(nb::handle object, const char* argument) {
+    const bool plain = std::string_view(Py_TYPE(object.ptr())->tp_name) == "numpy.ndarray"; // most are, and have no mask
+    if (!plain && nb::hasattr(object, "mask") && nb::hasattr(object, "filled"))
+        refuse(argument,
+               "a masked array's mask would be lost; make invalid pixels of it by .filled(numpy.nan), of integers by "
+               ".filled(CODE) with the camera's missing=CODE");
+    if (!PyObject_CheckBuffer(object.ptr()) && nb::ndarray_check(object) && nb::hasattr(object, "__dlpack_device__")) {
         const int type = nb::cast<int>(nb::object(object.attr("__dlpack_device__")()[0]));
         if (type != nb::device::cpu::value && type != nb::device::cuda_host::value)
             refuse(argument, "lies on the device " + device_name(type) + "; copy it to the CPU, as with .cpu()");
     }
 }
 
-[[noreturn]] void refuse_object(nb::handle object, const char* argument) {
+// What DLPack gives. An interrupt passes through.
+nb::object capsule_of(nb::handle object, const char* argument) {
+    const nb::object dlpack = object.attr("__dlpack__");
     try {
-        if (nb::hasattr(object, "__dlpack__"))
-            static_cast<void>(object.attr("__dlpack__")()); // says why it does not: a gradient, another byte order
-    } catch (const nb::python_error& error) {
-        refuse(argument, std::string("does not give its memory: ") + nb::str(error.value()).c_str());
+        try {
+            return dlpack(nb::arg("max_version") = nb::make_tuple(1, 0)); // which says whether it may be written
+        } catch (nb::python_error& error) {
+            if (!error.matches(PyExc_TypeError))
+                throw;
+            return dlpack();
+        }
+    } catch (nb::python_error& error) {
+        if (!error.matches(PyExc_Exception))
+            throw;
+        refuse(argument, "does not give its memory: " + text_of(nb::str(error.value())));
     }
-    refuse(argument, std::string("a ") + nb::type_name(object.type()).c_str() +
+}
+
+// Is this an array of that kind, ReadArray or WriteArray?
+template <typename Array>
+bool takes(nb::handle object, Array& array, const char* argument) {
+    if (PyObject_CheckBuffer(object.ptr()) || !nb::hasattr(object, "__dlpack__"))
+        return nb::try_cast(object, array);
+    return nb::try_cast(capsule_of(object, argument), array); // nanobind would hide what is raised
+}
+
+[[noreturn]] void refuse_object(nb::handle object, const char* argument) {
+    if (nb::hasattr(object, "dtype"))
+        refuse(argument,
+               "its dtype is " + text_of(nb::str(nb::object(object.attr("dtype")))) +
+                   ", which cannot be used as it lies; it must be float32, float16, uint32, uint16 or uint8 of "
+                   "this machine's byte order");
+    refuse(argument, "a " + text_of(nb::type_name(object.type())) +
                          " is no array; it must have the buffer protocol or DLPack, as NumPy's arrays have");
 }
 
-// Anything that holds numbers, of any byte order and with gaps of any width.
-ReadArray read_array(nb::handle object, const char* argument) {
-    check_on_cpu(object, argument);
+struct Given {
     ReadArray array;
-    if (nb::try_cast(object, array))
-        return array;
+    bool converted = false; // to this machine's byte order, which takes a copy
+};
+
+// Anything that holds numbers, of any byte order and with gaps of any width.
+Given read_array(nb::handle object, const char* argument) {
+    check_kind(object, argument);
+    ReadArray array;
+    if (takes(object, array, argument))
+        return {array};
     if (!nb::hasattr(object, "__array_interface__"))
         refuse_object(object, argument);
     const nb::object numpy = nb::module_::import_("numpy");
     const nb::object plain = numpy.attr("asarray")(object);
     const nb::object native = plain.attr("astype")(plain.attr("dtype").attr("newbyteorder")("="));
     if (!nb::try_cast(native, array))
-        refuse(argument, std::string("its dtype is ") + nb::str(nb::object(plain.attr("dtype"))).c_str() +
+        refuse(argument, "its dtype is " + text_of(nb::str(nb::object(plain.attr("dtype")))) +
                              "; it must be float32, float16, uint32, uint16 or uint8");
-    return array;
+    return {array, true};
 }
 
-Element checked_element(nb::dlpack::dtype dtype, const char* argument) {
+Element checked_element(nb::dlpack::dtype dtype, Holds holds, const char* argument) {
+    const bool numbers = holds == Holds::numbers;
     for (const Type& type : types)
-        if (type.dtype == dtype)
+        if (type.dtype == dtype && !(numbers && type.element != Element::f32) &&
+            !(holds == Holds::picture && type.element == Element::u32))
             return type.element;
-    const std::string name = type_name(dtype);
-    refuse(argument, "its dtype is " + name + "; it must be float32, float16, uint32, uint16 or uint8" +
-                         (name == "float64" ? ", as .astype(numpy.float32) makes it" : ""));
+    const auto is = [&](nb::dlpack::dtype_code code) { return dtype.code == static_cast<std::uint8_t>(code); };
+    using nb::dlpack::dtype_code;
+    std::string cure;
+    if (is(dtype_code::Bool))
+        cure = "; that is a mask";
+    else if (is(dtype_code::Float) || (numbers && (is(dtype_code::Int) || is(dtype_code::UInt))))
+        cure = ", as .astype(numpy.float32) makes it";
+    else if (is(dtype_code::Int) || is(dtype_code::UInt))
+        cure = ", as .astype(numpy.uint16) makes it of numbers from 0 to 65535";
+    refuse(argument, "its dtype is " + type_name(dtype) + "; it must be " +
+                         (numbers                   ? "float32"
+                          : holds == Holds::picture ? "float32, float16, uint16 or uint8"
+                                                    : "float32, float16, uint32, uint16 or uint8") +
+                         cure);
 }
 
 // What an array's strides say, in elements; `tight_columns` is false for columns or channels with gaps or backwards, and for
@@ -132,14 +200,16 @@ struct Strided {
     bool tight_columns;
 };
 
-template <typename Array> Strided strided(const Array& array, const char* argument) {
+template <typename Array>
+Strided strided(const Array& array, const char* argument) {
     if (array.ndim() != 2 && array.ndim() != 3)
         refuse(argument, "its shape is " + shape_text(sides_of(array)) +
                              "; it must be (height, width) or (height, width, channels)");
     constexpr std::size_t most = 1u << 30;
     for (std::size_t i = 0; i < array.ndim(); ++i)
         if (array.shape(i) == 0 || array.shape(i) > most)
-            refuse(argument, "its shape is " + shape_text(sides_of(array)) + "; every side must be at least 1");
+            refuse(argument,
+                   "its shape is " + shape_text(sides_of(array)) + "; a side may be 1 to " + std::to_string(most));
     Strided s{};
     s.layout.height = static_cast<int>(array.shape(0));
     s.layout.width = static_cast<int>(array.shape(1));
@@ -150,7 +220,8 @@ template <typename Array> Strided strided(const Array& array, const char* argume
     s.channel = array.ndim() == 3 ? array.stride(2) : 1;
     if (s.layout.height == 1)
         s.row = columns * channels;
-    s.tight_columns = (channels == 1 || s.channel == 1) && (columns == 1 || s.column == channels) && s.row >= columns * channels;
+    s.tight_columns =
+        (channels == 1 || s.channel == 1) && (columns == 1 || s.column == channels) && s.row >= columns * channels;
     s.layout.row_stride = static_cast<std::size_t>(s.row);
     return s;
 }
@@ -169,7 +240,7 @@ std::shared_ptr<std::byte[]> compacted(const void* data, const Strided& from, st
                 for (std::ptrdiff_t c = 0; c < channels; ++c, to += Size)
                     std::memcpy(to, bytes + (y * from.row + x * from.column + c * from.channel) * step, Size);
     };
-    const nb::gil_scoped_release released;
+    const Unlocked released;
     switch (size) {
     case 1:
         copy_all(std::integral_constant<std::size_t, 1>{});
@@ -194,7 +265,7 @@ struct HeldArray {
         if (!waits)
             return;
         try {
-            const nb::gil_scoped_release released;
+            const Unlocked released;
             device.finish();
         } catch (const std::exception&) { // whoever uses the results is told
         }
@@ -206,8 +277,8 @@ struct HostImage {
     std::shared_ptr<HeldArray> held;
 };
 
-HostImage image_of(const ReadArray& array, const Device& device, const char* argument) {
-    const Element element = checked_element(array.dtype(), argument);
+HostImage image_of(const ReadArray& array, const Device& device, Holds holds, const char* argument) {
+    const Element element = checked_element(array.dtype(), holds, argument);
     Strided s = strided(array, argument);
     auto held = std::make_shared<HeldArray>(HeldArray{array});
     const void* data = array.data();
@@ -216,8 +287,11 @@ HostImage image_of(const ReadArray& array, const Device& device, const char* arg
         data = held->copy.get();
         s.layout.row_stride = 0;
     }
-    const nb::gil_scoped_release released;
-    return {Image::from_host(device, element, data, s.layout), held};
+    const Unlocked released;
+    const Seconds start = seconds_now();
+    HostImage made{Image::from_host(device, element, data, s.layout), held};
+    Call::add_to_last_run(seconds_since(start));
+    return made;
 }
 
 // New memory for a result. Kernels write fastest where rows begin at multiples of 64 bytes.
@@ -245,30 +319,42 @@ Storage storage_of(const Image& image, const Word<Storage>& said, const std::opt
     const auto fits = [&](Storage storage) {
         return fathom::element_of(storage) == image.element() && channels_of(storage) == image.channels();
     };
-    const std::string holds =
-        std::string("it holds ") + name_of(image.element()) +
-        (image.channels() == 1 ? "" : " in " + std::to_string(image.channels()) + " channels");
+    const std::string holds = std::string("it holds ") + name_of(image.element()) +
+                              (image.channels() == 1 ? "" : " in " + std::to_string(image.channels()) + " channels");
     if (const auto storage = said.get("storage")) {
         if (!fits(*storage))
-            refuse(argument, holds + ", which the storage " + nb::repr(said.given).c_str() + " does not");
+            refuse(argument, holds + ", which the storage " + text_of(nb::repr(said.given)) + " does not");
         return *storage;
     }
     struct Rule {
         Storage storage;
         std::optional<Packing> packing; // that has to say so
     };
-    for (const Rule& rule : {Rule{Storage::float32, {}}, {Storage::float16, {}}, {Storage::uint16, {}},
-                             {Storage::uint24_high, Packing::uint24_high}, {Storage::uint24, {}},
-                             {Storage::uint8, Packing::uint8}, {Storage::rgb8_red_low, Packing::rgb_red_low},
+    for (const Rule& rule : {Rule{Storage::float32, {}},
+                             {Storage::float16, {}},
+                             {Storage::uint16, {}},
+                             {Storage::uint24_high, Packing::uint24_high},
+                             {Storage::uint24, {}},
+                             {Storage::uint8, Packing::uint8},
+                             {Storage::rgb8_red_low, Packing::rgb_red_low},
                              {Storage::rgb8_red_high, Packing::rgb_red_high}})
         if (fits(rule.storage) && (!rule.packing || is_depth_packing(packing, *rule.packing)))
             return rule.storage;
     if (image.element() == Element::u8 && (image.channels() == 1 || image.channels() == 3))
         refuse(argument, holds + ", which may be a picture; say how depth is packed by storage=" +
-                             (image.channels() == 1 ? "'uint8'" : "'rgb8-red-low', 'rgb8-red-high' or, as OpenCV reads "
-                                                                  "files, 'bgr8-red-low', 'bgr8-red-high'") +
+                             (image.channels() == 1 ? "'uint8'"
+                                                    : "'rgb8-red-low', 'rgb8-red-high' or, as OpenCV reads "
+                                                      "files, 'bgr8-red-low', 'bgr8-red-high'") +
                              ", or by the camera's packing");
-    refuse(argument, holds + "; depth has one channel, or three of uint8");
+    refuse(argument, holds + "; depth has one channel, or three of uint8" +
+                         (image.element() == Element::u8 && image.channels() == 4
+                              ? ", as array[..., :3] makes it of a picture with alpha"
+                              : ""));
+}
+
+// Kernels read and write elements at multiples of their size.
+bool is_aligned(const ReadArray& array) {
+    return reinterpret_cast<std::uintptr_t>(array.data()) % array.itemsize() == 0;
 }
 
 bool is_image(nb::handle object) {
@@ -294,14 +380,29 @@ nb::tuple shape_of(const Image& image) {
     return nb::make_tuple(image.height(), image.width(), image.channels());
 }
 
+std::string device_name_of(const DeviceChoice& choice, const char* argument) {
+    const nb::handle given = choice.given;
+    std::string wanted;
+    if (!given.is_valid() || given.is_none() || nb::try_cast(given, wanted))
+        return wanted;
+    if (nb::isinstance<DeviceInfo>(given))
+        return std::to_string(nb::cast<const DeviceInfo&>(given).index);
+    if (PyIndex_Check(given.ptr()) && !PyBool_Check(given.ptr())) {
+        const Py_ssize_t index = PyNumber_AsSsize_t(given.ptr(), nullptr);
+        PyErr_Clear();
+        if (index >= 0)
+            return std::to_string(index);
+    }
+    refuse(argument, text_of(nb::repr(given)) +
+                         " is none; give a fathom.Device, one of fathom.devices(), its index, \"cpu\", "
+                         "\"gpu\", or a part of a name");
+}
+
 Device device_of(const DeviceChoice& choice) {
     if (nb::isinstance<Device>(choice.given))
         return nb::cast<Device>(choice.given);
-    std::string wanted;
-    if (choice.given.is_valid() && !choice.given.is_none() && !nb::try_cast(choice.given, wanted))
-        refuse("device", std::string(nb::repr(choice.given).c_str()) + " is none; give a fathom.Device, or \"cpu\", \"gpu\", "
-                                                                       "an index or a part of a name");
-    const nb::gil_scoped_release released;
+    const std::string wanted = device_name_of(choice, "device");
+    const Unlocked released;
     static std::mutex mutex;
     static auto& open = *new std::map<std::string, Device>; // drivers may be gone when static objects end
     const std::lock_guard lock(mutex);
@@ -313,28 +414,44 @@ Device device_of(const DeviceChoice& choice) {
 DeviceImage to_device(const Pixels& array, const Device& device) {
     if (is_image(array.given))
         return nb::cast<DeviceImage>(array.given);
-    const auto [image, held] = image_of(read_array(array.given, "array"), device, "array");
+    const Given given = read_array(array.given, "array");
+    const auto [image, held] = image_of(given.array, device, Holds::depth, "array");
     held->device = device;
     held->waits = true;
-    return {image, held};
+    const char* no_target = nullptr;
+    if (WriteArray writable; given.converted || held->copy || !is_aligned(given.array))
+        no_target =
+            "the Image is a copy of its array: rows lie one after the other in memory of this byte order, aligned to "
+            "their elements, where a result may go";
+    else if (!takes(array.given, writable, "array"))
+        no_target = "the Image is of a read-only array";
+    return {image, held, no_target};
 }
 
 nb::object to_numpy(const Image& image) {
     nb::object array = new_array(image.element(), {image.width(), image.height(), image.channels()});
     void* data = nb::cast<WriteArray>(array).data();
-    const nb::gil_scoped_release released;
+    const Unlocked released;
     image.download(data);
     return array;
 }
 
 Call::Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceChoice& device)
     : camera_(camera), storage_(storage), makes_images_(is_image(depth.given)) {
+    last_run = {};
     const bool chosen = device.given.is_valid() && !device.given.is_none();
     device_ = makes_images_ && !chosen ? nb::cast<DeviceImage&>(depth.given).image.device() : device_of(device);
     depth_ = stored(depth, "depth");
 }
 
-Image Call::image(const Pixels& pixels, const char* argument) {
+Call::~Call() {
+    const Seconds start = seconds_now();
+    fetches_.clear();
+    depth_.image = {};
+    add_to_last_run(seconds_since(start));
+}
+
+Image Call::image(const Pixels& pixels, Holds holds, const char* argument) {
     if (is_image(pixels.given)) {
         const auto& shared = nb::cast<DeviceImage&>(pixels.given);
         if (shared.array)
@@ -342,13 +459,13 @@ Image Call::image(const Pixels& pixels, const char* argument) {
         return shared.image;
     }
     waits_ = true;
-    const auto [image, held] = image_of(read_array(pixels.given, argument), device_, argument);
+    const auto [image, held] = image_of(read_array(pixels.given, argument).array, device_, holds, argument);
     kept_.push_back(held);
     return image;
 }
 
 StoredDepth Call::stored(const Pixels& pixels, const char* argument) {
-    const Image stored = image(pixels, argument);
+    const Image stored = image(pixels, Holds::depth, argument);
     return {stored, camera_.for_size(stored.width(), stored.height()),
             storage_of(stored, storage_, camera_.file().packing, argument)};
 }
@@ -361,8 +478,11 @@ StoredDepth Call::more_depth(const Pixels& pixels, const char* argument) {
 Image Call::result(nb::handle target, const char* argument, Element element, Layout layout) {
     const bool given = target.is_valid() && !target.is_none();
     if (given && is_image(target)) {
+        const auto& there = nb::cast<DeviceImage&>(target);
+        if (there.no_target)
+            refuse(argument, there.no_target);
         objects_.push_back(nb::borrow(target));
-        return nb::cast<DeviceImage&>(target).image;
+        return there.image;
     }
     if (!given && makes_images_) {
         const Image image(device_, element, layout);
@@ -370,11 +490,12 @@ Image Call::result(nb::handle target, const char* argument, Element element, Lay
         return image;
     }
     const nb::object object = given ? nb::borrow(target) : new_array(element, layout);
-    check_on_cpu(object, argument);
+    if (nb::isinstance<nb::tuple>(object))
+        refuse(argument, "a tuple is given, but this call has one result; give one array");
+    check_kind(object, argument);
     WriteArray array;
-    if (!nb::try_cast(object, array)) {
-        ReadArray read_only;
-        if (nb::try_cast(object, read_only))
+    if (!takes(object, array, argument)) {
+        if (ReadArray read_only; takes(object, read_only, argument))
             refuse(argument, "is read-only, or of a dtype that is no " + std::string(name_of(element)));
         refuse_object(object, argument);
     }
@@ -391,25 +512,54 @@ Image Call::result(nb::handle target, const char* argument, Element element, Lay
                          "will do");
     waits_ = true;
     objects_.push_back(object);
-    const nb::gil_scoped_release released;
+    const Unlocked released;
+    const Seconds start = seconds_now();
     fetches_.push_back({Image::onto_host(device_, element, array.data(), s.layout), array.data(), s.layout.row_stride});
+    add_to_last_run(seconds_since(start));
     return fetches_.back().image;
 }
 
+namespace {
+
+// Names of C++ as Python has them.
+std::string in_python(std::string message) {
+    for (const auto& [ours, pythons] : {std::pair<std::string_view, const char*>{"f_number", "f_stop"},
+                                        {"sensor_width_mm", "sensor_mm"},
+                                        {"the colour", "color"}})
+        for (std::size_t at; (at = message.find(ours)) != message.npos;)
+            message.replace(at, ours.size(), pythons);
+    return message;
+}
+
+} // namespace
+
+thread_local Seconds Call::last_run;
+
+void Call::add_to_last_run(const Seconds& more) {
+    last_run.first += more.first;
+    last_run.second += more.second;
+}
+
 void Call::run(const std::function<void()>& operation) {
-    const nb::gil_scoped_release released;
+    const Unlocked released;
+    const Seconds start = seconds_now();
     try {
         operation();
         for (const Fetch& fetch : fetches_)
             fetch.image.download(fetch.data, fetch.row_stride);
         if (waits_ && fetches_.empty())
             device_.finish();
+        add_to_last_run(seconds_since(start));
     } catch (...) {
         try {
             device_.finish(); // arrays go when this call ends
         } catch (const std::exception&) {
         }
-        throw;
+        try {
+            throw;
+        } catch (const std::invalid_argument& error) {
+            throw std::invalid_argument(in_python(error.what()));
+        }
     }
 }
 

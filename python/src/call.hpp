@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// Arrays of Python as images of a device, and back.
@@ -22,6 +23,7 @@ namespace fathom::python {
 struct DeviceImage {
     Image image;
     std::shared_ptr<void> array = {};
+    const char* no_target = nullptr; ///< why no result may go here, if none may
 };
 
 /// An argument that holds pixels: an array, or a `fathom.Image`.
@@ -40,6 +42,12 @@ struct DeviceChoice {
     nb::object given;
 };
 
+/// What an argument is for, which says what dtypes it may have.
+enum class Holds { depth, picture, numbers };
+
+/// What `Device::open` takes, of anything but a `fathom.Device`.
+std::string device_name_of(const DeviceChoice& choice, const char* argument);
+
 /// The device that is meant. One that was opened by its name is opened once.
 Device device_of(const DeviceChoice& choice);
 
@@ -55,6 +63,12 @@ const char* name_of(Element element);
 /// (height, width), or with channels if there are several.
 nb::tuple shape_of(const Image& image);
 
+/// Seconds that passed, and those that the calling thread worked.
+using Seconds = std::pair<double, double>;
+
+Seconds seconds_now();
+Seconds seconds_since(const Seconds& start);
+
 /// One call of an operation: its inputs as images, its results, and the wait for them.
 ///
 /// If the depth is an array, results are arrays, and the call returns when they are there. If it is a `fathom.Image`, they are
@@ -64,21 +78,28 @@ public:
     /// `operation` stands in messages.
     Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceChoice& device);
 
+    ~Call();
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
+
     const StoredDepth& depth() const { return depth_; }
 
     /// More depth of the same camera.
     StoredDepth more_depth(const Pixels& pixels, const char* argument);
-    Image image(const Pixels& pixels, const char* argument);
+    Image image(const Pixels& pixels, Holds holds, const char* argument);
 
     /// Adds a result: `target`'s memory, or new memory.
     Image result(nb::handle target, const char* argument, Element element, Layout layout);
     Image result(nb::handle target, const char* argument, int channels = 1) {
-        return result(target, argument, Element::f32,
-                      {depth_.image.width(), depth_.image.height(), channels});
+        return result(target, argument, Element::f32, {depth_.image.width(), depth_.image.height(), channels});
     }
 
     /// Calls the operation without the interpreter's lock, and waits if arrays take part.
     void run(const std::function<void()>& operation);
+
+    /// What the last call in this thread took in the library: arrays as images, `run`, and images' ends. For the tests.
+    static thread_local Seconds last_run;
+    static void add_to_last_run(const Seconds& more);
 
     /// The object of the next result, in the order in which they were added.
     nb::object take() { return objects_.at(taken_++); }
@@ -110,7 +131,8 @@ namespace nanobind::detail {
 
 /// Takes any object: what is wrong with it, the operation says.
 #define FATHOM_TAKES_ANY_OBJECT(TYPE, NAME)                                                                            \
-    template <> struct type_caster<TYPE> {                                                                             \
+    template <>                                                                                                        \
+    struct type_caster<TYPE> {                                                                                         \
         NB_TYPE_CASTER(TYPE, const_name(NAME))                                                                         \
         bool from_python(handle source, std::uint8_t, cleanup_list*) noexcept {                                        \
             value.given = borrow(source);                                                                              \
@@ -118,9 +140,9 @@ namespace nanobind::detail {
         }                                                                                                              \
     };
 
-FATHOM_TAKES_ANY_OBJECT(fathom::python::Pixels, "numpy.typing.ArrayLike | Image")
-FATHOM_TAKES_ANY_OBJECT(fathom::python::Target, "numpy.ndarray | Image | tuple")
-FATHOM_TAKES_ANY_OBJECT(fathom::python::DeviceChoice, "Device | str")
+FATHOM_TAKES_ANY_OBJECT(fathom::python::Pixels, "fathom._results.Array | Image")
+FATHOM_TAKES_ANY_OBJECT(fathom::python::Target, "fathom._results.Array | Image | tuple")
+FATHOM_TAKES_ANY_OBJECT(fathom::python::DeviceChoice, "Device | DeviceInfo | str | int")
 
 #undef FATHOM_TAKES_ANY_OBJECT
 

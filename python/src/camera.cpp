@@ -6,10 +6,12 @@
 #include "camera_file/file.hpp"
 #include "camera_file/imported.hpp"
 #include "camera_file/json_object.hpp"
+#include "camera_file/key_doubts.hpp"
 #include "camera_file/key_names.hpp"
 
 #include <fathom/error.hpp>
 #include <fathom/image.hpp>
+#include <fathom/presets.hpp>
 
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
@@ -18,6 +20,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <cmath>
+#include <fstream>
 #include <stdexcept>
 
 namespace fs = std::filesystem;
@@ -25,66 +28,89 @@ namespace fs = std::filesystem;
 namespace fathom::python {
 namespace {
 
-constexpr const char* source = "Camera"; // stands in messages where a file's name would
+constexpr const char* source = "Camera";                 // stands in messages where a file's name would
+constexpr int called_directly = 1, called_by_fathom = 2; // through a function of the package that explains TypeErrors
 
-nlohmann::json json_of(nb::handle value, const std::string& path) {
+nlohmann::json json_of(nb::handle value, const std::string& path, int depth = 0) {
+    constexpr int deepest = 100; // as in camera files; a list that holds itself has no bottom
+    if (depth > deepest)
+        io::refuse(source, "\"" + path.substr(0, path.find('.')) + "\": is nested more than " +
+                               std::to_string(deepest) + " deep");
     if (nb::isinstance<nb::bool_>(value))
         return nb::cast<bool>(value);
     if (nb::isinstance<nb::str>(value))
-        return nb::cast<std::string>(value);
+        return text_of(nb::borrow<nb::str>(value));
     if (nb::isinstance<nb::dict>(value)) {
         nlohmann::json object = nlohmann::json::object();
-        for (const auto& [key, each] : nb::borrow<nb::dict>(value))
+        for (const auto& [name, each] : nb::borrow<nb::dict>(value)) {
+            const std::string key = text_of(nb::str(name));
             if (!each.is_none())
-                object[nb::str(key).c_str()] = json_of(each, path + "." + nb::str(key).c_str());
+                object[key] = json_of(each, path + "." + key, depth + 1);
+        }
         return object;
     }
     if (nb::hasattr(value, "tolist")) // NumPy's numbers and arrays
-        return json_of(value.attr("tolist")(), path);
+        return json_of(value.attr("tolist")(), path, depth + 1);
     if (nb::isinstance<nb::sequence>(value)) {
         nlohmann::json array = nlohmann::json::array();
         for (nb::handle each : nb::borrow<nb::sequence>(value))
-            array.push_back(json_of(each, path));
+            array.push_back(json_of(each, path, depth + 1));
         return array;
     }
     if (long long whole = 0; nb::isinstance<nb::int_>(value) && nb::try_cast(value, whole))
         return whole;
     double number = 0;
     if (!nb::try_cast(value, number) || std::isnan(number) || (std::isinf(number) && number < 0))
-        io::refuse(source, "\"" + path + "\": " + nb::repr(value).c_str() +
+        io::refuse(source, "\"" + path + "\": " + text_of(nb::repr(value)) +
                                " is no number, text, list or dict of a camera file");
+    if (constexpr double exact = 1LL << 53; number == std::floor(number) && number != 0 && std::abs(number) <= exact)
+        return static_cast<long long>(number); // width=1280/2 is meant as a whole number
     return std::isinf(number) ? nlohmann::json("infinity") : nlohmann::json(number);
 }
 
-// Keys of `perspective`, `intrinsics` and `orthographic` may stand alone.
+// Adds keys to those that are there. Dicts join.
+void join(nlohmann::json& keys, const nlohmann::json& more) {
+    for (const auto& [key, value] : more.items()) {
+        if (!keys.contains(key)) {
+            keys[key] = value;
+            continue;
+        }
+        nlohmann::json& there = keys[key];
+        if (there.is_object() != value.is_object())
+            io::refuse(source, "\"" + key + "\": is no dict, but \"" +
+                                   (there.is_object() ? there : value).items().begin().key() + "\" belongs into it");
+        if (!there.is_object())
+            io::refuse(source, "\"" + key + "\" is given twice; keep one");
+        join(there, value);
+    }
+}
+
+// Keys of `perspective`, `intrinsics` and `orthographic` may be given without the dict that they belong into.
 nlohmann::json keys_given(const nb::kwargs& given) {
     nlohmann::json keys = nlohmann::json::object();
     for (const auto& [name, value] : given) {
         if (value.is_none())
             continue;
-        const std::string key = nb::str(name).c_str(), object = io::object_of(key);
-        auto& target = object.empty() ? keys : keys[object];
-        if (!target.is_object() && !target.is_null())
-            io::refuse(source, "\"" + object + "\": is no dict, but \"" + key + "\" belongs into it");
-        if (target.contains(key))
-            io::refuse(source, "\"" + key + "\" is given twice; keep one");
-        const nlohmann::json read = json_of(value, key);
-        if (read.is_object() && target.contains(key))
-            target[key].update(read);
-        else
-            target[key] = read;
+        const std::string key = text_of(nb::str(name)), object = io::object_of(key);
+        const nlohmann::json own{{key, json_of(value, key)}};
+        join(keys, object.empty() ? own : nlohmann::json{{object, own}});
     }
     return keys;
 }
 
-void warn(const ImportedCamera& camera, const std::string& name) {
-    for (const std::string& warning : camera.warnings)
-        if (PyErr_WarnEx(PyExc_UserWarning, (name + ": " + warning).c_str(), 1) != 0)
+// `frames`: from here to the caller's line.
+void warn(const std::vector<std::string>& warnings, const std::string& name, int frames) {
+    if (warnings.empty())
+        return;
+    const nb::object category = nb::module_::import_("fathom._fathom").attr("CameraWarning");
+    for (const std::string& warning : warnings)
+        if (PyErr_WarnEx(category.ptr(), (name + ": " + warning).c_str(), frames) != 0)
             throw nb::python_error();
 }
 
 // What the caller said is wrong, and no file.
-template <typename Make> auto as_argument(const Make& make) {
+template <typename Make>
+auto as_argument(const Make& make) {
     try {
         return make();
     } catch (const Error& error) {
@@ -96,6 +122,11 @@ CameraObject camera_of_keys(const nb::kwargs& given) {
     return as_argument([&] { return CameraObject(io::completed(source, {.keys = keys_given(given)}, {})); });
 }
 
+CameraObject doubted(CameraObject camera, const std::string& name, int frames) {
+    camera.doubt(camera.file().camera.width, camera.file().camera.height, name, frames);
+    return camera;
+}
+
 CameraObject camera_of_text(const std::string& text, const std::string& name) {
     return as_argument([&] {
         const auto* bytes = reinterpret_cast<const unsigned char*>(text.data());
@@ -103,15 +134,17 @@ CameraObject camera_of_text(const std::string& text, const std::string& name) {
     });
 }
 
-// The importers that need OpenCV, OpenEXR and a YAML parser are a module of their own, which is loaded when it is needed and
-// may be missing. It says what it found as a camera file.
-std::optional<ImportedCamera> from_other_importers(const std::string& name, const nb::tuple& arguments) {
+// The importers that need OpenCV, OpenEXR and a YAML parser are a module of their own, which is loaded when it is needed. It
+// says what it found as a camera file. Where it cannot be loaded, `why` says why.
+std::optional<ImportedCamera> from_other_importers(const std::string& name, const nb::tuple& arguments,
+                                                   std::string& why) {
     nb::object importers;
     try {
         importers = nb::module_::import_("fathom._importers");
     } catch (nb::python_error& error) {
         if (!error.matches(PyExc_ImportError))
             throw;
+        why = text_of(nb::str(error.value()));
         return {};
     }
     const auto [text, warnings] = nb::cast<std::pair<std::string, std::vector<std::string>>>(
@@ -119,6 +152,14 @@ std::optional<ImportedCamera> from_other_importers(const std::string& name, cons
     ImportedCamera camera = camera_of_text(text, name).file();
     camera.warnings.insert(camera.warnings.end(), warnings.begin(), warnings.end());
     return camera;
+}
+
+// Is this a file that `import_json_camera` is for? Then its message is the right one.
+bool is_json_or_glb(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    char first = 0;
+    file >> first; // the first that is no blank
+    return first == '{' || (first == 'g' && file.get() == 'l');
 }
 
 CameraObject load(const fs::path& path, const std::string& image, const std::string& node, const std::string& preset,
@@ -132,18 +173,20 @@ CameraObject load(const fs::path& path, const std::string& image, const std::str
                                            .storage = storage.get("storage"),
                                            .depth = depth});
     } catch (const Error& error) {
-        const auto other =
-            from_other_importers(path.string(), nb::make_tuple(path, image, node, preset, undistorted,
-                                                     storage.is_given() ? storage.given : nb::none(), depth));
-        if (!other && !fs::is_regular_file(path))
+        std::string why;
+        const auto other = from_other_importers(path.string(),
+                                                nb::make_tuple(path, image, node, preset, undistorted,
+                                                               storage.is_given() ? storage.given : nb::none(), depth),
+                                                why);
+        if (!other && (!fs::is_regular_file(path) || is_json_or_glb(path)))
             throw;
         if (!other)
             throw Error(std::string(error.what()) +
-                        "; this build of the package reads camera files, glTF and transforms.json only");
+                        "; this build of the package reads camera files, glTF and transforms.json only: " + why);
         camera = *other;
     }
-    warn(camera, path.string());
-    return CameraObject(std::move(camera));
+    warn(camera.warnings, path.string(), called_by_fathom);
+    return doubted(CameraObject(std::move(camera)), path.string(), called_by_fathom);
 }
 
 nb::dict keys_of(const CameraObject& camera) {
@@ -152,7 +195,9 @@ nb::dict keys_of(const CameraObject& camera) {
 
 nb::dict dict_of(const CameraObject& camera) {
     if (camera.is_for_view_depth())
-        throw std::invalid_argument("a camera for view depth has no camera file; take that of the camera it comes from");
+        throw std::invalid_argument(
+            "a camera for view depth has no camera file, whose preset and packing are those of the stored "
+            "depth; keep the camera that it comes from, and call for_view_depth() again");
     return keys_of(camera);
 }
 
@@ -163,7 +208,7 @@ nb::object side(int pixels) {
 std::string shown(const CameraObject& camera) {
     std::string text;
     for (const auto& [key, value] : keys_of(camera))
-        text += (text.empty() ? "" : ", ") + std::string(nb::str(key).c_str()) + "=" + nb::repr(value).c_str();
+        text += (text.empty() ? "" : ", ") + text_of(nb::str(key)) + "=" + text_of(nb::repr(value));
     return "fathom.Camera(" + text + ")" + (camera.is_for_view_depth() ? ".for_view_depth()" : "");
 }
 
@@ -171,6 +216,7 @@ std::string shown(const CameraObject& camera) {
 
 const Camera& CameraObject::for_size(int width, int height) const {
     if (last_.width != width || last_.height != height) {
+        doubt(width, height, source, called_by_fathom);
         const Camera camera = camera_for(file_, width, height);
         last_ = is_for_view_depth_ ? ViewDepth{{}, camera}.stored().camera : camera;
     }
@@ -179,12 +225,24 @@ const Camera& CameraObject::for_size(int width, int height) const {
 
 CameraObject CameraObject::for_view_depth() const {
     CameraObject other(file_);
+    other.is_doubted_ = is_doubted_;
     other.file_.packing.reset();
     other.is_for_view_depth_ = true;
     return other;
 }
 
+void CameraObject::doubt(int width, int height, const std::string& name, int frames) const {
+    if (is_doubted_ || width == 0 || height == 0)
+        return;
+    warn(io::key_doubts(nlohmann::json::parse(file_.text), width, height), name, frames);
+    is_doubted_ = true;
+}
+
 void bind_camera(nb::module_& module) {
+    const auto warning = nb::steal(PyErr_NewExceptionWithDoc(
+        "fathom.CameraWarning", "A camera that can be used, but that hardly anybody means. Each camera is told once.",
+        PyExc_UserWarning, nullptr));
+    module.attr("CameraWarning") = warning;
     nb::class_<CameraObject>(module, "Camera", R"(What stored depth means: projection, size, encoding, pose.
 
 Camera(**keys) takes the keys of the camera file (docs/camera.md) as keyword arguments:
@@ -196,15 +254,20 @@ Numbers, text, lists, dicts and NumPy arrays will do; None leaves a key out. The
 `orthographic` may stand alone: Camera(fov_y_deg=60, near=0.1, far=50). Without width and height the camera fits an array
 of any size. Principal points are counted from the corner of the first pixel, unless pixel_origin="centre".
 
-Raises ValueError naming the key, its value and what would be right.)")
+Two cameras are equal if their keys are.
+
+Raises ValueError naming the key, its value and what would be right. Warns (CameraWarning) of keys that are probably wrong.)")
         .def(
             "__init__",
-            [](CameraObject* self, const nb::kwargs& keys) { new (self) CameraObject(camera_of_keys(keys)); },
+            [](CameraObject* self, const nb::kwargs& keys) {
+                new (self) CameraObject(doubted(camera_of_keys(keys), source, called_directly));
+            },
             nb::arg("keys"))
-        .def_static("load", load, nb::arg("path"), nb::kw_only(), nb::arg("image") = "", nb::arg("node") = "",
-                    nb::arg("preset") = "", nb::arg("undistorted") = false, nb::arg("storage") = nb::none(),
-                    nb::arg("depth") = "",
-                    R"(Reads a camera file (JSON), glTF or transforms.json; with the importers of fathom_io also the header of an
+        .def_static(
+            "load", load, nb::arg("path"), nb::kw_only(), nb::arg("image") = "", nb::arg("node") = "",
+            nb::arg("preset") = "", nb::arg("undistorted") = false, nb::arg("storage") = nb::none(),
+            nb::arg("depth") = "",
+            R"(Reads a camera file (JSON), glTF or transforms.json; with the importers of fathom_io also the header of an
 OpenEXR image, calibrations of OpenCV and ROS, and COLMAP (docs/cameras.md).
 
 image: of COLMAP or transforms.json, whose camera is meant. node: of glTF, its name or index. preset: what the values of
@@ -215,37 +278,59 @@ Raises fathom.Error, one line with the file's name.)")
         .def_static(
             "preset",
             [](const std::string& name, nb::kwargs keys) {
+                if (keys.contains("preset"))
+                    throw std::invalid_argument("\"preset\" is given twice; keep one");
                 keys["preset"] = name;
-                return camera_of_keys(keys);
+                return doubted(camera_of_keys(keys), source, called_by_fathom);
             },
-            nb::arg("name"), nb::arg("keys"), R"(The camera of a source that is known by its name: `fathom presets` lists them.
+            nb::arg("name"), nb::arg("keys"),
+            R"(The camera of a source that is known by its name: fathom.presets() lists them.
 
     Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
 
 Keys are those of Camera(). Raises ValueError naming what is missing.)")
-        .def_static("from_json", [](const std::string& text) { return camera_of_text(text, source); }, nb::arg("text"),
-                    "The camera of a camera file's text.")
+        .def_static(
+            "from_json",
+            [](const std::string& text) { return doubted(camera_of_text(text, source), source, called_by_fathom); },
+            nb::arg("text"), "The camera of a camera file's text.")
         .def("for_view_depth", &CameraObject::for_view_depth,
-             "The same camera for view depth, as `linearize` makes it: normals(linearize(depth, c), c.for_view_depth()).")
-        .def("to_dict", dict_of, "The keys of the camera file: Camera(**camera.to_dict()) is the same camera.")
-        .def_prop_ro("width", [](const CameraObject& c) { return side(c.file().camera.width); },
-                     nb::sig("def width(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
-        .def_prop_ro("height", [](const CameraObject& c) { return side(c.file().camera.height); },
-                     nb::sig("def height(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
+             "The same camera for view depth, as `linearize` makes it: normals(linearize(depth, c), "
+             "c.for_view_depth()).")
+        .def("to_dict", dict_of,
+             "The keys of the camera file: Camera(**camera.to_dict()) is the same camera. A camera for view depth has "
+             "none.")
+        .def_prop_ro(
+            "width", [](const CameraObject& c) { return side(c.file().camera.width); },
+            nb::sig("def width(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
+        .def_prop_ro(
+            "height", [](const CameraObject& c) { return side(c.file().camera.height); },
+            nb::sig("def height(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
         .def("__repr__", shown)
         .def(
             "__eq__",
             [](const CameraObject& a, const CameraObject& b) {
                 return a.is_for_view_depth() == b.is_for_view_depth() && keys_of(a).equal(keys_of(b));
             },
-            nb::is_operator())
+            nb::is_operator(), nb::sig("def __eq__(self, other: object, /) -> bool"))
         .def("__hash__",
-             [](const CameraObject& c) { return nb::hash(nb::make_tuple(c.file().camera.width, c.file().camera.height)); })
+             [](const CameraObject& c) {
+                 return nb::hash(nb::make_tuple(c.file().camera.width, c.file().camera.height));
+             })
         .def("__getstate__", [](const CameraObject& c) { return std::pair(c.file().text, c.is_for_view_depth()); })
         .def("__setstate__", [](CameraObject& self, const std::pair<std::string, bool>& state) {
             const CameraObject stored = camera_of_text(state.first, source);
             new (&self) CameraObject(state.second ? stored.for_view_depth() : stored);
         });
+    module.def(
+        "presets",
+        [] {
+            nb::dict known;
+            for (const Preset& preset : presets())
+                known[preset.name.c_str()] = preset.source;
+            return known;
+        },
+        nb::sig("def presets() -> dict[str, str]"),
+        "The sources that Camera.preset() knows: name, and what writes such depth.");
 }
 
 } // namespace fathom::python

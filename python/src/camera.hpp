@@ -23,9 +23,13 @@ public:
     CameraObject for_view_depth() const;
     bool is_for_view_depth() const { return is_for_view_depth_; }
 
+    /// Warns once of keys that hardly anybody means for an image of this size. `frames`: from here to the caller's line.
+    void doubt(int width, int height, const std::string& name, int frames) const;
+
 private:
     ImportedCamera file_;
     bool is_for_view_depth_ = false;
+    mutable bool is_doubted_ = false;
     mutable Camera last_; // read and written under the interpreter's lock
 };
 

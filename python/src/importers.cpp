@@ -18,11 +18,11 @@ nb::tuple camera_file(const std::filesystem::path& path, const std::string& imag
                       const std::filesystem::path& depth) {
     try {
         const fathom::ImportedCamera camera = fathom::import_camera(path, {.image = image,
-                                                                          .node = node,
-                                                                          .preset = preset,
-                                                                          .undistorted = undistorted,
-                                                                          .storage = storage.get("storage"),
-                                                                          .depth = depth});
+                                                                           .node = node,
+                                                                           .preset = preset,
+                                                                           .undistorted = undistorted,
+                                                                           .storage = storage.get("storage"),
+                                                                           .depth = depth});
         return nb::make_tuple(camera.text, camera.warnings);
     } catch (const fathom::Error& error) {
         PyErr_SetString(nb::module_::import_("fathom._fathom").attr("Error").ptr(), error.what());

@@ -1,23 +1,31 @@
 // The module fathom._fathom: devices, images and exceptions. Operations and cameras have files of their own.
 #include "call.hpp"
 #include "camera.hpp"
+#include "function.hpp"
 #include "operations.hpp"
+#include "unlocked.hpp"
 
 #include <fathom/device.hpp>
 #include <fathom/error.hpp>
 
+#define CL_TARGET_OPENCL_VERSION 120
+#include <CL/cl.h>
+
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 namespace fathom::python {
 namespace {
 
-template <typename Handle> Handle handle_of(std::uintptr_t pointer) {
+template <typename Handle>
+Handle handle_of(std::uintptr_t pointer) {
     return reinterpret_cast<Handle>(pointer); // NOLINT: it comes from pyopencl's int_ptr
 }
 
-template <typename Handle> std::uintptr_t int_ptr(Handle handle) {
+template <typename Handle>
+std::uintptr_t int_ptr(Handle handle) {
     return reinterpret_cast<std::uintptr_t>(handle);
 }
 
@@ -34,31 +42,32 @@ void bind_devices(nb::module_& module) {
         .def("__repr__", [](const DeviceInfo& info) {
             return "<fathom.DeviceInfo " + std::to_string(info.index) + ": " + info.name + " of " + info.platform + ">";
         });
-    module.def("devices", &list_devices, nb::call_guard<nb::gil_scoped_release>(),
+    module.def("devices", &list_devices, nb::call_guard<Unlocked>(),
                "Every OpenCL device of every platform; an empty list where no driver is installed.");
 
     nb::class_<Device>(module, "Device", R"(An OpenCL device with a queue.
 
-Device(wanted="") opens "cpu", "gpu", an index in devices(), or a part of a name; by default a GPU where there is one, the CPU
-otherwise. arithmetic: 'automatic', 'fp64' or 'two-float'; vector_width: 1, 4, 8 or 16; group_size: 1 to 1024. Nothing but
+Device(wanted=None) opens "cpu", "gpu", one of devices(), its index, or a part of a name; by default a GPU where there is one,
+the CPU otherwise. arithmetic: 'automatic', 'fp64' or 'two-float'; vector_width: 1, 4, 8 or 16; group_size: 1 to 1024. Nothing but
 time depends on these.
 
 Raises NoDevice naming what is there, and ValueError.)")
         .def(
             "__init__",
-            [](Device* self, const std::string& wanted, const Word<Arithmetic>& arithmetic, int vector_width,
+            [](Device* self, const DeviceChoice& choice, const Word<Arithmetic>& arithmetic, int vector_width,
                int group_size) {
                 DeviceOptions options{.vector_width = vector_width, .group_size = group_size};
                 arithmetic.set(options.arithmetic, "arithmetic");
-                const nb::gil_scoped_release released;
+                const std::string wanted = device_name_of(choice, "wanted");
+                const Unlocked released;
                 new (self) Device(Device::open(wanted, options));
             },
-            nb::arg("wanted") = "", nb::kw_only(), nb::arg("arithmetic") = nb::none(), nb::arg("vector_width") = 0,
-            nb::arg("group_size") = 0)
+            nb::arg("wanted") = nb::none(), nb::kw_only(), nb::arg("arithmetic") = nb::none(),
+            nb::arg("vector_width") = 0, nb::arg("group_size") = 0)
         .def_static(
             "from_int_ptr",
             [](std::uintptr_t context, std::uintptr_t device, std::uintptr_t queue) {
-                const nb::gil_scoped_release released;
+                const Unlocked released;
                 return Device(handle_of<cl_context>(context), handle_of<cl_device_id>(device),
                               handle_of<cl_command_queue>(queue));
             },
@@ -67,9 +76,14 @@ Raises NoDevice naming what is there, and ValueError.)")
 
 With pyopencl: Device.from_int_ptr(context=context.int_ptr, device=device.int_ptr, queue=queue.int_ptr).)")
         .def_prop_ro("info", &Device::info)
-        .def("finish", &Device::finish, nb::call_guard<nb::gil_scoped_release>(),
+        .def("finish", &Device::finish, nb::call_guard<Unlocked>(),
              "Waits until everything that was started has ended.")
         .def("__repr__", [](const Device& device) { return "<fathom.Device " + device.info().name + ">"; });
+}
+
+void check_copy(nb::handle copy) {
+    if (copy.is(nb::handle(Py_False)))
+        throw std::invalid_argument("an Image gives a copy of its pixels; leave copy=False out");
 }
 
 Layout layout_of(const std::vector<int>& shape, std::size_t row_stride) {
@@ -79,10 +93,15 @@ Layout layout_of(const std::vector<int>& shape, std::size_t row_stride) {
 }
 
 void bind_images(nb::module_& module) {
-    nb::class_<DeviceImage>(module, "Image", R"(An image on a device, for operations that follow each other without a download.
+    nb::class_<DeviceImage>(module, "Image",
+                            R"(An image on a device, for operations that follow each other without a download.
 
-Image(array, device=None) is the array's memory on a CPU device, and a copy on any other. Leave the array alone until the
-results are there: until numpy() or Device.finish(). Operations on an Image give Images.)")
+On a CPU device Image(array, device=None) is the array's memory: leave the array alone until the results are there, until
+numpy() or Device.finish(). It is a copy on any other device, and of arrays that are not aligned to their elements, of another
+byte order, with gaps between columns or channels, or whose rows go backwards or overlap. Such copies, and Images of read-only
+arrays, are no `out`. Operations on an Image give Images.
+
+numpy.asarray(image) and DLPack wait for the image, and copy it.)")
         .def(
             "__init__",
             [](DeviceImage* self, const Pixels& array, const DeviceChoice& device) {
@@ -98,8 +117,12 @@ results are there: until numpy() or Device.finish(). Operations on an Image give
                                    row_stride ? row_stride
                                               : static_cast<std::size_t>(layout.width) *
                                                     static_cast<std::size_t>(layout.channels)};
+                const Image image(device, handle_of<cl_mem>(buffer), element_of_name(dtype), tight, offset);
+                cl_mem_flags flags = 0;
+                if (clGetMemObjectInfo(image.buffer(), CL_MEM_FLAGS, sizeof flags, &flags, nullptr) != CL_SUCCESS)
+                    throw Error("the OpenCL driver does not tell the flags of a buffer");
                 return DeviceImage{
-                    Image(device, handle_of<cl_mem>(buffer), element_of_name(dtype), tight, offset)};
+                    image, {}, flags & CL_MEM_READ_ONLY ? "the Image is of a read-only buffer" : nullptr};
             },
             nb::arg("device"), nb::arg("buffer"), nb::kw_only(), nb::arg("dtype"), nb::arg("shape"),
             nb::arg("row_stride") = 0, nb::arg("offset") = 0,
@@ -107,18 +130,43 @@ results are there: until numpy() or Device.finish(). Operations on an Image give
 
 dtype: "float32", "float16", "uint32", "uint16" or "uint8". shape: (height, width) or (height, width, channels). row_stride:
 elements from one row to the next (default: without a gap). offset: elements before the first pixel.)")
-        .def("numpy", [](const DeviceImage& image) { return to_numpy(image.image); },
-             "Waits for the image, and copies it into a new NumPy array.")
-        .def_prop_ro("shape", [](const DeviceImage& image) { return shape_of(image.image); },
-                     "(height, width), or (height, width, channels).")
-        .def_prop_ro("dtype", [](const DeviceImage& image) { return name_of(image.image.element()); },
-                     "As NumPy calls it: \"float32\".")
-        .def_prop_ro("row_stride", [](const DeviceImage& image) { return image.image.row_stride(); }, "Elements.")
+        .def(
+            "numpy", [](const DeviceImage& image) { return to_numpy(image.image); },
+            nb::sig("def numpy(self) -> fathom._results.NumpyArray"), "Waits for the image, and copies it into a new NumPy array.")
+        .def(
+            "__array__",
+            [](const DeviceImage& image, const nb::object& dtype, const nb::object& copy) {
+                check_copy(copy);
+                const nb::object array = to_numpy(image.image);
+                return dtype.is_none() ? array : nb::object(array.attr("astype")(dtype));
+            },
+            nb::arg("dtype") = nb::none(), nb::arg("copy") = nb::none(),
+            nb::sig("def __array__(self, dtype: typing.Any = None, copy: bool | None = None) -> fathom._results.NumpyArray"),
+            "The same, for NumPy.")
+        .def(
+            "__dlpack__",
+            [](const DeviceImage& image, const nb::kwargs& options) {
+                if (options.contains("copy"))
+                    check_copy(options["copy"]);
+                return to_numpy(image.image).attr("__dlpack__")(**options);
+            },
+            nb::arg("options"), nb::sig("def __dlpack__(self, **options: typing.Any) -> typing.Any"),
+            "A copy on the CPU.")
+        .def("__dlpack_device__", [](const DeviceImage&) { return std::pair(nb::device::cpu::value, 0); })
+        .def_prop_ro(
+            "shape", [](const DeviceImage& image) { return shape_of(image.image); },
+            "(height, width), or (height, width, channels).")
+        .def_prop_ro(
+            "dtype", [](const DeviceImage& image) { return name_of(image.image.element()); },
+            "As NumPy calls it: \"float32\".")
+        .def_prop_ro(
+            "row_stride", [](const DeviceImage& image) { return image.image.row_stride(); }, "Elements.")
         .def_prop_ro("device", [](const DeviceImage& image) { return image.image.device(); })
-        .def_prop_ro("int_ptr", [](const DeviceImage& image) { return int_ptr(image.image.buffer()); },
-                     "The OpenCL buffer, for pyopencl.Buffer.from_int_ptr(image.int_ptr).")
+        .def_prop_ro(
+            "int_ptr", [](const DeviceImage& image) { return int_ptr(image.image.buffer()); },
+            "The OpenCL buffer, for pyopencl.Buffer.from_int_ptr(image.int_ptr).")
         .def("__repr__", [](const DeviceImage& image) {
-            return std::string("<fathom.Image ") + nb::str(shape_of(image.image)).c_str() + " " +
+            return std::string("<fathom.Image ") + text_of(nb::str(shape_of(image.image))) + " " +
                    name_of(image.image.element()) + " on " + image.image.device().info().name + ">";
         });
 }
@@ -134,6 +182,11 @@ NB_MODULE(_fathom, module) {
     error.doc() = "A failure of the device, its driver or a file.";
     nb::exception<fathom::NoDevice>(module, "NoDevice", error.ptr()).doc() =
         "No OpenCL device answers to what was asked for.";
+#ifdef NDEBUG
+    nb::set_leak_warnings(false); // a daemon thread still holds objects when the interpreter ends
+#endif
+    bind_end(module);
+    bind_functions(module);
     bind_camera(module);
     bind_devices(module);
     bind_images(module);

@@ -2,6 +2,7 @@
 #include "operations.hpp"
 
 #include "call.hpp"
+#include "unlocked.hpp"
 
 #include <fathom/dof.hpp>
 #include <fathom/dof_masks.hpp>
@@ -18,8 +19,9 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 
+#include <algorithm>
 #include <array>
-#include <chrono>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -35,7 +37,8 @@ using Flag = std::optional<bool>;
 using Vector = std::optional<std::array<double, 3>>;
 
 // None is the default, which the options struct has already.
-template <typename Option, typename Given> void set(Option& option, const std::optional<Given>& given) {
+template <typename Option, typename Given>
+void set(Option& option, const std::optional<Given>& given) {
     if (given)
         option = *given;
 }
@@ -108,20 +111,19 @@ nb::object normals_of(const Pixels& depth, const CameraObject& camera, const Wor
 nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number& radius, const Word<Quality>& quality,
                    const Count& slices, const Count& samples, const Count& jitter, const Number& max_error,
                    const Number& thickness, const Pixels& thickness_map, const Pixels& back_depth,
-                   const Number& falloff, const Word<Border>& border, const std::optional<std::uint32_t>& seed,
+                   const Number& falloff, const Word<Border>& border, const std::optional<std::int64_t>& seed,
                    const Flag& half_resolution, const std::optional<std::array<int, 4>>& region,
                    const Number& tolerance, const Pixels& normals, const Word<Space>& normals_space,
                    const Flag& bent_normal, const Flag& confidence, const Word<Storage>& storage, const Target& out,
                    const DeviceChoice& device) {
-    SsaoOptions options{.slices = slices,
-                        .samples = samples,
-                        .jitter = jitter,
-                        .max_error = max_error,
-                        .thickness = thickness};
+    SsaoOptions options{
+        .slices = slices, .samples = samples, .jitter = jitter, .max_error = max_error, .thickness = thickness};
     quality.set(options.quality, "quality");
     set(options.falloff, falloff);
     border.set(options.border, "border");
-    set(options.seed, seed);
+    if (seed && (*seed < 0 || *seed > std::numeric_limits<std::uint32_t>::max()))
+        throw std::invalid_argument("seed = " + std::to_string(*seed) + " must be 0 to 4294967295");
+    options.seed = static_cast<std::uint32_t>(seed.value_or(options.seed));
     set(options.half_resolution, half_resolution);
     set(options.tolerance, tolerance);
     normals_space.set(options.normals_space, "normals_space");
@@ -129,7 +131,8 @@ nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number
     set(options.confidence, confidence);
     const Number length = radius ? radius : camera.file().lens.ao_distance;
     if (!length)
-        throw std::invalid_argument("radius: missing, and the camera has no \"ao_distance\"; give a length in scene units");
+        throw std::invalid_argument(
+            "radius: missing, and the camera has no \"ao_distance\"; give a length in scene units");
     if (thickness && thickness_map)
         throw std::invalid_argument("thickness and thickness_map are given; leave one of the two out");
 
@@ -142,11 +145,11 @@ nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number
         layout = {width, height};
     }
     if (thickness_map)
-        options.thickness_map = call.image(thickness_map, "thickness_map");
+        options.thickness_map = call.image(thickness_map, Holds::numbers, "thickness_map");
     if (back_depth)
         options.back_depth = call.more_depth(back_depth, "back_depth");
     if (normals)
-        options.normals = call.image(normals, "normals");
+        options.normals = call.image(normals, Holds::numbers, "normals");
     const bool several = options.bent_normal || options.confidence;
     const auto target = [&](std::size_t field) { return several ? target_of(out, field, 3) : out.given; };
     const Layout directions{layout.width, layout.height, 3};
@@ -161,7 +164,8 @@ nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number
         return call.take();
     const nb::object visibility = call.take();
     const nb::object bent = options.bent_normal ? call.take() : nb::none();
-    return result_type("Occlusion")(visibility, bent, options.confidence ? call.take() : nb::none());
+    static const nb::handle type = result_type("Occlusion").release(); // as long as the process
+    return type(visibility, bent, options.confidence ? call.take() : nb::none());
 }
 
 // A lens as the arguments and the camera give it, as the program takes it.
@@ -259,7 +263,8 @@ nb::object dof_masks_of(const Pixels& depth, const CameraObject& camera, const N
     nb::list made;
     for (const Field& field : fields)
         made.append(field.wanted ? call.take() : nb::none());
-    return result_type("DofMasks")(*made);
+    static const nb::handle type = result_type("DofMasks").release(); // as long as the process
+    return type(*made);
 }
 
 nb::object dof_of(const Pixels& color, const Pixels& depth, const CameraObject& camera, const Number& focus,
@@ -283,9 +288,9 @@ nb::object dof_of(const Pixels& color, const Pixels& depth, const CameraObject& 
         throw std::invalid_argument("clean_plate and clean_plate_depth belong together; give both, or none");
 
     Call call(depth, camera, storage, device);
-    const Image picture = call.image(color, "color");
+    const Image picture = call.image(color, Holds::picture, "color");
     if (clean_plate)
-        options.clean_plate = {call.image(clean_plate, "clean_plate"),
+        options.clean_plate = {call.image(clean_plate, Holds::picture, "clean_plate"),
                                call.more_depth(clean_plate_depth, "clean_plate_depth")};
     const LensArguments lens{focus, focus_at, focus_along, f_stop, focal_length_mm, sensor_mm, mm_per_unit, circle};
     const Image result =
@@ -309,28 +314,34 @@ nb::object fog_of(const Pixels& color, const Pixels& depth, const CameraObject& 
     sky.set(options.sky, "sky");
     alpha.set(options.alpha, "alpha");
     Call call(depth, camera, storage, device);
-    const Image picture = call.image(color, "color");
+    const Image picture = call.image(color, Holds::picture, "color");
+    const double most = picture.element() == Element::u8 ? 255 : 65535;
+    if (const bool whole = picture.element() == Element::u8 || picture.element() == Element::u16;
+        whole && fog_color && std::ranges::any_of(*fog_color, [](double value) { return value > 1; }))
+        throw std::invalid_argument("fog_color = " + text_of(nb::str(nb::cast(std::tuple_cat(*fog_color)))) +
+                                    ": 1 is white, so it is 0 to 1 for " + name_of(picture.element()) +
+                                    ", too; divide by " + std::to_string(static_cast<int>(most)));
     const Image result =
         call.result(out.given, "out", picture.element(), {picture.width(), picture.height(), picture.channels()});
     call.run([&] { fog(call.depth(), picture, result, options); });
     return call.take();
 }
 
-// What the same call costs in C++, seconds: python/tests compares.
-double seconds_of_linearize(const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& depth, const CameraObject& camera,
+// What the same call costs in C++: seconds, and those of them that the calling thread works. python/tests compares.
+Seconds seconds_of_linearize(const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& depth, const CameraObject& camera,
                             const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& out, const DeviceChoice& choice) {
     const Device device = device_of(choice);
     const Layout layout{static_cast<int>(depth.shape(1)), static_cast<int>(depth.shape(0))};
     const Camera& of_size = camera.for_size(layout.width, layout.height);
-    const nb::gil_scoped_release released;
-    const auto start = std::chrono::steady_clock::now();
+    const Unlocked released;
+    const Seconds start = seconds_now();
     {
         const Image image = Image::from_host(device, Element::f32, depth.data(), layout);
         const Image result = Image::onto_host(device, Element::f32, out.data(), layout);
         linearize({image, of_size, Storage::float32}, result);
         result.download(out.data());
     } // buffers are released within the time, as Python's are
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return seconds_since(start);
 }
 
 // Arguments that may be left out, in groups that several operations share.
@@ -342,7 +353,8 @@ double seconds_of_linearize(const nb::ndarray<float, nb::ndim<2>, nb::c_contig>&
 
 constexpr const char* linearize_text = R"(Distance along the view axis, from stored depth.
 
-depth: (H, W) float32, float16, uint16 or uint32, or (H, W, 3) uint8; or a fathom.Image.
+depth: (H, W) float32, float16, uint16 or uint32, or (H, W, 3) uint8; or a fathom.Image. uint32 holds 24 bits: the high byte
+is a stencil that is left out, unless storage is 'uint24-high', which leaves out the low one.
 background: what background pixels become: 'inf' (default), the far plane's distance ('decode'), or 'nan'.
 
 Returns (H, W) float32 in scene units, positive in front of the camera. Invalid pixels are NaN.)";
@@ -363,7 +375,8 @@ tolerance: how far depth may be off, in half steps of its storage (default 1).
 
 Returns (H, W, 3) float32 of unit length, towards the camera. Invalid and background pixels are 0, 0, 0.)";
 
-constexpr const char* ssao_text = R"(Ambient occlusion, from stored depth: how much of the hemisphere above each pixel is open.
+constexpr const char* ssao_text =
+    R"(Ambient occlusion, from stored depth: how much of the hemisphere above each pixel is open.
 
 radius: how far occlusion reaches, scene units (default: "ao_distance" of the camera).
 quality: 'fast', 'balanced' (default) or 'accurate'; slices (1 to 64), samples (1 to 256) and jitter (1, 4 or 16) are instead
@@ -373,13 +386,15 @@ same for each pixel, (H, W) float32. back_depth: where solids end, a second laye
 falloff: fraction of the radius over which occluders fade out, 0 to 1 (default 0). border: 'open' (default) or 'clamp'.
 half_resolution: compute a quarter of the pixels. region: the part (x, y, width, height) that is computed. seed: turns the
 jitter. tolerance: how far depth may be off, in half steps of its storage (default 1).
-normals: (H, W, 3) float32, with the axes normals_space, 'view' (default) or 'world' (default: from depth).
+normals: (H, W, 3) float32 of unit length, which nobody checks, with the axes normals_space: 'view' (default) or 'world'
+(default: normals from depth).
 
 Returns (H, W) float32: visibility, 1 open and 0 blocked. Invalid pixels are NaN. With bent_normal=True or confidence=True a
-named tuple Occlusion(visibility, bent_normal, confidence): (H, W, 3) mean open directions, and the fraction of samples that
-hit valid pixels inside the image. `out` is a tuple then, too.)";
+named tuple Occlusion(visibility, bent_normal, confidence): (H, W, 3) mean open directions in view space, of unit length, and
+the fraction of samples that hit valid pixels inside the image. `out` is a tuple then, too.)";
 
-constexpr const char* dof_masks_text = R"(Circles of confusion and masks of what is near, in focus and far, from stored depth.
+constexpr const char* dof_masks_text =
+    R"(Circles of confusion and masks of what is near, in focus and far, from stored depth.
 @LENS@
 sharp_px: circles up to this are in focus (default 1); transition_px: circles larger by this are not at all (default 1).
 sky: the background is infinitely far ('blur', default), 'sharp', or left out ('exclude'). max_coc_px: circles end there.
@@ -392,7 +407,7 @@ behind the focus, NaN for invalid pixels. near_weight + focus_weight + far_weigh
 constexpr const char* dof_text = R"(A picture as a lens shows it that is focused on one depth.
 
 color: (H, W, 3), or (H, W, 4) with the alpha multiplied in: float32, float16, uint16 or uint8. Light is blurred: make linear
-values of sRGB first.
+values of sRGB first, as docs/python.md does.
 @LENS@
 blades: corners of the aperture, 3 to 64 (default 0: a circle); rotation_degrees: turns it; ratio: height over width of an
 ellipse, 0.1 to 10. quality: 'fast', 'balanced' (default) or 'accurate'. max_error: an rms error of colors, instead of it.
@@ -403,18 +418,19 @@ Returns an array of the shape and dtype of color.)";
 
 constexpr const char* fog_text = R"(A picture with fog.
 
-color: as for dof. density: fraction of the light lost per scene unit. max_opacity: 0 to 1 (default 1). start: distance
-along the ray at which the fog begins. fog_color: three numbers in the picture's values and order of channels (default 0.5,
-0.6, 0.7). height_falloff: density falls by exp(-height_falloff · h) above reference_height along up (default 0, 1, 0), which
-needs a camera with a view. sky: 'fog' (default) or 'keep'. alpha: 'premultiplied' (default) or 'straight'.
+color: as for dof. density: exp(-density * r) of the light is left after a distance r in scene units. max_opacity: 0 to 1
+(default 1). start: distance along the ray at which the fog begins. fog_color: three numbers in the picture's order of channels
+(default 0.5, 0.6, 0.7); 1 is white in pictures of integers, too. height_falloff: density falls by exp(-height_falloff * h)
+above reference_height along up (default 0, 1, 0), which needs a camera with a view. sky: 'fog' (default) or 'keep'. alpha:
+'premultiplied' (default) or 'straight'.
 
 Returns an array of the shape and dtype of color.)";
 
 constexpr const char* common_text = R"(
 
 storage: how elements hold depth, if their dtype and the camera's packing do not say it. out: where the result goes; its rows
-may be any distance apart, its columns not. device: a fathom.Device, or "cpu", "gpu", an index or a part of a name.
-If depth is a fathom.Image, the result is one, too, and nothing is waited for.
+may be any distance apart, its columns not. device: a fathom.Device, or "cpu", "gpu", one of devices(), its index, or a
+part of a name. If depth is a fathom.Image, the result is one, too, and nothing is waited for.
 
 Raises ValueError for bad arguments, fathom.Error for a camera of another size and from the device; NoDevice without one.)";
 
@@ -454,7 +470,9 @@ void bind_operations(nb::module_& module) {
     def("dof", dof_of, dof_text, arg("color"), arg("depth"), arg("camera"), nb::kw_only(), LENS, OPTION("blades"),
         OPTION("rotation_degrees"), OPTION("ratio"), OPTION("quality"), OPTION("max_error"), OPTION("sky"),
         OPTION("max_coc_px"), OPTION("clean_plate"), OPTION("clean_plate_depth"), COMMON);
-    module.def("_seconds_of_linearize", seconds_of_linearize, arg("depth"), arg("camera"), arg("out"), OPTION("device"));
+    module.def("_seconds_of_linearize", seconds_of_linearize, arg("depth"), arg("camera"), arg("out"),
+               OPTION("device"));
+    module.def("_seconds_of_last_run", [] { return Call::last_run; });
     def("fog", fog_of, fog_text, arg("color"), arg("depth"), arg("camera"), arg("density"), nb::kw_only(),
         OPTION("max_opacity"), OPTION("start"), OPTION("fog_color"), OPTION("height_falloff"),
         OPTION("reference_height"), OPTION("up"), OPTION("sky"), OPTION("alpha"), COMMON);

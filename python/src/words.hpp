@@ -21,16 +21,26 @@ namespace nb = nanobind;
 using nb::detail::const_name;
 
 /// The type that the stubs show, which is the table of words as well.
-template <typename Choice> inline constexpr auto words = const_name("str");
-template <> inline constexpr auto words<Arithmetic> = const_name("typing.Literal['automatic', 'fp64', 'two-float']");
-template <> inline constexpr auto words<Background> = const_name("typing.Literal['inf', 'decode', 'nan']");
-template <> inline constexpr auto words<Border> = const_name("typing.Literal['open', 'clamp']");
-template <> inline constexpr auto words<FogAlpha> = const_name("typing.Literal['premultiplied', 'straight']");
-template <> inline constexpr auto words<FogSky> = const_name("typing.Literal['fog', 'keep']");
-template <> inline constexpr auto words<NormalMethod> = const_name("typing.Literal['automatic', 'neighbours', 'least-squares']");
-template <> inline constexpr auto words<Quality> = const_name("typing.Literal['fast', 'balanced', 'accurate']");
-template <> inline constexpr auto words<Sky> = const_name("typing.Literal['blur', 'sharp', 'exclude']");
-template <> inline constexpr auto words<Space> = const_name("typing.Literal['view', 'world']");
+template <typename Choice>
+inline constexpr auto words = const_name("str");
+template <>
+inline constexpr auto words<Arithmetic> = const_name("typing.Literal['automatic', 'fp64', 'two-float']");
+template <>
+inline constexpr auto words<Background> = const_name("typing.Literal['inf', 'decode', 'nan']");
+template <>
+inline constexpr auto words<Border> = const_name("typing.Literal['open', 'clamp']");
+template <>
+inline constexpr auto words<FogAlpha> = const_name("typing.Literal['premultiplied', 'straight']");
+template <>
+inline constexpr auto words<FogSky> = const_name("typing.Literal['fog', 'keep']");
+template <>
+inline constexpr auto words<NormalMethod> = const_name("typing.Literal['automatic', 'neighbours', 'least-squares']");
+template <>
+inline constexpr auto words<Quality> = const_name("typing.Literal['fast', 'balanced', 'accurate']");
+template <>
+inline constexpr auto words<Sky> = const_name("typing.Literal['blur', 'sharp', 'exclude']");
+template <>
+inline constexpr auto words<Space> = const_name("typing.Literal['view', 'world']");
 template <>
 inline constexpr auto words<Storage> =
     const_name("typing.Literal['float32', 'float16', 'uint8', 'uint16', 'uint24', 'uint24-high', 'rgb8-red-low', "
@@ -43,8 +53,19 @@ static_assert(static_cast<int>(Arithmetic::two_float) == 2 && static_cast<int>(B
               static_cast<int>(Quality::accurate) == 2 && static_cast<int>(Sky::exclude) == 2 &&
               static_cast<int>(Space::world) == 1 && static_cast<int>(Storage::bgr8_red_high) == 9);
 
+/// Text as UTF-8; escaped where it has half a character (a lone surrogate).
+inline std::string text_of(const nb::str& text) {
+    Py_ssize_t size = 0;
+    if (const char* utf8 = PyUnicode_AsUTF8AndSize(text.ptr(), &size))
+        return {utf8, static_cast<std::size_t>(size)};
+    PyErr_Clear();
+    const auto escaped = nb::steal<nb::bytes>(PyUnicode_AsEncodedString(text.ptr(), "utf-8", "backslashreplace"));
+    return {escaped.c_str(), escaped.size()};
+}
+
 /// What a caller gave for a finite choice: any object, as long as nobody asks what it means.
-template <typename Choice> struct Word {
+template <typename Choice>
+struct Word {
     nb::object given;
 
     bool is_given() const { return given.is_valid() && !given.is_none(); }
@@ -63,13 +84,13 @@ template <typename Choice> struct Word {
         }
         std::string list;
         for (std::size_t i = 0; i < known.size(); ++i) {
-            if (nb::isinstance<nb::str>(given) && nb::borrow<nb::str>(given).c_str() == known[i]) {
+            if (nb::isinstance<nb::str>(given) && text_of(nb::borrow<nb::str>(given)) == known[i]) {
                 choice = static_cast<Choice>(i);
                 return;
             }
             list += (i == 0 ? "" : i + 1 == known.size() ? " or " : ", ") + std::string(known[i]);
         }
-        throw std::invalid_argument(std::string(argument) + " = " + nb::repr(given).c_str() + " is unknown; it is " +
+        throw std::invalid_argument(std::string(argument) + " = " + text_of(nb::repr(given)) + " is unknown; it is " +
                                     list);
     }
 
@@ -82,7 +103,8 @@ template <typename Choice> struct Word {
 
 } // namespace fathom::python
 
-template <typename Choice> struct nanobind::detail::type_caster<fathom::python::Word<Choice>> {
+template <typename Choice>
+struct nanobind::detail::type_caster<fathom::python::Word<Choice>> {
     NB_TYPE_CASTER(fathom::python::Word<Choice>, fathom::python::words<Choice>)
 
     bool from_python(handle source, std::uint8_t, cleanup_list*) noexcept {

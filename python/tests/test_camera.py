@@ -2,6 +2,8 @@
 
 import json
 import pickle
+import sys
+import warnings
 
 import numpy
 import pytest
@@ -24,8 +26,17 @@ def test_keys_are_those_of_the_camera_file(tmp_path, keys, millimetres):
 def test_numbers_of_numpy_and_none_will_do(keys):
     view = numpy.array(keys["view"], numpy.float32)
     intrinsics = {key: numpy.float64(value) for key, value in keys["intrinsics"].items()}
-    more = {**keys, "view": view, "intrinsics": intrinsics, "width": numpy.int64(WIDTH), "near": None}
+    more = {
+        **keys,
+        "view": view,
+        "intrinsics": intrinsics,
+        "width": numpy.int64(WIDTH),
+        "height": HEIGHT * 2 / 2,
+        "near": None,
+    }
     assert fathom.Camera(**more) == fathom.Camera(**keys)
+    with pytest.raises(ValueError, match='"width": 9.5 must be a whole number'):
+        fathom.Camera(**{**keys, "width": 9.5})
 
 
 def test_keys_of_a_projection_may_stand_alone():
@@ -35,7 +46,7 @@ def test_keys_of_a_projection_may_stand_alone():
 
 
 def test_presets(millimetres):
-    kinect = fathom.Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
+    kinect = fathom.Camera.preset("kinect", fx=90, fy=90, cx=47.5, cy=31.5)
     assert kinect.to_dict()["preset"] == "kinect"
     assert abs(fathom.linearize(millimetres, kinect)[30, 40] - 2.0) < 0.001
     assert numpy.isnan(fathom.linearize(millimetres, kinect)[0, 0])
@@ -45,7 +56,10 @@ MISTAKES = {
     "unknown key": ({"widht": 3}, 'Camera: unknown key "widht"; the nearest known one is "width"'),
     "other name": ({"K": [[1]]}, '"fx", "fy", "cx" and "cy" in "intrinsics"'),
     "nan": ({"scale": float("nan")}, 'Camera: "scale": nan is no number'),
-    "nan within": ({"intrinsics": {"fx": float("nan"), "fy": 1, "cx": 1, "cy": 1}}, '"intrinsics.fx": nan is no number'),
+    "nan within": (
+        {"intrinsics": {"fx": float("nan"), "fy": 1, "cx": 1, "cy": 1}},
+        '"intrinsics.fx": nan is no number',
+    ),
     "nan in a matrix": ({"view": [[float("nan")] * 4] * 4}, '"view": nan is no number'),
     "an object": ({"scale": object()}, '"scale": <object object at .* is no number'),
     "minus infinity": ({"far": float("-inf")}, '"far": -inf is no number'),
@@ -53,6 +67,12 @@ MISTAKES = {
     "word": ({"encoding": "window-z"}, '"encoding": "window-z" must be one of .* the nearest is "window"'),
     "twice": ({"fx": 3}, '"fx" is given twice'),
     "type": ({"width": "wide"}, '"width": "wide"'),
+    "twice within": ({"fx": 3, "intrinsics": {"fx": 3}}, '"fx" is given twice'),
+    "twice within, turned": ({"intrinsics": {"fx": 3}, "fx": 3}, '"fx" is given twice'),
+    "no dict": ({"intrinsics": 3, "fx": 3}, '"intrinsics": is no dict, but "fx" belongs into it'),
+    "no dict, turned": ({"fx": 3, "intrinsics": 3}, '"intrinsics": is no dict, but "fx" belongs into it'),
+    "half a character": ({"encoding": "window\udc80"}, r'"encoding": "window.*" must be one of'),
+    "half a character in a key": ({"widt\udc80": 3}, r'unknown key "widt.*"'),
 }
 
 
@@ -82,9 +102,9 @@ def test_the_camera_of_view_depth(millimetres, kinect):
     z = fathom.linearize(millimetres, kinect)
     of_z = kinect.for_view_depth()
     assert same_bits(fathom.linearize(z, of_z), z)
-    assert same_bits(fathom.unproject(z, of_z, space="world"), fathom.unproject(z, of_z, space="world"))
-    difference = fathom.unproject(z, of_z) - fathom.unproject(millimetres, kinect)
-    assert numpy.nanmax(numpy.abs(difference)) <= 8 * 5 * 2**-24  # z's rounding and the positions', at 5 m
+    for space in ("view", "world"):
+        difference = fathom.unproject(z, of_z, space=space) - fathom.unproject(millimetres, kinect, space=space)
+        assert numpy.nanmax(numpy.abs(difference)) <= 8 * 5 * 2**-24  # z's rounding and the positions', at 5 m
     with pytest.raises(ValueError, match="has no camera file"):
         of_z.to_dict()
 
@@ -111,3 +131,98 @@ def test_colmap_needs_the_importers(tmp_path):
     (tmp_path / "cameras.txt").write_text("1 PINHOLE 96 64 90 88 48 32\n")
     camera = fathom.Camera.load(tmp_path / "cameras.txt", preset="colmap")
     assert camera.width == 96 and camera.to_dict()["intrinsics"]["fx"] == 90
+
+
+def nested(depth):
+    value = []
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+def circle():
+    value = {}
+    value["a"] = value
+    return value
+
+
+class Endless:
+    """A sequence whose items are itself."""
+
+    def __len__(self):
+        return 2
+
+    def __getitem__(self, index):
+        return self
+
+
+@pytest.mark.parametrize("make", [circle, lambda: nested(100_000), Endless])
+def test_values_without_a_bottom(make):
+    with pytest.raises(ValueError, match='"view.*": is nested more than 100 deep'):
+        fathom.Camera(view=make())
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_keys_join_those_of_their_dict(keys, turned):
+    inner = {key: keys["intrinsics"][key] for key in ("fx", "fy", "cy")}
+    given = {"cx": keys["intrinsics"]["cx"], "intrinsics": inner}
+    given = dict(reversed(given.items())) if turned else given
+    outer = {key: value for key, value in keys.items() if key != "intrinsics"}
+    assert fathom.Camera(**outer, **given) == fathom.Camera(**keys)
+
+
+def test_a_preset_has_one_name():
+    with pytest.raises(ValueError, match='"preset" is given twice'):
+        fathom.Camera.preset("kinect", preset="tum", fx=525, fy=525, cx=319.5, cy=239.5)
+
+
+def test_presets_are_listed():
+    known = fathom.presets()
+    assert list(known) == sorted(known) and all(isinstance(text, str) and text for text in known.values())
+    assert {"kinect", "carla", "pybullet"} <= known.keys()
+    with pytest.raises(ValueError, match="is unknown"):
+        fathom.Camera.preset("no such")
+    assert fathom.Camera.preset("tum", fx=525, fy=525, cx=319.5, cy=239.5).to_dict()["preset"] in known
+
+
+def test_doubtful_keys_warn_once(keys, millimetres):
+    with pytest.warns(
+        fathom.CameraWarning, match='Camera: "perspective.fov_y_deg": 1.047.*if these are radians, write 60'
+    ):
+        fathom.Camera(width=96, height=64, fov_y_deg=1.047, encoding="view-z")
+    middle = {"fx": 90, "fy": 90, "cx": (WIDTH - 1) / 2, "cy": (HEIGHT - 1) / 2}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        of_any_size = fathom.Camera(**middle, encoding="view-z", scale=0.001)  # no size, no doubt
+        fathom.Camera(**keys)
+    with pytest.warns(fathom.CameraWarning, match='say "pixel_origin": "centre"'):
+        fathom.linearize(millimetres, of_any_size)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fathom.linearize(millimetres, of_any_size)
+        fathom.linearize(numpy.vstack([millimetres, millimetres]), of_any_size)
+        pickle.loads(pickle.dumps(of_any_size))
+    assert issubclass(fathom.CameraWarning, UserWarning)
+
+
+def test_a_warning_may_be_an_error(millimetres):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", fathom.CameraWarning)
+        with pytest.raises(fathom.CameraWarning):
+            fathom.Camera(width=96, height=64, fov_y_deg=1.047, encoding="view-z")
+
+
+def test_a_damaged_camera_file_is_told_as_it_is(tmp_path, monkeypatch):
+    """Without the importers, too, which a build may leave out."""
+    monkeypatch.setitem(sys.modules, "fathom._importers", None)
+    (tmp_path / "camera.json").write_text('{"widht": 3}')
+    with pytest.raises(fathom.Error, match='unknown key "widht"; the nearest known one is "width"$'):
+        fathom.Camera.load(tmp_path / "camera.json")
+    (tmp_path / "broken.json").write_text('{"width": 3,')
+    with pytest.raises(fathom.Error, match="is no JSON: (?!.*reads camera files)"):
+        fathom.Camera.load(tmp_path / "broken.json")
+    (tmp_path / "camera.yaml").write_text("%YAML:1.0\n")
+    with pytest.raises(
+        fathom.Error, match="reads camera files, glTF and transforms.json only: import of fathom._importers"
+    ):
+        fathom.Camera.load(tmp_path / "camera.yaml")

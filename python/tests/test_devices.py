@@ -17,7 +17,9 @@ def run(code, timeout=120, **environment):
     """A new interpreter, so that nothing of this process takes part."""
     script = "import fathom, numpy, os, sys\n" + textwrap.dedent(code)
     environment = {**os.environ, "PYTHONFAULTHANDLER": "1", **environment}
-    return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=timeout, env=environment)
+    return subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=timeout, env=environment
+    )
 
 
 def test_devices_are_listed():
@@ -25,6 +27,22 @@ def test_devices_are_listed():
     assert infos and [info.index for info in infos] == list(range(len(infos)))
     assert infos[0].name in repr(infos[0]) and infos[0].compute_units > 0 and infos[0].memory_bytes > 0
     assert fathom.Device("0").info.name == infos[0].name
+
+
+def test_a_device_is_chosen_by_index_and_by_what_devices_lists(millimetres, kinect):
+    info = fathom.devices()[0]
+    expected = fathom.linearize(millimetres, kinect)
+    for chosen in (0, numpy.int64(0), info):
+        assert fathom.Device(chosen).info.name == info.name
+        assert same_bits(fathom.linearize(millimetres, kinect, device=chosen), expected)
+        assert fathom.Image(millimetres, device=chosen).device.info.name == info.name
+    for wrong in (-1, True, 3.5, [0]):
+        with pytest.raises(ValueError, match="device: .* is none"):
+            fathom.linearize(millimetres, kinect, device=wrong)
+        with pytest.raises(ValueError, match="wanted: .* is none"):
+            fathom.Device(wrong)
+    with pytest.raises(fathom.NoDevice, match="99"):
+        fathom.Device(99)
 
 
 def test_devices_give_the_same_bits(millimetres, kinect):
@@ -46,7 +64,9 @@ def test_images_chain_on_the_device(millimetres, kinect):
     n = fathom.normals(z, of_z)
     ao = fathom.ssao(z, of_z, radius=0.4, normals=n, confidence=True)
     assert same_bits(z_there.numpy(), z) and same_bits(n_there.numpy(), n)
-    assert same_bits(ao_there.visibility.numpy(), ao.visibility) and same_bits(ao_there.confidence.numpy(), ao.confidence)
+    assert same_bits(ao_there.visibility.numpy(), ao.visibility) and same_bits(
+        ao_there.confidence.numpy(), ao.confidence
+    )
 
 
 def test_arrays_and_images_mix(millimetres, kinect):
@@ -63,10 +83,14 @@ def test_arrays_and_images_mix(millimetres, kinect):
 
 def test_an_array_may_go_while_the_device_reads_it(metres, keys):
     camera = fathom.Camera(**keys)
-    expected = fathom.ssao(metres.astype(numpy.float32), camera, radius=0.5)
+    expected = fathom.ssao(metres.astype(numpy.float32), camera, radius=0.5, quality="accurate")
     for _ in range(20):
-        result = fathom.ssao(fathom.Image(metres.astype(numpy.float32)), camera, radius=0.5)
+        image = fathom.Image(metres.astype(numpy.float32))
+        result = fathom.ssao(image, camera, radius=0.5, quality="accurate")
+        del image  # freed memory is used again, and overwritten
+        over = [numpy.full(metres.shape, 9, numpy.float32) for _ in range(50)]
         assert same_bits(result.numpy(), expected)
+        del over
 
 
 @pytest.fixture
@@ -117,8 +141,21 @@ def test_foreign_handles_that_do_not_fit(opencl):
         fathom.Image.from_int_ptr(device, small.int_ptr, dtype="float32", shape=(64, 96))
     with pytest.raises(ValueError, match="dtype: float64 is unknown"):
         fathom.Image.from_int_ptr(device, small.int_ptr, dtype="float64", shape=(1, 1))
+    for stride in (2**62, 2**63 - 1):
+        with pytest.raises(ValueError, match="row_stride|too small|too large"):
+            fathom.Image.from_int_ptr(device, small.int_ptr, dtype="float32", shape=(2, 2), row_stride=stride)
     with pytest.raises(ValueError, match="null"):
         fathom.Device.from_int_ptr(context=0, device=0, queue=0)
+
+
+def test_a_buffer_that_kernels_only_read_is_no_out(opencl, millimetres, kinect):
+    cl, context, _, device = opencl
+    kept = numpy.full((HEIGHT, WIDTH), 7, numpy.float32)
+    buffer = cl.Buffer(context, cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR, hostbuf=kept)
+    image = fathom.Image.from_int_ptr(device, buffer.int_ptr, dtype="float32", shape=kept.shape)
+    with pytest.raises(ValueError, match="out: .*read-only"):
+        fathom.linearize(millimetres, kinect, out=image, device=device)
+    assert (image.numpy() == 7).all()
 
 
 def test_without_a_driver_the_first_use_names_the_package():
@@ -143,27 +180,38 @@ def test_a_child_of_fork_gets_an_error():
         import signal
         camera = fathom.Camera.preset("kinect", fx=5, fy=5, cx=4, cy=4)
         depth = numpy.full((480, 640), 1000, numpy.uint16)
+        device = fathom.Device()
+        stored = fathom.Image(depth)
         fathom.linearize(depth, camera)
         child = os.fork()
         if child == 0:
             signal.alarm(20)
-            try:
-                fathom.linearize(depth, camera)
-            except fathom.Error as error:
-                print(error, flush=True)
-                os._exit(3)
-            os._exit(4)
+            for use in (
+                lambda: fathom.linearize(depth, camera),
+                lambda: fathom.linearize(stored, camera),
+                lambda: fathom.Image(depth),
+                lambda: stored.numpy(),
+                lambda: fathom.linearize(depth, camera, out=fathom.Image(depth)),
+                lambda: device.finish(),
+            ):
+                try:
+                    use()
+                    os._exit(4)
+                except fathom.Error as error:
+                    print(error, flush=True)
+            os._exit(3)
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
         fathom.linearize(depth, camera)
         """
     done = run(code)
     assert done.returncode == 0, done.stderr
-    assert "fork" in done.stdout and done.stdout.endswith("3\n")
+    assert done.stdout.count("OpenCL was used before this process was forked") == 6 and done.stdout.endswith(
+        "\n3\n"
+    ), done.stdout
 
 
 def test_the_interpreter_goes_on_while_the_library_works():
-    done = run(
-        """
+    done = run("""
         import threading, time
         camera = fathom.Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
         depth = (1000 + numpy.random.default_rng(1).integers(0, 50, (480, 640))).astype(numpy.uint16)
@@ -178,16 +226,14 @@ def test_the_interpreter_goes_on_while_the_library_works():
             now = time.perf_counter()
             steps, longest, last = steps + 1, max(longest, now - last), now
         print(steps)
-        """
-    )
+        """)
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) >= 10
 
 
 def test_threads_share_a_device(millimetres, kinect):
     """Eight threads with mixed operations. Needs a library whose devices may be used from many threads."""
-    done = run(
-        """
+    done = run("""
         from concurrent.futures import ThreadPoolExecutor
         camera = fathom.Camera.preset("kinect", fx=90, fy=90, cx=47, cy=31)
         depth = (1000 + numpy.random.default_rng(1).integers(0, 50, (64, 96))).astype(numpy.uint16)
@@ -203,6 +249,77 @@ def test_threads_share_a_device(millimetres, kinect):
             return all(operations[i % 5]().tobytes() == expected[i % 5] for i in range(first, first + 50))
         with ThreadPoolExecutor(8) as pool:
             print(all(pool.map(work, range(8))))
-        """
-    )
+        """)
     assert done.returncode == 0 and done.stdout == "True\n", done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("out", ["", ", out=out"])
+@pytest.mark.parametrize("size", [(48, 64), (240, 320)])
+def test_threads_that_work_when_the_interpreter_ends(size, out):
+    """Daemon threads end with the process, as those in NumPy do: no abort, and nothing is said."""
+    done = run(f"""
+        import threading, time
+        camera = fathom.Camera(fov_y_deg=60, encoding="view-z")
+        depth = numpy.full({size}, 2, numpy.float32)
+        def work():
+            out = numpy.empty((*depth.shape, 3), numpy.float32)
+            while True:
+                fathom.normals(depth, camera{out})
+        for _ in range(3):
+            threading.Thread(target=work, daemon=True).start()
+        time.sleep(0.3)
+        """)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_child_of_fork_ends_while_a_thread_of_the_parent_works():
+    """The child's end waits for no call of a thread that it does not have."""
+    done = run("""
+        import signal, threading, time
+        camera = fathom.Camera(fov_y_deg=60, encoding="view-z")
+        depth = numpy.full((480, 640), 2, numpy.float32)
+        def work():
+            while True:
+                fathom.normals(depth, camera)
+        threading.Thread(target=work, daemon=True).start()
+        time.sleep(0.3)
+        for _ in range(10):
+            child = os.fork()
+            if child == 0:
+                signal.alarm(20)
+                sys.exit(3)  # runs what atexit knows
+            print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+        """)
+    assert (done.returncode, done.stdout) == (0, "3\n" * 10), done.stderr
+
+
+def test_a_child_gets_an_error_while_a_thread_of_the_parent_builds():
+    """Locks that the thread holds at the fork stay held in the child."""
+    done = run(
+        """
+        import signal, threading, time
+        camera = fathom.Camera(fov_y_deg=60, encoding="view-z")
+        depth = numpy.full((48, 64), 2, numpy.float32)
+        device = fathom.Device()
+        def work():
+            for group in (16, 32, 64, 128, 256):
+                fathom.ssao(depth, camera, radius=0.3, device=fathom.Device(group_size=group))
+        builder = threading.Thread(target=work)
+        builder.start()
+        codes = []
+        while builder.is_alive():
+            child = os.fork()
+            if child == 0:
+                signal.alarm(10)
+                try:
+                    fathom.ssao(depth, camera, radius=0.3, device=device)
+                except fathom.Error as error:
+                    os._exit(3 if "fork" in str(error) else 5)
+                os._exit(4)
+            codes.append(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+            time.sleep(0.02)
+        print(set(codes))
+        """,
+        POCL_CACHE_DIR="/nonexistent",
+    )
+    assert (done.returncode, done.stdout) == (0, "{3}\n"), done.stdout + done.stderr

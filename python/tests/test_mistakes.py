@@ -14,19 +14,34 @@ def test_exceptions_are_what_python_expects():
 
 DEPTHS = {
     "float64": (lambda d: d.astype(float), r"depth: its dtype is float64; it must be float32.*astype\(numpy.float32\)"),
-    "int16": (lambda d: d.astype(numpy.int16), "depth: its dtype is int16"),
-    "int64": (lambda d: d.astype(numpy.int64), "depth: its dtype is int64"),
-    "bool": (lambda d: d > 0, "depth: its dtype is bool"),
+    "int16": (lambda d: d.astype(numpy.int16), r"depth: its dtype is int16; .*as .astype\(numpy.uint16\) makes it"),
+    "int32": (
+        lambda d: d.astype(numpy.int32),
+        r"depth: its dtype is int32; .*as .astype\(numpy.uint16\) makes it of numbers from 0 to 65535",
+    ),
+    "int64": (
+        lambda d: d.astype(numpy.int64),
+        r"depth: its dtype is int64; .*as .astype\(numpy.uint16\) makes it of numbers from 0 to 65535",
+    ),
+    "bool": (lambda d: d > 0, "depth: its dtype is bool; .*that is a mask"),
+    "BGRA": (lambda d: numpy.zeros((HEIGHT, WIDTH, 4), numpy.uint8), r"uint8 in 4 channels; .*\[\.\.\., :3\]"),
+    "too large": (
+        lambda d: numpy.broadcast_to(numpy.zeros(1, numpy.uint8), (1, 2**31)),
+        r"depth: its shape is \(1, 2147483648\); a side may be 1 to 1073741824",
+    ),
     "complex": (lambda d: d.astype(numpy.complex64), "depth: its dtype is complex64"),
     "text": (lambda d: d.astype(str), "depth: its dtype is <U5"),
     "objects": (lambda d: d.astype(object), "depth: its dtype is object"),
-    "no rows": (lambda d: d[:0], r"depth: its shape is \(0, 96\); every side must be at least 1"),
+    "no rows": (lambda d: d[:0], r"depth: its shape is \(0, 96\); a side may be 1 to"),
     "no columns": (lambda d: d[:, :0], r"depth: its shape is \(64, 0\)"),
     "no channels": (lambda d: d[..., None][..., :0], r"depth: its shape is \(64, 96, 0\)"),
     "one dimension": (lambda d: d.ravel(), r"depth: its shape is \(6144,\); it must be \(height, width\)"),
     "four dimensions": (lambda d: d[None, ..., None], "depth: its shape is"),
     "two channels": (lambda d: numpy.stack([d, d], -1), "depth: it holds uint16 in 2 channels; depth has one channel"),
-    "bytes": (lambda d: (d >> 8).astype(numpy.uint8), "depth: it holds uint8, which may be a picture; .*storage='uint8'"),
+    "bytes": (
+        lambda d: (d >> 8).astype(numpy.uint8),
+        "depth: it holds uint8, which may be a picture; .*storage='uint8'",
+    ),
     "a picture": (lambda d: numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8), "'bgr8-red-low'"),
     "a list": (lambda d: d.tolist(), "depth: a list is no array"),
     "nothing": (lambda d: None, "depth"),
@@ -54,7 +69,14 @@ def read_only(a):
 
 OUTS = {
     "float64": (lambda: numpy.full((HEIGHT, WIDTH), 7.0), "out: its dtype is float64; it must be float32"),
-    "too small": (lambda: numpy.full((HEIGHT - 1, WIDTH), 7, numpy.float32), r"out: its shape is \(63, 96\); it must be \(64, 96\)"),
+    "of the other byte order": (
+        lambda: numpy.full((HEIGHT, WIDTH), 7, numpy.dtype(numpy.float32).newbyteorder()),
+        "out: its dtype is >f4, which cannot be used as it lies; .*this machine's byte order",
+    ),
+    "too small": (
+        lambda: numpy.full((HEIGHT - 1, WIDTH), 7, numpy.float32),
+        r"out: its shape is \(63, 96\); it must be \(64, 96\)",
+    ),
     "three channels": (lambda: numpy.full((HEIGHT, WIDTH, 3), 7, numpy.float32), r"out: its shape is \(64, 96, 3\)"),
     "gaps": (lambda: numpy.full((HEIGHT, 2 * WIDTH), 7, numpy.float32)[:, ::2], "out: has gaps between its columns"),
     "backwards": (lambda: numpy.full((HEIGHT, WIDTH), 7, numpy.float32)[::-1], "out: has gaps .* go backwards"),
@@ -93,25 +115,76 @@ def test_the_second_out_is_checked_before_the_first_is_written(millimetres, kine
 
 
 CALLS = {
-    "background": (lambda d, c: fathom.linearize(d, c, background="black"), "background = 'black' is unknown; it is inf, decode or nan"),
-    "a number for a word": (lambda d, c: fathom.ssao(d, c, 0.3, quality=3), "quality = 3 is unknown; it is fast, balanced or accurate"),
-    "storage": (lambda d, c: fathom.linearize(d, c, storage="uint8"), "depth: it holds uint16, which the storage 'uint8' does not"),
+    "background": (
+        lambda d, c: fathom.linearize(d, c, background="black"),
+        "background = 'black' is unknown; it is inf, decode or nan",
+    ),
+    "a number for a word": (
+        lambda d, c: fathom.ssao(d, c, 0.3, quality=3),
+        "quality = 3 is unknown; it is fast, balanced or accurate",
+    ),
+    "storage": (
+        lambda d, c: fathom.linearize(d, c, storage="uint8"),
+        "depth: it holds uint16, which the storage 'uint8' does not",
+    ),
     "channels": (lambda d, c: fathom.unproject(d, c, channels=2), "channels = 2 must be 3 or 4"),
     "radius": (lambda d, c: fathom.ssao(d, c, radius=float("nan")), "radius = nan must be finite"),
     "no radius": (lambda d, c: fathom.ssao(d, c), 'radius: missing, and the camera has no "ao_distance"'),
     "slices": (lambda d, c: fathom.ssao(d, c, 0.3, slices=0), "slices = 0 must be 1 to 64"),
-    "region": (lambda d, c: fathom.ssao(d, c, 0.3, region=(90, 0, 10, 10)), "region 10 x 10 at .90, 0. does not lie in"),
+    "region": (
+        lambda d, c: fathom.ssao(d, c, 0.3, region=(90, 0, 10, 10)),
+        "region 10 x 10 at .90, 0. does not lie in",
+    ),
     "no f_stop": (lambda d, c: fathom.dof_masks(d, c, focus=2), 'f_stop: missing, and the camera has no "f_stop"'),
-    "no focus": (lambda d, c: fathom.dof_masks(d, c, f_stop=2), 'focus: missing, and the camera has no "focus_distance"'),
-    "two focuses": (lambda d, c: fathom.dof_masks(d, c, focus=2, focus_at=(1, 2), f_stop=2), "three ways to say one depth"),
+    "no focus": (
+        lambda d, c: fathom.dof_masks(d, c, f_stop=2),
+        'focus: missing, and the camera has no "focus_distance"',
+    ),
+    "two focuses": (
+        lambda d, c: fathom.dof_masks(d, c, focus=2, focus_at=(1, 2), f_stop=2),
+        "three ways to say one depth",
+    ),
     "circle and lens": (lambda d, c: fathom.dof_masks(d, c, focus=2, circle=(1, 2)), "leave one of the two out"),
     "focus on nothing": (lambda d, c: fathom.dof_masks(d, c, focus_at=(0, 0), f_stop=2, sensor_mm=36), "invalid"),
     "half a clean plate": (
-        lambda d, c: fathom.dof(numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32), d, c, circle=(1, 1), clean_plate_depth=d),
+        lambda d, c: fathom.dof(
+            numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32), d, c, circle=(1, 1), clean_plate_depth=d
+        ),
         "belong together",
     ),
     "a grey picture": (lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH), numpy.float32), d, c, 0.1), "channels"),
     "another picture": (lambda d, c: fathom.fog(numpy.zeros((9, 9, 3), numpy.float32), d, c, 0.1), "9 x 9 pixels"),
+    "a picture of float64": (
+        lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH, 3)), d, c, 0.1),
+        r"color: its dtype is float64; it must be float32, float16, uint16 or uint8, as .astype\(numpy.float32\)",
+    ),
+    "a picture of uint32": (
+        lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint32), d, c, 0.1),
+        "color: its dtype is uint32; it must be float32, float16, uint16 or uint8",
+    ),
+    "normals of float64": (
+        lambda d, c: fathom.ssao(d, c, 0.3, normals=numpy.zeros((HEIGHT, WIDTH, 3))),
+        "normals: its dtype is float64; it must be float32, as",
+    ),
+    "another picture by name": (
+        lambda d, c: fathom.fog(numpy.zeros((9, 9, 3), numpy.float32), d, c, 0.1),
+        "^color .*9 x 9 pixels",
+    ),
+    "f_stop": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=-1, sensor_mm=36), "^f_stop = -1 must be"),
+    "sensor_mm": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=2, sensor_mm=-36), "^sensor_mm = -36 must be"),
+    "no sensor": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=2), "needs focal_length_mm or sensor_mm"),
+    "fog of bytes": (
+        lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8), d, c, 0.1, fog_color=(128, 153, 179)),
+        r"fog_color = \(128.0, 153.0, 179.0\): .*0 to 1 for uint8, too; divide by 255",
+    ),
+    "fog of codes": (
+        lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint16), d, c, 0.1, fog_color=(0, 1, 2)),
+        "divide by 65535",
+    ),
+    "a tuple for one result": (
+        lambda d, c: fathom.linearize(d, c, out=(numpy.zeros((HEIGHT, WIDTH), numpy.float32),)),
+        "out: a tuple is given, but this call has one result",
+    ),
     "density": (lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32), d, c, -1), "density = -1"),
     "device": (lambda d, c: fathom.linearize(d, c, device=3.5), "device: 3.5 is none"),
     "thickness twice": (lambda d, c: fathom.ssao(d, c, 0.3, thickness=1, thickness_map=d), "leave one of the two out"),
@@ -133,8 +206,76 @@ def test_an_unknown_device_names_those_that_are_there(millimetres, kinect):
         fathom.Device("", vector_width=3)
 
 
-def test_unknown_keywords_are_type_errors(millimetres, kinect):
-    with pytest.raises(TypeError):
-        fathom.linearize(millimetres, kinect, backgruond="nan")
-    with pytest.raises(TypeError):
-        fathom.linearize(millimetres, {"width": 96})
+TYPES = {
+    "unknown": (
+        lambda d, c: fathom.ssao(d, c, 0.3, bentnormal=True),
+        r"ssao() has no argument 'bentnormal'; the nearest is 'bent_normal'",
+    ),
+    "unlike any": (lambda d, c: fathom.linearize(d, c, qqqq=1), r"linearize() has no argument 'qqqq'"),
+    "a dict": (
+        lambda d, c: fathom.linearize(d, {"width": 96}),
+        "linearize(): camera must be a fathom.Camera, not {'width': 96}; fathom.Camera(**keys) makes one",
+    ),
+    "missing": (lambda d, c: fathom.linearize(d), "linearize(): missing a required argument: 'camera'"),
+    "too many": (lambda d, c: fathom.linearize(d, c, "inf"), "linearize(): too many positional arguments"),
+    "no density": (lambda d, c: fathom.fog(d, d, c), "fog(): missing a required argument: 'density'"),
+    "text for a number": (lambda d, c: fathom.ssao(d, c, radius="big"), "ssao(): radius must be a number, not 'big'"),
+    "a fraction": (
+        lambda d, c: fathom.ssao(d, c, 0.3, slices=2.5),
+        "ssao(): slices must be a whole number of 32 bits, not 2.5",
+    ),
+    "too large": (
+        lambda d, c: fathom.ssao(d, c, 0.3, slices=2**40),
+        "ssao(): slices must be a whole number of 32 bits, not 1099511627776",
+    ),
+    "a number for a flag": (
+        lambda d, c: fathom.ssao(d, c, 0.3, bent_normal=1),
+        "ssao(): bent_normal must be True or False, not 1",
+    ),
+    "too few": (
+        lambda d, c: fathom.ssao(d, c, 0.3, region=(1, 2)),
+        "ssao(): region must be 4 whole numbers, not (1, 2)",
+    ),
+    "an origin": (
+        lambda d, c: fathom.unproject(d, c, origin="abc"),
+        "unproject(): origin must be 3 numbers, not 'abc'",
+    ),
+    "a point": (
+        lambda d, c: fathom.dof_masks(d, c, focus_at=3, f_stop=2),
+        "dof_masks(): focus_at must be 2 whole numbers, not 3",
+    ),
+    "a ray": (
+        lambda d, c: fathom.dof_masks(d, c, focus_along=(1, 2), f_stop=2),
+        "dof_masks(): focus_along must be 2 whole numbers and a number, not (1, 2)",
+    ),
+    "of load": (lambda d, c: fathom.Camera.load("x", nod="y"), "load() has no argument 'nod'; the nearest is 'node'"),
+    "no path": (lambda d, c: fathom.Camera.load(3), "load(): path must be a str or os.PathLike, not 3"),
+}
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_types_that_do_not_fit(millimetres, kinect, kind):
+    call, message = TYPES[kind]
+    with pytest.raises(TypeError) as caught:
+        call(millimetres, kinect)
+    assert str(caught.value) == message
+
+
+def test_a_type_error_of_an_argument_is_its_own(kinect):
+    class Wrong:
+        def __array_interface__(self):
+            pass
+
+        def __dlpack__(self, **options):
+            raise ZeroDivisionError("mine")
+
+        def __dlpack_device__(self):
+            raise TypeError("mine, too")
+
+    with pytest.raises(TypeError, match="mine, too"):
+        fathom.linearize(Wrong(), kinect)
+
+
+def test_fog_may_be_brighter_than_one_in_floats(millimetres, kinect):
+    color = numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32)
+    assert fathom.fog(color, millimetres, kinect, 5, fog_color=(0, 4, 0))[20, 20, 1] > 3.9

@@ -42,11 +42,11 @@ bool is_constant(const Affine& row) {
 }
 
 void check_circle(const CircleOfConfusion& circle, const DepthForm& form) {
-    require(std::isfinite(circle.k) && circle.k >= 0,
-            text("the circle's k = ", circle.k, " must be finite and 0 or greater"));
-    require(std::isfinite(circle.g) && circle.g >= 0,
-            text("the circle's g = ", circle.g, " must be finite and 0 or greater"));
-    require(std::isfinite(circle.lens_depth), text("the circle's lens_depth = ", circle.lens_depth, " must be finite"));
+    require(std::isfinite(circle.k) && circle.k >= 0, "the circle's k = ", circle.k,
+            " must be finite and 0 or greater");
+    require(std::isfinite(circle.g) && circle.g >= 0, "the circle's g = ", circle.g,
+            " must be finite and 0 or greater");
+    require(std::isfinite(circle.lens_depth), "the circle's lens_depth = ", circle.lens_depth, " must be finite");
     require(circle.telecentric != form.perspective, circle.telecentric
                                                         ? "a telecentric circle does not belong to a perspective camera"
                                                         : "an orthographic camera needs a telecentric circle");

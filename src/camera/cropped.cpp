@@ -9,9 +9,8 @@
 namespace fathom {
 
 Camera cropped(const Camera& camera, int x, int y, int width, int height) {
-    require(camera.width > 0 && camera.height > 0 && width > 0 && height > 0,
-            text("a part of ", width, " x ", height, " pixels of an image of ", camera.width, " x ", camera.height,
-                 ": all of them must be at least 1"));
+    require(camera.width > 0 && camera.height > 0 && width > 0 && height > 0, "a part of ", width, " x ", height,
+            " pixels of an image of ", camera.width, " x ", camera.height, ": all of them must be at least 1");
     Camera part = camera;
     part.width = width;
     part.height = height;

@@ -139,11 +139,10 @@ StoredStatistics stored_statistics(const HostDepth& stored) {
 
 CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, std::span<const float> depth) {
     const auto pixels = static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height);
-    require(camera.width == stored.width && camera.height == stored.height,
-            text("stored depth of ", stored.width, " x ", stored.height, " pixels; must be of the camera's ",
-                 camera.width, " x ", camera.height));
-    require(depth.empty() || depth.size() == pixels,
-            text("depth of ", depth.size(), " pixels; must be of the stored depth's ", pixels));
+    require(camera.width == stored.width && camera.height == stored.height, "stored depth of ", stored.width, " x ",
+            stored.height, " pixels; must be of the camera's ", camera.width, " x ", camera.height);
+    require(depth.empty() || depth.size() == pixels, "depth of ", depth.size(),
+            " pixels; must be of the stored depth's ", pixels);
     const double right = camera.width, bottom = camera.height;
     CameraFindings findings{
         .camera = camera,

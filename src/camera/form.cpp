@@ -20,21 +20,19 @@ namespace {
 using Real = long double;
 using Matrix4 = Eigen::Matrix<Real, 4, 4>;
 
-constexpr Real infinity = std::numeric_limits<Real>::infinity();
-
 void check(const Camera& camera) {
-    require(camera.width > 0 && camera.height > 0,
-            text("a camera for ", camera.width, " x ", camera.height, " pixels: both must be at least 1"));
+    require(camera.width > 0 && camera.height > 0, "a camera for ", camera.width, " x ", camera.height,
+            " pixels: both must be at least 1");
     const auto [low, high] = camera.depth_range;
-    require(std::isfinite(low) && std::isfinite(high) && low != high,
-            text("depth_range = [", low, ", ", high, "] must be finite and its ends must differ"));
-    require(std::isfinite(camera.scale) && camera.scale > 0, text("scale = ", camera.scale, " must be greater than 0"));
+    require(std::isfinite(low) && std::isfinite(high) && low != high, "depth_range = [", low, ", ", high,
+            "] must be finite and its ends must differ");
+    require(std::isfinite(camera.scale) && camera.scale > 0, "scale = ", camera.scale, " must be greater than 0");
     using enum Encoding;
     const Encoding encoding = camera.encoding;
     const auto only = [&](bool fits, const char* key, const char* which) {
-        require(fits, text(key, " is for ", which, ", not for the ", to_string(encoding), " encoding"));
+        require(fits, key, " is for ", which, ", not for the ", to_string(encoding), " encoding");
     };
-    require(std::isfinite(camera.offset), text("offset = ", camera.offset, " must be finite"));
+    require(std::isfinite(camera.offset), "offset = ", camera.offset, " must be finite");
     only(camera.offset == 0 || encoding == inverse, "offset", "the inverse encoding");
     only(camera.along == Along::axis || encoding == linear || encoding == inverse || encoding == inverse_range,
          "along = ray", "linear, inverse and inverse-range");
@@ -42,9 +40,8 @@ void check(const Camera& camera) {
 }
 
 double needed(const std::optional<double>& value, const char* key, Encoding encoding) {
-    require(value.has_value(), text("the ", to_string(encoding), " encoding needs ", key));
-    require(std::isfinite(*value),
-            text(key, " = ", *value, " must be finite for the ", to_string(encoding), " encoding"));
+    require(value.has_value(), "the ", to_string(encoding), " encoding needs ", key);
+    require(std::isfinite(*value), key, " = ", *value, " must be finite for the ", to_string(encoding), " encoding");
     return *value;
 }
 
@@ -128,7 +125,7 @@ float rounded_up(double value) {
 
 std::uint32_t half_bits(const char* name, float value) {
     const auto half = static_cast<Eigen::half>(value);
-    require(static_cast<float>(half) == value, text(name, " = ", value, " is not a float16 value"));
+    require(static_cast<float>(half) == value, name, " = ", value, " is not a float16 value");
     return Eigen::numext::bit_cast<std::uint16_t>(half);
 }
 
@@ -145,13 +142,13 @@ bool far_is_low(const Camera& camera) {
 
 // Bits of a stored value that the camera names.
 std::uint32_t bits_of(const char* name, double value, Storage storage) {
-    require(!std::isnan(value), text(name, " must be a number"));
+    require(!std::isnan(value), name, " must be a number");
     if (storage == Storage::float32)
         return std::bit_cast<std::uint32_t>(static_cast<float>(value));
     if (storage == Storage::float16)
         return half_bits(name, static_cast<float>(value));
-    require(value >= 0 && value <= storage_max(storage) && value == std::floor(value),
-            text(name, " = ", value, " is not a ", to_string(storage), " code (0 to ", storage_max(storage), ")"));
+    require(value >= 0 && value <= storage_max(storage) && value == std::floor(value), name, " = ", value, " is not a ",
+            to_string(storage), " code (0 to ", storage_max(storage), ")");
     return static_cast<std::uint32_t>(value);
 }
 
@@ -186,7 +183,7 @@ void set_special_values(DepthForm& form, const Camera& camera, Storage storage) 
     else if (!std::isnan(*camera.background)) // NaN: no value is the background
         form.background = bits_of("background", *camera.background, storage);
     require(!(camera.missing && camera.background && form.missing == form.background),
-            text("missing and background are both ", *camera.missing, "; a value can mean one of them only"));
+            "missing and background are both ", *camera.missing, "; a value can mean one of them only");
     if (form.missing == form.background)
         form.background.reset();
 
@@ -363,7 +360,7 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
     case Encoding::inverse_range: {
         const Real near = needed(camera.near_plane, "near", camera.encoding),
                    far = needed(camera.far_plane, "far", camera.encoding);
-        require(near > 0 && far > near, text("near = ", near, " and far = ", far, " must satisfy 0 < near < far"));
+        require(near > 0 && far > near, "near = ", near, " and far = ", far, " must satisfy 0 < near < far");
         const Real difference = 1 / far - 1 / near;
         set_rational(form, {0, 0, 0, 1}, {difference * u.slope, 0, 0, 1 / near + difference * u.start});
         break;
@@ -375,7 +372,7 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
     case Encoding::pseudo_linear: {
         const Real near = needed(camera.near_plane, "near", camera.encoding),
                    far = needed(camera.far_plane, "far", camera.encoding);
-        require(near != far, text("near = ", near, " and far = ", far, " must differ"));
+        require(near != far, "near = ", near, " and far = ", far, " must differ");
         set_rational(form, {(far - near) * u.slope, 0, 0, near + (far - near) * u.start}, {0, 0, 0, 1});
         if (camera.encoding == Encoding::pseudo_linear)
             form.reason += ", exactly so at vertices only";
@@ -383,14 +380,14 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
     }
     case Encoding::median: {
         const Real median = needed(camera.median, "median", camera.encoding);
-        require(median > 0, text("median = ", median, " must be greater than 0"));
+        require(median > 0, "median = ", median, " must be greater than 0");
         set_rational(form, {median * u.slope, 0, 0, median * u.start}, {-u.slope, 0, 0, 1 - u.start});
         break;
     }
     case Encoding::logarithmic: {
         const Real far = needed(camera.far_plane, "far", camera.encoding), c = camera.log_c;
-        require(far > 0, text("far = ", far, " must be greater than 0 for the logarithmic encoding"));
-        require(std::isfinite(c) && c > 0, text("log_c = ", c, " must be greater than 0"));
+        require(far > 0, "far = ", far, " must be greater than 0 for the logarithmic encoding");
+        require(std::isfinite(c) && c > 0, "log_c = ", c, " must be greater than 0");
         set_exponential(form, u, std::log2(c * far + 1), 1 / c, 0);
         form.reason = "z grows exponentially with the stored logarithm";
         break;
@@ -398,7 +395,7 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
     case Encoding::exponential: {
         const Real near = needed(camera.near_plane, "near", camera.encoding),
                    far = needed(camera.far_plane, "far", camera.encoding);
-        require(near > 0 && far > near, text("near = ", near, " and far = ", far, " must satisfy 0 < near < far"));
+        require(near > 0 && far > near, "near = ", near, " and far = ", far, " must satisfy 0 < near < far");
         set_exponential(form, u, std::log2(far / near), near, near);
         form.reason = "z grows exponentially with the stored value";
         break;
@@ -497,7 +494,7 @@ long double stored_depth(const Camera& camera, Storage storage, double x, double
         const auto rest = [&](const Affine& row) { return row[1] * x + row[2] * y + row[3]; };
         const Affine &n = form.numerator, &m = form.denominator;
         if (std::isinf(distance))
-            return m[0] == 0 ? infinity : -rest(m) / m[0];
+            return m[0] == 0 ? std::numeric_limits<Real>::infinity() : -rest(m) / m[0];
         return (rest(n) - distance * rest(m)) / (distance * m[0] - n[0]);
     }
     }

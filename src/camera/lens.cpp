@@ -20,7 +20,7 @@ using Vector3 = Eigen::Matrix<Real, 3, 1>;
 constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
 void require_length(double value, const char* key) {
-    require(std::isfinite(value) && value > 0, text(key, " = ", value, " must be a number greater than 0"));
+    require(std::isfinite(value) && value > 0, key, " = ", value, " must be a number greater than 0");
 }
 
 void require_acceptable(double acceptable_px) {
@@ -51,7 +51,7 @@ PixelScale scale_of(const CentreRays& rays, const Camera& camera) {
 }
 
 Optics optics(const Lens& lens, const Camera& camera) {
-    require(lens.f_number > 0, text("f_number = ", lens.f_number, " must be greater than 0"));
+    require(lens.f_number > 0, "f_number = ", lens.f_number, " must be greater than 0");
     require_length(lens.mm_per_unit, "mm_per_unit");
     if (lens.focal_length_mm)
         require_length(*lens.focal_length_mm, "focal_length_mm");
@@ -87,11 +87,10 @@ PixelScale pixel_scale(const Camera& camera) {
 CircleOfConfusion circle_of_confusion(const Lens& lens, const Camera& camera) {
     const Optics o = optics(lens, camera);
     const Real focus = lens.focus - o.rays.centre_depth;
-    require(!std::isnan(lens.focus) && focus > 0,
-            text("focus = ", lens.focus, " must lie in front of the lens, which is at depth ", o.rays.centre_depth));
-    require(static_cast<double>(focus) > static_cast<double>(o.focal_length),
-            text("focus = ", lens.focus, " must be farther away than the focal length, which is ", o.focal_length,
-                 " scene units"));
+    require(!std::isnan(lens.focus) && focus > 0, "focus = ", lens.focus,
+            " must lie in front of the lens, which is at depth ", o.rays.centre_depth);
+    require(static_cast<double>(focus) > static_cast<double>(o.focal_length), "focus = ", lens.focus,
+            " must be farther away than the focal length, which is ", o.focal_length, " scene units");
     const Real full = o.aperture * o.image_scale;
     if (!o.rays.perspective)
         return {full, full / focus, 0, true};
@@ -146,11 +145,11 @@ double hyperfocal_distance(const Lens& lens, const Camera& camera, double accept
 
 double depth_along_ray(const Camera& camera, double x, double y, double distance) {
     const CentreRays rays = centre_rays(camera_rays(camera));
-    require(!std::isnan(distance) && (!rays.perspective || distance > 0),
-            text("distance = ", distance, " must be greater than 0"));
+    require(!std::isnan(distance) && (!rays.perspective || distance > 0), "distance = ", distance,
+            " must be greater than 0");
     const Vector3 pixel(x, y, 1), direction = rays.direction * pixel;
     const Real ahead = rays.depth.dot(pixel) / direction.norm();
-    require(ahead > 0, text("the ray of pixel position (", x, ", ", y, ") does not point ahead"));
+    require(ahead > 0, "the ray of pixel position (", x, ", ", y, ") does not point ahead");
     return static_cast<double>(rays.centre_depth + distance * ahead);
 }
 

@@ -42,17 +42,17 @@ Projection in_convention(Projection::Matrix matrix, Real clip_value, DepthOrder 
 }
 
 void require_edges(const FrustumEdges& edges) {
-    require(std::isfinite(edges.left) && std::isfinite(edges.right) && edges.left != edges.right,
-            text("left = ", edges.left, " and right = ", edges.right, " must be finite and differ"));
+    require(std::isfinite(edges.left) && std::isfinite(edges.right) && edges.left != edges.right, "left = ", edges.left,
+            " and right = ", edges.right, " must be finite and differ");
     require(std::isfinite(edges.bottom) && std::isfinite(edges.top) && edges.bottom != edges.top,
-            text("bottom = ", edges.bottom, " and top = ", edges.top, " must be finite and differ"));
+            "bottom = ", edges.bottom, " and top = ", edges.top, " must be finite and differ");
 }
 
 void require_perspective_span(const DepthSpan& span) {
-    require(std::isfinite(span.near_plane) && span.near_plane > 0,
-            text("near = ", span.near_plane, " must be greater than 0 for a perspective"));
-    require(span.far_plane > span.near_plane,
-            text("far = ", span.far_plane, " must be greater than near = ", span.near_plane));
+    require(std::isfinite(span.near_plane) && span.near_plane > 0, "near = ", span.near_plane,
+            " must be greater than 0 for a perspective");
+    require(span.far_plane > span.near_plane, "far = ", span.far_plane,
+            " must be greater than near = ", span.near_plane);
 }
 
 // Perspective from the slopes of its edges: x/Z = left..right, y/Z = bottom..top.
@@ -109,8 +109,8 @@ Projection::ThirdRow Projection::third_row() const {
 }
 
 Projection perspective(double fov_y, double aspect, DepthSpan span, Convention convention) {
-    require(fov_y > 0 && fov_y < std::numbers::pi, text("fov_y = ", fov_y, " must lie between 0 and pi radians"));
-    require(std::isfinite(aspect) && aspect > 0, text("aspect = ", aspect, " must be greater than 0"));
+    require(fov_y > 0 && fov_y < std::numbers::pi, "fov_y = ", fov_y, " must lie between 0 and pi radians");
+    require(std::isfinite(aspect) && aspect > 0, "aspect = ", aspect, " must be greater than 0");
     const Real slope = std::tan(static_cast<Real>(fov_y) / 2);
     return perspective_from_slopes(-slope * aspect, slope * aspect, -slope, slope, span, convention);
 }
@@ -125,10 +125,10 @@ Projection perspective(FrustumEdges edges, DepthSpan span, Convention convention
 
 Projection perspective(Intrinsics intrinsics, DepthSpan span, Convention convention) {
     const Intrinsics& k = intrinsics;
-    require(std::isfinite(k.fx) && k.fx > 0 && std::isfinite(k.fy) && k.fy > 0,
-            text("fx = ", k.fx, " and fy = ", k.fy, " must be greater than 0"));
-    require(std::isfinite(k.cx) && std::isfinite(k.cy), text("cx = ", k.cx, " and cy = ", k.cy, " must be finite"));
-    require(k.width > 0 && k.height > 0, text("an image of ", k.width, " x ", k.height, " pixels has no intrinsics"));
+    require(std::isfinite(k.fx) && k.fx > 0 && std::isfinite(k.fy) && k.fy > 0, "fx = ", k.fx, " and fy = ", k.fy,
+            " must be greater than 0");
+    require(std::isfinite(k.cx) && std::isfinite(k.cy), "cx = ", k.cx, " and cy = ", k.cy, " must be finite");
+    require(k.width > 0 && k.height > 0, "an image of ", k.width, " x ", k.height, " pixels has no intrinsics");
     const Real fx = k.fx, fy = k.fy, cx = k.cx, cy = k.cy;
     return perspective_from_slopes(-cx / fx, (k.width - cx) / fx, (cy - k.height) / fy, cy / fy, span, convention);
 }
@@ -136,7 +136,7 @@ Projection perspective(Intrinsics intrinsics, DepthSpan span, Convention convent
 Projection orthographic(FrustumEdges edges, DepthSpan span, Convention convention) {
     require_edges(edges);
     require(std::isfinite(span.near_plane) && std::isfinite(span.far_plane) && span.near_plane != span.far_plane,
-            text("near = ", span.near_plane, " and far = ", span.far_plane, " must be finite and differ"));
+            "near = ", span.near_plane, " and far = ", span.far_plane, " must be finite and differ");
     const Projection ends{{}, convention, span.order, {}};
     const Real left = edges.left, right = edges.right, bottom = edges.bottom, top = edges.top;
     const Real near = span.near_plane, far = span.far_plane;
@@ -179,8 +179,8 @@ Projection from_column_major(std::span<const float, 16> elements, Convention con
 
 Projection with_oblique_near_plane(const Projection& projection, const Eigen::Vector4d& plane) {
     using Vector = Eigen::Matrix<Real, 4, 1>;
-    require(plane.allFinite() && plane.head<3>().norm() > 0,
-            text("the near plane (", plane.transpose(), ") must be finite and have a normal"));
+    require(plane.allFinite() && plane.head<3>().norm() > 0, "the near plane (", plane.transpose(),
+            ") must be finite and have a normal");
     const Vector c = plane.cast<Real>();
     const Projection::Matrix inverse = checked_inverse(projection.matrix, "the projection matrix");
 
@@ -190,12 +190,12 @@ Projection with_oblique_near_plane(const Projection& projection, const Eigen::Ve
     if (projection.is_perspective()) {
         const Real side = c.dot(centre) / centre.w();
         require(side < 0,
-                text("the camera centre is on the kept side of the near plane (plane at the camera centre = ", side,
-                     ", must be negative): turn the plane round or move it in front of the camera centre"));
+                "the camera centre is on the kept side of the near plane (plane at the camera centre = ", side,
+                ", must be negative): turn the plane round or move it in front of the camera centre");
     } else {
         const Real ahead = c.dot(centre) * (v_far - v_near);
-        require(ahead > 0, text("the near plane (", plane.transpose(),
-                                ") keeps what lies towards the viewer: its normal must point ahead"));
+        require(ahead > 0, "the near plane (", plane.transpose(),
+                ") keeps what lies towards the viewer: its normal must point ahead");
     }
 
     // The corner of the far end that lies furthest inside the plane: its image under the new projection is the far
@@ -204,8 +204,8 @@ Projection with_oblique_near_plane(const Projection& projection, const Eigen::Ve
     const auto sign = [](Real value) { return value < 0 ? Real{-1} : Real{1}; };
     const Vector corner = inverse * Vector(sign(clip_plane.x()), sign(clip_plane.y()), v_far, 1);
     const Real inside = c.dot(corner);
-    require(inside > 0, text("the near plane leaves nothing of the view volume (plane at the farthest corner = ",
-                             inside, ", must be positive)"));
+    require(inside > 0, "the near plane leaves nothing of the view volume (plane at the farthest corner = ", inside,
+            ", must be positive)");
 
     Projection result = projection;
     set_third_row(result, v_near, ((v_far - v_near) / inside) * c.transpose());

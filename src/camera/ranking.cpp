@@ -476,8 +476,8 @@ const char* to_string(Family family) {
 }
 
 Ranking rank_encodings(const HostDepth& stored) {
-    require(stored.width > 0 && stored.height > 0,
-            text("rank_encodings: an image of ", stored.width, " x ", stored.height, " pixels holds nothing"));
+    require(stored.width > 0 && stored.height > 0, "rank_encodings: an image of ", stored.width, " x ", stored.height,
+            " pixels holds nothing");
     Ranking ranking;
     Findings found = findings_of(stored, ranking.evidence);
     if (found.range.count == 0 || !(found.range.size() > 0)) {

@@ -215,15 +215,15 @@ Camera relative_camera(int width, int height, RelativeOrder order) {
 }
 
 CircleOfConfusion relative_circle(double blur_px, double v_focus, RelativeOrder order) {
-    require(std::isfinite(blur_px) && blur_px >= 0, text("blur_px = ", blur_px, " must be finite and 0 or greater"));
-    require(v_focus >= 0 && v_focus <= 1, text("v_focus = ", v_focus, " must lie between 0 and 1"));
+    require(std::isfinite(blur_px) && blur_px >= 0, "blur_px = ", blur_px, " must be finite and 0 or greater");
+    require(v_focus >= 0 && v_focus <= 1, "v_focus = ", v_focus, " must lie between 0 and 1");
     const long double z = order == RelativeOrder::high_is_near ? 1 - static_cast<long double>(v_focus) : v_focus;
     return {blur_px * z, blur_px, 0, true};
 }
 
 double flatten_range(std::span<float> values, FocusRange range) {
-    require(range.low >= 0 && range.low <= range.high && range.high <= 1,
-            text("focus range ", range.low, " to ", range.high, " must satisfy 0 <= low <= high <= 1"));
+    require(range.low >= 0 && range.low <= range.high && range.high <= 1, "focus range ", range.low, " to ", range.high,
+            " must satisfy 0 <= low <= high <= 1");
     for (float& value : values) {
         const auto v = static_cast<double>(value);
         value = static_cast<float>(v > range.high ? v - (range.high - range.low) : std::min(v, range.low)); // NaN stays
@@ -234,8 +234,8 @@ double flatten_range(std::span<float> values, FocusRange range) {
 void smooth_steps(std::span<float> values, int width, int height, double step) {
     require(width > 0 && height > 0 &&
                 values.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
-            text(values.size(), " values are not those of ", width, " x ", height, " pixels"));
-    require(std::isfinite(step) && step > 0, text("step = ", step, " must be finite and greater than 0"));
+            values.size(), " values are not those of ", width, " x ", height, " pixels");
+    require(std::isfinite(step) && step > 0, "step = ", step, " must be finite and greater than 0");
     const Steps steps(values, width, height, step);
     std::vector<double> within(values.size());
     for (std::size_t i = 0; i < values.size(); ++i)

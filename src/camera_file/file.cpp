@@ -1,10 +1,13 @@
 // Files are read whole. Whatever is wrong with one is said in a line.
 #include "file.hpp"
 
-#include <fathom/error.hpp>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstdint>
+#include <cstdio>
 #include <fstream>
 #include <string_view>
 #include <system_error>
@@ -55,6 +58,41 @@ void refuse(const fs::path& file, const std::string& what) {
     throw Error(line + ": " + printable(what));
 }
 
+std::string reason(int error) {
+    return std::generic_category().message(error);
+}
+
+void refuse_write(const fs::path& file, const std::string& what, int error, const std::string& cure) {
+    const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
+    refuse(file, what + ": " + reason(error) + "; " + (full ? "free some space or write elsewhere" : cure));
+}
+
+void refuse_making(const fs::path& file, const std::string& what, int error, const std::string& cure) {
+    try {
+        refuse_write(file, what, error, cure);
+    } catch (const Error& refused) {
+        for (const int of_folder : {EACCES, EPERM, EROFS, ENOENT, ENOTDIR, EEXIST})
+            if (error == of_folder)
+                throw UnwritableFolder(refused.what());
+        throw;
+    }
+}
+
+// FNV-1a, http://www.isthe.com/chongo/tech/comp/fnv
+std::string digest(std::string_view text) {
+    std::uint64_t hash = 0xcbf29ce484222325;
+    for (const char c : text)
+        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+    std::array<char, 17> digits{};
+    std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(hash));
+    return digits.data();
+}
+
+std::string host_name() {
+    std::array<char, 256> name{};
+    return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
+}
+
 void check_readable(const fs::path& file) {
     std::error_code error;
     const auto status = fs::status(file, error);
@@ -69,7 +107,7 @@ void check_readable(const fs::path& file) {
     if (fs::file_size(file, error) == 0 && !error)
         refuse(file, "is empty; write it again");
     if (!std::ifstream(file, std::ios::binary))
-        refuse(file, "cannot be read: " + std::generic_category().message(errno) + "; check its permissions");
+        refuse(file, "cannot be read: " + reason(errno) + "; check its permissions");
 }
 
 Bytes read_file(const fs::path& file) {

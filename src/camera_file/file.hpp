@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fathom/error.hpp>
+
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -14,6 +16,29 @@ std::string printable(std::string_view text);
 
 /// Throws `fathom::Error`, one printable line: the file, then what is wrong with it and what would be right.
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what);
+
+/// What the system says of an error's number.
+std::string reason(int error);
+
+/// Refuses a file that cannot be written for a reason of the system; `cure` is what helps unless the disk is full.
+[[noreturn]] void refuse_write(const std::filesystem::path& file, const std::string& what, int error,
+                               const std::string& cure);
+
+/// A folder in which no file can be made, whatever it is called.
+class UnwritableFolder : public Error {
+public:
+    using Error::Error;
+};
+
+/// The same for a file that cannot be made. Throws: UnwritableFolder where the folder is the reason.
+[[noreturn]] void refuse_making(const std::filesystem::path& file, const std::string& what, int error,
+                                const std::string& cure);
+
+/// 16 figures for a text, which are the same on all machines.
+std::string digest(std::string_view text);
+
+/// This machine's name.
+std::string host_name();
 
 /// Refuses what cannot be read as a file: missing, a directory, empty, no permission.
 void check_readable(const std::filesystem::path& file);

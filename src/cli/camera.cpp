@@ -18,13 +18,13 @@
 namespace fathom::cli {
 namespace {
 
-struct Options {
+struct CameraArguments {
     CameraOption camera;
     std::string output;
     bool strict = false;
 };
 
-int convert(const Options& options) {
+int convert(const CameraArguments& options) {
     const CameraOption& camera = options.camera;
     if (!options.output.empty()) {
         if (extension_of(options.output) != ".json")
@@ -48,8 +48,8 @@ int convert(const Options& options) {
     return done;
 }
 
-std::function<int()> configure(CLI::App& app) {
-    const auto options = std::make_shared<Options>();
+std::function<int()> configure_camera(CLI::App& app) {
+    const auto options = std::make_shared<CameraArguments>();
     app.add_option("FILE", options->camera.file,
                    "camera file, glTF, transforms.json, OpenCV or ROS calibration,\nCOLMAP folder, or EXR")
         ->type_name("FILE")
@@ -80,7 +80,7 @@ each format.
 Example:
   fathom camera scene.glb --node Camera -o camera.json
   fathom camera dense/sparse --image left.jpg --preset colmap -o camera.json)",
-    .configure = configure,
+    .configure = configure_camera,
 };
 
 } // namespace fathom::cli

@@ -51,7 +51,7 @@ int list(bool json) {
     return done;
 }
 
-std::function<int()> configure(CLI::App& app) {
+std::function<int()> configure_devices(CLI::App& app) {
     const auto json = std::make_shared<bool>(false);
     app.add_flag("--json", *json, "print a JSON array")->group("Report");
     return [json] { return list(*json); };
@@ -64,7 +64,7 @@ extern const Command devices_command{
     .summary = "Lists the OpenCL devices and marks the default one.",
     .notes = R"(Example:
   fathom devices)",
-    .configure = configure,
+    .configure = configure_devices,
 };
 
 } // namespace fathom::cli

@@ -21,7 +21,7 @@
 namespace fathom::cli {
 namespace {
 
-struct Options : DepthOptions {
+struct DofArguments : DepthOptions {
     LensOptions lens;
     DofOptions dof;
     bool explain = false;
@@ -95,8 +95,7 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
         dof.max_coc_px, "largest blur, on either side of the focus, pixels (default: 512)");
 }
 
-DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options& options, const StoredDepth& stored,
-                               const Job& job) {
+DepthFile clean_plate_depth_of(const std::filesystem::path& file, const DofArguments& options, const Job& job) {
     const StderrSilenced silenced;
     DepthFile depth;
     try {
@@ -107,33 +106,39 @@ DepthFile clean_plate_depth_of(const std::filesystem::path& file, const Options&
             throw;
         throw Error(fmt::format("{}; a clean plate whose file holds no depth needs --clean-plate-depth", error.what()));
     }
-    check_same_pixels(file, depth, stored, job);
+    check_same_pixels(file, depth, job);
     return depth;
 }
 
-Picture blur(const Options& options, const StoredDepth& stored, const Job& job) {
-    explain_method(fathom::Operation::dof, stored, job, options.dof.max_error, options.explain);
-    Picture picture = picture_of(job.companions.front(), options.picture, stored, job);
-    restore_highlights(picture, options.highlights);
-    const cv::Mat color = picture.color;
-    DofOptions asked = options.dof;
-    cv::Mat clean_plate; // read by the device until the result is there
-    DepthFile depth;
+Images read_images(const DofArguments& options, const Job& job) {
+    Images images{.picture = picture_of(job.companions.front(), options.picture, job)};
     if (options.clean_plate) {
         const std::filesystem::path& file = job.companions[1];
-        Picture plate = picture_of(file, options.picture, stored, job);
-        restore_highlights(plate, options.highlights);
-        clean_plate = plate.color;
-        if (clean_plate.channels() != color.channels())
+        images.clean_plate = picture_of(file, options.picture, job);
+        const int of_plate = images.clean_plate.color.channels(), of_picture = images.picture.color.channels();
+        if (of_plate != of_picture)
             throw Error(fmt::format("{}: has {} channels, but {} has {}; both must have an alpha, or none",
-                                    file.native(), clean_plate.channels(), job.companions.front().native(),
-                                    color.channels()));
-        depth = clean_plate_depth_of(job.companions[2], options, stored, job);
+                                    file.native(), of_plate, job.companions.front().native(), of_picture));
+        images.clean_plate_depth = clean_plate_depth_of(job.companions[2], options, job);
+    }
+    return images;
+}
+
+Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& frame) {
+    explain_method(fathom::Operation::dof, stored, frame, options.dof.max_error, options.explain);
+    Images images = frame.images.get();                     // read by the device until the result is there
+    restore_highlights(images.picture, options.highlights); // which may change from frame to frame
+    restore_highlights(images.clean_plate, options.highlights);
+    Picture picture = images.picture;
+    const cv::Mat color = picture.color;
+    DofOptions asked = options.dof;
+    if (options.clean_plate) {
         const Device& device = stored.image.device();
-        asked.clean_plate = {to_device(device, clean_plate),
+        const DepthFile& depth = images.clean_plate_depth;
+        asked.clean_plate = {to_device(device, images.clean_plate.color),
                              {to_device(device, depth.values), stored.camera, depth.storage}};
     }
-    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, job);
+    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, frame);
     StoredDepth depths = stored;
     cv::Mat filled; // read by the device until the result is there
     if (options.fill) {
@@ -144,7 +149,7 @@ Picture blur(const Options& options, const StoredDepth& stored, const Job& job) 
     return picture;
 }
 
-void add_clean_plate_options(CLI::App& app, Options& options) {
+void add_clean_plate_options(CLI::App& app, DofArguments& options) {
     CLI::Option* clean_plate = app.add_option("--clean-plate", options.clean_plate,
                                               "the picture without its near objects. It shows what a blurred\n"
                                               "foreground hides, instead of a guess")
@@ -157,9 +162,9 @@ void add_clean_plate_options(CLI::App& app, Options& options) {
         ->group("Input");
 }
 
-std::function<int()> configure(CLI::App& app) {
+std::function<int()> configure_dof(CLI::App& app) {
     const Product product = picture_product("dof");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<DofArguments>();
     add_depth_options(app, *options, product);
     add_picture_options(app, options->picture, "the sharp picture");
     add_clean_plate_options(app, *options);
@@ -193,18 +198,19 @@ std::function<int()> configure(CLI::App& app) {
         if (options->clean_plate) {
             if (relative.order)
                 throw UsageError("--clean-plate: needs depth with a camera; leave out --relative, or the clean plate");
-            options->packing = options->camera.read().packing;
+            options->camera.first_for([&](const ImportedCamera& camera) { options->packing = camera.packing; });
             more.companions.push_back({"--clean-plate", *options->clean_plate});
             more.companions.push_back(
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
+        more.read = [options](const Job& job) { return read_images(*options, job); };
         more.doubts = [options](const Job& job) { return picture_doubts(options->picture, job); };
         more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
             return blur_doubts(options->relative, options->lens, stored, job, look, options->dof.sky,
                                options->dof.max_coc_px);
         };
-        return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
-            return std::vector<Result>{blur(*options, stored, job)};
+        return each_depth(*options, product, more, [&](const StoredDepth& stored, Loaded& frame) {
+            return std::vector<Result>{blur(*options, stored, frame)};
         });
     };
 }
@@ -234,7 +240,7 @@ Example:
   fathom dof frame.exr --color frame.png --camera camera.json -o blurred.png --focus 7 --f-stop 2 --sensor-mm 36 \
       --aperture 6 --rotate 15 --quality fast
   fathom dof depth.png --relative high-is-near --color photo.jpg -o blurred.jpg --blur-px 24 --focus-at 620,410)",
-    .configure = configure,
+    .configure = configure_dof,
 };
 
 } // namespace fathom::cli

@@ -18,7 +18,7 @@ namespace {
 
 enum class Mask { circle, near, focus, far };
 
-struct Options : DepthOptions {
+struct DofMasksArguments : DepthOptions {
     LensOptions lens;
     DofMasksOptions masks;
     std::optional<Mask> mask;
@@ -32,7 +32,7 @@ CLI::Validator is_a_width() {
 }
 
 // What is written: all masks, which only an EXR holds, or the one that was asked for.
-Product product_of(const Options& options) {
+Product product_of(const DofMasksArguments& options) {
     if (!options.mask) {
         const std::string extension = options.format.empty() ? extension_of(options.output) : options.format;
         if (extension == ".tif" || extension == ".pfm" || extension == ".npy" || extension == ".png")
@@ -59,7 +59,7 @@ cv::Mat side_by_side(const std::vector<Image>& images) {
 }
 
 // The masks, then what else was asked for, in the order of `more_of`.
-std::vector<Result> masks_of(const Options& options, const StoredDepth& stored, const Job& job) {
+std::vector<Result> masks_of(const DofMasksArguments& options, const StoredDepth& stored, const Job& job) {
     DofMasksOptions asked = options.masks;
     asked.weights = options.mask != Mask::circle;
     asked.max_near_coc = options.max_near_coc.has_value();
@@ -81,7 +81,7 @@ std::vector<Result> masks_of(const Options& options, const StoredDepth& stored, 
     return results;
 }
 
-More more_of(const Options& options) {
+More more_of(const DofMasksArguments& options) {
     const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".npy", ".png"};
     More more;
     const auto add = [&](const char* option, const std::optional<std::string>& target, const Product& product) {
@@ -97,7 +97,7 @@ More more_of(const Options& options) {
     return more;
 }
 
-void add_more_options(CLI::App& app, Options& options) {
+void add_more_options(CLI::App& app, DofMasksArguments& options) {
     const auto add = [&](const char* name, std::optional<std::string>& target, const char* description) {
         return app.add_option(name, target, description)->type_name("FILE")->group("Output");
     };
@@ -115,8 +115,8 @@ void add_more_options(CLI::App& app, Options& options) {
         ->group("Output");
 }
 
-std::function<int()> configure(CLI::App& app) {
-    const auto options = std::make_shared<Options>();
+std::function<int()> configure_dof_masks(CLI::App& app) {
+    const auto options = std::make_shared<DofMasksArguments>();
     add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = channels});
     add_lens_options(app, options->lens);
     const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
@@ -159,8 +159,9 @@ std::function<int()> configure(CLI::App& app) {
             return blur_doubts(options->relative, options->lens, stored, job, look, options->masks.sky,
                                options->masks.max_coc_px);
         };
-        return each_depth(*options, product, more,
-                          [&](const StoredDepth& stored, const Job& job) { return masks_of(*options, stored, job); });
+        return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
+            return masks_of(*options, stored, frame);
+        });
     };
 }
 
@@ -185,7 +186,7 @@ Example:
   fathom dof-masks frame.exr --camera camera.json -o frame.masks.exr --focus-at 640,360 --f-stop 2.8 \
       --focal-length-mm 50 --sensor-mm 36
   fathom dof-masks frame.exr --camera camera.json -o frame.near.png --mask near --focus 7 --f-stop 2 --sensor-mm 36)",
-    .configure = configure,
+    .configure = configure_dof_masks,
 };
 
 } // namespace fathom::cli

@@ -6,7 +6,11 @@
 #include "interrupt.hpp"
 #include "look.hpp"
 #include "messages.hpp"
+#include "progress.hpp"
+#include "record.hpp"
 #include "relative.hpp"
+#include "run_log.hpp"
+#include "share.hpp"
 
 #include "camera_file/file.hpp"
 #include "camera_file/key_doubts.hpp"
@@ -15,18 +19,25 @@
 
 #include "text.hpp"
 
+#include <fathom/frames.hpp>
 #include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <exception>
+#include <future>
 #include <limits>
 #include <new>
 #include <set>
+#include <stdexcept>
+#include <utility>
 
 namespace fathom::cli {
 namespace {
@@ -41,7 +52,7 @@ Camera camera_of(const CameraFile& file, const Windows& windows) {
     return whole ? camera : cropped(camera, part.x, part.y, part.width, part.height);
 }
 
-DepthFile read(const std::filesystem::path& file, const ReadOptions& options) {
+DepthFile read_file(const std::filesystem::path& file, const ReadOptions& options) {
     const StderrSilenced silenced;
     return read_depth(file, options);
 }
@@ -91,8 +102,8 @@ std::vector<std::string> in_layer(std::vector<std::string> channels, const std::
     return channels;
 }
 
-void write(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
-           const std::vector<Result>& results, const std::optional<ExrSource>& source) {
+std::vector<ImageFile> files_of(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
+                                const std::vector<Result>& results, const std::optional<ExrSource>& source) {
     std::vector<ImageFile> images;
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         const Product& product = outputs[i].product;
@@ -118,8 +129,7 @@ void write(const DepthOptions& options, const std::vector<Output>& outputs, cons
         }
         images.push_back({job.outputs[i], image, how, product.kind, results[i].format});
     }
-    const StderrSilenced silenced;
-    write_images(images);
+    return images;
 }
 
 // Another channel that could be the depth, where none was named.
@@ -188,15 +198,25 @@ std::string key_of(const std::string& option) {
     return key;
 }
 
-// When the work on an input began, and when it was read, computed and written.
+// Seconds that the steps of an input took. It waits between them, which does not count.
 struct Times {
-    Clock::time_point start = Clock::now();
-    Clock::time_point was_read = {}, was_computed = {}, was_written = {};
+    double read = 0, compute = 0, write = 0;
+
+    double whole() const { return read + compute + write; }
 };
 
-double seconds(Clock::time_point from, Clock::time_point to) {
-    return std::chrono::duration<double>(to - from).count();
-}
+// Adds the seconds of its own life.
+class Stopwatch {
+public:
+    explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+    ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+    Stopwatch(const Stopwatch&) = delete;
+    Stopwatch& operator=(const Stopwatch&) = delete;
+
+private:
+    double& seconds_;
+    Clock::time_point start_ = Clock::now();
+};
 
 // What the depth holds, for the line about a result and for --json.
 struct Held {
@@ -221,177 +241,573 @@ Held held(const io::RelativeInput& input) {
              {"invalid", input.invalid}}};
 }
 
-void announce(Report report, const std::vector<Output>& outputs, const Job& job, const Result& made, const Held& depth,
-              const Times& times) {
-    const cv::Mat& result = made.image;
-    std::optional<PictureFormat> format;
-    if (made.format)
-        format = format_for(job.outputs.front(), *made.format);
-    const double whole = seconds(times.start, times.was_written);
-    switch (report) {
-    case Report::nothing:
-        return;
-    case Report::line: {
-        std::string files;
-        for (const std::filesystem::path& file : job.outputs)
-            files += (files.empty() ? "" : ", ") + file.native();
-        const std::string picture = !format ? ""
-                                    : format->bits == 32
-                                        ? "  linear floats"
-                                        : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
-        const std::string channel = depth.channel.empty() ? "" : io::printable(depth.channel) + ": ";
-        fmt::print("{}  {} × {}{}  {}{}  {:.0f} ms\n", files, result.cols, result.rows, picture, channel, depth.words,
-                   whole * 1e3);
-        break;
+// What `make` gives or throws, for whoever asks later.
+template <typename Make>
+auto later(const Make& make) {
+    std::promise<decltype(make())> promise;
+    try {
+        promise.set_value(make());
+    } catch (...) {
+        promise.set_exception(std::current_exception());
     }
-    case Report::json: {
-        nlohmann::ordered_json line{{"input", job.input.native()},
-                                    {"output", job.outputs.front().native()},
-                                    {"width", result.cols},
-                                    {"height", result.rows},
-                                    {"channels", channels_of(outputs.front().product, result)},
-                                    {"seconds", whole},
-                                    {"read_seconds", seconds(times.start, times.was_read)},
-                                    {"compute_seconds", seconds(times.was_read, times.was_computed)},
-                                    {"write_seconds", seconds(times.was_computed, times.was_written)}};
-        if (!depth.channel.empty())
-            line["depth_channel"] = depth.channel;
-        line.update(depth.members);
-        if (format) {
-            line["color_space"] = to_string(format->encoding);
-            line["bits"] = format->bits;
-        }
-        for (std::size_t i = 1; i < outputs.size(); ++i)
-            line[key_of(outputs[i].option)] = job.outputs[i].native();
-        print_json(line);
+    return promise.get_future().share();
+}
+
+// An input between the steps.
+struct Work {
+    Loaded frame;
+    Times times;
+    // Read.
+    std::optional<nlohmann::ordered_json> record; // of a run with records
+    bool kept = false;                            // lie the results there already?
+    std::unique_ptr<sequence::Claim> claim;       // of a run that shares its frames
+    bool claimed_elsewhere = false;               // does another process have the frame now?
+    bool made_elsewhere = false;                  // did another process have the frame when it was asked for first?
+    DepthFile depth{{}, Storage::float32, {}};
+    std::optional<RelativeDepth> relative; // all but its depth
+    ImportedCamera camera;
+    Camera seen; // by the pixels
+    std::optional<ExrSource> source;
+    std::vector<std::string> channel_doubts;
+    std::shared_future<std::vector<std::string>> option_doubts;
+    // Computed.
+    Held held;
+    bool doubtful_values = false;
+    std::vector<Result> results;
+
+    bool is_idle() const { return kept || claimed_elsewhere; } // is there nothing to compute?
+};
+
+// The files of an input for --json and --log.
+nlohmann::ordered_json files_in_json(const std::vector<Output>& outputs, const Job& job) {
+    nlohmann::ordered_json line{{"input", job.input.native()}};
+    if (!job.outputs.empty())
+        line["output"] = job.outputs.front().native();
+    if (job.in_sequence && job.frame)
+        line["frame"] = *job.frame;
+    if (job.held)
+        line["held"] = *job.held;
+    for (std::size_t i = 1; i < job.outputs.size(); ++i)
+        line[key_of(outputs[i].option)] = job.outputs[i].native();
+    return line;
+}
+
+std::optional<PictureFormat> written_format(const Job& job, const Result& made) {
+    return made.format ? std::optional(format_for(job.outputs.front(), *made.format)) : std::nullopt;
+}
+
+nlohmann::ordered_json times_in_json(const Times& times) {
+    return {{"seconds", times.whole()},
+            {"read_seconds", times.read},
+            {"compute_seconds", times.compute},
+            {"write_seconds", times.write}};
+}
+
+nlohmann::ordered_json result_in_json(const std::vector<Output>& outputs, const Work& work) {
+    const Job& job = work.frame;
+    nlohmann::ordered_json line = files_in_json(outputs, job);
+    if (work.kept) {
+        line["kept"] = true;
+        if (work.made_elsewhere)
+            line["elsewhere"] = true;
+        return line;
     }
+    const Result& made = work.results.front();
+    line.update({{"width", made.image.cols},
+                 {"height", made.image.rows},
+                 {"channels", channels_of(outputs.front().product, made.image)}});
+    line.update(times_in_json(work.times));
+    if (!work.held.channel.empty())
+        line["depth_channel"] = work.held.channel;
+    line.update(work.held.members);
+    if (const auto format = written_format(job, made)) {
+        line["color_space"] = to_string(format->encoding);
+        line["bits"] = format->bits;
     }
+    return line;
+}
+
+std::string result_in_words(const Work& work) {
+    const Job& job = work.frame;
+    std::string line;
+    for (const std::filesystem::path& file : job.outputs)
+        line += (line.empty() ? "" : ", ") + file.native();
+    if (work.kept)
+        return line + (work.made_elsewhere ? "  kept, another process had claimed it" : "  kept");
+    const Result& made = work.results.front();
+    const auto format = written_format(job, made);
+    const std::string picture = !format ? ""
+                                : format->bits == 32
+                                    ? "  linear floats"
+                                    : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
+    const Held& depth = work.held;
+    const std::string channel = depth.channel.empty() ? "" : io::printable(depth.channel) + ": ";
+    const std::string held = job.held ? fmt::format("  frame {} held", *job.held) : "";
+    return fmt::format("{}  {} × {}{}  {}{}{}  {:.0f} ms", line, made.image.cols, made.image.rows, picture, channel,
+                       depth.words, held, work.times.whole() * 1e3);
+}
+
+void announce(Report report, const std::vector<Output>& outputs, const Work& work) {
+    if (report == Report::line)
+        fmt::print("{}\n", result_in_words(work));
+    if (report == Report::json)
+        print_json(result_in_json(outputs, work));
     std::fflush(stdout);
+}
+
+// The line of a frame in the log.
+nlohmann::ordered_json log_line(const std::vector<Output>& outputs, const Work& work, const std::string& error) {
+    constexpr std::string_view warning = "warning: ";
+    nlohmann::ordered_json line{{"status", !error.empty() ? "failed" : work.kept ? "kept" : "made"}};
+    line.update(error.empty() ? result_in_json(outputs, work) : files_in_json(outputs, work.frame));
+    line.update(times_in_json(work.times));
+    line.erase("kept");
+    line["warnings"] = nlohmann::ordered_json::array();
+    for (const std::string& said : work.frame.said)
+        if (said.starts_with(warning))
+            line["warnings"].push_back(said.substr(warning.size()));
+    if (!error.empty())
+        line["error"] = error;
+    if (!work.camera.text.empty())
+        line["camera"] = nlohmann::ordered_json::parse(work.camera.text);
+    return line;
+}
+
+// The steps of an input. Only `compute` goes from input to input in order; the others see nothing but their own.
+class Steps {
+public:
+    Steps(const DepthOptions& options, const std::vector<Output>& outputs, const More& more, const Operation& operation,
+          const Device& device)
+        : options_(options), outputs_(outputs), more_(more), operation_(operation), device_(device) {
+        if (options.resume || options.share)
+            records_.emplace(options, outputs_, more.companions, device);
+    }
+
+    void read(Work& work) const;
+    void compute(Work& work);
+    void write(Work& work) const;
+
+    // The bytes of the images that an input holds until it is written: of what was read, of its results and of their files.
+    std::size_t bytes(const Work& work) const;
+
+private:
+    bool is_relative() const { return options_.relative.order.has_value(); }
+    void load(Work& work) const;
+    bool is_finished(Work& work) const;
+    void check_append(const Work& work) const;
+    void warn(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) const;
+    bool warn_once(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said);
+
+    const DepthOptions& options_;
+    const std::vector<Output>& outputs_;
+    const More& more_;
+    const Operation& operation_;
+    Device device_;
+    std::optional<Records> records_;
+    std::set<std::string> told_; // warnings that are no input's own
+};
+
+void Steps::read(Work& work) const {
+    const Stopwatch watch(work.times.read);
+    Loaded& frame = work.frame;
+    if (!frame.missing.empty())
+        throw Error(missing_in_words(options_, frame));
+    std::error_code ignored;
+    // What is finished needs no claim, and may lie where none can be made.
+    if (!options_.share || std::filesystem::exists(frame.outputs.front(), ignored))
+        work.kept = is_finished(work);
+    if (options_.share && !work.kept) { // before its files are read, which may take long
+        prepare_folders(options_, outputs_, frame);
+        work.claim = claim(frame, options_.lease);
+        work.claimed_elsewhere = !work.claim;
+        work.kept = work.claim && is_finished(work); // another process may have made it meanwhile
+        if (work.kept)
+            work.claim.reset();
+    }
+    if (!work.is_idle())
+        load(work);
+}
+
+// Takes the hashes of what the input is read from before it is read: a file that changes meanwhile has another one next time.
+bool Steps::is_finished(Work& work) const {
+    if (!records_)
+        return false;
+    if (!is_relative())
+        work.camera = options_.camera.read_for(work.frame.read_as());
+    work.record = records_->of(work.frame, work.camera.text);
+    return records_->is_finished(*work.record, work.frame);
+}
+
+void Steps::load(Work& work) const {
+    Loaded& frame = work.frame;
+    if (is_relative()) {
+        work.relative = relative_depth(options_.relative, frame, options_.channel);
+        work.depth = std::exchange(work.relative->depth, {{}, Storage::float32, {}});
+    } else {
+        work.camera = options_.camera.read_for(frame.read_as());
+        work.depth =
+            read_file(frame.input,
+                      {.channel = options_.channel, .packing = work.camera.packing, .overscan = takes_overscan(frame)});
+        if (work.depth.storage != Storage::float32) // on which the unit may depend
+            work.camera = options_.camera.read_for(frame.read_as(), work.depth.storage);
+        if (options_.camera.of_each_input())
+            frame.own_camera = work.camera;
+    }
+    const DepthFile& depth = work.depth;
+    frame.windows = depth.windows;
+    work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *options_.relative.order)
+                              : camera_of(work.camera, depth.windows);
+    work.source = source_of(more_, frame, depth);
+    check_append(work);
+    if (!is_relative())
+        work.channel_doubts = channel_doubts(frame.input, options_.channel, depth.channel);
+    const Job& job = frame;
+    work.option_doubts = later([&] { return more_.doubts ? more_.doubts(job) : std::vector<std::string>{}; });
+    frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
+}
+
+void Steps::compute(Work& work) {
+    if (work.is_idle())
+        return;
+    const Stopwatch watch(work.times.compute);
+    Loaded& frame = work.frame;
+    set_values(options_.animations, frame.values);
+    const StoredDepth stored{
+        .image = to_device(device_, work.depth.values), .camera = work.seen, .storage = work.depth.storage};
+    const Look look = look_at(stored);
+    work.held = is_relative() ? held(work.relative->input) : held(work.depth.channel, look);
+    work.doubtful_values =
+        warn_once(work, frame.input, is_relative() ? work.relative->doubts : doubts(work.depth, stored, look));
+    bool doubtful_camera = false;
+    if (!is_relative()) {
+        const cv::Size& display = work.depth.windows.display;
+        const std::filesystem::path described = camera_name(options_, frame);
+        warn_once(work, frame.input, work.channel_doubts);
+        doubtful_camera |= warn_once(work, described, work.camera.warnings);
+        doubtful_camera |= warn_once(
+            work, described, io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height));
+    }
+    warn_once(work, frame.input, work.option_doubts.get());
+    if (more_.length_doubts && !work.doubtful_values && !doubtful_camera) // or one mistake would be told twice
+        warn_once(work, frame.input, more_.length_doubts(stored, look, frame));
+    work.results = operation_(stored, frame);
+    frame.images = {};
+    work.depth.values.release();
+}
+
+void Steps::write(Work& work) const {
+    if (work.is_idle())
+        return;
+    const Stopwatch watch(work.times.write);
+    const Loaded& frame = work.frame;
+    for (std::size_t i = 0; i < outputs_.size() && has_overscan(frame); ++i)
+        fit(work.results[i].image, frame.windows, frame.outputs[i], outputs_[i].product.kind);
+    if (!work.doubtful_values)
+        warn(work, frame.input, png_doubts(options_, outputs_, frame, work.results));
+    for (std::size_t i = 0; i < outputs_.size(); ++i)
+        warn(work, frame.outputs[i], metadata_doubts(frame.outputs[i], work.results[i]));
+    prepare_folders(options_, outputs_, frame);
+    const std::vector<ImageFile> files = files_of(options_, outputs_, frame, work.results, work.source);
+    const StderrSilenced silenced;
+    if (work.record)
+        io::write_recorded(
+            files, [&](const auto& bytes) { return records_->text(*work.record, bytes); },
+            [&] { check_claim(work.claim.get()); });
+    else
+        write_images(files);
+    work.claim.reset();
+}
+
+std::size_t Steps::bytes(const Work& work) const {
+    if (work.is_idle()) { // was not read, but says for all how much one takes
+        Work other;
+        static_cast<Job&>(other.frame) = work.frame;
+        try {
+            load(other);
+        } catch (...) { // nobody knows, so that frames are done one by one
+            return std::numeric_limits<std::size_t>::max();
+        }
+        return bytes(other);
+    }
+    const auto of = [](const cv::Mat& image) { return image.total() * image.elemSize(); };
+    std::size_t sum = of(work.depth.values);
+    try {
+        const Images& images = work.frame.images.get();
+        sum += of(images.picture.color) + of(images.clean_plate.color) + of(images.clean_plate_depth.values) +
+               of(images.normals) + of(images.thickness);
+    } catch (...) { // is told when the frame is computed
+    }
+    std::size_t values = 0; // a pixel
+    for (const Output& output : outputs_)
+        values += 2 * output.product.channels.size(); // the result and its file
+    return sum + values * sizeof(float) * work.depth.values.total();
+}
+
+void Steps::check_append(const Work& work) const {
+    if (!options_.append || work.source)
+        return;
+    const Job& job = work.frame;
+    if (is_relative() && !more_.picture)
+        throw Error(fmt::format("{}: --append does not go with --relative; leave --append out", job.input.native()));
+    throw Error(fmt::format("{}: is no OpenEXR file, and --append adds to one; leave --append out",
+                            (more_.picture ? job.companions[*more_.picture] : job.input).native()));
+}
+
+void Steps::warn(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) const {
+    for (const std::string& doubt : said) {
+        const std::string line = fmt::format("{}: {}", subject.native(), doubt);
+        if (options_.strict)
+            throw Error(line);
+        work.frame.said.push_back("warning: " + line);
+    }
+}
+
+// A camera's mistake is told once for all inputs. Gives whether there is one.
+bool Steps::warn_once(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) {
+    for (const std::string& doubt : said)
+        if (options_.strict || subject == work.frame.input || told_.insert(subject.native() + doubt).second)
+            warn(work, subject, {doubt});
+    return !said.empty();
+}
+
+// What went wrong with an input, in a line.
+std::string in_words(const std::exception_ptr& failure, const DepthOptions& options, const Job& job) {
+    try {
+        std::rethrow_exception(failure);
+    } catch (const std::bad_alloc&) {
+        return about(job.input, "not enough memory for an image of this size; crop it or split it");
+    } catch (const std::invalid_argument& error) { // a field of the camera
+        return about(options.relative.order ? job.input : camera_name(options, job), error.what(), {job.input});
+    } catch (const std::exception& error) {
+        return about(job.input, error.what(), job.others());
+    }
+}
+
+// Does another process have the frame now? What failed is asked for once more then.
+bool is_lost(const std::exception_ptr& failure, const Work& work) {
+    if (!failure || !work.claim)
+        return false;
+    try {
+        std::rethrow_exception(failure);
+    } catch (const ClaimLost&) { // though it may have been renewed since
+        return true;
+    } catch (...) {
+    }
+    try {
+        check_claim(work.claim.get());
+    } catch (const ClaimLost&) {
+        return true;
+    } catch (const std::exception&) { // the folder cannot be reached, as the failure says, too
+    }
+    return false;
+}
+
+std::string lost_in_words(const Job& job, const DepthOptions& options) {
+    return fmt::format(
+        "warning: {}: is not written, because this process stood still for more than --lease {}; another "
+        "one makes it, or this one again",
+        job.outputs.front().native(), std::chrono::duration<double>(options.lease).count());
+}
+
+// A frame that is left out.
+void announce_skipped(Report report, const Job& job) {
+    if (report == Report::line)
+        fmt::print("frame {}  left out: {} is not there\n", *job.frame, job.missing.native());
+    if (report == Report::json)
+        print_json({{"frame", *job.frame}, {"missing", job.missing.native()}, {"skipped", true}});
+    std::fflush(stdout);
+}
+
+// Frames that other processes have now.
+void announce_waiting(Report report, std::size_t count, const Job& first) {
+    if (report == Report::line)
+        fmt::print("{} {} for other processes; {} says for which\n", count, count == 1 ? "frame waits" : "frames wait",
+                   claim_file(first).native());
+    std::fflush(stdout);
+}
+
+// Does no frame have a place because this one has none? Folders that are not there yet are made in those that are.
+bool has_no_place(const std::exception_ptr& failure, const Job& job, const std::vector<Job>& jobs) {
+    const auto place = [](const std::filesystem::path& file) {
+        std::error_code ignored;
+        std::filesystem::path folder = file.parent_path();
+        while (folder.has_relative_path() && !std::filesystem::exists(folder, ignored))
+            folder = folder.parent_path();
+        return folder;
+    };
+    try {
+        if (failure)
+            std::rethrow_exception(failure);
+    } catch (const io::UnwritableFolder&) {
+        return std::ranges::all_of(jobs, [&](const Job& other) {
+            return std::ranges::equal(other.outputs, job.outputs, {}, place, place) || !other.missing.empty();
+        });
+    } catch (...) {
+    }
+    return false;
+}
+
+// What is said on stdout, which a log there has for itself.
+Report report_of(const DepthOptions& options) {
+    if (options.log != "-")
+        return options.report;
+    const bool openjd = options.progress == ProgressKind::openjd;
+    if (options.report == Report::json || openjd)
+        throw UsageError(
+            fmt::format("--log -: stdout has the lines of {} already; name a file, or leave one of them out",
+                        openjd ? "--progress openjd" : "--json"));
+    return Report::nothing;
+}
+
+// Of many inputs, the errors of a few are far above the last line.
+void list_failed(const std::vector<std::string>& failed, std::size_t count) {
+    constexpr std::size_t most = 10;
+    if (failed.empty() || count == 1)
+        return;
+    const std::size_t more = failed.size() > most ? failed.size() - most : 0;
+    complain(fmt::format("{} of {} inputs failed: {}{}", failed.size(), count,
+                         fmt::join(failed.begin(), failed.end() - static_cast<std::ptrdiff_t>(more), ", "),
+                         more > 0 ? fmt::format(" and {} more", more) : ""));
 }
 
 } // namespace
 
 int each_depth(const DepthOptions& options, const Product& product, const More& more, const Operation& operation) {
-    catch_interrupts();
+    const Report said = report_of(options);
     std::vector<Output> outputs{{"-o", options.output, product}};
     outputs.insert(outputs.end(), more.outputs.begin(), more.outputs.end());
     const std::vector<Job> jobs = plan(options, outputs, more.companions);
-    const bool relative = options.relative.order.has_value();
-    if (!relative)
-        options.camera.read(); // what is wrong for all inputs is told once
-    const Device device = options.device.open();
-    std::set<std::string> told;
-
-    const auto process = [&](Job job) {
-        Times times;
-        ImportedCamera camera = relative ? ImportedCamera{} : options.camera.read_for(job.input);
-        RelativeDepth of_relative = relative ? relative_depth(options.relative, job, options.channel) : RelativeDepth{};
-        const DepthFile depth =
-            relative ? std::move(of_relative.depth)
-                     : read(job.input,
-                            {.channel = options.channel, .packing = camera.packing, .overscan = takes_overscan(job)});
-        if (!relative && depth.storage != Storage::float32) // on which the unit may depend
-            camera = options.camera.read_for(job.input, depth.storage);
-        const std::filesystem::path described =
-            options.camera.of_headers() ? job.input.native() : options.camera.name();
-        job.windows = depth.windows;
-        if (options.camera.of_headers())
-            job.header = camera;
-        times.was_read = Clock::now();
-        const StoredDepth stored{
-            .image = to_device(device, depth.values),
-            .camera = relative ? relative_camera(depth.values.cols, depth.values.rows, *options.relative.order)
-                               : camera_of(camera, depth.windows),
-            .storage = depth.storage};
-        const std::optional<ExrSource> source = source_of(more, job, depth);
-        if (options.append && !source && relative && !more.picture)
-            throw Error(
-                fmt::format("{}: --append does not go with --relative; leave --append out", job.input.native()));
-        if (options.append && !source)
-            throw Error(fmt::format("{}: is no OpenEXR file, and --append adds to one; leave --append out",
-                                    (more.picture ? job.companions[*more.picture] : job.input).native()));
-        const auto warn = [&](const std::filesystem::path& subject, const std::vector<std::string>& said) {
-            for (const std::string& doubt : said) {
-                const std::string line = fmt::format("{}: {}", subject.native(), doubt);
-                if (options.strict)
-                    throw Error(line);
-                if (subject == job.input || told.insert(line).second) // a camera's mistake is told once
-                    complain("warning: " + line);
-            }
-            return !said.empty();
-        };
-        const Look look = look_at(stored);
-        const bool doubtful_values = warn(job.input, relative ? of_relative.doubts : doubts(depth, stored, look));
-        bool doubtful_camera = false;
-        if (!relative) {
-            warn(job.input, channel_doubts(job.input, options.channel, depth.channel));
-            doubtful_camera |= warn(described, camera.warnings);
-            doubtful_camera |=
-                warn(described, io::key_doubts(nlohmann::json::parse(camera.text), depth.windows.display.width,
-                                               depth.windows.display.height));
-        }
-        if (more.doubts)
-            warn(job.input, more.doubts(job));
-        if (more.length_doubts && !doubtful_values && !doubtful_camera) // or one mistake would be told twice
-            warn(job.input, more.length_doubts(stored, look, job));
-        std::vector<Result> results = operation(stored, job);
-        for (std::size_t i = 0; i < outputs.size() && has_overscan(job); ++i)
-            fit(results[i].image, job.windows, job.outputs[i], outputs[i].product.kind);
-        if (!doubtful_values)
-            warn(job.input, png_doubts(options, outputs, job, results));
-        for (std::size_t i = 0; i < outputs.size(); ++i)
-            warn(job.outputs[i], metadata_doubts(job.outputs[i], results[i]));
-        times.was_computed = Clock::now();
-        stop_if_interrupted();
-        prepare_folders(options, outputs, job);
-        write(options, outputs, job, results, source);
-        times.was_written = Clock::now();
-        announce(options.report, outputs, job, results.front(),
-                 relative ? held(of_relative.input) : held(depth.channel, look), times);
-    };
-
-    int code = done;
-    for (const Job& job : jobs) {
-        stop_if_interrupted();
-        try {
-            process(job);
-        } catch (const std::bad_alloc&) {
-            complain(about(job.input, "not enough memory for an image of this size; crop it or split it"));
-            code = input_failed;
-        } catch (const std::invalid_argument& error) { // a field of the camera
-            const bool of_input = relative || options.camera.of_headers();
-            complain(
-                about(of_input ? job.input : std::filesystem::path(options.camera.name()), error.what(), {job.input}));
-            code = input_failed;
-        } catch (const std::exception& error) {
-            complain(about(job.input, error.what(), job.others()));
-            code = input_failed;
-        }
+    if (!options.relative.order) { // what is wrong for all inputs is told once
+        std::vector<Input> read_as(jobs.size());
+        std::ranges::transform(jobs, read_as.begin(), &Job::read_as);
+        options.camera.read(std::move(read_as));
     }
-    return code;
+    catch_interrupts();
+    const Device device = options.device.open();
+    const bool apart = options.device.takes_turns(device);
+    if (apart)
+        options.device.share_among(jobs.size());
+    Steps steps(options, outputs, more, operation, device);
+    RunLog log(options.log); // an empty one would say of no run
+    if (options.resume || options.share)
+        remove_abandoned(jobs);
+    log.begin({{"kernels", kernels_hash()}, {"device", device_class(device)}, {"frames", jobs.size()}});
+    const auto is_skipped = [&](std::size_t i) {
+        return !jobs[i].missing.empty() && options.inputs.missing == Missing::skip;
+    };
+    std::vector<std::size_t> wanted;
+    for (std::size_t i = 0; i < jobs.size(); ++i)
+        if (!is_skipped(i))
+            wanted.push_back(i);
+    Progress progress(options.progress, wanted.size(), options.report == Report::nothing);
+    std::size_t told = 0; // jobs of which the user has heard
+    const auto tell_skipped = [&](std::size_t end) {
+        for (; told < end; ++told)
+            if (is_skipped(told)) {
+                announce_skipped(said, jobs[told]);
+                log.add({{"status", "left out"},
+                         {"input", jobs[told].input.native()},
+                         {"frame", *jobs[told].frame},
+                         {"missing", jobs[told].missing.native()}});
+            }
+    };
+    std::vector<std::string> failed;
+    std::vector<std::size_t> order = wanted, waiting; // for other processes, which have claimed these
+    std::set<std::size_t> have_waited;
+    std::atomic<bool> no_place = false; // can no result be written?
+    const auto report = [&](std::size_t n, Work& work, const std::exception_ptr& failure) {
+        const Job& job = jobs[order[n]];
+        progress.hide();
+        tell_skipped(order[n]);
+        told = std::max(told, order[n] + 1);
+        work.made_elsewhere = work.kept && have_waited.contains(order[n]);
+        for (const std::string& line : work.frame.said)
+            complain(line);
+        const bool lost = is_lost(failure, work);
+        if (lost)
+            complain(lost_in_words(job, options));
+        if (lost || work.claimed_elsewhere) {
+            waiting.push_back(order[n]);
+            have_waited.insert(order[n]);
+            return;
+        }
+        std::string error;
+        if (failure) {
+            error = in_words(failure, options, job);
+            const bool alike = has_no_place(failure, job, jobs);
+            if (alike && jobs.size() > 1)
+                error += "; no other frame has a place either";
+            if (!alike || !no_place.exchange(true))
+                complain(error);
+            failed.push_back(job.held ? fmt::format("{} (for frame {})", job.input.native(), *job.frame)
+                                      : job.input.native());
+        } else {
+            announce(said, outputs, work);
+        }
+        log.add(log_line(outputs, work, error));
+        progress.advance();
+    };
+    bool all_begun = true, told_waiting = false;
+    while (!order.empty()) {
+        const std::size_t begun =
+            for_each_frame<Work>(order.size(),
+                                 {.read =
+                                      [&](std::size_t n, Work& work) {
+                                          static_cast<Job&>(work.frame) = jobs[order[n]];
+                                          work.claimed_elsewhere = options.share && is_interrupted();
+                                          if (!work.claimed_elsewhere) // or another process does it
+                                              steps.read(work);
+                                      },
+                                  .compute = [&](std::size_t, Work& work) { steps.compute(work); },
+                                  .write = [&](std::size_t, Work& work) { steps.write(work); },
+                                  .report = report,
+                                  .bytes = [&](const Work& work) { return steps.bytes(work); }},
+                                 {.threads = options.device.threads,
+                                  .apart = apart,
+                                  .memory = options.memory,
+                                  .stop = [&] { return is_interrupted() || no_place; },
+                                  .late = options.share});
+        all_begun = begun == order.size();
+        if (!all_begun || no_place)
+            break;
+        progress.hide();
+        if (!waiting.empty() && !std::exchange(told_waiting, true))
+            announce_waiting(said, waiting.size(), jobs[waiting.front()]);
+        order = take_free(waiting, jobs, options.lease);
+    }
+    progress.hide();
+    if (!no_place)
+        list_failed(failed, wanted.size());
+    if (!all_begun || !waiting.empty())
+        stop_if_interrupted();
+    if (!no_place)
+        tell_skipped(jobs.size());
+    if (options.share) {
+        remove_abandoned(jobs);
+        remove_left_claims(jobs, options.lease);
+    }
+    return failed.empty() && log.complete() ? done : input_failed;
 }
 
 int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation) {
     return each_depth(options, product, {},
-                      [&](const StoredDepth& stored, const Job&) { return std::vector<Result>{operation(stored)}; });
+                      [&](const StoredDepth& stored, Loaded&) { return std::vector<Result>{operation(stored)}; });
 }
 
 bool has_overscan(const Job& job) {
     return job.windows.data != cv::Rect({0, 0}, job.windows.display);
 }
 
-void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const StoredDepth& stored,
-                       const Job& job) {
-    check_same_size(file, other.values, stored, job);
+void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const Job& job) {
+    check_same_size(file, other.values, job);
     if (other.windows != job.windows)
         throw Error(fmt::format("{}: has other data and display windows than {}; write both with the same ones",
                                 file.native(), job.input.native()));
 }
 
-void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const StoredDepth& stored,
-                     const Job& job) {
-    const int width = stored.image.width(), height = stored.image.height();
+void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const Job& job) {
+    const auto& [width, height] = job.windows.data.size();
     if (image.cols != width || image.rows != height)
         throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
                                 image.cols, image.rows, job.input.native(), width, height));

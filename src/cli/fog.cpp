@@ -12,7 +12,7 @@
 namespace fathom::cli {
 namespace {
 
-struct Options : DepthOptions {
+struct FogArguments : DepthOptions {
     FogOptions fog{.density = 0}; // --density is required
     PictureOptions picture;
 };
@@ -73,8 +73,8 @@ void add_fog_options(CLI::App& app, FogOptions& fog) {
         ->group("Fog");
 }
 
-Picture fogged(const Options& options, const StoredDepth& stored, const Job& job) {
-    Picture picture = picture_of(job.companions.front(), options.picture, stored, job);
+Picture fogged(const FogArguments& options, const StoredDepth& stored, const Loaded& frame) {
+    Picture picture = frame.images.get().picture;
     FogOptions asked = options.fog;
     std::swap(asked.color[0], asked.color[2]); // a matrix is B, G, R
     const cv::Mat color = picture.color;       // read by the device until the result is there
@@ -82,9 +82,9 @@ Picture fogged(const Options& options, const StoredDepth& stored, const Job& job
     return picture;
 }
 
-std::function<int()> configure(CLI::App& app) {
+std::function<int()> configure_fog(CLI::App& app) {
     const Product product = picture_product("fog");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<FogArguments>();
     add_depth_options(app, *options, product);
     add_picture_options(app, options->picture, "the clear picture");
     add_fog_options(app, options->fog);
@@ -93,9 +93,12 @@ std::function<int()> configure(CLI::App& app) {
         more.companions.push_back({"--color", options->picture.color});
         more.picture = 0;
         more.color_layer = options->picture.color_layer;
+        more.read = [options](const Job& job) {
+            return Images{.picture = picture_of(job.companions.front(), options->picture, job)};
+        };
         more.doubts = [options](const Job& job) { return picture_doubts(options->picture, job); };
-        return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
-            return std::vector<Result>{fogged(*options, stored, job)};
+        return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
+            return std::vector<Result>{fogged(*options, stored, frame)};
         });
     };
 }
@@ -115,7 +118,7 @@ Example:
   fathom fog frame.exr --color frame.exr --camera camera.json -o foggy.exr --density 0.02
   fathom fog frame.exr --color frame.png --camera camera.json -o foggy.png --density 0.1 --height-falloff 0.5 \
       --up 0,0,1 --fog-color 0.7,0.7,0.75)",
-    .configure = configure,
+    .configure = configure_fog,
 };
 
 } // namespace fathom::cli

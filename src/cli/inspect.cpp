@@ -28,9 +28,9 @@
 namespace fathom::cli {
 namespace {
 
-struct Options {
+struct InspectArguments {
     std::string file;
-    std::vector<std::string> inputs; // the file
+    std::vector<Input> inputs; // the file
     CameraOption camera;
     std::string channel;
     DeviceOption device;
@@ -79,7 +79,7 @@ std::optional<Packing> found_packing(const std::string& file) {
     return found;
 }
 
-DepthFile read_without_camera(const Options& options, std::optional<Packing>& packing) {
+DepthFile read_without_camera(const InspectArguments& options, std::optional<Packing>& packing) {
     try {
         return read_depth(options.file, {.channel = options.channel});
     } catch (const Error&) {
@@ -91,7 +91,7 @@ DepthFile read_without_camera(const Options& options, std::optional<Packing>& pa
 }
 
 // The camera that was given, or that of the header. One that leaves the values open or cannot be used describes nothing.
-std::optional<ImportedCamera> camera_for(const Options& options, std::string& why_not) {
+std::optional<ImportedCamera> camera_for(const InspectArguments& options, std::string& why_not) {
     if (!options.camera.given() && !io::exr_has_camera(options.file))
         return std::nullopt;
     try {
@@ -106,7 +106,7 @@ std::optional<ImportedCamera> camera_for(const Options& options, std::string& wh
     }
 }
 
-Findings inspected(const Options& options) {
+Findings inspected(const InspectArguments& options) {
     Findings found;
     const std::optional<ImportedCamera> described = camera_for(options, found.why_no_camera);
     {
@@ -123,7 +123,7 @@ Findings inspected(const Options& options) {
         return found;
     }
     try {
-        const ImportedCamera imported = options.camera.read_for(options.file, found.depth.storage);
+        const ImportedCamera imported = options.camera.read_for(options.inputs.front(), found.depth.storage);
         for (const std::string& warning : imported.warnings)
             complain(fmt::format("warning: {}: {}", options.camera.name(), warning));
         const Camera camera = fathom::camera_for(imported, values.cols, values.rows);
@@ -219,7 +219,7 @@ nlohmann::ordered_json as_json(const Ranking& ranking, std::optional<Packing> pa
             {"guesses", guesses}};
 }
 
-nlohmann::ordered_json as_json(const Options& options, const Findings& found) {
+nlohmann::ordered_json as_json(const InspectArguments& options, const Findings& found) {
     nlohmann::ordered_json channels = nlohmann::ordered_json::array(), percentiles;
     for (const Channel& channel : found.channels)
         channels.push_back({{"name", channel.name}, {"type", channel.type}});
@@ -266,7 +266,7 @@ void print_range(const CameraFindings& found) {
         print_row("", fmt::format("of a {} buffer; middle is the stored value half way", name_of(*found.bits)));
 }
 
-void print_camera(const Options& options, const CameraFindings& found) {
+void print_camera(const InspectArguments& options, const CameraFindings& found) {
     fmt::print("\ncamera: {}\n", options.camera.name());
     print_row("encoding", to_string(found.camera.encoding));
     print_row("form", fmt::format("{}: {}", to_string(found.form.form), found.form.reason));
@@ -313,7 +313,7 @@ void print_ranking(const Findings& found) {
                camera_file_of(first, found.packing).dump(), first.assumed);
 }
 
-void print_findings(const Options& options, const Findings& found) {
+void print_findings(const InspectArguments& options, const Findings& found) {
     const StoredStatistics& s = found.statistics;
     const std::string channel = io::printable(found.depth.channel);
     fmt::print("file: {}\n", options.file);
@@ -345,7 +345,7 @@ void print_findings(const Options& options, const Findings& found) {
     }
 }
 
-int inspect(const Options& options) {
+int inspect(const InspectArguments& options) {
     const Findings found = inspected(options);
     if (options.json)
         print_json(as_json(options, found));
@@ -354,8 +354,8 @@ int inspect(const Options& options) {
     return done;
 }
 
-std::function<int()> configure(CLI::App& app) {
-    const auto options = std::make_shared<Options>();
+std::function<int()> configure_inspect(CLI::App& app) {
+    const auto options = std::make_shared<InspectArguments>();
     app.add_option("DEPTH", options->file, "depth image: EXR, 16-bit PNG, TIFF, PFM or NPY")
         ->type_name("DEPTH")
         ->required()
@@ -365,8 +365,8 @@ std::function<int()> configure(CLI::App& app) {
     app.add_flag("--json", options->json, "print one JSON object")->group("Report");
     add_device_options(app, options->device);
     return [options] {
-        options->inputs = {options->file};
-        options->camera.inputs = &options->inputs;
+        options->inputs = {{options->file, frame_of(options->file)}};
+        options->camera.inputs = [options]() -> const std::vector<Input>& { return options->inputs; };
         return inspect(*options);
     };
 }
@@ -385,7 +385,7 @@ infinities are the strings "nan", "inf" and "-inf". Values that are unknown or w
 Example:
   fathom inspect frame.exr
   fathom inspect frame.exr --camera camera.json)",
-    .configure = configure,
+    .configure = configure_inspect,
 };
 
 } // namespace fathom::cli

@@ -1,13 +1,15 @@
 // Signals set a flag, which is tested between two steps of the work.
 #include "interrupt.hpp"
 
+#include <atomic>
 #include <csignal>
 #include <initializer_list>
 
 namespace fathom::cli {
 namespace {
 
-volatile std::sig_atomic_t received = 0;
+std::atomic<int> received = 0; // read by several threads
+static_assert(std::atomic<int>::is_always_lock_free);
 
 void remember(int signal) {
     received = signal;
@@ -29,8 +31,12 @@ void catch_interrupts() {
     }
 }
 
+bool is_interrupted() {
+    return received != 0;
+}
+
 void stop_if_interrupted() {
-    if (received)
+    if (is_interrupted())
         throw Interrupted{received};
 }
 

@@ -11,6 +11,9 @@ struct Interrupted {
     int signal;
 };
 
+/// Did a signal come?
+bool is_interrupted();
+
 /// Throws: Interrupted, when a signal came.
 void stop_if_interrupted();
 

@@ -162,9 +162,11 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
 }
 
 void complete(LensOptions& lens, const CameraOption& camera) {
-    const ImportedCamera read = camera.read();
-    if (!camera.of_headers())
-        complete(lens, read, camera.name());
+    camera.first_for([&](const ImportedCamera& read) {
+        LensOptions of_first = lens; // which shows early what all cameras lack
+        if (!camera.of_headers())
+            complete(camera.is_pattern() ? of_first : lens, read, camera.name());
+    });
 }
 
 void complete(LensOptions& lens, const CameraFile& file, const std::string& camera_file) {

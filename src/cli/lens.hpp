@@ -33,7 +33,7 @@ struct LensOptions {
 void add_lens_options(CLI::App& app, LensOptions& lens);
 
 /// Takes what is not given from the camera, and refuses a lens that is still incomplete or impossible. Where each input has a
-/// camera of its own, in its header, that waits until it is read.
+/// camera of its own, that waits until it is read.
 /// Throws: UsageError, and Error for the camera file.
 void complete(LensOptions& lens, const CameraOption& camera);
 

@@ -8,13 +8,13 @@
 namespace fathom::cli {
 namespace {
 
-struct Options : DepthOptions {
+struct LinearizeArguments : DepthOptions {
     LinearizeOptions linearize;
 };
 
-std::function<int()> configure(CLI::App& app) {
+std::function<int()> configure_linearize(CLI::App& app) {
     const Product product{.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = {"Z"}, .layer = "linear"};
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<LinearizeArguments>();
     add_depth_options(app, *options, product);
     add_enum_option(app, "--background", options->linearize.background,
                     {{"inf", Background::inf}, {"decode", Background::decode}, {"nan", Background::nan}},
@@ -40,7 +40,7 @@ holds it as channel Z. Invalid values become NaN.
 Example:
   fathom linearize frame.exr --camera camera.json -o frame.z.exr
   fathom linearize shots/*.png --camera camera.json -o depth/ --format tif)",
-    .configure = configure,
+    .configure = configure_linearize,
 };
 
 } // namespace fathom::cli

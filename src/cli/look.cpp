@@ -17,8 +17,11 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -37,18 +40,52 @@ constexpr double mostly_far = 0.8;    // what most values of a depth buffer exce
 constexpr double past_a_plane = 0.1;  // of its distance; nothing that is rightly described lies so far beyond it
 constexpr double many_far = 0.001;    // the same for one value that is farther than all others
 
+// What floats are, and the ends of those that are finite.
+struct Values {
+    std::size_t nan = 0, infinite = 0; // +infinity only
+    float least = std::numeric_limits<float>::infinity(), greatest = -least;
+};
+
+// In lanes, which compilers work on at once: they do not reorder a minimum of floats themselves.
+Values values_of(const cv::Mat& floats) {
+    constexpr std::size_t lanes = 16;
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    std::array<float, lanes> least{}, greatest{};
+    least.fill(infinity);
+    greatest.fill(-infinity);
+    Values all;
+    for (int y = 0; y < floats.rows; ++y) {
+        std::array<std::int32_t, lanes> nan{}, infinite{};
+        const auto count = [&](float value, std::size_t lane) {
+            nan[lane] += value != value;
+            infinite[lane] += value == infinity;
+            const float low = value > -infinity ? value : infinity, high = value < infinity ? value : -infinity;
+            least[lane] = low < least[lane] ? low : least[lane];
+            greatest[lane] = high > greatest[lane] ? high : greatest[lane];
+        };
+        const std::span<const float> row(floats.ptr<float>(y), static_cast<std::size_t>(floats.cols));
+        std::size_t x = 0;
+        for (; x + lanes <= row.size(); x += lanes)
+            for (std::size_t lane = 0; lane < lanes; ++lane)
+                count(row[x + lane], lane);
+        for (; x < row.size(); ++x)
+            count(row[x], 0);
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            all.nan += static_cast<std::size_t>(nan[lane]);
+            all.infinite += static_cast<std::size_t>(infinite[lane]);
+        }
+    }
+    all.least = *std::ranges::min_element(least);
+    all.greatest = *std::ranges::max_element(greatest);
+    return all;
+}
+
 // The largest value of floats or halves that is finite; 0 where none is above.
 double largest_finite(const cv::Mat& values) {
     cv::Mat floats = values;
     if (values.depth() != CV_32F)
         values.convertTo(floats, CV_32F);
-    float largest = 0;
-    for (int y = 0; y < floats.rows; ++y) {
-        const auto* row = floats.ptr<float>(y);
-        for (int x = 0; x < floats.cols; ++x)
-            largest = row[x] > largest && row[x] < std::numeric_limits<float>::infinity() ? row[x] : largest;
-    }
-    return static_cast<double>(largest);
+    return static_cast<double>(std::max(values_of(floats).greatest, 0.0f));
 }
 
 // Another program's projection · view has the rotation in its fourth row, and rows that are at right angles to it.
@@ -115,6 +152,8 @@ std::optional<std::string> clipped_doubt(const StoredDepth& stored, const Look& 
     // The planes of a matrix of floats are rounded.
     const auto low = static_cast<float>(near_plane - past_a_plane * std::abs(near_plane)),
                high = static_cast<float>(far_plane + past_a_plane * std::abs(far_plane));
+    if (look.nearest >= low && look.farthest <= high)
+        return std::nullopt;
     std::size_t before = 0, behind = 0;
     for (int y = 0; y < look.z.rows; ++y) {
         const auto* row = look.z.ptr<float>(y);
@@ -188,24 +227,12 @@ Look look_at(const StoredDepth& stored) {
     Look look{.z = to_mat(linearize(stored).image)};
     const cv::Mat& z = look.z;
     look.pixels = z.total();
-    float nearest = std::numeric_limits<float>::infinity(), farthest = -nearest;
-    for (int y = 0; y < z.rows; ++y) {
-        const auto* row = z.ptr<float>(y);
-        std::size_t invalid = 0, background = 0;
-        for (int x = 0; x < z.cols; ++x) {
-            const float depth = row[x];
-            const bool is_surface = std::abs(depth) < std::numeric_limits<float>::infinity();
-            invalid += depth != depth;
-            background += depth == std::numeric_limits<float>::infinity();
-            nearest = is_surface && depth < nearest ? depth : nearest;
-            farthest = is_surface && depth > farthest ? depth : farthest;
-        }
-        look.invalid += invalid;
-        look.background += background;
-    }
+    const Values values = values_of(z);
+    look.invalid = values.nan;
+    look.background = values.infinite;
     if (look.surfaces() > 0) {
-        look.nearest = nearest;
-        look.farthest = farthest;
+        look.nearest = values.least;
+        look.farthest = values.greatest;
     }
     return look;
 }
@@ -250,7 +277,9 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
                             number(found.min), number(found.percentiles[1])));
     }
     if (distances && !camera.background_from && is_float) {
-        const double largest = largest_finite(depth.values);
+        const bool known =
+            camera.encoding == Encoding::view_z && depth.storage == Storage::float32 && camera.scale == 1;
+        const double largest = known ? static_cast<double>(look.farthest) : largest_finite(depth.values);
         if ((largest == 65504 || largest >= 1e9) && camera.background != largest) {
             Camera counted = camera;
             counted.background_from = largest;

@@ -4,6 +4,7 @@
 #include "help.hpp"
 #include "interrupt.hpp"
 #include "messages.hpp"
+#include "run_log.hpp"
 
 #include <fathom/error.hpp>
 
@@ -21,10 +22,11 @@ constexpr const char* exit_codes = R"(Exit codes:
   1    some input failed; the others were done
   2    wrong usage; nothing was done
   3    no OpenCL device as asked for
-  130  interrupted; no half-written file is left)";
+  130  interrupted (Ctrl-C) after the inputs in work; no half-written file is left
+  143  the same after SIGTERM)";
 
 constexpr const char* exit_codes_in_short =
-    "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130 interrupted.";
+    "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130 and 143 interrupted.";
 
 // Runs what the arguments ask for.
 int run(int argc, char** argv) {
@@ -85,5 +87,6 @@ int guarded_run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     prepare_streams();
+    remember_command_line(argc, argv);
     return guarded_run(argc, argv);
 }

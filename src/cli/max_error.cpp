@@ -28,7 +28,7 @@ void add_max_error(CLI::App& app, std::optional<double>& max_error, bool& explai
         ->group(group);
 }
 
-void explain_method(fathom::Operation operation, const StoredDepth& stored, const Job& job,
+void explain_method(fathom::Operation operation, const StoredDepth& stored, Loaded& frame,
                     std::optional<double> max_error, bool explain) {
     if (!max_error)
         return;
@@ -40,10 +40,11 @@ void explain_method(fathom::Operation operation, const StoredDepth& stored, cons
         throw Error(message.starts_with(option) ? "--max-error " + message.substr(option.size()) : message);
     }
     if (explain)
-        complain(fmt::format("{}: {} {}: error up to {} (in the scene {}), {:.3g} ns per pixel at 1920 × 1080 (all "
-                             "threads of {})",
-                             job.input.native(), fathom::to_string(operation), cheapest.method, number(cheapest.error),
-                             cheapest.scene, cheapest.ns_per_pixel, cheapest.device));
+        frame.said.push_back(
+            fmt::format("{}: {} {}: error up to {} (in the scene {}), {:.3g} ns per pixel at 1920 × 1080 (all "
+                        "threads of {})",
+                        frame.input.native(), fathom::to_string(operation), cheapest.method, number(cheapest.error),
+                        cheapest.scene, cheapest.ns_per_pixel, cheapest.device));
 }
 
 } // namespace fathom::cli

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "outputs.hpp"
+#include "each_depth.hpp"
 
 #include <fathom/cheapest.hpp>
 #include <fathom/image.hpp>
@@ -15,10 +15,10 @@ namespace fathom::cli {
 void add_max_error(CLI::App& app, std::optional<double>& max_error, bool& explain, const std::string& unit,
                    const std::vector<std::string>& chosen, const std::string& group);
 
-/// Checks that some method meets an input's --max-error. On request prints on one line of stderr which method that is,
+/// Checks that some method meets an input's --max-error. On request says on one line of stderr which method that is,
 /// its error and its time. Does nothing without --max-error.
 /// Throws: Error if no method meets it.
-void explain_method(fathom::Operation operation, const StoredDepth& stored, const Job& job,
+void explain_method(fathom::Operation operation, const StoredDepth& stored, Loaded& frame,
                     std::optional<double> max_error, bool explain);
 
 } // namespace fathom::cli

@@ -1,6 +1,8 @@
 // What the program prints: one line for an error, one for a result, for people or as JSON.
 #include "messages.hpp"
 
+#include "codecs.hpp"
+
 #include "camera_file/edit_distance.hpp"
 #include "camera_file/file.hpp"
 
@@ -8,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace fathom::cli {
 namespace {
@@ -30,9 +31,7 @@ std::string on_one_line(std::string_view text) {
 } // namespace
 
 void complain(std::string_view message) {
-    const std::string line = "fathom: " + io::printable(on_one_line(message)) + '\n';
-    std::fwrite(line.data(), 1, line.size(), stderr);
-    std::fflush(stderr);
+    write_to_stderr("fathom: " + io::printable(on_one_line(message)) + '\n');
 }
 
 std::string about(const std::filesystem::path& subject, std::string_view message,

@@ -9,17 +9,17 @@
 namespace fathom::cli {
 namespace {
 
-struct Options : DepthOptions {
+struct NormalsArguments : DepthOptions {
     NormalsOptions normals;
     bool explain = false;
 };
 
-std::function<int()> configure(CLI::App& app) {
+std::function<int()> configure_normals(CLI::App& app) {
     const Product product{.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"},
                           .channels = {"N.X", "N.Y", "N.Z"},
                           .png_scale = 0.5,
                           .png_offset = 0.5};
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<NormalsArguments>();
     NormalsOptions& normal = options->normals;
     add_depth_options(app, *options, product);
     add_enum_option(app, "--method", normal.method,
@@ -42,9 +42,10 @@ std::function<int()> configure(CLI::App& app) {
                     "World needs \"view\" in the camera file")
         ->group("Output");
     return [options, product] {
-        return each_depth(*options, product, {}, [&](const StoredDepth& stored, const Job& job) {
-            explain_method(fathom::Operation::normals, stored, job, options->normals.max_error, options->explain);
-            return std::vector<Result>{directions_for(job.outputs.front(), to_mat(normals(stored, options->normals)))};
+        return each_depth(*options, product, {}, [&](const StoredDepth& stored, Loaded& frame) {
+            explain_method(fathom::Operation::normals, stored, frame, options->normals.max_error, options->explain);
+            return std::vector<Result>{
+                directions_for(frame.outputs.front(), to_mat(normals(stored, options->normals)))};
         });
     };
 }
@@ -60,7 +61,7 @@ N.X N.Y N.Z. Invalid and background pixels have 0 0 0. A .png holds ½n + ½ in 
 
 Example:
   fathom normals frame.exr --camera camera.json -o frame.normals.exr --space world)",
-    .configure = configure,
+    .configure = configure_normals,
 };
 
 } // namespace fathom::cli

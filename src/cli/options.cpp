@@ -7,15 +7,29 @@
 #include "camera_file/key_doubts.hpp"
 #include "camera_file/presets.hpp"
 #include "io/camera_formats.hpp"
+#include "io/formats.hpp"
+#include "sequence/frame_pattern.hpp"
 
 #include <fathom/error.hpp>
+
+#include <opencv2/core/utility.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <stdexcept>
+#include <string_view>
+#include <thread>
 
 namespace fathom::cli {
+namespace {
+
+int cores() {
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+} // namespace
 
 Device DeviceOption::open() const {
     if (threads > 0) {
@@ -24,10 +38,34 @@ Device DeviceOption::open() const {
         setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
     }
     set_exr_threads(threads);
+    if (threads > 0) // oneTBB warns of more than there are
+        cv::setNumThreads(std::min(threads, cores()));
     return Device::open(wanted);
 }
 
+bool DeviceOption::takes_turns(const Device& opened) const {
+    return opened.info().cpu && threads > 0 && threads < cores();
+}
+
+void DeviceOption::share_among(std::size_t files) const {
+    const int at_once = static_cast<int>(std::clamp<std::size_t>(files, 1, static_cast<std::size_t>(threads)));
+    io::set_exr_pool(threads - at_once);
+    cv::setNumThreads(threads / at_once);
+}
+
 namespace {
+
+// "8G" as a number of bytes; nothing for what is no size.
+std::optional<std::size_t> bytes_of(std::string text) {
+    constexpr std::string_view units = "KMGT";
+    double factor = 1, number = 0;
+    if (const std::size_t unit = text.empty() ? units.npos : units.find(text.back()); unit != units.npos) {
+        factor = std::pow(1024.0, static_cast<double>(unit + 1));
+        text.pop_back();
+    }
+    const bool good = CLI::detail::lexical_cast(text, number) && number > 0 && number * factor < 1e18;
+    return good ? std::optional(static_cast<std::size_t>(std::ceil(number * factor))) : std::nullopt;
+}
 
 // The preset alone, as an argument.
 ImportedCamera named_camera(const std::string& preset) {
@@ -56,14 +94,36 @@ bool is_complete(const std::string& preset) {
 } // namespace
 
 std::string CameraOption::name() const {
-    return !file.empty() ? file : !preset.empty() ? "preset " + preset : inputs ? inputs->front() : "the camera";
+    return !file.empty() ? file : !preset.empty() ? "preset " + preset : inputs ? inputs().front().file : "the camera";
 }
 
 bool CameraOption::of_headers() const {
     return file.empty() && (preset.empty() || !is_complete(preset));
 }
 
-ImportedCamera CameraOption::read_for(const std::string& depth, Storage storage) const {
+bool CameraOption::is_pattern() const {
+    std::error_code ignored;
+    return sequence::FramePattern::in(file) && !std::filesystem::exists(file, ignored);
+}
+
+std::string CameraOption::file_for(const Input& input) const {
+    if (!is_pattern())
+        return file;
+    if (!input.frame)
+        throw UsageError(input.file + ": its name holds no frame, which --camera " + file +
+                         " needs; give it a number, as in shot.0001.exr");
+    return sequence::FramePattern::in(file)->name(*input.frame);
+}
+
+std::vector<std::filesystem::path> CameraOption::files_for(const Input& input) const {
+    if (file.empty() || (of_headers() && io::exr_has_camera(input.file)))
+        return {};
+    const std::filesystem::path one = file_for(input);
+    return io::is_colmap(one) ? io::colmap_files(one) : std::vector{one};
+}
+
+ImportedCamera CameraOption::read_for(const Input& input, Storage storage) const {
+    const std::string& depth = input.file;
     const bool of_header = of_headers() && io::exr_has_camera(depth);
     if (!of_header && !given())
         throw Error(depth +
@@ -71,20 +131,40 @@ ImportedCamera CameraOption::read_for(const std::string& depth, Storage storage)
                     "the depth");
     if (!of_header && file.empty())
         return named_camera(preset);
-    return import_camera(of_header ? depth : file, {.image = image,
-                                                    .node = node,
-                                                    .preset = preset,
-                                                    .undistorted = undistorted,
-                                                    .storage = storage,
-                                                    .depth = depth});
+    return import_camera(of_header ? depth : file_for(input), {.image = image,
+                                                               .node = node,
+                                                               .preset = preset,
+                                                               .undistorted = undistorted,
+                                                               .storage = storage,
+                                                               .depth = depth});
 }
 
 ImportedCamera CameraOption::read() const {
+    return read(inputs ? inputs() : std::vector<Input>{});
+}
+
+void CameraOption::first_for(const std::function<void(const ImportedCamera&)>& use) const {
+    if (!is_pattern())
+        return use(read());
+    std::exception_ptr lacking;
+    for (const Input& depth : inputs()) {
+        try {
+            return use(read_for(depth));
+        } catch (const UsageError&) {
+            if (!lacking)
+                lacking = std::current_exception();
+        } catch (const Error&) { // is told when the turn of this input comes
+        }
+    }
+    if (lacking)
+        std::rethrow_exception(lacking);
+}
+
+ImportedCamera CameraOption::read(std::vector<Input> depths) const {
     if (file.empty() && (!image.empty() || !node.empty() || undistorted))
         throw UsageError("--image, --node and --undistorted: choose from a file; give it with --camera");
-    std::vector<std::string> depths = inputs ? *inputs : std::vector<std::string>{};
     if (!given()) {
-        std::erase_if(depths, [](const std::string& depth) { return !io::exr_has_camera(depth); });
+        std::erase_if(depths, [](const Input& depth) { return !io::exr_has_camera(depth.file); });
         if (depths.empty())
             throw UsageError(std::string("--camera: missing; give a camera file, --preset with the source of the depth "
                                          "(fathom presets lists them)") +
@@ -156,30 +236,83 @@ void add_device_options(CLI::App& app, DeviceOption& device) {
         ->type_name("DEVICE")
         ->group("Device");
     app.add_option("--threads", device.threads,
-                   "number of threads of a CPU device (PoCL) and of OpenEXR\n(default: all cores)")
+                   "how many threads work at once: those of a CPU device (PoCL), or\nthose that read and write "
+                   "(default: all cores)")
         ->type_name("N")
         ->check(is_a_number("whole number from 1 to 4096",
                             [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }))
         ->group("Device");
 }
 
+void add_frame_options(CLI::App& app, DepthOptions& options) {
+    const auto add_range = [&](const char* name, std::vector<Frame> (*parse)(std::string_view),
+                               const char* description) {
+        const auto take = [=, &options](const std::string& text) {
+            try {
+                options.inputs.frames = parse(text);
+            } catch (const std::invalid_argument& error) {
+                throw CLI::ValidationError(name, error.what());
+            }
+        };
+        return app.add_option_function<std::string>(name, take, description)->type_name("RANGE")->group("Frames");
+    };
+    CLI::Option* frames = add_range("--frames", sequence::parse_frames,
+                                    "frames of shot.####.exr, as in 1-240, 1-240x2 (every second),\n"
+                                    "1-240y2 (the others), 1-240:4 (x4, x3, x2, x1) or 1-9,20\n"
+                                    "(default: those that are there)");
+    add_range("--openjd-frames", sequence::parse_openjd_frames,
+              "the same as Open Job Description writes it, where : is a step")
+        ->excludes(frames);
+    add_enum_option(app, "--missing", options.inputs.missing,
+                    {{"error", Missing::error}, {"skip", Missing::skip}, {"hold", Missing::hold}},
+                    "a frame without its files is an error (default), is left out\n"
+                    "(skip), or repeats the one before it (hold)")
+        ->group("Frames");
+    add_animate_option(app, options.animations);
+}
+
+void add_run_options(CLI::App& app, DepthOptions& options) {
+    app.add_option_function<std::string>(
+           "--memory", [&options](const std::string& text) { options.memory = *bytes_of(text); },
+           "memory that the images of all inputs in work may take, as in\n8G or 500M (default: a quarter of the "
+           "machine's)")
+        ->type_name("SIZE")
+        ->check(CLI::Validator(
+            [](std::string& text) {
+                return bytes_of(text) ? std::string()
+                                      : "'" + text + "' will not do; it is a number above 0 and K, M, G or T, as in 8G";
+            },
+            ""))
+        ->group("Device");
+    add_enum_option(
+        app, "--progress", options.progress,
+        {{"auto", ProgressKind::automatic}, {"openjd", ProgressKind::openjd}, {"off", ProgressKind::off}},
+        "of several inputs: a bar where stderr is a terminal (auto;\ndefault), Open Job Description's lines on stdout "
+        "(openjd), or none")
+        ->group("Report");
+}
+
 void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product) {
-    app.add_option("DEPTH", options.inputs, "depth images: EXR, 16-bit PNG, TIFF, PFM or NPY")
+    options.app = &app;
+    app.add_option("DEPTH", options.inputs.arguments,
+                   "depth images: EXR, 16-bit PNG, TIFF, PFM or NPY. Also a folder,\n"
+                   "or 'shot.####.exr', 'shot.%04d.exr' or 'shot.*.exr'")
         ->type_name("DEPTH")
         ->required()
         ->group("Input");
-    options.camera.inputs = &options.inputs;
+    options.camera.inputs = [&options]() -> const std::vector<Input>& { return options.inputs.all(); };
     add_camera_options(app, options.camera,
                        "camera file, glTF, transforms.json, OpenCV or ROS calibration,\n"
                        "COLMAP folder, EXR (docs/cameras.md; default: the depth's header)");
     add_channel_option(app, options.channel);
+    add_frame_options(app, options);
 
     std::vector<std::string> formats;
     for (const std::string& extension : product.extensions)
         formats.push_back(extension.substr(1));
     app.add_option("-o,--output", options.output,
                    "file to write (" + CLI::detail::join(product.extensions, " ") +
-                       "), or a folder:\nresults keep the names of their inputs there")
+                       "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr")
         ->type_name("OUT")
         ->required()
         ->group("Output");
@@ -218,6 +351,29 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     quiet->group("Report");
     app.add_flag("--strict", options.strict, "take warnings for errors: no result is written")->group("Report");
     json->group("Report")->excludes(quiet);
+    app.add_flag("--resume", options.resume,
+                 "keep what is finished: results say what made them, and a frame\nis made only if that changed "
+                 "(docs/resume.md)")
+        ->group("Frames");
+    CLI::Option* share = app.add_flag(
+        "--share", options.share,
+        "work on the same frames as other processes, here and on other\nmachines; implies --resume (docs/sharing.md)");
+    share->group("Frames");
+    app.add_option_function<double>(
+           "--lease",
+           [&options](double seconds) { options.lease = std::chrono::milliseconds(std::llround(seconds * 1000)); },
+           "with --share: after how many seconds without a sign of life others\ntake a frame over (default: 120)")
+        ->type_name("SECONDS")
+        ->check(is_a_number("number from 1 to 86400", [](double s) { return s >= 1 && s <= 86400; }))
+        ->needs(share)
+        ->group("Frames");
+    app.add_option(
+           "--log", options.log,
+           "append lines of JSON to FILE: one for this run, and one for each\nframe with its times and warnings. - is "
+           "stdout, in place of other lines")
+        ->type_name("FILE")
+        ->group("Report");
+    add_run_options(app, options);
 
     add_device_options(app, options.device);
 }

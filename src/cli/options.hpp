@@ -1,13 +1,21 @@
 #pragma once
 
+#include "animation.hpp"
+#include "inputs.hpp"
+
+#include "sequence/claim.hpp"
+
 #include <fathom/device.hpp>
 #include <fathom/import_camera.hpp>
 #include <fathom/io.hpp>
 #include <fathom/relative.hpp>
 
+#include "progress.hpp"
+
 #include <CLI/CLI.hpp>
 
 #include <array>
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
@@ -22,17 +30,24 @@ struct DeviceOption {
 
     /// Opens the device. The number of threads counts from the first time only, as it does for the driver.
     Device open() const;
+
+    /// Do files and the device take turns, so that no more threads work at once? Where they may have all cores, these are the
+    /// limit.
+    bool takes_turns(const Device& opened) const;
+
+    /// Gives the threads to so many files at once.
+    void share_among(std::size_t files) const;
 };
 
 /// The camera of the images: a file of any format that Fathom reads, a source of depth by name, both, or the headers
 /// of the images.
 struct CameraOption {
-    std::string file;
-    std::string preset;                               ///< NAME, NAME:key=value,... or key=value,...
-    std::string image, node;                          ///< which camera of the file
-    bool undistorted = false;                         ///< see ImportOptions
-    const std::vector<std::string>* inputs = nullptr; ///< whose headers may have cameras
-    bool or_relative = false;                         ///< may the command do without?
+    std::string file;                                       ///< or the pattern of those of all frames
+    std::string preset;                                     ///< NAME, NAME:key=value,... or key=value,...
+    std::string image, node;                                ///< which camera of the file
+    bool undistorted = false;                               ///< see ImportOptions
+    std::function<const std::vector<Input>&()> inputs = {}; ///< whose headers may have cameras
+    bool or_relative = false;                               ///< may the command do without?
 
     bool given() const { return !file.empty() || !preset.empty(); }
     std::string name() const; ///< for messages
@@ -40,12 +55,30 @@ struct CameraOption {
     /// Is the camera of each input in its header?
     bool of_headers() const;
 
+    /// Does each frame have a camera file of its own?
+    bool is_pattern() const;
+
+    /// Has each input a camera of its own, in its header or in a file?
+    bool of_each_input() const { return of_headers() || is_pattern(); }
+
+    /// The camera file of one input. Throws: UsageError where a pattern needs a frame that the input's name does not hold.
+    std::string file_for(const Input& input) const;
+
+    /// The files that the camera of one input is read from, without the input's own header.
+    std::vector<std::filesystem::path> files_for(const Input& input) const;
+
     /// The camera of the first input that has one: refuses early what is wrong for all of them.
     /// Throws: UsageError where there is no camera, and Error for a camera that cannot be used.
     ImportedCamera read() const;
+    ImportedCamera read(std::vector<Input> depths) const;
+
+    /// Calls `use` with the camera of the first input that has what it needs, for which it throws no UsageError. Where each
+    /// input has a camera of its own, and none can be read, that is told when their turns come.
+    /// Throws: what `read` does; the first UsageError of `use` where no camera has what it needs.
+    void first_for(const std::function<void(const ImportedCamera&)>& use) const;
 
     /// The camera of one input, whose values are stored like this.
-    ImportedCamera read_for(const std::string& depth, Storage storage = Storage::float32) const;
+    ImportedCamera read_for(const Input& depth, Storage storage = Storage::float32) const;
 };
 
 /// Depth without a unit, see fathom/relative.hpp.
@@ -63,7 +96,8 @@ enum class Report { line, json, nothing };
 
 /// What every operation on depth images takes.
 struct DepthOptions {
-    std::vector<std::string> inputs;
+    Inputs inputs;
+    std::vector<Animation> animations;
     CameraOption camera;
     RelativeOptions relative; ///< of commands that take it
     std::string output;
@@ -75,7 +109,14 @@ struct DepthOptions {
     std::optional<ExrCompression> compression;
     DeviceOption device;
     Report report = Report::line;
-    bool strict = false; ///< is what is probably wrong an error?
+    bool strict = false;    ///< is what is probably wrong an error?
+    std::size_t memory = 0; ///< bytes of the images in work; 0: see FrameOptions
+    ProgressKind progress = ProgressKind::automatic;
+    bool share = false; ///< are frames made that other processes may make, too? implies `resume`
+    std::chrono::milliseconds lease = sequence::default_lease; ///< of claims on such frames
+    bool resume = false;           ///< are frames kept that are finished, and do results say what made them?
+    std::string log;               ///< file that the run is told to; empty: none, "-": stdout
+    const CLI::App* app = nullptr; ///< the command, whose options were given
 };
 
 /// What an operation makes of a depth image.
@@ -101,6 +142,9 @@ void add_device_options(CLI::App& app, DeviceOption& device);
 template <typename Value>
 CLI::Option* add_enum_option(CLI::App& app, const std::string& name, Value& value,
                              const std::vector<std::pair<std::string, Value>>& choices, const std::string& description);
+
+/// Adds what a run over many inputs has.
+void add_run_options(CLI::App& app, DepthOptions& options);
 
 /// Refuses a value that is none of `names`, listing them.
 CLI::Validator is_one_of(const std::vector<std::string>& names);

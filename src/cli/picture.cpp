@@ -52,15 +52,14 @@ std::vector<std::string> picture_doubts(const PictureOptions& options, const Job
                         file.native())};
 }
 
-Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const StoredDepth& stored,
-                   const Job& job) {
+Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
     Picture picture;
     {
         const StderrSilenced silenced;
         picture =
             read_picture(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
     }
-    check_same_size(file, picture.color, stored, job);
+    check_same_size(file, picture.color, job);
     return picture;
 }
 

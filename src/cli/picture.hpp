@@ -31,7 +31,6 @@ void add_picture_options(CLI::App& app, PictureOptions& options, const std::stri
 
 /// Reads a picture of the depth's size.
 /// Throws: Error for a file that is none, or one of another size.
-Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const StoredDepth& stored,
-                   const Job& job);
+Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const Job& job);
 
 } // namespace fathom::cli

@@ -13,7 +13,7 @@
 namespace fathom::cli {
 namespace {
 
-struct Options {
+struct PresetsArguments {
     std::string name;
     bool json = false;
 };
@@ -71,7 +71,7 @@ void print_one(const Preset& preset) {
     fmt::print("\nA camera file to start from:\n{}\n", camera_file(preset));
 }
 
-int list(const Options& options) {
+int list(const PresetsArguments& options) {
     std::vector<std::string> names;
     const Preset* asked = nullptr;
     for (const Preset& preset : presets()) {
@@ -98,8 +98,8 @@ int list(const Options& options) {
     return done;
 }
 
-std::function<int()> configure(CLI::App& app) {
-    const auto options = std::make_shared<Options>();
+std::function<int()> configure_presets(CLI::App& app) {
+    const auto options = std::make_shared<PresetsArguments>();
     app.add_option("NAME", options->name, "show this one, and a camera file to start from")
         ->type_name("NAME")
         ->group("Input");
@@ -119,7 +119,7 @@ does not know the angle of view, which you add. Names stand in camera files ("pr
 Example:
   fathom presets carla
   fathom linearize depth.png --preset carla:fov_x_deg=90 -o z.exr)",
-    .configure = configure,
+    .configure = configure_presets,
 };
 
 } // namespace fathom::cli

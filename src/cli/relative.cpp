@@ -19,7 +19,7 @@
 namespace fathom::cli {
 namespace {
 
-constexpr const char* group = "Relative depth";
+constexpr const char* relative_group = "Relative depth";
 constexpr double little_range = 0.1; // of 0 to 1
 
 // Two numbers "A,B"; nothing otherwise.
@@ -44,7 +44,7 @@ CLI::Option* add_two(CLI::App& app, const char* name, const std::function<bool(c
             name, [take](const std::string& text) { take(*two_numbers(text)); }, description)
         ->type_name("A,B")
         ->check(CLI::Validator(check, ""))
-        ->group(group);
+        ->group(relative_group);
 }
 
 } // namespace
@@ -60,7 +60,7 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative) {
                "floats, as neural networks give it. Says which values are near")
             ->type_name("high-is-near|low-is-near")
             ->check(is_one_of({"high-is-near", "low-is-near"}))
-            ->group(group);
+            ->group(relative_group);
     for (const char* other : {"--camera", "--preset", "--image", "--node", "--undistorted", "--focus", "--focus-along",
                               "--f-stop", "--focal-length-mm", "--sensor-mm", "--mm-per-unit", "--circle"})
         order->excludes(other);
@@ -69,7 +69,7 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative) {
         ->type_name("N")
         ->check(is_a_number("number from 0", [](double n) { return n >= 0; }))
         ->needs(order)
-        ->group(group);
+        ->group(relative_group);
     add_two(
         app, "--focus-range", [](const auto& n) { return n[0] >= 0 && n[0] <= n[1] && n[1] <= 1; },
         [&relative](const auto& n) {
@@ -142,10 +142,10 @@ std::string in_words(const io::RelativeInput& input) {
 
 namespace {
 
-// The lens for an input whose own header may complete it.
+// The lens for an input whose own camera may complete it.
 LensOptions lens_of(LensOptions lens, const Job& job) {
-    if (job.header)
-        complete(lens, *job.header, job.input.native());
+    if (job.own_camera)
+        complete(lens, *job.own_camera, (job.camera_file.empty() ? job.input : job.camera_file).native());
     return lens;
 }
 

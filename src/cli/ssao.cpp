@@ -20,7 +20,7 @@
 namespace fathom::cli {
 namespace {
 
-struct Options : DepthOptions {
+struct SsaoArguments : DepthOptions {
     double radius = 0;
     SsaoOptions ssao;
     bool explain = false;
@@ -55,7 +55,7 @@ std::string parse_region(const std::string& text, Region& region) {
     return "";
 }
 
-void add_occlusion_options(CLI::App& app, Options& options) {
+void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
     SsaoOptions& ssao = options.ssao;
     const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
                          const char* description) {
@@ -94,17 +94,19 @@ void add_occlusion_options(CLI::App& app, Options& options) {
     add("--seed", "N", is_whole(0, 4294967295.0), ssao.seed, "turns the jitter (default: 0)");
 }
 
-void use_default_radius(Options& options) {
-    if (options.radius > 0)
-        return;
-    const std::optional<double> distance = options.camera.read().lens.ao_distance;
+// The radius that a camera file of this name has.
+double default_radius(const CameraFile& camera, const std::string& name) {
+    const std::optional<double> distance = camera.lens.ao_distance;
     if (!distance)
-        throw UsageError("--radius: missing, and " + options.camera.name() +
-                         " has no \"ao_distance\"; give a length in scene units");
+        throw UsageError("--radius: missing, and " + name + " has no \"ao_distance\"; give a length in scene units");
     if (!(*distance > 0 && std::isfinite(*distance)))
-        throw UsageError(fmt::format("{}: \"ao_distance\" is {}, which is no length of a ray; give --radius",
-                                     options.camera.name(), number(*distance)));
-    options.radius = *distance;
+        throw UsageError(fmt::format("{}: \"ao_distance\" is {}, which is no length of a ray; give --radius", name,
+                                     number(*distance)));
+    return *distance;
+}
+
+double radius_of(const SsaoArguments& options, const Job& job) {
+    return options.radius > 0 ? options.radius : default_radius(*job.own_camera, job.camera_file.native());
 }
 
 // A region of the display window as one of the image.
@@ -128,10 +130,10 @@ cv::Mat read_directions(const std::filesystem::path& file, const Job& job) {
     return read_normals(file, {}, job.windows);
 }
 
-cv::Mat read_thickness(const std::filesystem::path& file, const StoredDepth& stored, const Job& job) {
+cv::Mat read_thickness(const std::filesystem::path& file, const Job& job) {
     const StderrSilenced silenced;
     const DepthFile read = read_depth(file, {.overscan = has_overscan(job)});
-    check_same_pixels(file, read, stored, job);
+    check_same_pixels(file, read, job);
     if (read.storage != Storage::float32 && read.storage != Storage::float16)
         throw Error(file.native() + ": holds integers, but a thickness is a float in scene units; save it as float");
     cv::Mat thickness;
@@ -148,10 +150,15 @@ std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored,
     const auto scale = static_cast<double>(pixel_scale(camera).x);
     const double centre = perspective ? static_cast<double>(camera_rays(camera).centre_depth) : 0;
     const auto length_of_pixel = [&](float z) { return (perspective ? static_cast<double>(z) - centre : 1) / scale; };
+    // Pixels enough for a median that is good to a few percent. All of them would take longer than linearizing.
+    const auto step_of = [](int pixels) { return 1 + pixels / 256; };
+    const int down = step_of(look.z.rows), across_by = step_of(look.z.cols);
     std::vector<float> depths;
-    for (int y = 0; y < look.z.rows; ++y)
-        std::copy_if(look.z.ptr<float>(y), look.z.ptr<float>(y) + look.z.cols, std::back_inserter(depths),
-                     [](float z) { return std::isfinite(z); });
+    for (int first = 0; first < down * across_by && depths.empty(); ++first)
+        for (int y = first % down; y < look.z.rows; y += down)
+            for (int x = first / down; x < look.z.cols; x += across_by)
+                if (const float z = look.z.at<float>(y, x); std::isfinite(z))
+                    depths.push_back(z);
     const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
     std::ranges::nth_element(depths, middle);
     const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(look.z.cols, look.z.rows);
@@ -168,30 +175,35 @@ std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored,
     return {};
 }
 
-// Visibility, then what else was asked for, in the order of the options.
-std::vector<Result> occlude(const Options& options, const StoredDepth& stored, const Job& job) {
-    const std::optional<Region> region = region_in(job.windows, options.ssao.region);
-    explain_method(fathom::Operation::ssao, stored, job, options.ssao.max_error, options.explain);
-    SsaoOptions asked = options.ssao;
-    asked.region = region;
-    cv::Mat normals, thickness; // read by the device until the results are there
+Images read_images(const SsaoArguments& options, const Job& job) {
+    Images images;
     if (options.normals) {
         const std::filesystem::path& file = job.companions.front();
-        normals = read_directions(file, job);
-        check_same_size(file, normals, stored, job);
-        asked.normals = to_device(stored.image.device(), normals);
+        images.normals = read_directions(file, job);
+        check_same_size(file, images.normals, job);
     }
-    if (options.thickness_map) {
-        const std::filesystem::path& file = job.companions.back();
-        thickness = read_thickness(file, stored, job);
-        asked.thickness_map = to_device(stored.image.device(), thickness);
-    }
+    if (options.thickness_map)
+        images.thickness = read_thickness(job.companions.back(), job);
+    return images;
+}
+
+// Visibility, then what else was asked for, in the order of the options.
+std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& stored, Loaded& frame) {
+    const std::optional<Region> region = region_in(frame.windows, options.ssao.region);
+    explain_method(fathom::Operation::ssao, stored, frame, options.ssao.max_error, options.explain);
+    SsaoOptions asked = options.ssao;
+    asked.region = region;
+    const Images& images = frame.images.get();
+    if (options.normals)
+        asked.normals = to_device(stored.image.device(), images.normals);
+    if (options.thickness_map)
+        asked.thickness_map = to_device(stored.image.device(), images.thickness);
     asked.bent_normal = options.bent_normal.has_value();
     asked.confidence = options.confidence.has_value();
-    const Occlusion occlusion = ssao(stored, options.radius, asked);
+    const Occlusion occlusion = ssao(stored, radius_of(options, frame), asked);
     std::vector<Result> results{to_mat(occlusion.visibility)};
     if (asked.bent_normal)
-        results.emplace_back(directions_for(job.outputs[1], to_mat(occlusion.bent_normal)));
+        results.emplace_back(directions_for(frame.outputs[1], to_mat(occlusion.bent_normal)));
     if (asked.confidence)
         results.emplace_back(to_mat(occlusion.confidence));
     for (Result& result : results)
@@ -200,14 +212,14 @@ std::vector<Result> occlude(const Options& options, const StoredDepth& stored, c
     return results;
 }
 
-std::function<int()> configure(CLI::App& app) {
+std::function<int()> configure_ssao(CLI::App& app) {
     const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".npy", ".png"};
     const Product visibility{.extensions = extensions, .channels = {"AO"}, .png_scale = 1};
     const Product bent_normal{
         .extensions = extensions, .channels = {"N.X", "N.Y", "N.Z"}, .png_scale = 0.5, .png_offset = 0.5};
     const Product confidence{.extensions = extensions, .channels = {"confidence"}, .png_scale = 1};
 
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<SsaoArguments>();
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, *options);
     add_max_error(app, options->ssao.max_error, options->explain, "rms of visibility",
@@ -249,7 +261,13 @@ std::function<int()> configure(CLI::App& app) {
         ->group("Output");
 
     return [=] {
-        use_default_radius(*options);
+        if (!(options->radius > 0)) {
+            options->camera.first_for([&](const ImportedCamera& camera) {
+                const double of_first = default_radius(camera, options->camera.name());
+                if (!options->camera.is_pattern()) // or each frame's camera has its own
+                    options->radius = of_first;
+            });
+        }
         More more;
         if (options->normals)
             more.companions.push_back({"--normals", *options->normals});
@@ -259,11 +277,12 @@ std::function<int()> configure(CLI::App& app) {
             more.outputs.push_back({"--bent-normal", *options->bent_normal, bent_normal});
         if (options->confidence)
             more.outputs.push_back({"--confidence", *options->confidence, confidence});
-        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job&) {
-            return radius_doubts(options->radius, stored, look);
+        more.read = [options](const Job& job) { return read_images(*options, job); };
+        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
+            return radius_doubts(radius_of(*options, job), stored, look);
         };
         return each_depth(*options, visibility, more,
-                          [&](const StoredDepth& stored, const Job& job) { return occlude(*options, stored, job); });
+                          [&](const StoredDepth& stored, Loaded& frame) { return occlude(*options, stored, frame); });
     };
 }
 
@@ -283,7 +302,7 @@ input cannot be written, none of that input's files is. docs/ambient-occlusion.m
 Example:
   fathom ssao frame.exr --camera camera.json -o frame.ao.png --radius 0.5
   fathom ssao shots/*.exr --camera camera.json -o ao/ --radius 0.5 --quality accurate --thickness inf)",
-    .configure = configure,
+    .configure = configure_ssao,
 };
 
 } // namespace fathom::cli

@@ -14,7 +14,7 @@
 namespace fathom::cli {
 namespace {
 
-struct Options : DepthOptions {
+struct UnprojectArguments : DepthOptions {
     UnprojectOptions unproject;
     PictureOptions picture;
     bool normals = false;
@@ -31,19 +31,19 @@ std::string parse_point(const std::string& text, Eigen::Vector3d& point) {
     return good ? "" : "'" + text + "' is no point; it is three numbers X,Y,Z";
 }
 
-Result points(const Options& options, const StoredDepth& stored, const Job& job) {
+Result points(const UnprojectArguments& options, const StoredDepth& stored, const Loaded& frame) {
     Result result = to_mat(unproject(stored, options.unproject));
-    if (!job.companions.empty())
-        result.colors = picture_of(job.companions.front(), options.picture, stored, job).color;
+    if (!frame.companions.empty())
+        result.colors = frame.images.get().picture.color;
     if (options.normals)
         result.normals = to_mat(normals(stored, {.space = options.unproject.space}));
     return result;
 }
 
-std::function<int()> configure(CLI::App& app) {
+std::function<int()> configure_unproject(CLI::App& app) {
     const Product product{.extensions = {".exr", ".ply", ".tif", ".pfm", ".npy", ".png"},
                           .channels = {"P.X", "P.Y", "P.Z"}};
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<UnprojectArguments>();
     UnprojectOptions& unprojection = options->unproject;
     add_depth_options(app, *options, product);
     CLI::Option* space =
@@ -78,10 +78,14 @@ std::function<int()> configure(CLI::App& app) {
             throw UsageError(fmt::format("{}: only a .ply holds {}; write one (for several inputs: --format ply)",
                                          options->output, colored ? "colours of points" : "normals of points"));
         More more;
-        if (colored)
+        if (colored) {
             more.companions.push_back({"--color", options->picture.color});
-        return each_depth(*options, product, more, [&](const StoredDepth& stored, const Job& job) {
-            return std::vector<Result>{points(*options, stored, job)};
+            more.read = [options](const Job& job) {
+                return Images{.picture = picture_of(job.companions.front(), options->picture, job)};
+            };
+        }
+        return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
+            return std::vector<Result>{points(*options, stored, frame)};
         });
     };
 }
@@ -97,7 +101,7 @@ are NaN. A PLY leaves them out. It may have the points' colours (--color, sRGB o
 
 Example:
   fathom unproject frame.exr --camera camera.json -o points.ply --space world)",
-    .configure = configure,
+    .configure = configure_unproject,
 };
 
 } // namespace fathom::cli

@@ -21,4 +21,7 @@ Imported import_colmap(const std::filesystem::path& file, const ImportOptions& o
 
 bool is_colmap(const std::filesystem::path& file);
 
+/// The files of a reconstruction that hold its cameras: one of cameras and, where it is there, one of images.
+std::vector<std::filesystem::path> colmap_files(const std::filesystem::path& file);
+
 } // namespace fathom::io

@@ -284,6 +284,12 @@ bool is_colmap(const fs::path& file) {
            name == "images.txt";
 }
 
+std::vector<fs::path> colmap_files(const fs::path& file) {
+    const Files files = files_of(file);
+    std::error_code none;
+    return fs::exists(files.images, none) ? std::vector{files.cameras, files.images} : std::vector{files.cameras};
+}
+
 Imported import_colmap(const fs::path& file, const ImportOptions& options) {
     if (options.undistorted)
         refuse(file, "leave out --undistorted; name the folder that colmap image_undistorter wrote");

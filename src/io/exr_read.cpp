@@ -115,7 +115,8 @@ const Candidate& choose(const std::filesystem::path& file, const std::vector<Can
             if (!best && (channel.name == wanted || channel.full_name == wanted))
                 best = &channel;
         if (!best)
-            refuse(file, "has no channel \"" + wanted + "\"; it has " + listed(channels, &Candidate::full_name));
+            refuse(file, "has no channel \"" + wanted + "\"; it has " + listed(channels, &Candidate::full_name) +
+                             ", which --channel can name");
     } else if (channels.size() == 1) {
         best = &channels.front();
     } else {

@@ -18,6 +18,7 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
 #include <OpenEXR/ImfTiledInputPart.h>
 #include <OpenEXR/ImfTiledOutputPart.h>
@@ -69,6 +70,10 @@ Imf::Compression compression_of(ExrCompression compression) {
     return Imf::ZIP_COMPRESSION;
 }
 
+// Of zlib. Its lowest level writes depth and occlusion in 0.7 times the time of OpenEXR's own, 4. Rendered frames get no
+// larger, smooth ones by 5 %.
+constexpr int zip_level = 1;
+
 bool keeps_every_bit(Imf::Compression compression) {
     return compression == Imf::NO_COMPRESSION || compression == Imf::RLE_COMPRESSION ||
            compression == Imf::ZIPS_COMPRESSION || compression == Imf::ZIP_COMPRESSION ||
@@ -77,8 +82,9 @@ bool keeps_every_bit(Imf::Compression compression) {
 
 /// The names of a header's attributes that say how the old pixels lay in their file, or show them.
 bool is_stale(const std::string& name) {
-    static const std::set<std::string> stale{"channels", "chunkCount", "compression", "dataWindow",         "lineOrder",
-                                             "preview",  "tiles",      "type",        "maxSamplesPerPixel", "version"};
+    static const std::set<std::string> stale{"channels",           "chunkCount", "compression", "dataWindow",
+                                             "lineOrder",          "preview",    "tiles",       "type",
+                                             "maxSamplesPerPixel", "version",    record_name};
     return stale.contains(name);
 }
 
@@ -95,6 +101,7 @@ Imf::Header header_of(const cv::Mat& image, const std::optional<ExrSource>& sour
         header.dataWindow() = Box2i(corner, corner + V2i(image.cols - 1, image.rows - 1));
     }
     header.compression() = Imf::ZIP_COMPRESSION;
+    header.zipCompressionLevel() = zip_level;
     return header;
 }
 
@@ -145,12 +152,21 @@ bool takes_channels(const Imf::MultiPartInputFile& exr, const Imf::Header& added
            header.dataWindow() == added.dataWindow();
 }
 
+/// The record of what is written takes the place of the source's.
+void set_record(Imf::Header& header, const std::string& record) {
+    header.erase(record_name);
+    if (!record.empty())
+        header.insert(record_name, Imf::StringAttribute(record));
+}
+
 /// The only part of a file and the new channels side by side.
 void append_channels(Memory& memory, Imf::MultiPartInputFile& exr, const Pixels& pixels,
-                     const std::optional<ExrCompression>& compression) {
+                     const std::optional<ExrCompression>& compression, const std::string& record) {
     Imf::Header header = exr.header(0);
     header.erase("preview");
+    set_record(header, record);
     header.erase("chunkCount");
+    header.zipCompressionLevel() = zip_level;
     if (compression)
         header.compression() = compression_of(*compression);
     const Box2i window = header.dataWindow();
@@ -178,12 +194,13 @@ void copy_part(Imf::MultiPartInputFile& from, Imf::MultiPartOutputFile& to, int 
 
 /// All parts of a file as they are, and the new channels as one more.
 void append_part(Memory& memory, Imf::MultiPartInputFile& exr, Imf::Header header, const Pixels& pixels,
-                 const std::string& name) {
+                 const std::string& name, const std::string& record) {
     std::vector<Imf::Header> headers;
     std::set<std::string> names;
     for (int i = 0; i < exr.parts(); ++i) {
         Imf::Header& each = headers.emplace_back(exr.header(i));
         each.erase("chunkCount");
+        set_record(each, i == 0 ? record : "");
         if (!each.hasType())
             each.setType(each.hasTileDescription() ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
         if (!each.hasName())
@@ -222,24 +239,25 @@ std::string layer_of(const std::vector<std::string>& channels) {
 }
 
 void append(Memory& memory, const Imf::Header& header, const std::filesystem::path& file, const Pixels& pixels,
-            const WriteOptions& options) {
+            const WriteOptions& options, const std::string& record) {
     Imf::MultiPartInputFile exr(options.source->file.c_str());
     for (int i = 0; i < exr.parts(); ++i)
         if (!exr.partComplete(i))
             refuse(options.source->file, "is incomplete: some of its rows were never written; copy it again, or write "
                                          "the result alone (without --append)");
     if (!takes_channels(exr, header))
-        return append_part(memory, exr, header, pixels, layer_of(pixels.names));
+        return append_part(memory, exr, header, pixels, layer_of(pixels.names), record);
     for (const std::string& name : pixels.names)
         if (exr.header(0).channels().findChannel(name))
             refuse(file, "cannot have two channels \"" + printable(name) + "\", and " + options.source->file.native() +
                              " has one; append to a file without it");
-    append_channels(memory, exr, pixels, options.compression);
+    append_channels(memory, exr, pixels, options.compression, record);
 }
 
 } // namespace
 
-Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
+Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
+                const std::string& record) {
     const Pixels pixels(file, image, options);
     Imf::Header header = header_of(image, options.source);
     if (options.compression)
@@ -247,8 +265,9 @@ Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const W
     Bytes bytes;
     Memory memory(bytes);
     if (options.source && options.source->append) {
-        append(memory, header, file, pixels, options);
+        append(memory, header, file, pixels, options, record);
     } else {
+        set_record(header, record);
         Imf::FrameBuffer frame;
         pixels.add_to(header, frame);
         write(memory, header, frame);
@@ -256,12 +275,16 @@ Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const W
     return bytes;
 }
 
+void set_exr_pool(int threads) {
+    Imf::setGlobalThreadCount(threads);
+}
+
 } // namespace fathom::io
 
 namespace fathom {
 
 void set_exr_threads(int threads) {
-    Imf::setGlobalThreadCount(threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()));
+    io::set_exr_pool(threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 } // namespace fathom

@@ -18,6 +18,9 @@
 /// What each format can do; `read_depth` and `write_image` choose among them.
 namespace fathom::io {
 
+/// What a record is called in a file: see recorded.hpp.
+inline constexpr const char* record_name = "fathom:record";
+
 /// Images beyond this are taken for damage: 32768 × 32768.
 inline constexpr long long most_pixels = 1LL << 30;
 
@@ -35,6 +38,9 @@ struct ExrPixels {
 /// Channels of one part, an image each. An empty name is the channel that is named like depth.
 std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
                                 const ExrPixels& pixels);
+
+/// How many threads OpenEXR has beside those that read and write. Without any these do all of it themselves.
+void set_exr_pool(int threads);
 
 /// The number of the part that has a channel.
 int exr_part_of(const std::filesystem::path& file, const std::string& channel);
@@ -106,7 +112,9 @@ auto within_memory(const std::filesystem::path& file, const Read& read) {
 }
 
 /// The bytes of a file that holds `image`, a CV_32F matrix in the file's order: x, y, z or R, G, B, A.
-Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options);
+/// An EXR has the record in its header, if one is given.
+Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
+                const std::string& record = {});
 Bytes tiff_bytes(const cv::Mat& image);
 Bytes npy_bytes(const cv::Mat& image);
 Bytes pfm_bytes(const cv::Mat& image); ///< 1 or 3 channels

@@ -36,7 +36,7 @@ void refuse_choice(const fs::path& file, const std::string& chosen, const char* 
         refuse(file, std::string("holds one camera, so leave out ") + option + "; that is for " + formats);
 }
 
-Imported imported(const fs::path& file, const ImportOptions& options) {
+Imported imported_by_format(const fs::path& file, const ImportOptions& options) {
     if (is_colmap(file)) {
         refuse_choice(file, options.node, "--node", "glTF");
         return import_colmap(file, options);
@@ -64,7 +64,7 @@ Imported imported(const fs::path& file, const ImportOptions& options) {
 } // namespace io
 
 ImportedCamera import_camera(const fs::path& file, const ImportOptions& options) {
-    return io::completed(file, io::imported(file, options), options);
+    return io::completed(file, io::imported_by_format(file, options), options);
 }
 
 } // namespace fathom

@@ -41,10 +41,9 @@ Element element_of(const Matrix& matrix) {
 template <typename Matrix>
 Layout layout_of(const Matrix& matrix) {
     require(!matrix.empty(), "matrix: it is empty; did cv::imread find and read the file?");
-    require(matrix.dims == 2,
-            text("matrix: ", matrix.dims, " dimensions, ", matrix.total(), " elements; must be an image"));
-    require(matrix.step[0] % matrix.elemSize1() == 0,
-            text("matrix: rows ", matrix.step[0], " bytes apart; must be whole elements"));
+    require(matrix.dims == 2, "matrix: ", matrix.dims, " dimensions, ", matrix.total(), " elements; must be an image");
+    require(matrix.step[0] % matrix.elemSize1() == 0, "matrix: rows ", matrix.step[0],
+            " bytes apart; must be whole elements");
     return {.width = matrix.cols, .height = matrix.rows, .channels = matrix.channels(), .row_stride = matrix.step1()};
 }
 
@@ -91,8 +90,8 @@ cv::UMat another(const cv::UMat& callers, cv::Size size, int type) {
 }
 
 // Buffers that OpenCV's pool must not give to another cv::UMat before the device has done with them. OpenCV's own
-// kernels keep theirs in the same way: whoever is last leaves the buffer to be freed by a later call, as a driver's
-// thread must not.
+// kernels keep theirs in the same way. The driver's thread, which runs the callback, must not call OpenCL: if it is the last
+// owner, it leaves the buffer to be freed by a later call.
 using Kept = std::vector<cv::UMatData*>;
 
 void CL_CALLBACK let_go(cl_event, cl_int, void* kept) {
@@ -124,7 +123,7 @@ cl_int keep_until(cl_event done, std::unique_ptr<Kept> kept) noexcept {
 }
 
 std::string described(cv::Size size, int type) {
-    return text(size.width, " x ", size.height, " pixels of ", cv::typeToString(type));
+    return text(ImageSize{size.width, size.height}, " pixels of ", cv::typeToString(type));
 }
 
 } // namespace
@@ -178,6 +177,7 @@ Image Matrices::read(cv::InputArray array) {
             umats_.push_back(umat);
             return *image;
         }
+        mapped_.push_back(umat);
     }
     mats_.push_back(array.getMat());
     return image_in(device_, mats_.back());
@@ -188,7 +188,8 @@ Image Matrices::write(cv::OutputArray array, cv::Size size, int type) {
     for (const Result& other : results_)
         require(other.array.getObj() != array.getObj(), "result: one matrix is given for two results");
     const bool same_size = array.dims() <= 2 && array.size() == size, same_type = array.type() == type;
-    require((same_size || !array.fixedSize()) && (same_type || !array.fixedType()),
+    if ((!same_size && array.fixedSize()) || (!same_type && array.fixedType()))
+        throw std::invalid_argument(
             text("result: ", array.dims() <= 2 ? described(array.size(), array.type()) : "more than two dimensions",
                  ", which cannot change; must be ", described(size, type)));
     const bool fits = same_size && same_type;

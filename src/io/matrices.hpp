@@ -53,8 +53,9 @@ private:
     void let_opencv_follow() const;
 
     Device device_;
-    std::vector<cv::Mat> mats_;   // that the device reads
-    std::vector<cv::UMat> umats_; // in whose memory the device reads or writes
+    std::vector<cv::UMat> mapped_; // outlive the cv::Mats that map them
+    std::vector<cv::Mat> mats_;    // that the device reads
+    std::vector<cv::UMat> umats_;  // in whose memory the device reads or writes
     std::vector<Result> results_;
 };
 

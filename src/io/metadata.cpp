@@ -12,7 +12,7 @@ namespace fathom::io {
 namespace {
 
 /// Reads numbers of either byte order; nothing beyond the end.
-struct Reader {
+struct ExifReader {
     View bytes;
     bool little = false;
 
@@ -31,7 +31,7 @@ struct Reader {
 };
 
 /// Where the value of Exif's orientation stands.
-std::optional<std::size_t> place_of_orientation(View exif, Reader& reader) {
+std::optional<std::size_t> place_of_orientation(View exif, ExifReader& reader) {
     reader = {exif, false};
     reader.little = reader.has(0, "II");
     const auto first = reader.number(4, 4);
@@ -47,7 +47,7 @@ std::optional<std::size_t> place_of_orientation(View exif, Reader& reader) {
 }
 
 /// Is a curve of a profile the line from 0 to 1? A `curv` without entries or of gamma 1, or a `para` of gamma 1.
-bool is_straight(const Reader& profile, std::size_t at) {
+bool is_straight(const ExifReader& profile, std::size_t at) {
     if (profile.has(at, "curv")) {
         const auto count = profile.number(at + 8, 4);
         return count == 0u || (count == 1u && profile.number(at + 12, 2) == 0x100u);
@@ -58,7 +58,7 @@ bool is_straight(const Reader& profile, std::size_t at) {
 } // namespace
 
 bool is_linear_profile(View icc) {
-    const Reader profile{icc};
+    const ExifReader profile{icc};
     const auto tags = std::min(profile.number(128, 4).value_or(0), 1024u);
     int straight = 0;
     for (std::size_t i = 0; i < tags; ++i) {
@@ -71,18 +71,18 @@ bool is_linear_profile(View icc) {
 }
 
 bool is_rgb_profile(View icc) {
-    return Reader{icc}.has(16, "RGB ");
+    return ExifReader{icc}.has(16, "RGB ");
 }
 
 int orientation_of(View exif) {
-    Reader reader{};
+    ExifReader reader{};
     const auto place = place_of_orientation(exif, reader);
     const auto value = place ? reader.number(*place, 2).value_or(1) : 1;
     return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
 }
 
 void set_upright(Bytes& exif) {
-    Reader reader{};
+    ExifReader reader{};
     if (const auto place = place_of_orientation(exif, reader)) {
         exif[*place] = reader.little ? 1 : 0;
         exif[*place + 1] = reader.little ? 0 : 1;

@@ -77,9 +77,9 @@ StoredDepth stored_depth(Matrices& matrices, cv::InputArray array, Camera camera
         camera.width = image.width();
         camera.height = image.height();
     }
-    require(camera.width == image.width() && camera.height == image.height(),
-            text("matrix: ", image.width(), " x ", image.height(), " pixels; the camera is for ", camera.width, " x ",
-                 camera.height, " (a part of an image is a `StoredDepth` region)"));
+    require(camera.width == image.width() && camera.height == image.height(), "matrix: ", image.width(), " x ",
+            image.height(), " pixels; the camera is for ", camera.width, " x ", camera.height,
+            " (a part of an image is a `StoredDepth` region)");
     return {image, camera, storage ? *storage : storage_of_type(array.type())};
 }
 
@@ -88,7 +88,7 @@ cv::Size size_of(const StoredDepth& stored) {
 }
 
 int checked_channels(int channels) {
-    require(channels == 3 || channels == 4, text("channels = ", channels, " must be 3 or 4"));
+    require(channels == 3 || channels == 4, "channels = ", channels, " must be 3 or 4");
     return channels;
 }
 
@@ -169,8 +169,8 @@ void ssao(const Device& device, cv::InputArray stored, const Camera& camera, dou
     Matrices matrices(device);
     const StoredDepth input = stored_depth(matrices, stored, camera, storage);
     const cv::Size size = options.region ? cv::Size(options.region->width, options.region->height) : size_of(input);
-    require(size.width > 0 && size.height > 0,
-            text("region: ", size.width, " x ", size.height, " pixels; must have at least one"));
+    require(size.width > 0 && size.height > 0, "region: ", size.width, " x ", size.height,
+            " pixels; must have at least one");
     SsaoOptions asked = options;
     asked.bent_normal = bent_normal.needed();
     asked.confidence = confidence.needed();
@@ -194,8 +194,8 @@ void dof_masks(const Device& device, cv::InputArray stored, const Camera& camera
     asked.disocclusion = results.disocclusion.needed();
     asked.mixed_pixels = results.mixed_pixels.needed();
     const bool tiles = results.tile_min_coc.needed() || results.tile_max_coc.needed();
-    require(!tiles || options.tile_px >= 1,
-            text("tile_px = ", options.tile_px, " must be at least 1 for the extremes of tiles"));
+    require(!tiles || options.tile_px >= 1, "tile_px = ", options.tile_px,
+            " must be at least 1 for the extremes of tiles");
     if (!tiles)
         asked.tile_px = 0;
 

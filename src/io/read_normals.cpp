@@ -18,7 +18,7 @@ struct Layer {
 };
 
 // All layers with channels X, Y, Z or R, G, B, in any case.
-std::vector<Layer> layers_of(const std::vector<Channel>& channels) {
+std::vector<Layer> vector_layers(const std::vector<Channel>& channels) {
     std::vector<Layer> layers;
     for (const Channel& first : channels) {
         const auto dot = first.name.rfind('.');
@@ -43,7 +43,7 @@ std::optional<int> rank(const Layer& layer) {
 
 Layer choose(const std::filesystem::path& file, const std::string& wanted) {
     const std::vector<Channel> channels = list_channels(file);
-    const std::vector<Layer> layers = layers_of(channels);
+    const std::vector<Layer> layers = vector_layers(channels);
     const Layer* best = nullptr;
     for (const Layer& layer : layers) {
         if (wanted.empty() ? rank(layer) && (!best || *rank(layer) < *rank(*best)) : layer.name == wanted)

@@ -76,7 +76,7 @@ void normalise(const std::filesystem::path& file, cv::Mat& values, const std::ar
 }
 
 /// The image, and the name of the channel of an OpenEXR file.
-std::pair<cv::Mat, std::string> image_of(const std::filesystem::path& file, const std::string& channel) {
+std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& file, const std::string& channel) {
     if (io::begins_like_exr(file)) {
         const DepthFile depth = io::read_exr(file, {channel}, {}).front();
         return {depth.values, depth.channel};
@@ -98,7 +98,7 @@ std::pair<cv::Mat, std::string> image_of(const std::filesystem::path& file, cons
 io::RelativeInput io::read_relative_input(const std::filesystem::path& file, const ReadRelativeOptions& options) {
     check_readable(file);
     return within_memory(file, [&] {
-        const auto [given, channel] = image_of(file, options.channel);
+        const auto [given, channel] = image_and_channel(file, options.channel);
         const int type = given.depth();
         if (type != CV_8U && type != CV_16U && type != CV_16F && type != CV_32F)
             refuse(file, "is " + described(given) + "; relative depth has 8 or 16 bits, or floats");

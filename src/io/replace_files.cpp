@@ -2,6 +2,7 @@
 #include "replace_files.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -9,7 +10,13 @@
 #include <atomic>
 #include <cerrno>
 #include <deque>
+#include <fstream>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 namespace fs = std::filesystem;
@@ -17,23 +24,59 @@ namespace fs = std::filesystem;
 namespace fathom::io {
 namespace {
 
-std::string reason(int error) {
-    return std::generic_category().message(error);
+constexpr std::string_view begin = ".fathom-", end = ".tmp";
+constexpr const char* cure = "choose a folder that you may write into";
+constexpr time_t old_s = 600; // writing a file takes seconds
+
+/// The machine since it was started; containers of one machine share it, as they share its locks.
+const std::string& machine() {
+    static const std::string id = [] {
+        std::string boot;
+        std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), boot);
+        return digest(boot.empty() ? host_name() : boot); // some containers hide it
+    }();
+    return id;
+}
+
+/// Locks a new file, where the disk has locks. Not: somebody else had it already, and may have removed the file.
+bool is_locked(int descriptor) {
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0)
+        return errno != EWOULDBLOCK;
+    struct stat status;
+    return ::fstat(descriptor, &status) != 0 || status.st_nlink > 0;
+}
+
+/// A new file that nobody has, in the folder of the target. Its name says which file it is for, and is short: the target's
+/// may already be as long as names can be.
+std::pair<fs::path, int> open_temporary(const fs::path& target) {
+    static std::atomic<unsigned> count = 0;
+    const std::string name = std::string(begin) + digest(target.filename().native()) + "-" + machine() + "-" +
+                             std::to_string(::getpid()) + "-";
+    for (;;) {
+        fs::path path = target.parent_path() / (name + std::to_string(count++) + std::string(end));
+        const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor < 0 && errno == EEXIST)
+            continue;
+        if (descriptor < 0 || is_locked(descriptor))
+            return {std::move(path), descriptor};
+        ::unlink(path.c_str()); // it was taken for abandoned before it was locked
+        ::close(descriptor);
+    }
 }
 
 /// A new file beside the target that is gone again unless it took the target's place.
 class Successor {
 public:
     explicit Successor(const fs::path& target) : target_(target) {
-        static std::atomic<unsigned> count = 0;
-        do {
-            // A short name of its own: the target's may already be as long as names can be.
-            const auto name = ".fathom-" + std::to_string(::getpid()) + "-" + std::to_string(count++) + ".tmp";
-            path_ = target.parent_path() / name;
-            descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        } while (descriptor_ < 0 && errno == EEXIST);
-        if (descriptor_ < 0)
-            fail(errno);
+        std::tie(path_, descriptor_) = open_temporary(target);
+        if (descriptor_ >= 0)
+            return;
+        const int error = errno;
+        const auto folder = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
+        std::error_code unknown;
+        if ((error == ENOENT || error == ENOTDIR) && !fs::is_directory(folder, unknown))
+            refuse(target_, "cannot be written: there is no folder " + folder.string() + "; make it first");
+        refuse_making(target_, "cannot be written", error, cure);
     }
     Successor(const Successor&) = delete;
     Successor& operator=(const Successor&) = delete;
@@ -42,6 +85,8 @@ public:
             ::close(descriptor_);
         if (!done_)
             ::unlink(path_.c_str());
+        if (lock_ >= 0)
+            ::close(lock_);
     }
 
     void write(std::span<const unsigned char> bytes) {
@@ -58,7 +103,8 @@ public:
     void complete() {
         if (struct stat old; ::stat(target_.c_str(), &old) == 0)
             static_cast<void>(::fchmod(descriptor_, old.st_mode & 07777)); // keeps what the owner had granted
-        if (::close(std::exchange(descriptor_, -1)) != 0)                  // where network disks say that they are full
+        lock_ = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0); // keeps the lock until the file has its place
+        if (::close(std::exchange(descriptor_, -1)) != 0) // where network disks say that they are full
             fail(errno);
     }
 
@@ -69,21 +115,22 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(int error) {
-        const auto folder = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
-        std::error_code unknown;
-        if ((error == ENOENT || error == ENOTDIR) && !fs::is_directory(folder, unknown))
-            refuse(target_, "cannot be written: there is no folder " + folder.string() + "; make it first");
-        if (error == ENOSPC || error == EDQUOT || error == EFBIG)
-            refuse(target_, "cannot be written: " + reason(error) + "; free some space or write elsewhere");
-        refuse(target_, "cannot be written: " + reason(error) + "; choose a folder that you may write into");
-    }
+    [[noreturn]] void fail(int error) { refuse_write(target_, "cannot be written", error, cure); }
 
     fs::path target_;
     fs::path path_;
-    int descriptor_ = -1;
+    int descriptor_ = -1, lock_ = -1;
     bool done_ = false;
 };
+
+/// The file that a link points to, there or not.
+fs::path followed(const fs::path& file) {
+    std::error_code error;
+    fs::path target = file; // the system refuses chains longer than 40
+    for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links)
+        target = target.parent_path() / fs::read_symlink(target, error);
+    return target;
+}
 
 /// Where a file's content belongs. A link stays a link: what it points to is replaced, or made.
 fs::path target_of(const fs::path& file) {
@@ -93,21 +140,71 @@ fs::path target_of(const fs::path& file) {
         refuse(file, "is a folder; name a file in it");
     if (fs::exists(status) && !fs::is_regular_file(status))
         refuse(file, "is no regular file; write to one and copy it");
-    fs::path target = file; // the system refuses chains longer than 40
-    for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links)
-        target = target.parent_path() / fs::read_symlink(target);
-    return target;
+    return followed(file);
+}
+
+/// Does no process work on the file any more? Then this one has the lock, until it closes the descriptor.
+bool is_abandoned(int descriptor) {
+    return descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+}
+
+/// Is a file old by the clock of its disk?
+bool is_old(int descriptor, const fs::path& target) {
+    const auto [path, probe] = open_temporary(target);
+    if (probe < 0)
+        return false;
+    struct stat now, then;
+    const bool old =
+        ::fstat(probe, &now) == 0 && ::fstat(descriptor, &then) == 0 && now.st_mtime - then.st_mtime > old_s;
+    ::unlink(path.c_str());
+    ::close(probe);
+    return old;
+}
+
+void remove_if_abandoned(const fs::path& temporary, bool of_this_machine, const fs::path& target) {
+    int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    if (descriptor < 0) // a lock needs no more where files are not shared
+        descriptor = ::open(temporary.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    if (is_abandoned(descriptor) && (of_this_machine || is_old(descriptor, target)))
+        ::unlink(temporary.c_str());
+    if (descriptor >= 0)
+        ::close(descriptor);
 }
 
 } // namespace
 
-void replace_files(std::span<const NewFile> files) {
+void remove_abandoned(std::span<const fs::path> files) {
+    std::map<fs::path, std::map<std::string, fs::path>> targets; // of each folder, by the beginning of temporary names
+    for (const fs::path& file : files) {
+        std::error_code none;
+        if (fs::is_directory(file, none))
+            continue;
+        const fs::path target = followed(file);
+        const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
+        targets[folder].emplace(std::string(begin) + digest(target.filename().native()) + "-", target);
+    }
+    constexpr std::size_t prefix = begin.size() + 17;
+    for (const auto& [folder, of_folder] : targets) {
+        std::error_code none;
+        for (fs::directory_iterator each(folder, none), last; !none && each != last; each.increment(none)) {
+            const std::string name = each->path().filename().native();
+            if (!name.starts_with(begin) || !name.ends_with(end) || name.size() < prefix)
+                continue;
+            if (const auto target = of_folder.find(name.substr(0, prefix)); target != of_folder.end())
+                remove_if_abandoned(each->path(), name.substr(prefix).starts_with(machine() + "-"), target->second);
+        }
+    }
+}
+
+void replace_files(std::span<const NewFile> files, const std::function<void()>& before_commit) {
     std::deque<Successor> successors;
     for (const NewFile& file : files) {
         Successor& successor = successors.emplace_back(target_of(file.file));
         successor.write(file.bytes);
         successor.complete();
     }
+    if (before_commit)
+        before_commit();
     for (Successor& successor : successors)
         successor.take_over();
 }

@@ -2,6 +2,8 @@
 
 #include "camera_file/file.hpp"
 
+#include <filesystem>
+#include <functional>
 #include <span>
 
 namespace fathom::io {
@@ -12,9 +14,16 @@ struct NewFile {
     Bytes bytes;
 };
 
-/// Replaces files' contents, or makes them: whoever looks sees the old file or the new one, never a part. The first takes
+/// Replaces, in this order, files' contents, or makes them: whoever looks sees the old file or the new one, never a part. The first takes
 /// its place only once all of them lie complete on their disks: whatever goes wrong before (no such folder, no permission,
 /// a full disk), the old ones stay and nothing else is left behind.
-void replace_files(std::span<const NewFile> files);
+///
+/// Until then each content lies beside its file as `.fathom-TARGET-MACHINE-PROCESS-NUMBER.tmp`, with a lock (flock) that ends
+/// with the process. `before_commit` is called when all of them are complete; what it throws leaves the old files.
+void replace_files(std::span<const NewFile> files, const std::function<void()>& before_commit = {});
+
+/// Removes what killed processes left beside these files, which need not be there. What a process of this machine works on
+/// is locked; what another machine left must also be old, by the clock of the disk.
+void remove_abandoned(std::span<const std::filesystem::path> files);
 
 } // namespace fathom::io

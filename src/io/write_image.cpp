@@ -1,5 +1,6 @@
 // Results into files; the extension says which format.
 #include "formats.hpp"
+#include "recorded.hpp"
 #include "replace_files.hpp"
 
 #include <fathom/error.hpp>
@@ -43,12 +44,13 @@ std::vector<std::string> channel_names(const std::filesystem::path& file, const 
     return options.channels;
 }
 
-io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
+io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
+                  const std::string& record) {
     const auto extension = extension_of(file);
     if (extension == ".exr") {
         WriteOptions named = options;
         named.channels = channel_names(file, image, options);
-        return io::exr_bytes(file, image, named);
+        return io::exr_bytes(file, image, named, record);
     }
     if (extension == ".npy")
         return io::npy_bytes(image);
@@ -93,15 +95,15 @@ auto described_failure(const std::filesystem::path& file, const Encode& encode) 
     }
 }
 
-io::Bytes bytes_of(const ImageFile& given) {
+io::Bytes bytes_of_values(const ImageFile& given, const std::string& record) {
     const auto& file = given.file;
     const cv::Mat& image = given.image;
     if (image.empty() || image.dims != 2 || image.depth() != CV_32F)
         refuse(file, "only images of 32-bit floats can be written; convert it first");
-    return described_failure(file, [&] { return encoded(file, image, given.options); });
+    return described_failure(file, [&] { return encoded(file, image, given.options, record); });
 }
 
-io::Bytes bytes_of_color(ImageFile picture) {
+io::Bytes bytes_of_color(ImageFile picture, const std::string& record) {
     const int channels = picture.image.channels();
     if (channels != 3 && channels != 4)
         refuse(picture.file, "a picture has 3 or 4 channels (B, G, R, alpha), the image has " +
@@ -118,7 +120,12 @@ io::Bytes bytes_of_color(ImageFile picture) {
             return *bytes;
     }
     picture.image = io::swap_red_and_blue(picture.image);
-    return bytes_of(picture);
+    return bytes_of_values(picture, record);
+}
+
+/// The bytes of a file; those of an EXR hold the record.
+io::Bytes bytes_of(const ImageFile& image, const std::string& record = {}) {
+    return image.kind == ImageKind::color ? bytes_of_color(image, record) : bytes_of_values(image, record);
 }
 
 } // namespace
@@ -134,8 +141,36 @@ void write_color(const std::filesystem::path& file, const cv::Mat& color, const 
 void write_images(const std::vector<ImageFile>& images) {
     std::vector<io::NewFile> files;
     for (const ImageFile& image : images)
-        files.push_back({image.file, image.kind == ImageKind::color ? bytes_of_color(image) : bytes_of(image)});
+        files.push_back({image.file, bytes_of(image)});
     io::replace_files(files);
+}
+
+void io::write_recorded(const std::vector<ImageFile>& images, const RecordOf& record_of,
+                        const std::function<void()>& before_commit) {
+    // The record holds what depends on the bytes around it, so that its place is made before.
+    const std::string placeholder = record_of(std::vector<Rest>(images.size()));
+    std::vector<NewFile> files; // all but the first
+    for (std::size_t i = 1; i < images.size(); ++i)
+        files.push_back({images[i].file, bytes_of(images[i])});
+    const std::filesystem::path& file = images.front().file;
+    RecordedFile main{.bytes = bytes_of(images.front(), placeholder), .record = {}};
+    const bool png = extension_of(file) == ".png", exr = extension_of(file) == ".exr";
+    if (exr)
+        main = find_record(std::move(main.bytes)).value();
+    std::vector<Rest> rests{main.rest()};
+    for (const NewFile& each : files)
+        rests.push_back({std::span(each.bytes), {}});
+    const std::string record = record_of(rests);
+    if (exr)
+        std::ranges::copy(record, main.bytes.begin() + static_cast<std::ptrdiff_t>(main.first));
+    if (png)
+        main = png_with_record(std::move(main.bytes), record);
+    files.push_back({file, std::move(main.bytes)});
+    if (!exr && !png)
+        files.push_back({sidecar_of(file), Bytes(record.begin(), record.end())});
+    if (!exr && !png)
+        files.back().bytes.push_back('\n');
+    replace_files(files, before_commit);
 }
 
 } // namespace fathom

@@ -114,7 +114,7 @@ const char* to_string(Operation operation) {
 
 MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, double max_error) {
     check_enum("operation", operation, operations);
-    require(max_error > 0, text("max_error = ", max_error, " must be greater than 0"));
+    require(max_error > 0, "max_error = ", max_error, " must be greater than 0");
     std::vector<MeasuredMethod> list = measured_for(measured_methods(), to_string(operation), storage_of(stored));
     const PixelLattice half = pixel_lattice(stored, 2);
     if (half.width == 0 || half.height == 0) // the tile is a single odd row or column

@@ -38,11 +38,6 @@ Real unit_of(const DepthForm& form, const Affine& numerator, const Affine& denom
     return std::ldexp(Real{1}, std::min(40 - exponent(denominator), 100 - exponent(numerator)));
 }
 
-void pack(params::wide (&target)[4], const Affine& row, Real unit, Arithmetic arithmetic) {
-    for (std::size_t i = 0; i < 4; ++i)
-        target[i] = pack_wide(row[i] * unit, arithmetic);
-}
-
 void set_recentred(params::circle_params& p, const DepthForm& form, const CircleOfConfusion& circle) {
     const Real inverse = form.denominator[0] / form.numerator[3], rest = form.denominator[3] / form.numerator[3];
     const bool far_is_low = inverse > 0;
@@ -59,13 +54,13 @@ void set_sums(params::circle_params& p, const DepthForm& form, const CircleOfCon
     const Affine& m = form.denominator;
     const auto [numerator, denominator] = circle_quotient(form, circle);
     if (is_constant(denominator)) {
-        pack(p.numerator, divided(circle.telecentric ? numerator : m, denominator[3]), 1, arithmetic);
+        pack_row(p.numerator, divided(circle.telecentric ? numerator : m, denominator[3]), 1, arithmetic);
         return;
     }
     const Real unit = unit_of(form, numerator, denominator);
-    pack(p.numerator, numerator, unit, arithmetic);
-    pack(p.denominator, denominator, unit, arithmetic);
-    pack(p.in_front, m, unit, arithmetic);
+    pack_row(p.numerator, numerator, unit, arithmetic);
+    pack_row(p.denominator, denominator, unit, arithmetic);
+    pack_row(p.in_front, m, unit, arithmetic);
 }
 
 float clamped(Real circle, float largest) {

@@ -2,6 +2,7 @@
 
 #include <fathom/dof.hpp>
 
+#include "camera/circle_form.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
@@ -26,10 +27,10 @@ void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored,
     const Image& depth = clean_plate.depth.image;
     check_device(stored, {"the clean plate's depth", depth});
     require(depth.width() == stored.image.width() && depth.height() == stored.image.height(),
-            text("the clean plate's depth is ", depth.width(), " x ", depth.height(), " pixels, the clean plate ",
-                 stored.image.width(), " x ", stored.image.height()));
-    require(clean_plate.color.channels() == color.channels(),
-            text("the clean plate has ", clean_plate.color.channels(), " channels, the colour ", color.channels()));
+            "the clean plate's depth is ", depth.width(), " x ", depth.height(), " pixels, the clean plate ",
+            stored.image.width(), " x ", stored.image.height());
+    require(clean_plate.color.channels() == color.channels(), "the clean plate has ", clean_plate.color.channels(),
+            " channels, the colour ", color.channels());
     require(clean_plate.depth.x == stored.x && clean_plate.depth.y == stored.y,
             "the clean plate's depth is of another region than the depth");
 }
@@ -40,22 +41,23 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);
     check_enum("quality", options.quality, {"fast", "balanced", "accurate"});
+    check_enum("sky", options.sky, {"blur", "sharp", "exclude"});
     const int blades = options.aperture.blades;
-    require(blades == 0 || (blades >= 3 && blades <= 64), text("blades = ", blades, " must be 0, or 3 to 64"));
+    require(blades == 0 || (blades >= 3 && blades <= 64), "blades = ", blades, " must be 0, or 3 to 64");
     const double ratio = options.aperture.ratio;
-    require(ratio >= 0.1 && ratio <= 10, text("ratio = ", ratio, " must be 0.1 to 10"));
-    require(ratio == 1 || blades == 0, text("ratio = ", ratio, ": a polygon has none, blades must be 0"));
-    require(std::isfinite(options.aperture.rotation_degrees),
-            text("rotation_degrees = ", options.aperture.rotation_degrees, " must be finite"));
+    require(ratio >= 0.1 && ratio <= 10, "ratio = ", ratio, " must be 0.1 to 10");
+    require(ratio == 1 || blades == 0, "ratio = ", ratio, ": a polygon has none, blades must be 0");
+    require(std::isfinite(options.aperture.rotation_degrees), "rotation_degrees = ", options.aperture.rotation_degrees,
+            " must be finite");
     const double pixels = (stored.image.width() + 128.0) * (stored.image.height() + 32.0);
     constexpr int widest = ENTRY_COLUMN_MASK * params::dof_tile_columns,
                   highest = ENTRY_ROW_MASK * params::dof_tile_rows;
     require(pixels * (2 * color.channels() + 7) < 0x1p31 && stored.image.width() <= widest &&
                 stored.image.height() <= highest,
-            text("an image of ", stored.image.width(), " x ", stored.image.height(),
-                 " pixels is too large; blur it in parts"));
-    require(options.max_coc_px >= 1 && options.max_coc_px <= 512,
-            text("max_coc_px = ", options.max_coc_px, " must be 1 to 512"));
+            "an image of ", stored.image.width(), " x ", stored.image.height(),
+            " pixels is too large; blur it in parts");
+    require(options.max_coc_px >= 1 && options.max_coc_px <= 512, "max_coc_px = ", options.max_coc_px,
+            " must be 1 to 512");
 }
 
 params::blur_params blur_parameters(const StoredDepth& stored, const LayerScale& scale, double largest) {
@@ -138,6 +140,18 @@ int farthest_layer(std::span<const TileBits> tiles) {
     return 0;
 }
 
+// Does no pixel lie in any layer but the one in focus?
+bool all_in_focus(std::span<const TileBits> tiles, int middle) {
+    TileBits seen{};
+    for (const TileBits& tile : tiles)
+        for (std::size_t word = 0; word < seen.size(); ++word)
+            seen[word] |= tile[word];
+    for (int bit = 0; bit < 32 * params::dof_tile_words - 1; ++bit)
+        if (bit != middle && has_bit(seen, bit))
+            return false;
+    return true;
+}
+
 // Gives every pixel its second surface: what lies behind it.
 void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
     constexpr u32 side = params::dof_behind_block;
@@ -146,11 +160,12 @@ void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
                                   .farthest = static_cast<float>(farthest),
                                   .vertical = 1 / blur.aspect};
     const Image blocks =
-        scratch.image(Element::f32, {static_cast<int>(b.block_columns), static_cast<int>(b.block_rows)});
-    runtime::launch(blur.device, blur.kernel("dof_farthest", {}), {b.block_columns, b.block_rows}, blur.planes, blocks,
-                    blur.p, b);
+        scratch.image(Element::f32, {static_cast<int>(b.block_columns), 2 * static_cast<int>(b.block_rows)});
+    const Image inner = scratch.image(Element::f32, {static_cast<int>(blur.p.stride), static_cast<int>(blur.p.rows)});
+    runtime::launch(blur.device, blur.kernel("dof_inner", {}), {b.block_columns, b.block_rows}, blur.planes, inner,
+                    blocks, blur.p, b);
     runtime::launch(blur.device, blur.kernel("dof_behind", {{"CLEAN_PLATE", blur.clean_plate}}),
-                    {blur.p.stride, blur.p.rows}, blur.planes, blocks, blur.p, b);
+                    {blur.p.stride, blur.p.rows}, blur.planes, inner, blocks, blur.p, b);
 }
 
 // The circles of a picture's pixels, as the options have them.
@@ -256,6 +271,10 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
               {}};
     call.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * call.across() * call.down(), 1});
     const std::vector<TileBits> tiles = cut_into_tiles(call, circles, color, coc, options, scratch);
+    if (all_in_focus(tiles, scale.middle)) {
+        runtime::copy(color, result);
+        return;
+    }
     clear(call);
     run(call,
         layer_plan(tiles, call.across(),
@@ -290,11 +309,12 @@ void dof(const StoredDepth& stored, const Image& color, const Image& result, con
     const Device& device = stored.image.device();
     const runtime::Launched launched(device, launch);
     runtime::Scratch scratch(device);
-    const Image circles = circles_of(stored, coc, options, scratch);
-    if (coc.k == 0 && coc.g == 0)
+    if (coc.k == 0 && coc.g == 0) {
+        check_circle(coc, depth_form(stored.camera, stored.storage));
         runtime::copy(color, result);
-    else
-        blur(stored, color, result, coc, options, circles, scratch);
+    } else {
+        blur(stored, color, result, coc, options, circles_of(stored, coc, options, scratch), scratch);
+    }
     launched.done();
 }
 

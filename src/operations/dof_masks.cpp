@@ -25,13 +25,13 @@ namespace {
 void check(const CircleOfConfusion& coc, const DofMasksOptions& options, const DepthForm& form) {
     check_circle(coc, form);
     check_enum("sky", options.sky, {"blur", "sharp", "exclude"});
-    require(std::isfinite(options.sharp_px) && options.sharp_px >= 0,
-            text("sharp_px = ", options.sharp_px, " must be finite and 0 or greater"));
+    require(std::isfinite(options.sharp_px) && options.sharp_px >= 0, "sharp_px = ", options.sharp_px,
+            " must be finite and 0 or greater");
     require(std::isfinite(options.transition_px) && options.transition_px >= 0,
-            text("transition_px = ", options.transition_px, " must be finite and 0 or greater"));
-    require(options.max_coc_px > 0, text("max_coc_px = ", options.max_coc_px, " must be greater than 0"));
-    require(options.tile_px >= 0 && options.tile_px <= 65536,
-            text("tile_px = ", options.tile_px, " must be 1 to 65536, or 0 for no tiles"));
+            "transition_px = ", options.transition_px, " must be finite and 0 or greater");
+    require(options.max_coc_px > 0, "max_coc_px = ", options.max_coc_px, " must be greater than 0");
+    require(options.tile_px >= 0 && options.tile_px <= 65536, "tile_px = ", options.tile_px,
+            " must be 1 to 65536, or 0 for no tiles");
 }
 
 // One of the results: is it asked for, and how large is it?
@@ -161,12 +161,11 @@ DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, cons
 }
 
 double depth_at(const StoredDepth& stored, int x, int y) {
-    require(x >= 0 && y >= 0 && x < stored.image.width() && y < stored.image.height(),
-            text("pixel (", x, ", ", y, ") lies outside the image of ", stored.image.width(), " x ",
-                 stored.image.height()));
+    require(x >= 0 && y >= 0 && x < stored.image.width() && y < stored.image.height(), "pixel (", x, ", ", y,
+            ") lies outside the image of ", stored.image.width(), " x ", stored.image.height());
     float depth;
     linearize(stored.region(x, y, 1, 1)).image.download(&depth);
-    require(!std::isnan(depth), text("pixel (", x, ", ", y, ") is invalid: it has no depth to focus on"));
+    require(!std::isnan(depth), "pixel (", x, ", ", y, ") is invalid: it has no depth to focus on");
     return static_cast<double>(depth);
 }
 

@@ -27,19 +27,19 @@ void check(const StoredDepth& stored, const Image& color, const FogOptions& opti
     check_enum("sky", options.sky, {"fog", "keep"});
     check_enum("alpha", options.alpha, {"premultiplied", "straight"});
     const auto from_0 = [](const char* name, double value) {
-        require(std::isfinite(value) && value >= 0, text(name, " = ", value, " must be finite and 0 or greater"));
+        require(std::isfinite(value) && value >= 0, name, " = ", value, " must be finite and 0 or greater");
     };
     from_0("density", options.density);
     from_0("start", options.start);
     from_0("height_falloff", options.height_falloff);
-    require(options.max_opacity >= 0 && options.max_opacity <= 1,
-            text("max_opacity = ", options.max_opacity, " must be 0 to 1"));
+    require(options.max_opacity >= 0 && options.max_opacity <= 1, "max_opacity = ", options.max_opacity,
+            " must be 0 to 1");
     require(std::ranges::all_of(options.color, [](double c) { return std::isfinite(c); }),
             "the fog's colour must be finite");
-    require(std::isfinite(options.reference_height),
-            text("reference_height = ", options.reference_height, " must be finite"));
-    require(options.up.allFinite() && options.up.norm() > 0,
-            text("up = (", options.up.transpose(), ") must be finite and no zero vector"));
+    require(std::isfinite(options.reference_height), "reference_height = ", options.reference_height,
+            " must be finite");
+    require(options.up.allFinite() && options.up.norm() > 0, "up = (", options.up.transpose(),
+            ") must be finite and no zero vector");
     require(options.height_falloff == 0 || stored.camera.view,
             "height fog needs the camera's view matrix, and it has none");
 }
@@ -104,12 +104,11 @@ void fog(const StoredDepth& stored, const Image& color, const Image& result, con
                                    {"HEIGHT", options.height_falloff > 0},
                                    {"START", options.start > 0},
                                    {"PREMULTIPLIED", options.alpha == FogAlpha::premultiplied}});
-    const auto u32 = [](auto value) { return static_cast<params::u32>(value); };
     const runtime::Launched launched(device, launch);
     const auto vectors = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::launch(device, runtime::kernel(device, "fog", defines), {vectors, static_cast<std::size_t>(height)},
                     stored.image, color, result, grid_parameters(stored, result, 0, width),
-                    params::source_params{color.offset(), u32(color.row_stride()), u32(color.channels())},
+                    params::source_params{color.offset(), to_u32(color.row_stride()), to_u32(color.channels())},
                     depth_parameters(form, stored.storage, Background::inf, arithmetic),
                     ray_parameters(rays, arithmetic), ray_parameters(centred, arithmetic),
                     fog_parameters(stored.camera, centred, options, arithmetic));

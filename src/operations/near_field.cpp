@@ -14,17 +14,10 @@ namespace {
 
 constexpr int tile_px = 16; // a tile as wide as the widest vector
 
-enum class Output { max_near_coc = 0, near_alpha = 1, disocclusion = 2 };
+enum class Spread { max_near_coc = 0, near_alpha = 1, disocclusion = 2 };
 
 int parts(int whole, int part) {
     return (whole - 1) / part + 1;
-}
-
-params::u32 u32(std::size_t value) {
-    return static_cast<params::u32>(value);
-}
-params::u32 u32(int value) {
-    return static_cast<params::u32>(value);
 }
 
 // The least and the greatest of each tile, or of each block of tiles.
@@ -38,13 +31,13 @@ runtime::Range range_of(const Image& image, int vector_width = 1) {
 
 void find_extremes(const Extremes& from, int across, const Extremes& result) {
     params::near_field_params p{};
-    p.width = u32(from.least.width());
-    p.height = u32(from.least.height());
-    p.stride = u32(from.least.row_stride());
-    p.tile = u32(across);
-    p.columns = u32(result.least.width());
-    p.rows = u32(result.least.height());
-    p.tile_stride = u32(result.least.row_stride());
+    p.width = to_u32(from.least.width());
+    p.height = to_u32(from.least.height());
+    p.stride = to_u32(from.least.row_stride());
+    p.tile = to_u32(across);
+    p.columns = to_u32(result.least.width());
+    p.rows = to_u32(result.least.height());
+    p.tile_stride = to_u32(result.least.row_stride());
     const Device& device = from.least.device();
     runtime::launch(device, runtime::kernel(device, "near_field_tiles", {{"V", 1}, {"STREAM", 0}}),
                     range_of(result.least), from.least, from.greatest, result.least, result.greatest, p);
@@ -53,16 +46,16 @@ void find_extremes(const Extremes& from, int across, const Extremes& result) {
 params::near_field_params near_field_parameters(const Extremes& tiles, const Extremes& blocks, const Image& circle,
                                                 const Camera& camera, const DofMasksOptions& options) {
     params::near_field_params p{};
-    p.width = u32(circle.width());
-    p.height = u32(circle.height());
-    p.stride = u32(circle.row_stride());
-    p.tile = u32(tile_px);
-    p.columns = u32(tiles.least.width());
-    p.rows = u32(tiles.least.height());
-    p.tile_stride = u32(tiles.least.row_stride());
-    p.block_columns = u32(blocks.least.width());
-    p.block_rows = u32(blocks.least.height());
-    p.block_stride = u32(blocks.least.row_stride());
+    p.width = to_u32(circle.width());
+    p.height = to_u32(circle.height());
+    p.stride = to_u32(circle.row_stride());
+    p.tile = to_u32(tile_px);
+    p.columns = to_u32(tiles.least.width());
+    p.rows = to_u32(tiles.least.height());
+    p.tile_stride = to_u32(tiles.least.row_stride());
+    p.block_columns = to_u32(blocks.least.width());
+    p.block_rows = to_u32(blocks.least.height());
+    p.block_stride = to_u32(blocks.least.row_stride());
     const PixelScale scale = pixel_scale(camera);
     p.vertical = static_cast<float>(scale.x / scale.y);
     p.sharp = static_cast<float>(options.sharp_px);
@@ -97,23 +90,23 @@ void near_field(const StoredDepth& stored, const DofMasksOptions& options, const
     const params::near_field_params p = near_field_parameters(tiles, blocks, circle, stored.camera, options);
     const int vector_width = vector_width_for(device, width);
     const Layout layout{width, height};
-    const auto gather = [&](Output output, const Image& weights, const Image& result) {
+    const auto gather = [&](Spread output, const Image& weights, const Image& result) {
         runtime::launch(device,
                         runtime::kernel(device, "near_field",
                                         {{"V", vector_width}, {"STREAM", 0}, {"OUTPUT", static_cast<int>(output)}}),
                         range_of(circle, vector_width), circle, weights, tiles.least, blocks.least, result, p);
     };
     if (options.max_near_coc)
-        gather(Output::max_near_coc, circle, masks.max_near_coc);
+        gather(Spread::max_near_coc, circle, masks.max_near_coc);
     if (!covered)
         return;
     const Image weights = scratch.image(Element::f32, layout);
     runtime::launch(device, runtime::kernel(device, "near_field_weight", {{"V", vector_width}, {"STREAM", 0}}),
                     range_of(circle, vector_width), circle, weights, p);
     const Image alpha = options.near_alpha ? masks.near_alpha : scratch.image(Element::f32, layout);
-    gather(Output::near_alpha, weights, alpha);
+    gather(Spread::near_alpha, weights, alpha);
     if (options.disocclusion)
-        gather(Output::disocclusion, alpha, masks.disocclusion);
+        gather(Spread::disocclusion, alpha, masks.disocclusion);
 }
 
 } // namespace fathom

@@ -22,11 +22,11 @@ using Vector = Eigen::Matrix<long double, 3, 1>;
 
 void check(const StoredDepth& stored, const NormalsOptions& options) {
     check_stored(stored);
-    require(options.channels == 3 || options.channels == 4, text("channels = ", options.channels, " must be 3 or 4"));
+    require(options.channels == 3 || options.channels == 4, "channels = ", options.channels, " must be 3 or 4");
     check_enum("method", options.method, {"automatic", "neighbours", "least_squares"});
     check_enum("space", options.space, {"view", "world"});
-    require(std::isfinite(options.tolerance) && options.tolerance > 0,
-            text("tolerance = ", options.tolerance, " must be finite and greater than 0"));
+    require(std::isfinite(options.tolerance) && options.tolerance > 0, "tolerance = ", options.tolerance,
+            " must be finite and greater than 0");
     require(options.space == Space::view || stored.camera.view,
             "normals in the world need the camera's view matrix, and it has none");
 }

@@ -44,11 +44,6 @@ static_assert(static_cast<int>(Form::reciprocal) == FORM_RECIPROCAL &&
               static_cast<int>(Form::ray_distance) == FORM_RAY_DISTANCE &&
               static_cast<int>(Form::inverse_ray_distance) == FORM_INVERSE_RAY_DISTANCE);
 
-void pack(params::wide (&target)[4], const Affine& row, long double unit, Arithmetic arithmetic) {
-    for (std::size_t i = 0; i < 4; ++i)
-        target[i] = pack_wide(row[i] * unit, arithmetic);
-}
-
 float high(long double value) {
     return static_cast<float>(value);
 }
@@ -93,24 +88,37 @@ bool depends_on_pixel(const Affine& row) {
     return row[1] != 0 || row[2] != 0;
 }
 
-std::string size_of(const Image& image) {
-    return text(image.width(), " x ", image.height());
+ImageSize size_of(const Image& image) {
+    return {image.width(), image.height()};
 }
 
-std::string elements_of(Element element, int count) {
-    switch (element) {
-    case Element::u8:
-        return text(count, count == 1 ? " byte" : " bytes");
-    case Element::u16:
-        return text(count, count == 1 ? " 16-bit integer" : " 16-bit integers");
-    case Element::u32:
-        return text(count, count == 1 ? " 32-bit integer" : " 32-bit integers");
-    case Element::f16:
-        return text(count, count == 1 ? " half" : " halves");
-    case Element::f32:
-        break;
+// What a pixel holds, in a message: "3 bytes".
+struct Elements {
+    Element element;
+    int count;
+
+    const char* name() const {
+        switch (element) {
+        case Element::u8:
+            return count == 1 ? " byte" : " bytes";
+        case Element::u16:
+            return count == 1 ? " 16-bit integer" : " 16-bit integers";
+        case Element::u32:
+            return count == 1 ? " 32-bit integer" : " 32-bit integers";
+        case Element::f16:
+            return count == 1 ? " half" : " halves";
+        case Element::f32:
+            break;
+        }
+        return count == 1 ? " float" : " floats";
     }
-    return text(count, count == 1 ? " float" : " floats");
+    friend std::ostream& operator<<(std::ostream& stream, const Elements& elements) {
+        return stream << elements.count << elements.name();
+    }
+};
+
+Elements elements_of(const Image& image) {
+    return {image.element(), image.channels()};
 }
 
 } // namespace
@@ -121,13 +129,18 @@ params::wide pack_wide(long double value, Arithmetic arithmetic) {
     return params::wide{std::bit_cast<std::uint32_t>(low(value))} << 32 | std::bit_cast<std::uint32_t>(high(value));
 }
 
+void pack_row(params::wide (&target)[4], const Affine& row, long double unit, Arithmetic arithmetic) {
+    for (std::size_t i = 0; i < 4; ++i)
+        target[i] = pack_wide(row[i] * unit, arithmetic);
+}
+
 params::depth_params depth_parameters(const DepthForm& form, Storage storage, Background background,
                                       Arithmetic arithmetic) {
     params::depth_params p{};
     const long double unit = unit_of_quotient(form);
     const bool inverse_ray = form.form == Form::inverse_ray_distance;
-    pack(p.numerator, form.numerator, inverse_ray ? unit / params::inverse_ray_unit : unit, arithmetic);
-    pack(p.denominator, form.denominator, unit, arithmetic);
+    pack_row(p.numerator, form.numerator, inverse_ray ? unit / params::inverse_ray_unit : unit, arithmetic);
+    pack_row(p.denominator, form.denominator, unit, arithmetic);
     p.rate = pack_wide(form.rate, arithmetic);
     p.start = pack_wide(form.start, arithmetic);
     p.amplitude = pack_wide(form.amplitude, arithmetic);
@@ -194,7 +207,9 @@ void check_stored(const StoredDepth& stored) {
     if (!image)
         throw std::invalid_argument("the stored depth has no image");
     if (image.element() != element_of(stored.storage) || image.channels() != channels_of(stored.storage)) {
-        throw std::invalid_argument(text("the image's elements are not those of ", to_string(stored.storage)));
+        throw std::invalid_argument(text("the stored depth holds ", elements_of(image), " a pixel; ",
+                                         to_string(stored.storage), " takes ",
+                                         Elements{element_of(stored.storage), channels_of(stored.storage)}));
     }
     const Camera& camera = stored.camera;
     if (stored.x < 0 || stored.y < 0 || stored.x > camera.width - image.width() ||
@@ -207,36 +222,34 @@ void check_stored(const StoredDepth& stored) {
 
 void check_device(const StoredDepth& stored, const NamedImage& other) {
     const Device &its = other.image.device(), &device = stored.image.device();
-    require(its.context() == device.context(), text(other.name, " lies on another device than the stored depth"));
-    require(
-        its.queue() == device.queue(),
-        text(other.name,
-             " belongs to another Device than the stored depth, with a queue of its own; open one Device for both"));
+    require(its.context() == device.context(), other.name, " lies on another device than the stored depth");
+    require(its.queue() == device.queue(), other.name,
+            " belongs to another Device than the stored depth, with a queue of its own; open one Device for both");
 }
 
 void check_picture(const StoredDepth& stored, const NamedImage& picture) {
     const auto& [name, image] = picture;
-    require(static_cast<bool>(image), text(name, " has no image"));
-    require(image.width() == stored.image.width() && image.height() == stored.image.height(),
-            text(name, " is ", size_of(image), " pixels, the depth ", size_of(stored.image)));
+    require(static_cast<bool>(image), name, " has no image");
+    require(image.width() == stored.image.width() && image.height() == stored.image.height(), name, " is ",
+            size_of(image), " pixels, the depth ", size_of(stored.image));
     check_device(stored, picture);
-    require(image.channels() == 3 || image.channels() == 4,
-            text(name, " has ", image.channels(), " channels; it must have 3, or 4 with an alpha"));
-    require(image.element() != Element::u32, text(name, " must be floats, halves, or of 8 or 16 bits"));
+    require(image.channels() == 3 || image.channels() == 4, name, " has ", image.channels(),
+            " channels; it must have 3, or 4 with an alpha");
+    require(image.element() != Element::u32, name, " must be floats, halves, or of 8 or 16 bits");
 }
 
 void check_result(const StoredDepth& stored, const NamedImage& result, Element element, const Layout& shape,
                   const std::vector<NamedImage>& others) {
     const auto& [name, image] = result;
-    require(static_cast<bool>(image), text(name, " has no image to be written into"));
-    require(image.width() == shape.width && image.height() == shape.height,
-            text(name, " is ", size_of(image), " pixels; it must be ", shape.width, " x ", shape.height));
-    require(image.element() == element && image.channels() == shape.channels,
-            text(name, " holds ", elements_of(image.element(), image.channels()), " a pixel; it must hold ",
-                 elements_of(element, shape.channels)));
+    require(static_cast<bool>(image), name, " has no image to be written into");
+    require(image.width() == shape.width && image.height() == shape.height, name, " is ", size_of(image),
+            " pixels; it must be ", shape.width, " x ", shape.height);
+    require(image.element() == element && image.channels() == shape.channels, name, " holds ", elements_of(image),
+            " a pixel; it must hold ", Elements{element, shape.channels});
     check_device(stored, result);
+    require(image.writable(), name, " is a buffer with CL_MEM_READ_ONLY, which kernels may not write");
     for (const NamedImage& other : others)
-        require(!image.overlaps(other.image), text(name, " shares memory with ", other.name));
+        require(!image.overlaps(other.image), name, " shares memory with ", other.name);
 }
 
 void check_result(const StoredDepth& stored, const Image& result, int channels) {
@@ -258,16 +271,15 @@ int element_define(Element element) {
 }
 
 params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end) {
-    const auto u32 = [](auto value) { return static_cast<params::u32>(value); };
     return {stored.image.offset(),
             result.offset(),
-            u32(stored.image.row_stride()),
-            u32(result.row_stride()),
-            u32(begin),
-            u32(end),
-            u32(stored.image.height()),
-            u32(stored.x),
-            u32(stored.y),
+            to_u32(stored.image.row_stride()),
+            to_u32(result.row_stride()),
+            to_u32(begin),
+            to_u32(end),
+            to_u32(stored.image.height()),
+            to_u32(stored.x),
+            to_u32(stored.y),
             0};
 }
 

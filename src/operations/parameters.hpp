@@ -7,13 +7,21 @@
 #include <fathom/device.hpp>
 #include <fathom/image.hpp>
 
+#include <concepts>
 #include <span>
 #include <vector>
 
 namespace fathom {
 
+/// A count or a place that is known to be in range, as kernels take it.
+params::u32 to_u32(std::integral auto value) {
+    return static_cast<params::u32>(value);
+}
+
 /// A constant as the device reads it: the bits of a double, or two floats with the high part in the low word.
 params::wide pack_wide(long double value, Arithmetic arithmetic);
+/// The same for a row of constants, each times `unit`.
+void pack_row(params::wide (&target)[4], const Affine& row, long double unit, Arithmetic arithmetic);
 
 /// Constants of the depth decoder. Pure: no device.
 params::depth_params depth_parameters(const DepthForm& form, Storage storage, Background background,

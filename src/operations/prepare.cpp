@@ -66,8 +66,8 @@ std::vector<unsigned char> every_value(const DepthForm& form, Storage storage, s
 } // namespace
 
 void Device::prepare(const Camera& camera, Storage storage, const std::function<void(const StoredDepth&)>& call) const {
-    require(camera.width > 0 && camera.height > 0,
-            text("prepare needs the size of the images: the camera has ", camera.width, " x ", camera.height));
+    require(camera.width > 0 && camera.height > 0, "prepare needs the size of the images: the camera has ",
+            camera.width, " x ", camera.height);
     const std::vector<unsigned char> values =
         every_value(depth_form(camera, storage), storage, static_cast<std::size_t>(camera.width),
                     static_cast<std::size_t>(camera.height));

@@ -25,7 +25,7 @@ namespace {
 
 constexpr float slope_errors_fitted = 0.6f; // as slope_errors_neighbours, for a fit to seven pixels across
 
-// Pixels that a neighbour may lie off the tangent plane and still be of the same surface.
+// ImageSize that a neighbour may lie off the tangent plane and still be of the same surface.
 constexpr float filter_edge = 0.5f;
 
 // Lengths are squared in floats. Every visible surface is nearer than this.
@@ -35,17 +35,12 @@ struct Sampling {
     int slices, samples, jitter;
 };
 
-std::string size_of(int width, int height) {
-    return text(width, " x ", height);
-}
-
 void check_size(const Image& image, const StoredDepth& stored, const char* what) {
     check_device(stored, {what, image});
     const int width = stored.image.width(), height = stored.image.height();
-    require(image.width() == width && image.height() == height,
-            text("the ", what, " are ", size_of(image.width(), image.height()), " pixels, the depth ",
-                 size_of(width, height)));
-    require(image.element() == Element::f32, text("the ", what, " must be floats"));
+    require(image.width() == width && image.height() == height, "the ", what, " are ",
+            ImageSize{image.width(), image.height()}, " pixels, the depth ", ImageSize{width, height});
+    require(image.element() == Element::f32, "the ", what, " must be floats");
 }
 
 // How far a second layer's rays may differ from the first's, relative to their length: other clip planes round them.
@@ -62,23 +57,23 @@ bool same_rays(const StoredDepth& a, const StoredDepth& b) {
 
 void check(const StoredDepth& stored, double radius, const SsaoOptions& options) {
     check_stored(stored);
-    require(std::max(stored.image.width(), stored.image.height()) <= longest_side,
-            text("an image of ", size_of(stored.image.width(), stored.image.height()), " pixels: at most ",
-                 longest_side, " in a row or column"));
-    require(std::isfinite(radius) && radius > 0, text("radius = ", radius, " must be finite and greater than 0"));
+    require(std::max(stored.image.width(), stored.image.height()) <= longest_side, "an image of ",
+            ImageSize{stored.image.width(), stored.image.height()}, " pixels: at most ", longest_side,
+            " in a row or column");
+    require(std::isfinite(radius) && radius > 0, "radius = ", radius, " must be finite and greater than 0");
     check_enum("quality", options.quality, {"fast", "balanced", "accurate"});
     check_enum("border", options.border, {"open", "clamp"});
     check_enum("normals_space", options.normals_space, {"view", "world"});
     const int slices = options.slices.value_or(1), samples = options.samples.value_or(1);
-    require(slices >= 1 && slices <= 64, text("slices = ", slices, " must be 1 to 64"));
-    require(samples >= 1 && samples <= 256, text("samples = ", samples, " must be 1 to 256"));
+    require(slices >= 1 && slices <= 64, "slices = ", slices, " must be 1 to 64");
+    require(samples >= 1 && samples <= 256, "samples = ", samples, " must be 1 to 256");
     const int jitter = options.jitter.value_or(1);
-    require(jitter == 1 || jitter == 4 || jitter == 16, text("jitter = ", jitter, " must be 1, 4 or 16"));
+    require(jitter == 1 || jitter == 4 || jitter == 16, "jitter = ", jitter, " must be 1, 4 or 16");
     const double thickness = options.thickness.value_or(1);
-    require(thickness >= 0, text("thickness = ", thickness, " must be 0 or greater, infinity included"));
-    require(std::isfinite(options.tolerance) && options.tolerance > 0,
-            text("tolerance = ", options.tolerance, " must be finite and greater than 0"));
-    require(options.falloff >= 0 && options.falloff <= 1, text("falloff = ", options.falloff, " must be 0 to 1"));
+    require(thickness >= 0, "thickness = ", thickness, " must be 0 or greater, infinity included");
+    require(std::isfinite(options.tolerance) && options.tolerance > 0, "tolerance = ", options.tolerance,
+            " must be finite and greater than 0");
+    require(options.falloff >= 0 && options.falloff <= 1, "falloff = ", options.falloff, " must be 0 to 1");
     require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) + options.back_depth.has_value() <=
                 1,
             "thickness, thickness_map and back_depth exclude each other");
@@ -91,33 +86,32 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
         check_device(stored, {"the second layer", options.back_depth->image});
         require(options.back_depth->image.width() == stored.image.width() &&
                     options.back_depth->image.height() == stored.image.height(),
-                text("the second layer is ",
-                     size_of(options.back_depth->image.width(), options.back_depth->image.height()),
-                     " pixels, the depth ", size_of(stored.image.width(), stored.image.height())));
+                "the second layer is ",
+                ImageSize{options.back_depth->image.width(), options.back_depth->image.height()}, " pixels, the depth ",
+                ImageSize{stored.image.width(), stored.image.height()});
         require(same_rays(stored, *options.back_depth),
                 "the second layer is seen along other rays than the depth: both need the same frustum and place in it, "
                 "whatever their clip range and encoding");
     }
     if (options.normals) {
         check_size(options.normals, stored, "normals");
-        require(options.normals.channels() == 3 || options.normals.channels() == 4,
-                text("the normals have ", options.normals.channels(), " channels; they must have 3 or 4"));
+        require(options.normals.channels() == 3 || options.normals.channels() == 4, "the normals have ",
+                options.normals.channels(), " channels; they must have 3 or 4");
         require(options.normals_space == Space::view || stored.camera.view,
                 "normals in the world need the camera's view matrix, and it has none");
     }
     if (options.half_resolution) {
         const PixelLattice half = pixel_lattice(stored, 2);
-        require(half.width > 0 && half.height > 0,
-                text("half_resolution looks from even columns and rows, and the depth's ",
-                     size_of(stored.image.width(), stored.image.height()), " pixels at (", stored.x, ", ", stored.y,
-                     ") have none"));
+        require(half.width > 0 && half.height > 0, "half_resolution looks from even columns and rows, and the depth's ",
+                ImageSize{stored.image.width(), stored.image.height()}, " pixels at (", stored.x, ", ", stored.y,
+                ") have none");
     }
     if (options.region) {
         const Region& r = *options.region;
         require(r.x >= 0 && r.y >= 0 && r.width > 0 && r.height > 0 && r.x <= stored.image.width() - r.width &&
                     r.y <= stored.image.height() - r.height,
-                text("region ", size_of(r.width, r.height), " at (", r.x, ", ", r.y, ") does not lie in ",
-                     size_of(stored.image.width(), stored.image.height()), " pixels"));
+                "region ", ImageSize{r.width, r.height}, " at (", r.x, ", ", r.y, ") does not lie in ",
+                ImageSize{stored.image.width(), stored.image.height()}, " pixels");
     }
 }
 
@@ -141,18 +135,14 @@ Sampling sampling_of(const SsaoOptions& options) {
     return chosen;
 }
 
-params::u32 u32(std::integral auto value) {
-    return static_cast<params::u32>(value);
-}
-
 } // namespace
 
 params::split_params split_parameters(const PixelLattice& lattice) {
     const int columns = ((lattice.width + (lattice.camera_x & 3) + 3) / 4 + 15) / 16 * 16;
     const int rows = (lattice.height + (lattice.camera_y & 3) + 3) / 4;
     const int stride = columns + 2 * params::split_margin;
-    return {u32(lattice.width), u32(lattice.height), u32(lattice.camera_x), u32(lattice.camera_y),
-            u32(columns),       u32(rows),           u32(stride),           u32(stride * (rows + 2))};
+    return {to_u32(lattice.width), to_u32(lattice.height), to_u32(lattice.camera_x), to_u32(lattice.camera_y),
+            to_u32(columns),       to_u32(rows),           to_u32(stride),           to_u32(stride * (rows + 2))};
 }
 
 params::occlusion_params occlusion_parameters(const Camera& camera, const CentreRays& rays,
@@ -181,8 +171,8 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const Centre
     p.error_quadratic = error.quadratic * times;
     p.pixel = static_cast<float>(std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
     p.edge = filter_edge;
-    p.slices = u32(table.slices);
-    p.levels = u32(table.levels);
+    p.slices = to_u32(table.slices);
+    p.levels = to_u32(table.levels);
     return p;
 }
 
@@ -193,19 +183,19 @@ params::grid_params grid(const Image& source, const PixelLattice& lattice) {
                               static_cast<std::size_t>(lattice.x * source.channels());
     return {.source_offset = source.offset() + first,
             .target_offset = 0,
-            .source_stride = u32(source.row_stride()) * u32(lattice.every),
+            .source_stride = to_u32(source.row_stride()) * to_u32(lattice.every),
             .target_stride = 0,
             .x_begin = 0,
-            .x_end = u32(lattice.width),
-            .height = u32(lattice.height),
-            .pixel_x = u32(lattice.camera_x),
-            .pixel_y = u32(lattice.camera_y),
+            .x_end = to_u32(lattice.width),
+            .height = to_u32(lattice.height),
+            .pixel_x = to_u32(lattice.camera_x),
+            .pixel_y = to_u32(lattice.camera_y),
             .y_begin = 0};
 }
 
 params::source_params source(const Image& image, const PixelLattice& lattice) {
     const params::grid_params from = grid(image, lattice);
-    return {.offset = from.source_offset, .stride = from.source_stride, .channels = u32(image.channels())};
+    return {.offset = from.source_offset, .stride = from.source_stride, .channels = to_u32(image.channels())};
 }
 
 // Where the result of the filter goes: the region's columns, from its first row on.
@@ -213,13 +203,13 @@ params::grid_params grid(const Image& target, const Region& region) {
     return {.source_offset = 0,
             .target_offset = target.offset(),
             .source_stride = 0,
-            .target_stride = u32(target.row_stride()),
-            .x_begin = u32(region.x),
-            .x_end = u32(region.x + region.width),
-            .height = u32(region.height),
+            .target_stride = to_u32(target.row_stride()),
+            .x_begin = to_u32(region.x),
+            .x_end = to_u32(region.x + region.width),
+            .height = to_u32(region.height),
             .pixel_x = 0,
             .pixel_y = 0,
-            .y_begin = u32(region.y)};
+            .y_begin = to_u32(region.y)};
 }
 
 // THICKNESS of kernels/ssao_planes.cl. What is infinite is `longest_length` thick.

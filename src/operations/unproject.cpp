@@ -12,7 +12,7 @@ namespace {
 
 void check(const StoredDepth& stored, const UnprojectOptions& options) {
     check_stored(stored);
-    require(options.channels == 3 || options.channels == 4, text("channels = ", options.channels, " must be 3 or 4"));
+    require(options.channels == 3 || options.channels == 4, "channels = ", options.channels, " must be 3 or 4");
     check_enum("space", options.space, {"view", "world"});
     check_enum("background", options.background, {"inf", "decode", "nan"});
     require(options.space == Space::view || stored.camera.view,

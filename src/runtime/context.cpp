@@ -35,7 +35,7 @@ std::shared_ptr<Context> make(const cl::Context& context, const cl::Device& devi
 } // namespace
 
 std::shared_ptr<Context> own_context(const cl::Device& device) {
-    const std::lock_guard lock(registry().mutex);
+    const auto lock = locked(registry().mutex);
     std::shared_ptr<Context>& own = registry().own[device()];
     if (!own)
         own = make(cl::Context(device), device);
@@ -43,7 +43,7 @@ std::shared_ptr<Context> own_context(const cl::Device& device) {
 }
 
 std::shared_ptr<Context> context_for(const cl::Context& context, const cl::Device& device) {
-    const std::lock_guard lock(registry().mutex);
+    const auto lock = locked(registry().mutex);
     const auto own = registry().own.find(device());
     if (own != registry().own.end() && own->second && own->second->context() == context())
         return own->second;

@@ -27,8 +27,9 @@ struct Context {
     cl::Context context;
     cl::Device device;
 
-    std::mutex mutex; // of what follows
+    std::mutex programs_mutex; // held while a program is built
     std::map<std::string, cl::Program> programs;
+    std::mutex kept_mutex;
     std::list<Kept> kept; // runtime/kept.hpp: the last used first
 };
 
@@ -43,6 +44,13 @@ bool forked();
 
 /// Throws: Error in such a process, which tells what to do instead. From the first call on, a fork counts.
 void check_process();
+
+/// Locks a mutex, unless the thread that holds it may be in the process that this one is a fork of.
+/// Throws: Error as `check_process`.
+[[nodiscard]] inline std::unique_lock<std::mutex> locked(std::mutex& mutex) {
+    check_process();
+    return std::unique_lock(mutex);
+}
 
 /// Deletes what holds OpenCL's objects; in a forked process it stays, because to release it may wait for ever.
 template <typename Value>

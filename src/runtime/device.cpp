@@ -95,7 +95,8 @@ bool answers_to(const DeviceInfo& info, const std::string& wanted) {
 
 const Found& choose(const std::vector<Found>& found, const std::string& wanted) {
     if (found.empty()) {
-        throw NoDevice("no OpenCL device is installed; a CPU becomes one with the package pocl-opencl-icd");
+        throw NoDevice("no OpenCL device is installed; a CPU becomes one with the package pocl-opencl-icd, "
+                       "which needs a folder to write into (POCL_CACHE_DIR)");
     }
     if (wanted.empty()) {
         const auto gpu = std::ranges::find_if(found, [](const Found& f) { return !f.info.cpu; });
@@ -133,7 +134,7 @@ DeviceOptions completed(DeviceOptions options, const DeviceInfo& info) {
 
 std::shared_ptr<Device::State> make_state(std::shared_ptr<runtime::Context> shared, const DeviceInfo& info,
                                           const DeviceOptions& options, const cl::CommandQueue& queue) {
-    std::shared_ptr<Device::State> state(new Device::State, runtime::release<Device::State>);
+    std::shared_ptr<Device::State> state(new Device::State, [](Device::State* gone) { runtime::release(gone); });
     state->shared = std::move(shared);
     state->info = info;
     state->options = completed(options, info);
@@ -164,7 +165,11 @@ Device Device::open(const std::string& wanted, const DeviceOptions& options) {
 }
 
 Device::Device(cl_context context, cl_device_id device, cl_command_queue queue, const DeviceOptions& options) {
-    require(context && device && queue, "a Device needs a context, a device and a queue, none of them null");
+    require(context && device && queue, "a Device needs a context, a device and a queue, but the ",
+            !context  ? "context"
+            : !device ? "device"
+                      : "queue",
+            " is null");
     const auto join = [&] {
         const cl::Context of_context(context, true);
         const cl::Device of_device(device, true);

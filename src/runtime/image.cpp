@@ -4,10 +4,13 @@
 #include <fathom/image.hpp>
 
 #include "require.hpp"
+#include "runtime/launched.hpp"
 #include "runtime/state.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <tuple>
 
@@ -16,19 +19,21 @@ namespace {
 
 constexpr std::size_t row_alignment = 64;
 
+std::size_t row_elements(const Layout& layout) {
+    return static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
+}
+
 void check(const Layout& layout) {
     if (layout.width < 1 || layout.height < 1 || layout.channels < 1) {
         throw std::invalid_argument(text("an image of ", layout.width, " x ", layout.height, " pixels and ",
                                          layout.channels, " channels: all must be at least 1"));
     }
-    const auto row = static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
-    if (layout.row_stride != 0 && layout.row_stride < row) {
-        throw std::invalid_argument(text("row_stride = ", layout.row_stride, " must be at least ", row));
-    }
-}
-
-std::size_t row_elements(const Layout& layout) {
-    return static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
+    constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / 16; // elements that can be counted in bytes
+    const std::size_t row = row_elements(layout), stride = std::max(layout.row_stride, row);
+    require(layout.row_stride == 0 || layout.row_stride >= row, "row_stride = ", layout.row_stride,
+            " must be at least ", row);
+    require(stride <= most / static_cast<std::size_t>(layout.height), "an image of ", layout.height, " rows of ",
+            stride, " elements is too large for any memory");
 }
 
 Layout with_stride(Layout layout) {
@@ -49,20 +54,13 @@ std::size_t elements(const Layout& layout) {
     return static_cast<std::size_t>(layout.height - 1) * layout.row_stride + row_elements(layout);
 }
 
-void release(cl_mem buffer) {
+void release_buffer(cl_mem buffer) {
     if (!runtime::forked())
         clReleaseMemObject(buffer);
 }
 
-// Another owner of the buffer.
-std::shared_ptr<_cl_mem> shared(cl_mem buffer) {
-    require(buffer != nullptr, "an image in a buffer that is null");
-    clRetainMemObject(buffer);
-    return {buffer, release};
-}
-
 std::shared_ptr<_cl_mem> make_buffer(const Device& device, cl_mem_flags flags, std::size_t size, void* host) {
-    const auto make = [&] { return shared(cl::Buffer(runtime::context_of(device), flags, size, host)()); };
+    const auto make = [&] { return runtime::shared(cl::Buffer(runtime::context_of(device), flags, size, host)()); };
     return runtime::ask(device, make, "has no room for ", size, " bytes");
 }
 
@@ -71,6 +69,13 @@ bool can_share(const Device& device, Element element, const void* data) {
 }
 
 } // namespace
+
+std::shared_ptr<_cl_mem> runtime::shared(cl_mem buffer) {
+    check_process();
+    require(buffer != nullptr, "an image in a buffer that is null");
+    clRetainMemObject(buffer);
+    return {buffer, release_buffer};
+}
 
 std::size_t element_bytes(Element element) {
     switch (element) {
@@ -104,29 +109,36 @@ int channels_of(Storage storage) {
     return element_of(storage) == Element::u8 && storage != Storage::uint8 ? 3 : 1;
 }
 
+Image::Image(const Device& device, std::shared_ptr<_cl_mem> own, Element element, Layout layout)
+    : device_(device), buffer_(std::move(own)), element_(element),
+      layout_(with_aligned_stride(element, layout)), place_{.whole = buffer_.get()} {}
+
 Image::Image(const Device& device, Element element, Layout layout)
-    : device_(device), buffer_(make_buffer(device, CL_MEM_READ_WRITE, allocation(element, layout), nullptr)),
-      element_(element), layout_(with_aligned_stride(element, layout)), place_{.whole = buffer_.get()} {}
+    : Image(device, make_buffer(device, CL_MEM_READ_WRITE, allocation(element, layout), nullptr), element, layout) {}
 
 Image::Image(const Device& device, cl_mem buffer, Element element, Layout layout, std::size_t offset)
-    : device_(device), buffer_(shared(buffer)), element_(element),
+    : device_(device), buffer_(runtime::shared(buffer)), element_(element),
       layout_(layout.row_stride == 0 ? with_aligned_stride(element, layout) : with_stride(layout)), offset_(offset) {
     const cl::Buffer given = runtime::buffer_of(*this);
     runtime::ask(
         device,
         [&] {
             require(given.getInfo<CL_MEM_CONTEXT>() == runtime::context_of(device),
-                    text("the buffer is of another context than ", device.info().name, "'s"));
+                    "the buffer is of another context than ", device.info().name, "'s");
+            require(given.getInfo<CL_MEM_TYPE>() == CL_MEM_OBJECT_BUFFER,
+                    "the memory is an OpenCL image, and a buffer is needed");
+            require((given.getInfo<CL_MEM_FLAGS>() & CL_MEM_WRITE_ONLY) == 0,
+                    "the buffer is CL_MEM_WRITE_ONLY, so that no kernel may read it; make it CL_MEM_READ_WRITE");
+            place_.writable = (given.getInfo<CL_MEM_FLAGS>() & CL_MEM_READ_ONLY) == 0;
             const std::size_t size = given.getInfo<CL_MEM_SIZE>(), each = element_bytes(element),
                               needed = elements(layout_);
-            require(offset <= size / each && needed <= size / each - offset,
-                    text("a buffer of ", size, " bytes is too small: the image takes ", needed * each, " from byte ",
-                         offset * each, " on"));
+            require(offset <= size / each && needed <= size / each - offset, "a buffer of ", size,
+                    " bytes is too small: the image takes ", needed * each, " from element ", offset, " on");
             find_place();
         },
         "cannot use a buffer");
-    require(first_byte() % element_bytes(element) == 0,
-            text("the buffer's host memory is not aligned to elements of ", element_bytes(element), " bytes"));
+    require(first_byte() % element_bytes(element) == 0, "the buffer's host memory is not aligned to elements of ",
+            element_bytes(element), " bytes");
 }
 
 void Image::find_place() {
@@ -144,6 +156,7 @@ std::size_t Image::allocation(Element element, Layout layout) {
 }
 
 Image Image::from_host(const Device& device, Element element, const void* data, Layout layout) {
+    require(data != nullptr, "an image of a null pointer");
     Image image;
     image.device_ = device;
     image.element_ = element;
@@ -162,6 +175,7 @@ Image Image::onto_host(const Device& device, Element element, void* data, Layout
 }
 
 Image Image::region(int x, int y, int width, int height) const {
+    require(buffer_ != nullptr, "a region of an Image that is none");
     if (x < 0 || y < 0 || width < 1 || height < 1 || x > layout_.width - width || y > layout_.height - height) {
         throw std::invalid_argument(text("region ", width, " x ", height, " at (", x, ", ", y, ") does not lie in ",
                                          layout_.width, " x ", layout_.height, " pixels"));
@@ -178,6 +192,10 @@ void Image::download(void* data, std::size_t row_stride) const {
     const std::size_t size = element_bytes(element_);
     if (row_stride == 0)
         row_stride = row_elements(layout_);
+    require(data != nullptr, "an image is to be copied to a null pointer");
+    require(row_stride >= row_elements(layout_), "row_stride = ", row_stride, " must be at least ",
+            row_elements(layout_));
+    const runtime::Launched launched(device_); // an exception waits for what has begun to use the memory
     const cl::CommandQueue& queue = runtime::queue_of(device_);
     const cl::Buffer buffer = runtime::buffer_of(*this);
     const auto read = [&] {

@@ -15,13 +15,20 @@ std::shared_ptr<const Value> kept(const Device& device, const Key& key, const Ma
     constexpr std::size_t most_bytes = std::size_t{256} << 20;
     const std::string name = std::string(Value::name) + std::string(reinterpret_cast<const char*>(&key), sizeof(key));
     Context& context = *device.state().shared;
-    const std::lock_guard lock(context.mutex);
     auto& list = context.kept;
-    if (const auto found = std::ranges::find(list, name, &Kept::key); found != list.end()) {
-        list.splice(list.begin(), list, found);
-    } else {
+    const auto find = [&] {
+        const auto found = std::ranges::find(list, name, &Kept::key);
+        if (found != list.end())
+            list.splice(list.begin(), list, found);
+        return found != list.end();
+    };
+    auto lock = locked(context.kept_mutex);
+    if (!find()) {
+        lock.unlock(); // others need not wait for what is made
         const std::shared_ptr<const Value> made = make();
-        list.push_front({name, made->bytes(), made});
+        lock.lock();
+        if (!find()) // or another thread was faster
+            list.push_front({name, made->bytes(), made});
         std::size_t bytes = 0;
         const auto too_many = std::find_if(std::next(list.begin()), list.end(),
                                            [&](const Kept& each) { return (bytes += each.bytes) > most_bytes; });

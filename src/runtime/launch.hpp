@@ -58,8 +58,8 @@ std::size_t group_size(const Device& device, Kernel& kernel);
 /// Throws: Error when they are not what the kernel declares, or when the device refuses.
 template <typename... Arguments>
 void launch(const Device& device, Kernel& kernel, Range range, const Arguments&... arguments) {
-    const std::lock_guard lock(device.state().mutex); // from the first argument until the kernel has them all
     const auto start = [&] {
+        const auto lock = locked(device.state().mutex); // from the first argument until the kernel has them all
         if (!kernel.checked)
             check_arguments(kernel, {argument_type(arguments)...});
         const std::size_t group = group_size(device, kernel);

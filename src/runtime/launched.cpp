@@ -17,6 +17,20 @@ void check(const Device& device, const char* what, cl_int code) {
     throw Error(text(device.info().name, " refused ", what, ": OpenCL returned ", code));
 }
 
+// Drivers differ in what they do with an event that has failed: PoCL waits for ever.
+void check_event(const Device& device, cl_event event) {
+    require(event != nullptr, "Launch::wait holds a null event");
+    cl_context context = nullptr;
+    cl_int status = CL_COMPLETE;
+    check(device, "an event to wait for", clGetEventInfo(event, CL_EVENT_CONTEXT, sizeof(context), &context, nullptr));
+    require(context == device.context(), "Launch::wait holds an event of another context than ", device.info().name,
+            "'s");
+    check(device, "an event to wait for",
+          clGetEventInfo(event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof(status), &status, nullptr));
+    if (status < 0)
+        throw Error(text("Launch::wait holds an event that has failed: its status is ", status));
+}
+
 } // namespace
 
 Launched::Launched(const Device& device, const Launch& launch)
@@ -25,6 +39,8 @@ Launched::Launched(const Device& device, const Launch& launch)
     const cl_command_queue own = device.queue();
     require(!launch.queue || launch.queue == own,
             "Launch::queue is not the queue of the images' device; leave it null, or make a Device of that queue");
+    for (const cl_event event : launch.wait)
+        check_event(device, event);
     if (!launch.wait.empty())
         check(device, "the events to wait for",
               clEnqueueBarrierWithWaitList(own, static_cast<cl_uint>(launch.wait.size()), launch.wait.data(), nullptr));

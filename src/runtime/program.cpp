@@ -35,8 +35,8 @@ void append(std::string& source, const std::string& file, std::set<std::string>&
 
 std::string build_options(const Defines& defines) {
     std::string options = "-cl-std=CL1.2 -cl-kernel-arg-info";
-    for (const auto& [name, value] : defines)
-        options += text(" -D", name, "=", value);
+    for (const auto& [name, value] : defines) // at every launch, so without a stream
+        options.append(" -D").append(name).append("=").append(std::to_string(value));
     return options;
 }
 
@@ -63,7 +63,7 @@ std::string build_log(const cl::Program& program, const cl::Device& device) {
 // Under the context's lock, so that two threads do not build the same.
 cl::Program program(const Device& device, const std::string& name, const std::string& options) {
     Context& context = *device.state().shared;
-    const std::lock_guard lock(context.mutex);
+    const auto lock = locked(context.programs_mutex);
     const std::string key = name + ' ' + options;
     if (const auto found = context.programs.find(key); found != context.programs.end())
         return found->second;
@@ -85,13 +85,13 @@ Kernel& kernel(const Device& device, const std::string& name, Defines defines) {
     const std::string options = build_options(defines);
     const std::string key = name + ' ' + options;
     {
-        const std::lock_guard lock(state.mutex);
+        const auto lock = locked(state.mutex);
         if (const auto found = state.kernels.find(key); found != state.kernels.end())
             return found->second;
     }
     const auto make = [&]() -> Kernel& {
         const cl::Kernel made(program(device, name, options), name.c_str());
-        const std::lock_guard lock(state.mutex);
+        const auto lock = locked(state.mutex);
         return state.kernels.emplace(key, Kernel{made, "kernels/" + key}).first->second;
     };
     return ask(device, make, "refused kernels/", name, ".cl");

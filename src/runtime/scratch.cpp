@@ -13,7 +13,8 @@
 namespace fathom::runtime {
 namespace {
 
-// An operation has fewer images than this between its passes; what is left over from other sizes is given back.
+// An operation has fewer images than this between its passes; what is left over from other sizes is given back. Threads that
+// call at the same time leave as many each.
 constexpr std::size_t most_kept = 12;
 
 // Kernels that read far around their pixels wait for address translation more than for data if pages are small.
@@ -47,19 +48,27 @@ cl::Buffer in_huge_pages(const Device& device, std::size_t size) {
 
 } // namespace
 
+Scratch::Scratch(const Device& device) : device_(device) {
+    const auto lock = locked(device_.state().mutex);
+    ++device_.state().calls_with_scratch;
+}
+
 Scratch::~Scratch() {
-    const std::lock_guard lock(device_.state().mutex);
-    auto& pool = device_.state().scratch;
-    pool.splice(pool.end(), used_); // moves nodes, which cannot fail
-    while (pool.size() > most_kept)
-        pool.pop_front();
+    if (forked())
+        return; // it holds nothing, and the lock may never open
+    Device::State& state = device_.state();
+    const std::lock_guard lock(state.mutex);
+    state.scratch.splice(state.scratch.end(), used_); // moves nodes, which cannot fail
+    while (state.scratch.size() > most_kept * state.calls_with_scratch)
+        state.scratch.pop_front();
+    --state.calls_with_scratch;
 }
 
 // Takes a buffer of this size from the pool, or, if that is large, the smallest one that fits and is not far too large: what
 // `dof` needs differs from frame to frame, and new memory costs as much as its kernels.
 bool Scratch::take(std::size_t size) {
     const std::size_t most_times = size >= huge_page ? 4 : 1;
-    const std::lock_guard lock(device_.state().mutex);
+    const auto lock = locked(device_.state().mutex);
     auto& pool = device_.state().scratch;
     auto found = pool.end();
     for (auto each = pool.begin(); each != pool.end(); ++each) {
@@ -79,28 +88,36 @@ Image Scratch::image(Element element, Layout layout) {
         const bool huge = device_.info().cpu && size >= huge_page;
         used_.push_back({size, huge ? in_huge_pages(device_, size) : buffer_of(Image(device_, element, layout))});
     }
-    return Image(device_, used_.back().buffer(), element, layout);
+    return Image(device_, shared(used_.back().buffer()), element, layout);
 }
 
 void copy(const Image& from, const Image& to) {
-    const auto width = static_cast<std::size_t>(from.width() * from.channels()) * element_bytes(from.element());
+    const std::size_t size = element_bytes(from.element()), rows = static_cast<std::size_t>(from.height()),
+                      width = static_cast<std::size_t>(from.width() * from.channels()) * size;
     // PoCL 3.1 crashes on rectangles of sub-buffers, so the buffer that they are parts of is named.
     const auto whole = [](const Image& image) {
         const cl::Buffer buffer = buffer_of(image);
         const cl::Memory parent = buffer.getInfo<CL_MEM_ASSOCIATED_MEMOBJECT>();
         return parent() ? cl::Buffer(parent(), true) : buffer;
     };
-    const auto corner = [](const Image& image) {
-        const std::size_t size = element_bytes(image.element()), pitch = image.row_stride() * size,
-                          first = buffer_of(image).getInfo<CL_MEM_OFFSET>() + image.offset() * size;
-        return std::array<cl::size_type, 3>{first % pitch, first / pitch, 0};
+    const auto first = [&](const Image& image) {
+        return buffer_of(image).getInfo<CL_MEM_OFFSET>() + image.offset() * size;
     };
     const auto start = [&] {
+        const cl::CommandQueue& queue = queue_of(from.device());
+        const cl::Buffer source = whole(from), target = whole(to);
+        const std::size_t from_pitch = from.row_stride() * size, to_pitch = to.row_stride() * size;
         keep_order(from.device());
-        queue_of(from.device())
-            .enqueueCopyBufferRect(
-                whole(from), whole(to), corner(from), corner(to), {width, static_cast<std::size_t>(from.height()), 1},
-                from.row_stride() * element_bytes(from.element()), 0, to.row_stride() * element_bytes(to.element()), 0);
+        if (source() == target() && from_pitch != to_pitch) { // OpenCL takes one pitch for a rectangle of one buffer
+            for (std::size_t y = 0; y < rows; ++y)
+                queue.enqueueCopyBuffer(source, target, first(from) + y * from_pitch, first(to) + y * to_pitch, width);
+            return;
+        }
+        const auto corner = [](std::size_t byte, std::size_t pitch) {
+            return std::array<cl::size_type, 3>{byte % pitch, byte / pitch, 0};
+        };
+        queue.enqueueCopyBufferRect(source, target, corner(first(from), from_pitch), corner(first(to), to_pitch),
+                                    {width, rows, 1}, from_pitch, 0, to_pitch, 0);
     };
     ask(from.device(), start, "cannot copy an image");
 }

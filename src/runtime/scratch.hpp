@@ -9,7 +9,7 @@ namespace fathom::runtime {
 /// overwrites what is still read.
 class Scratch {
 public:
-    explicit Scratch(const Device& device) : device_(device) {}
+    explicit Scratch(const Device& device);
     ~Scratch();
     Scratch(const Scratch&) = delete;
     Scratch& operator=(const Scratch&) = delete;

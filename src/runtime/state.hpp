@@ -32,6 +32,7 @@ struct Device::State {
     std::mutex mutex; // of what follows
     std::map<std::string, runtime::Kernel> kernels;
     std::list<runtime::ScratchBuffer> scratch; // runtime/scratch.hpp
+    std::size_t calls_with_scratch = 0;        // that run now
 };
 
 namespace runtime {
@@ -46,6 +47,9 @@ inline cl::Buffer buffer_of(const Image& image) {
     return cl::Buffer(image.buffer(), true);
 }
 
+/// Another owner of a buffer.
+std::shared_ptr<_cl_mem> shared(cl_mem buffer);
+
 /// What follows in the queue starts after everything before it. A queue that is in order does that by itself.
 inline void keep_order(const Device& device) {
     if (!device.state().in_order)
@@ -53,7 +57,8 @@ inline void keep_order(const Device& device) {
 }
 
 /// Asks a device for something: `ask(device, [&] { … }, "refused ", name)`. The driver's error becomes an Error. All that was
-/// started has ended by then, so that the memory of images may go while the Error passes.
+/// started has ended by then, by earlier operations, too: the memory of their images may go while the Error passes. So no lock
+/// is held here.
 template <typename Action, typename... What>
 decltype(auto) ask(const Device& device, const Action& action, const What&... what) {
     try {

@@ -14,7 +14,7 @@ struct Table {
     int count;
 
     /// As an argument of a device's kernel.
-    Image on(const Device& device) const { return Image(device, buffer(), element, {count, 1}); }
+    Image on(const Device& device) const { return Image(device, shared(buffer()), element, {count, 1}); }
 };
 
 /// A copy of these values.

@@ -1,6 +1,7 @@
 // The time of the first call after `Device::prepare`, and of later ones, into memory that has been touched before:
 //   first_call
-// prints a line for each operation: its name, milliseconds of the first call, median of the calls after it.
+// prints a line for each operation: its name, milliseconds of the first call on the wall and of all threads, and the medians
+// of the calls after it.
 
 #include "operations.hpp"
 
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -17,12 +19,32 @@ using namespace fathom;
 
 namespace {
 
-constexpr int width = 960, height = 540, later_calls = 7;
+constexpr int width = 1920, height = 1080, later_calls = 5;
 
-double milliseconds(const std::function<void()>& run) {
+struct Milliseconds {
+    double wall, threads;
+};
+
+double thread_milliseconds() {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+Milliseconds time_of(const std::function<void()>& run) {
     const auto start = std::chrono::steady_clock::now();
+    const double before = thread_milliseconds();
     run();
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    const double threads = thread_milliseconds() - before;
+    return {std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count(), threads};
+}
+
+double median(const std::vector<Milliseconds>& times, double Milliseconds::*clock) {
+    std::vector<double> values;
+    for (const Milliseconds& time : times)
+        values.push_back(time.*clock);
+    std::ranges::sort(values);
+    return values[values.size() / 2];
 }
 
 } // namespace
@@ -53,7 +75,7 @@ int main() {
         {"dof", [&](const StoredDepth& depth) { dof(depth, color, three, operations::lens); }},
         {"fog", [&](const StoredDepth& depth) { fog(depth, color, three, {.density = 0.02}); }},
     };
-    std::vector<int> other_memory(std::size_t{64} << 20);
+    std::vector<int> other_memory(std::size_t{32} << 20);
     for (const auto& [name, call] : calls) {
         device.prepare(stored.camera, Storage::float32, call);
         const auto run = [&, &now = call] {
@@ -62,13 +84,13 @@ int main() {
         };
         const auto from_memory = [&] { // the first call finds nothing in the caches, so none of them may
             std::ranges::fill(other_memory, other_memory[0] + 1);
-            return milliseconds(run);
+            return time_of(run);
         };
-        const double first = from_memory();
-        std::vector<double> later;
+        const Milliseconds first = from_memory();
+        std::vector<Milliseconds> later;
         for (int i = 0; i < later_calls; ++i)
             later.push_back(from_memory());
-        std::ranges::sort(later);
-        std::printf("%s %.4f %.4f\n", name, first, later[later.size() / 2]);
+        std::printf("%s %.4f %.4f %.4f %.4f\n", name, first.wall, first.threads, median(later, &Milliseconds::wall),
+                    median(later, &Milliseconds::threads));
     }
 }

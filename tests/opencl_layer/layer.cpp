@@ -375,14 +375,15 @@ Result failed(cl_int code, const Arguments& arguments) {
     }
 }
 
-/// The third argument of reads, writes and maps says whether they wait.
-template <typename Arguments>
-bool blocks(Call call, const Arguments& arguments) {
-    if constexpr (std::tuple_size_v < Arguments >> 3) {
-        if constexpr (std::is_same_v<std::tuple_element_t<2, Arguments>, cl_bool>)
-            return call != Call::clEnqueueMigrateMemObjects && std::get<2>(arguments) == CL_TRUE;
-    }
-    return false;
+/// Does a call that starts a command wait for it?
+template <Call call, typename Arguments>
+bool blocks(const Arguments& arguments) {
+    if constexpr (call == Call::clEnqueueReadBuffer || call == Call::clEnqueueReadBufferRect ||
+                  call == Call::clEnqueueWriteBuffer || call == Call::clEnqueueWriteBufferRect ||
+                  call == Call::clEnqueueMapBuffer)
+        return std::get<2>(arguments) == CL_TRUE;
+    else
+        return false;
 }
 
 template <Call call, auto function, typename Type>
@@ -463,7 +464,7 @@ struct Hook<call, function, Result(CL_API_CALL*)(Arguments...)> {
 
     static Result enqueue(Tuple& given) {
         const cl_command_queue queue = std::get<0>(given);
-        const bool waits = blocks(call, given);
+        const bool waits = blocks<call>(given);
         if (waits)
             waiting(queue);
         const Result result = std::apply([](auto... all) { return (target.*function)(all...); }, given);

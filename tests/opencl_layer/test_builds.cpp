@@ -2,6 +2,7 @@
 #include "catch.hpp"
 #include "layer.hpp"
 #include "operations.hpp"
+#include "own_context.hpp"
 
 #include "runtime/opencl.hpp"
 
@@ -34,25 +35,6 @@ int builds(const Device& device) {
     return layer::calls("clBuildProgram");
 }
 
-/// A queue of a context of its own.
-struct Foreign {
-    cl_context context;
-    cl_command_queue queue;
-    cl_device_id id;
-
-    explicit Foreign(cl_device_id device)
-        : context(clCreateContext(nullptr, 1, &device, nullptr, nullptr, nullptr)),
-          queue(clCreateCommandQueue(context, device, 0, nullptr)), id(device) {
-        REQUIRE(queue != nullptr);
-    }
-    ~Foreign() {
-        clReleaseCommandQueue(queue);
-        clReleaseContext(context);
-    }
-    Foreign(const Foreign&) = delete;
-    Foreign& operator=(const Foreign&) = delete;
-};
-
 double median(std::vector<double> values) {
     std::ranges::sort(values);
     return values[values.size() / 2];
@@ -60,8 +42,11 @@ double median(std::vector<double> values) {
 
 constexpr int processes = 3;
 
-/// The first call may take this many times as long as later ones.
+/// The threads of the first call may work this many times as long as those of later ones. The driver's threads often begin on
+/// one core after a pause, so that a call of a few milliseconds takes up to twice as long on the wall, first or not.
 constexpr double prepared = 1.2;
+/// Waiting would show on the wall.
+constexpr double prepared_wall = 5;
 
 } // namespace
 
@@ -81,14 +66,10 @@ TEST_CASE("builds: a second device of the same device builds nothing", "[builds]
 }
 
 TEST_CASE("builds: two devices build once each", "[builds]") {
-    if (list_devices().size() < 2) {
-        WARN("skipped: one device only; POCL_DEVICES=\"pthread pthread\" makes two");
-        return;
-    }
+    REQUIRE(list_devices().size() >= 2); // main() asks PoCL for two
     const Device one = Device::open("0"), other = Device::open("1");
     REQUIRE(one.id() != other.id());
-    const Foreign count_here(one.id());
-    const int once = builds(Device(count_here.context, count_here.id, count_here.queue));
+    const int once = builds(OwnContext(one.id()).device());
     builds(one); // perhaps another case did
     CHECK(builds(other) == once);
     CHECK(builds(one) == 0);
@@ -98,20 +79,17 @@ TEST_CASE("builds: two devices build once each", "[builds]") {
 }
 
 TEST_CASE("builds: devices of one foreign context share what is built", "[builds]") {
-    const Foreign own(Device::open("0").id());
-    const Device first(own.context, own.id, own.queue);
+    OwnContext own(Device::open("0").id());
+    const Device first = own.device(); // what was built goes with the last device
     CHECK(builds(first) > 0);
-    const cl_command_queue another = clCreateCommandQueue(own.context, own.id, 0, nullptr);
-    const Device second(own.context, own.id, another);
-    CHECK(builds(second) == 0);
-    clReleaseCommandQueue(another);
+    CHECK(builds(own.device()) == 0);
 }
 
 TEST_CASE("builds: eight threads that ask for the same kernels at once build each of them once", "[builds][threads]") {
     const cl_device_id id = Device::open("0").id();
-    const Foreign alone(id), crowded(id);
-    const int once = builds(Device(alone.context, id, alone.queue));
-    const Device shared(crowded.context, id, crowded.queue);
+    OwnContext alone(id), crowded(id);
+    const int once = builds(alone.device());
+    const Device shared = crowded.device();
     std::vector<std::thread> threads;
     layer::reset();
     for (int i = 0; i < 8; ++i)
@@ -122,7 +100,10 @@ TEST_CASE("builds: eight threads that ask for the same kernels at once build eac
 }
 
 TEST_CASE("builds: after prepare the first call is as fast as the second", "[builds][prepare]") {
-    std::map<std::string, std::vector<double>> ratios;
+    struct Ratios {
+        std::vector<double> wall, threads;
+    };
+    std::map<std::string, Ratios> ratios;
     for (int i = 0; i < processes; ++i) {
         const std::filesystem::path cache = std::filesystem::temp_directory_path() /
                                             ("fathom-prepare-" + std::to_string(getpid()) + "-" + std::to_string(i));
@@ -140,16 +121,19 @@ TEST_CASE("builds: after prepare the first call is as fast as the second", "[bui
         REQUIRE(status == 0);
         std::istringstream lines(printed);
         std::string name;
-        for (double first = 0, later = 0; lines >> name >> first >> later;)
-            ratios[name].push_back(first / later);
+        for (double wall = 0, threads = 0, later_wall = 0, later_threads = 0;
+             lines >> name >> wall >> threads >> later_wall >> later_threads;) {
+            ratios[name].wall.push_back(wall / later_wall);
+            ratios[name].threads.push_back(threads / later_threads);
+        }
     }
     CHECK(ratios.size() == 7);
     for (const auto& [name, all] : ratios) {
-        // The least: what is built late is built in every process, and other work on the machine is not.
-        const double least = std::ranges::min(all);
-        std::printf("  %-12s the first call takes %.2f times as long as later ones, at least %.2f\n", name.c_str(),
-                    median(all), least);
+        const double wall = median(all.wall), threads = median(all.threads);
+        std::printf("  %-12s the first call works %.2f and takes %.2f times as long as later ones\n", name.c_str(),
+                    threads, wall);
         INFO(name);
-        CHECK(least <= prepared);
+        CHECK(threads <= prepared);
+        CHECK(wall <= prepared_wall);
     }
 }

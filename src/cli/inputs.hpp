@@ -1,0 +1,54 @@
+#pragma once
+
+#include "sequence/frame_range.hpp"
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fathom::cli {
+
+using sequence::Frame;
+
+/// What becomes of a frame whose depth, or another file of its own, is not there.
+enum class Missing { error, skip, hold };
+
+/// A depth image to read.
+struct Input {
+    std::string file;
+    std::optional<Frame> frame = {};        ///< which names of other files may have, too
+    std::optional<std::size_t> source = {}; ///< which sequence it is of; none: it was named itself
+};
+
+/// The depth images that arguments stand for: files, patterns of names, quoted globs and folders. A file that is there is
+/// meant itself, whatever its name looks like.
+class Inputs {
+public:
+    std::vector<std::string> arguments;
+    std::optional<std::vector<Frame>> frames; ///< of the patterns; none: those that are there
+    Missing missing = Missing::error;
+
+    /// All of them, those that are missing, too. Looked for once, by the first call.
+    /// Throws: Error for an argument that stands for no file, and UsageError for frames of what is no sequence.
+    const std::vector<Input>& all() const;
+
+    /// Is there more than a single file that was named itself?
+    bool is_sequence() const;
+
+    /// The files of an input's sequence that are there, by their frames.
+    const std::map<Frame, std::string>& there(const Input& input) const { return there_[*input.source]; }
+
+private:
+    void add(const std::string& argument) const;
+    void add_files(const std::string& argument, const std::vector<std::string>& files) const;
+
+    mutable std::vector<Input> all_;
+    mutable std::vector<std::map<Frame, std::string>> there_; ///< of each source
+};
+
+/// The frame that a file's name holds.
+std::optional<Frame> frame_of(const std::string& file);
+
+} // namespace fathom::cli

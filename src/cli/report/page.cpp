@@ -1,0 +1,54 @@
+// The page is page.html with page.css, page.js and the data in their places.
+// The data is JSON inside of a script element. Only </script, <!-- and <script mean something there, so every < is written
+// as \u003c, which is the same text in JSON; > and & go the same way.
+// Source: HTML standard, 4.12.1.3, Restrictions for contents of script elements.
+#include "page.hpp"
+
+#include <map>
+#include <string_view>
+
+const std::map<std::string, std::string>& fathom_report_files(); // what the build embeds
+
+namespace fathom::cli {
+namespace {
+
+std::string escaped(const std::string& json) {
+    std::string text;
+    text.reserve(json.size());
+    for (const char c : json)
+        switch (c) {
+        case '<':
+            text += "\\u003c";
+            break;
+        case '>':
+            text += "\\u003e";
+            break;
+        case '&':
+            text += "\\u0026";
+            break;
+        default:
+            text += c;
+        }
+    return text;
+}
+
+} // namespace
+
+std::string page_of(const nlohmann::ordered_json& data) {
+    const auto& files = fathom_report_files();
+    const std::map<std::string_view, std::string> parts{
+        {"style", files.at("page.css")},
+        {"script", files.at("page.js")},
+        {"data", escaped(data.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace))}};
+    std::string page;
+    std::string_view rest = files.at("page.html");
+    for (std::size_t begin; (begin = rest.find("{{")) != rest.npos;) {
+        const std::size_t end = rest.find("}}", begin);
+        page += rest.substr(0, begin);
+        page += parts.at(rest.substr(begin + 2, end - begin - 2));
+        rest.remove_prefix(end + 2);
+    }
+    return page += rest;
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,239 @@
+// Names of frames. How a number is written follows fileseq 3.4 (github.com/justinfx/fileseq).
+#include "frame_pattern.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+#include <glob.h>
+
+namespace fathom::sequence {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_figure(char c) {
+    return c >= '0' && c <= '9';
+}
+
+// A number of at least so many characters, as printf's %0Nd writes it.
+std::string padded(Frame frame, int figures) {
+    std::string text = std::to_string(std::abs(frame));
+    const std::size_t wanted = static_cast<std::size_t>(figures) - (frame < 0 && figures > 0 ? 1 : 0);
+    if (text.size() < wanted)
+        text.insert(0, wanted - text.size(), '0');
+    return frame < 0 ? "-" + text : text;
+}
+
+std::optional<Frame> number_in(std::string_view text) {
+    Frame value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool whole = error == std::errc() && end == text.data() + text.size();
+    return whole && std::abs(value) <= largest_frame ? std::optional(value) : std::nullopt;
+}
+
+// Where the file's own name begins.
+std::size_t name_in(std::string_view path) {
+    const std::size_t slash = path.rfind('/');
+    return slash == std::string_view::npos ? 0 : slash + 1;
+}
+
+} // namespace
+
+std::optional<FramePattern> FramePattern::in(const std::string& name) {
+    FramePattern pattern;
+    pattern.text_ = name;
+    for (std::size_t at = name.find('%'); at != std::string::npos; at = name.find('%', at + 1)) {
+        std::size_t end = at + 1;
+        while (end < name.size() && is_figure(name[end]))
+            ++end;
+        const auto figures =
+            end == at + 1 ? std::optional<Frame>(1) : number_in(std::string_view(&name[at + 1], &name[end]));
+        if (end < name.size() && name[end] == 'd' && figures && *figures <= most_figures)
+            pattern.tokens_.push_back({at, end + 1, static_cast<int>(*figures)});
+    }
+    for (const char sign : {'#', '@'}) {
+        const std::size_t last = name.rfind(sign);
+        if (!pattern.tokens_.empty() || last == std::string::npos || last < name_in(name))
+            continue;
+        const std::size_t begin = name.find_last_not_of(sign, last) + 1; // 0 where there is no other character
+        if (last + 1 - begin <= most_figures)
+            pattern.tokens_.push_back({begin, last + 1, static_cast<int>(last + 1 - begin)});
+    }
+    return pattern.tokens_.empty() ? std::nullopt : std::optional(pattern);
+}
+
+std::optional<std::pair<FramePattern, Frame>> FramePattern::of(const std::string& file) {
+    const std::size_t name = name_in(file), point = file.rfind('.');
+    const std::size_t stem_end = point == std::string::npos || point <= name ? file.size() : point;
+    std::size_t begin = stem_end, end = stem_end;
+    for (std::size_t last = stem_end; last > name && begin == end;) { // figures alone between points
+        const std::size_t before = file.rfind('.', last - 1);
+        const std::size_t first = before == std::string::npos || before < name ? name : before + 1;
+        const std::size_t figures = first + (first < last && file[first] == '-');
+        if (figures < last && std::all_of(&file[figures], &file[last], is_figure)) {
+            begin = figures;
+            end = last;
+        }
+        last = first > name ? first - 1 : name;
+    }
+    if (begin == end) {
+        while (end > name && !is_figure(file[end - 1]))
+            --end;
+        for (begin = end; begin > name && is_figure(file[begin - 1]);)
+            --begin;
+    }
+    const auto value = number_in(std::string_view(&file[begin], &file[end]));
+    if (!value)
+        return std::nullopt;
+    const bool has_zeros = file[begin] == '0' && end - begin > 1;
+    const bool negative = begin > name && file[begin - 1] == '-' &&
+                          (begin - 1 == name || file[begin - 2] == '.' || file[begin - 2] == '_');
+    begin -= negative;
+    const int figures = has_zeros ? static_cast<int>(end - begin) : 1;
+    const std::string token = "%0" + std::to_string(figures) + "d";
+    FramePattern pattern;
+    pattern.text_ = file.substr(0, begin) + token + file.substr(end);
+    pattern.tokens_ = {{begin, begin + token.size(), figures}};
+    return std::pair(pattern, negative ? -*value : *value);
+}
+
+std::optional<std::pair<FramePattern, std::map<Frame, std::string>>>
+FramePattern::common(const std::vector<std::string>& files) {
+    std::optional<FramePattern> pattern; // of a file with zeros in front, if there is one
+    for (const std::string& file : files) {
+        const auto own = of(file);
+        if (!own)
+            return std::nullopt;
+        if (!pattern || own->first.tokens_.front().figures > 1)
+            pattern = own->first;
+    }
+    std::map<Frame, std::string> found;
+    for (const std::string& file : files) {
+        const auto frame = pattern->frame(file);
+        if (!frame || !found.emplace(*frame, file).second)
+            return std::nullopt;
+    }
+    return pattern ? std::optional(std::pair(*pattern, found)) : std::nullopt;
+}
+
+std::string FramePattern::literal(std::size_t before) const {
+    const std::size_t begin = before == 0 ? 0 : tokens_[before - 1].end;
+    return text_.substr(begin, before == tokens_.size() ? std::string::npos : tokens_[before].begin - begin);
+}
+
+std::string FramePattern::name(Frame frame) const {
+    std::string name = literal(0);
+    for (std::size_t i = 0; i < tokens_.size(); ++i)
+        name += padded(frame, tokens_[i].figures) + literal(i + 1);
+    return name;
+}
+
+bool FramePattern::matches(std::string_view name, std::size_t token, std::optional<Frame>& frame) const {
+    const std::string before = literal(token);
+    if (!name.starts_with(before))
+        return false;
+    name.remove_prefix(before.size());
+    if (token == tokens_.size())
+        return name.empty();
+    std::size_t length = name.starts_with('-') ? 1 : 0;
+    while (length < name.size() && is_figure(name[length]))
+        ++length;
+    for (; length > 0; --length) { // figures may follow that are not the number's
+        std::optional<Frame> number = number_in(name.substr(0, length));
+        if (!number || (frame && *frame != *number) ||
+            padded(*number, tokens_[token].figures) != name.substr(0, length))
+            continue;
+        if (matches(name.substr(length), token + 1, number)) {
+            frame = number;
+            return true;
+        }
+    }
+    return false;
+}
+
+std::optional<Frame> FramePattern::frame(std::string_view name) const {
+    std::optional<Frame> frame;
+    return matches(name, 0, frame) ? frame : std::nullopt;
+}
+
+std::vector<FramePattern> FramePattern::parts() const {
+    std::vector<FramePattern> parts;
+    for (std::size_t begin = 0, end = 0; begin <= text_.size(); begin = end + 1) {
+        end = std::min(text_.find('/', begin), text_.size());
+        FramePattern part;
+        part.text_ = text_.substr(begin, end - begin);
+        for (const Token& token : tokens_)
+            if (token.begin >= begin && token.end <= end)
+                part.tokens_.push_back({token.begin - begin, token.end - begin, token.figures});
+        if (!part.text_.empty())
+            parts.push_back(part);
+    }
+    return parts;
+}
+
+// The files below a folder whose path goes on with these parts.
+void FramePattern::collect(const fs::path& folder, std::span<const FramePattern> parts, std::optional<Frame> frame,
+                           std::map<Frame, std::string>& found) {
+    std::error_code ignored;
+    if (parts.empty()) {
+        if (frame && !fs::is_directory(folder, ignored))
+            found.emplace(*frame, folder.native());
+        return;
+    }
+    const FramePattern& part = parts.front();
+    if (part.tokens_.empty() || frame) {
+        const fs::path next = folder / (frame ? part.name(*frame) : part.text_);
+        if (fs::exists(next, ignored))
+            collect(next, parts.subspan(1), frame, found);
+        return;
+    }
+    for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, ignored)) {
+        const std::string name = entry.path().filename().native();
+        if (const auto number = part.frame(name))
+            collect(folder / name, parts.subspan(1), number, found);
+    }
+}
+
+std::map<Frame, std::string> FramePattern::files() const {
+    std::map<Frame, std::string> there, found;
+    collect(text_.starts_with('/') ? "/" : "", parts(), std::nullopt, there);
+    for (const auto& each : there) // as the pattern writes it: a//b stays a//b
+        found.emplace(each.first, name(each.first));
+    return found;
+}
+
+std::vector<std::string> matching_files(const std::string& pattern) {
+    glob_t result{};
+    std::vector<std::string> files;
+    std::error_code ignored;
+    if (glob(pattern.c_str(), 0, nullptr, &result) == 0)
+        for (std::size_t i = 0; i < result.gl_pathc; ++i)
+            if (const fs::path file = result.gl_pathv[i]; !fs::is_directory(file, ignored))
+                files.push_back(file.native());
+    globfree(&result);
+    std::ranges::sort(files);
+    return files;
+}
+
+std::vector<std::string> depth_files_in(const fs::path& folder) {
+    std::vector<std::string> files;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+        std::string extension = entry.path().extension().native();
+        std::ranges::transform(extension, extension.begin(),
+                               [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        const auto known = {".exr", ".png", ".tif", ".tiff", ".pfm", ".pgm", ".npy"};
+        if (std::ranges::find(known, extension) != known.end() && !entry.is_directory(ignored) &&
+            entry.path().filename().native().front() != '.')
+            files.push_back((folder / entry.path().filename()).native());
+    }
+    std::ranges::sort(files);
+    return files;
+}
+
+bool has_glob(const std::string& name) {
+    return name.find_first_of("*?[") != std::string::npos;
+}
+
+} // namespace fathom::sequence

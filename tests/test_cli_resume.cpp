@@ -1,0 +1,609 @@
+// Runs that are killed and resumed: --resume makes what is not finished, and nothing else; --log says what was done. The
+// truth is a run that nobody interrupted.
+#include "program.hpp"
+
+#include "io/recorded.hpp"
+#include "io/replace_files.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <csignal>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+#include <thread>
+
+#include <sys/stat.h>
+
+using namespace fathom::test;
+namespace io = fathom::io;
+
+namespace {
+
+using Names = std::vector<std::string>;
+using Frames = std::set<int>;
+
+std::string numbered(const std::string& name, int frame, const std::string& extension) {
+    return fmt::format("{}.{:04}{}", name, frame, extension);
+}
+
+std::vector<nlohmann::json> lines_of(const std::string& text) {
+    std::vector<nlohmann::json> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);)
+        lines.push_back(nlohmann::json::parse(line));
+    return lines;
+}
+
+// Frames that a run of --json kept, or made.
+Frames frames_of(const Outcome& outcome, bool kept) {
+    Frames frames;
+    for (const nlohmann::json& line : lines_of(outcome.out))
+        if (line.value("kept", false) == kept)
+            frames.insert(line.at("frame").get<int>());
+    return frames;
+}
+
+// Depths, normals and cameras that differ from frame to frame. The files of a PFM all have the same size.
+struct Shot {
+    Folder folder;
+    int count, scale;
+    std::string log = folder / "run.jsonl";
+
+    explicit Shot(int frames, int times_larger = 1) : count(frames), scale(times_larger) {
+        for (int frame = 1; frame <= count; ++frame) {
+            write_depth(frame, 0.01f * static_cast<float>(frame));
+            write_normals(frame, 0.8f);
+            write_camera(frame, 50 + frame);
+        }
+        write_radii(0.2);
+    }
+
+    void write_depth(int frame, float more) const {
+        cv::Mat depth(scale * height, scale * width, CV_32FC1); // bars that stand before a wall
+        for (int y = 0; y < depth.rows; ++y)
+            for (int x = 0; x < depth.cols; ++x)
+                depth.at<float>(y, x) = 0.5f + 0.1f * static_cast<float>(x / 6 % 2) + more;
+        fathom::write_image(depth_of(frame), depth);
+    }
+    void write_normals(int frame, float z) const {
+        const cv::Mat normals(scale * height, scale * width, CV_32FC3, cv::Scalar(0, std::sqrt(1 - z * z), z));
+        fathom::write_image(normals_of(frame), normals);
+    }
+    void write_camera(int frame, int angle) const {
+        write(camera_of(frame),
+              fmt::format(R"({{"perspective": {{"fov_y_deg": {}, "aspect": 1.5, "near": 0.5, "far": 100}}}})", angle));
+    }
+    void write_radii(double of_second) const {
+        std::string text;
+        for (int frame = 1; frame <= count; ++frame)
+            text += fmt::format("{},{}\n", frame, frame == 2 ? of_second : 0.1);
+        write(folder / "radius.csv", text);
+    }
+
+    std::string depth_of(int frame) const { return folder / numbered("shot", frame, ".pfm"); }
+    std::string normals_of(int frame) const { return folder / numbered("n", frame, ".pfm"); }
+    std::string camera_of(int frame) const { return folder / numbered("cam", frame, ".json"); }
+    std::string result(int frame, const std::string& name = "ao", const std::string& extension = ".exr") const {
+        return folder / ("out/" + numbered(name, frame, extension));
+    }
+
+    /// Two results for each frame; everything that can change does.
+    Arguments command(const std::string& extension = ".exr") const {
+        return {"ssao",         folder / "shot.####.pfm",
+                "--camera",     folder / "cam.####.json",
+                "--normals",    folder / "n.####.pfm",
+                "--animate",    "radius=" + folder / "radius.csv",
+                "-o",           folder / ("out/ao.####" + extension),
+                "--confidence", folder / "out/conf.####.pfm",
+                "--json"};
+    }
+    Frames all() const {
+        Frames frames;
+        for (int frame = 1; frame <= count; ++frame)
+            frames.insert(frame);
+        return frames;
+    }
+    std::map<std::string, std::string> contents() const {
+        std::map<std::string, std::string> contents;
+        for (const auto& entry : fs::directory_iterator(folder / "out"))
+            contents[entry.path().filename().string()] = content(entry.path());
+        return contents;
+    }
+};
+
+std::string with_flipped_byte(std::string bytes, std::size_t at) {
+    bytes.at(at) = static_cast<char>(bytes.at(at) ^ 1);
+    return bytes;
+}
+
+std::string record_of(const std::string& file) {
+    const auto recorded = io::read_recorded(file);
+    REQUIRE(recorded);
+    return recorded->record;
+}
+
+// Replaces a file's content, and nothing that `ls` shows.
+template <typename Write>
+void change_unseen(const std::string& file, const Write& write_other) {
+    const std::string before = content(file);
+    const auto time = fs::last_write_time(file);
+    write_other();
+    REQUIRE(content(file) != before);
+    REQUIRE(content(file).size() == before.size());
+    fs::last_write_time(file, time);
+}
+
+ino_t inode(const std::string& file) {
+    struct stat status {};
+    return stat(file.c_str(), &status) == 0 ? status.st_ino : 0;
+}
+
+} // namespace
+
+TEST_CASE("resume: a frame is kept until something changes that makes it") {
+    const Shot shot(3);
+    const Frames none, all = shot.all(), second{2}, others{1, 3};
+    const Arguments resume = joined(shot.command(), {"--resume", "--falloff", "0.5"});
+    const auto check = [&](const std::string& what, const Frames& made, const Arguments& more = {}) {
+        INFO(what);
+        const Outcome outcome = run(joined(resume, more));
+        check_done(outcome);
+        CHECK(frames_of(outcome, false) == made);
+        CHECK(frames_of(outcome, true).size() == all.size() - made.size());
+        CHECK(shot.folder.results().size() == 2 * all.size()); // no temporary file, no sidecar of an EXR
+    };
+    // And makes it as a run does that finds nothing.
+    const auto check_anew = [&](const std::string& what, const Frames& made) {
+        check(what, made);
+        const auto after = shot.contents();
+        fs::remove_all(shot.folder / "out");
+        fs::create_directory(shot.folder / "out");
+        check(what + ", from nothing", all);
+        CHECK(shot.contents() == after);
+    };
+    check("nothing is there", all);
+    check("all is there", none);
+    const std::string record = record_of(shot.result(2));
+    CHECK(record.find(shot.folder / "") == std::string::npos);
+    CHECK(nlohmann::json::parse(record).at("values") == nlohmann::json{{"--radius", 0.2}});
+    CHECK(nlohmann::json::parse(record).at("options") == nlohmann::json{{"--falloff", 0.5}});
+    fs::last_write_time(shot.depth_of(2), fs::file_time_type::clock::now());
+    check("an input was touched", none);
+    check("the machine's share changed", none, {"--threads", "1", "--memory", "1K", "--log", shot.log});
+    change_unseen(shot.depth_of(2), [&] { shot.write_depth(2, 0.05f); });
+    check_anew("an input changed, at the same size and time", second);
+    change_unseen(shot.normals_of(2), [&] { shot.write_normals(2, 0.6f); });
+    check_anew("a companion changed", second);
+    change_unseen(shot.camera_of(2), [&] { shot.write_camera(2, 60); });
+    check_anew("a camera changed", second);
+    shot.write_radii(0.4);
+    check_anew("an animated value changed", second);
+    shot.write_radii(0.40);
+    check("an animated value is written in another way", none);
+    const std::vector<std::pair<Arguments, bool>> options{
+        {{"--slices", "3"}, true}, {{"--half"}, true}, {{"--strict"}, true}, {{"--device", "cpu"}, false}};
+    for (const auto& [more, changes] : options) {
+        check(more.front(), changes ? all : none, more);
+        check("without " + more.front(), changes ? all : none);
+    }
+    Arguments spelled = resume;
+    spelled.back() = ".50";
+    CHECK(frames_of(run(spelled), false).empty());
+    spelled.back() = "0.51";
+    CHECK(frames_of(run(spelled), false) == all);
+    check("and back", all);
+
+    const std::string main = shot.result(2), more = shot.result(2, "conf", ".pfm");
+    const std::string bytes = content(main), of_more = content(more);
+    for (const std::string& file : {main, more}) {
+        const std::string whole = content(file);
+        for (const std::size_t at : {std::size_t{0}, std::size_t{9}, whole.size() / 2, whole.size() - 1}) {
+            write(file, with_flipped_byte(whole, at));
+            check("a byte of a result changed: " + file + " at " + std::to_string(at), second);
+        }
+        write(file, whole.substr(0, whole.size() - 1));
+        check("a result is shorter: " + file, second);
+        write(file, whole + '\0');
+        check("a result is longer: " + file, second);
+        write(file, "");
+        check("a result is empty: " + file, second);
+        fs::remove(file);
+        check("a result is not there: " + file, second);
+    }
+    const std::size_t in_record = bytes.find("\"-o\":\"") + 8;
+    write(main, with_flipped_byte(bytes, in_record));
+    check("the record changed", second);
+    CHECK(content(main) == bytes);
+    CHECK(content(more) == of_more);
+    Arguments fewer = resume;
+    fewer.erase(fewer.begin() + 10, fewer.begin() + 12); // --confidence and its file
+    REQUIRE(std::ranges::find(fewer, "--confidence") == fewer.end());
+    CHECK(frames_of(run(fewer), false) == all);
+}
+
+TEST_CASE("resume: every type of result holds a record, or has one beside it") {
+    const Folder folder;
+    const std::string depth = depth_file(folder, "d.exr"), camera = camera_file(folder);
+    const std::string picture = folder / "rgb.exr", photograph = folder / "photo.jpg", grey = folder / "relative.png";
+    fathom::write_color(picture, cv::Mat(height, width, CV_32FC3, cv::Scalar(0.1, 0.5, 0.9)));
+    cv::imwrite(photograph, cv::Mat(height, width, CV_8UC3, cv::Scalar(10, 150, 200)));
+    cv::Mat codes;
+    ramp().convertTo(codes, CV_8U, 255);
+    cv::imwrite(grey, codes);
+    const Arguments lens{"--focus", "1", "--f-stop", "0.05", "--sensor-mm", "36"};
+    const Arguments with_camera{depth, "--camera", camera};
+    const std::vector<std::pair<Arguments, Names>> commands{
+        {joined({"linearize", "--png-scale", "0.01"}, with_camera), {".exr", ".png", ".tif", ".npy"}},
+        {joined({"linearize", "--append"}, with_camera), {".exr"}},
+        {joined({"unproject"}, with_camera), {".ply"}},
+        {joined({"normals"}, with_camera), {".png"}},
+        {joined({"ssao", "--radius", "0.3"}, with_camera), {".pfm"}},
+        {joined(joined({"dof-masks"}, lens), with_camera), {".exr"}},
+        {joined(joined({"dof", "--color", picture}, lens), with_camera), {".exr", ".hdr"}},
+        {joined({"fog", "--color", photograph, "--density", "0.1"}, with_camera), {".jpg", ".png"}},
+        {{"dof", grey, "--color", photograph, "--relative", "high-is-near", "--blur-px", "4", "--focus-at", "4,4"},
+         {".jpg"}},
+    };
+    int number = 0;
+    for (const auto& [command, extensions] : commands)
+        for (const std::string& extension : extensions) {
+            INFO(command.front() << " to " << extension);
+            const std::string name = std::to_string(number++), plain = folder / ("plain" + name + extension);
+            const std::string file = folder / ("out/" + name + extension);
+            const auto made_by = [&](const std::string& out, const Arguments& more) {
+                const Outcome outcome = run(joined(command, joined({"-o", out, "--json"}, more)));
+                INFO(outcome.err);
+                CHECK(outcome.code == 0);
+                return !lines_of(outcome.out).at(0).value("kept", false);
+            };
+            made_by(plain, {});
+            CHECK(made_by(file, {"--resume"}));
+            CHECK(!made_by(file, {"--resume"}));
+            const bool beside = extension != ".exr" && extension != ".png";
+            CHECK(fs::exists(io::sidecar_of(file)) == beside);
+            const auto recorded = io::read_recorded(file);
+            REQUIRE(recorded);
+            std::string rest;
+            for (const auto& part : recorded->rest())
+                rest.append(part.begin(), part.end());
+            if (extension != ".exr") // in which the pixels lie elsewhere
+                CHECK(rest == content(plain));
+            else
+                CHECK(same(channel(file, fathom::list_channels(file).front().name),
+                           channel(plain, fathom::list_channels(plain).front().name)));
+            const auto record = nlohmann::json::parse(recorded->record);
+            CHECK(record.at("command") == command.front());
+            CHECK(record.at("outputs").size() >= 1);
+            CHECK(recorded->record.find(folder / "") == std::string::npos);
+
+            const std::string bytes = content(file), sidecar = beside ? content(io::sidecar_of(file)) : "";
+            write(file, with_flipped_byte(bytes, bytes.size() - 2));
+            CHECK(made_by(file, {"--resume"}));
+            CHECK(content(file) == bytes);
+            if (!beside)
+                continue;
+            CHECK(content(io::sidecar_of(file)) == sidecar);
+            for (const std::string& other :
+                 {sidecar.substr(0, sidecar.size() - 1), with_flipped_byte(sidecar, sidecar.size() / 2)}) {
+                write(io::sidecar_of(file), other);
+                CHECK(made_by(file, {"--resume"}));
+                CHECK(content(io::sidecar_of(file)) == sidecar);
+            }
+        }
+}
+
+TEST_CASE("resume: the record says what made the frame, without a path, a host or a time") {
+    const Folder folder;
+    const std::string depth = depth_file(folder, "d.exr"), out = folder / "out/z.exr", appended = folder / "out/a.exr";
+    write(folder / "camera.json", R"({"perspective": {"fov_y_deg": 60, "near": 0.5, "far": 100}})");
+    const Arguments command{"linearize", "--camera", folder / "camera.json", "--resume"};
+    check_done(run(joined(command, {depth, "-o", out})));
+    const auto record = nlohmann::json::parse(record_of(out));
+    std::set<std::string> keys;
+    for (const auto& [key, value] : record.items())
+        keys.insert(key);
+    CHECK(keys ==
+          std::set<std::string>{"fathom", "kernels", "device", "command", "options", "values", "inputs", "outputs"});
+    CHECK(record.at("options").empty());
+    // xxhash 0.8.1, XXH3_128bits of the text above
+    CHECK(record.at("inputs").at("camera") == "417d4f9dfadee6713fd95ce76ede6a6b");
+
+    // A file that ends anywhere, or has any byte changed, is read to the end of its bytes only.
+    check_done(run(joined(command, {depth, "-o", folder / "out/z.png", "--png-scale", "0.01"})));
+    for (const std::string& file : {out, folder / "out/z.png"}) {
+        const std::string text = content(file);
+        const io::Bytes whole(text.begin(), text.end());
+        REQUIRE(io::find_record(whole));
+        for (std::size_t i = 0; i < std::min<std::size_t>(whole.size(), 1500); ++i) {
+            const auto cut = io::find_record(io::Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(i)));
+            CHECK((!cut || cut->last <= i));
+            io::Bytes changed = whole;
+            changed[i] = 255;
+            const auto found = io::find_record(changed);
+            CHECK((!found || found->last <= changed.size()));
+        }
+    }
+
+    // The record of what is read is not that of what is made of it.
+    CHECK(run(joined(command, {out, "--append", "-o", appended, "--channel", "Z"})).code == 0);
+    CHECK(record_of(appended) != record_of(out));
+    CHECK(run({"linearize", out, "--camera", folder / "camera.json", "-o", folder / "out/plain.exr"}).code == 0);
+    CHECK(!io::read_recorded(folder / "out/plain.exr"));
+
+    // The same bytes from elsewhere.
+    const std::string bytes = content(out);
+    const fs::path here = fs::current_path();
+    fs::create_directory(folder / "elsewhere");
+    fs::current_path(folder / "elsewhere");
+    const Outcome outcome =
+        run({"linearize", "--camera", "../camera.json", "../d.exr", "--resume", "-o", "other.exr", "--threads", "1"});
+    fs::current_path(here);
+    check_done(outcome);
+    CHECK(content(folder / "elsewhere/other.exr") == bytes);
+}
+
+TEST_CASE("resume: killed at random moments and resumed, every frame is made once", "[slow]") {
+    constexpr int rounds = 50, frames = 16;
+    const unsigned seed = std::random_device()();
+    std::mt19937 random(seed);
+    INFO("seed " << seed);
+    const Shot shot(frames, 8); // large enough that files take a while
+    using Clock = std::chrono::steady_clock;
+    const auto wait_for_log = [&](std::ptrdiff_t lines) {
+        const auto start = Clock::now();
+        for (std::string log; std::count(log.begin(), log.end(), '\n') < lines; log = content(shot.log)) {
+            REQUIRE(Clock::now() - start < std::chrono::seconds(patience_s));
+            std::this_thread::sleep_for(std::chrono::microseconds(100));
+        }
+    };
+    const Names extensions{".exr", ".png", ".npy"};
+    std::map<std::string, std::map<std::string, std::string>> whole; // by extension
+    for (const std::string& extension : extensions) {
+        check_done(run(joined(shot.command(extension), {"--resume"})));
+        whole[extension] = shot.contents();
+        fs::remove_all(shot.folder / "out");
+        fs::create_directory(shot.folder / "out");
+    }
+    int in_between = 0, temporaries = 0;
+    for (int round = 0; round < rounds; ++round) {
+        const std::string& extension = extensions[static_cast<std::size_t>(round) % extensions.size()];
+        INFO("round " << round << ", " << extension);
+        const Arguments command = joined(shot.command(extension), {"--resume", "--log", shot.log});
+        fs::remove(shot.log);
+        {
+            Run killed(command);
+            wait_for_log(
+                std::uniform_int_distribution<std::ptrdiff_t>(1, frames + 1)(random)); // the first is the run's
+            std::this_thread::sleep_for(std::chrono::microseconds(std::uniform_int_distribution(0, 20000)(random)));
+            killed.send(SIGKILL);
+            killed.outcome();
+        }
+        // What takes its place last is what commits.
+        std::map<int, ino_t> committed;
+        const std::string last = extension == ".npy" ? ".npy.fathom.json" : extension;
+        for (int frame = 1; frame <= frames; ++frame)
+            if (const ino_t there = inode(shot.result(frame, "ao", last)))
+                committed[frame] = there;
+        in_between += !committed.empty() && committed.size() < frames;
+        for (const std::string& name : shot.folder.results())
+            temporaries += name.ends_with(".tmp");
+        fs::remove(shot.log);
+        const Outcome resumed = run(command);
+        check_done(resumed);
+        CHECK(shot.contents() == whole[extension]);
+        Frames kept;
+        for (const auto& [frame, file] : committed) {
+            kept.insert(frame);
+            CHECK(inode(shot.result(frame, "ao", last)) == file);
+        }
+        CHECK(frames_of(resumed, true) == kept);
+        std::map<int, std::string> lines;
+        for (const nlohmann::json& line : lines_of(content(shot.log)))
+            if (!line.contains("run"))
+                CHECK(lines.emplace(line.at("frame").get<int>(), line.at("status")).second);
+        CHECK(lines.size() == frames);
+        for (const auto& [frame, status] : lines)
+            CHECK(status == (kept.contains(frame) ? "kept" : "made"));
+        fs::remove_all(shot.folder / "out");
+        fs::create_directory(shot.folder / "out");
+    }
+    std::printf("resume: seed %u, %d of %d kills between the first and the last frame, %d temporary files left\n", seed,
+                in_between, rounds, temporaries);
+    CHECK(in_between > rounds / 4); // or the moments were none
+}
+
+TEST_CASE("resume: temporary files of killed runs are removed, those of living ones stay") {
+    const Folder folder;
+    const std::string file = folder / "out/result.bin", other = folder / "out/other.bin";
+    const std::vector<unsigned char> bytes(8192, 7);
+    const auto write_in_child = [&](const std::string& target, void (*handler)(int)) {
+        const pid_t child = fork();
+        if (child == 0) { // a limit of the file's size stops it in the middle
+            const rlimit limit{4096, 4096}, none{0, 0};
+            setrlimit(RLIMIT_FSIZE, &limit);
+            setrlimit(RLIMIT_CORE, &none);
+            std::signal(SIGXFSZ, handler);
+            alarm(patience_s);
+            const io::NewFile files[]{{target, bytes}};
+            io::replace_files(files);
+            _exit(0);
+        }
+        return child;
+    };
+    const auto await_files = [&](std::size_t count) {
+        for (int i = 0; i < 10000 && folder.results().size() < count; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        REQUIRE(folder.results().size() == count);
+    };
+    const auto remove_abandoned = [&] {
+        const fs::path files[]{file, folder / "out/nothing.bin", folder / "none/at-all.bin"};
+        io::remove_abandoned(files);
+    };
+    const auto wait = [](pid_t child) {
+        int status = 0;
+        waitpid(child, &status, 0);
+        return status;
+    };
+    REQUIRE(WTERMSIG(wait(write_in_child(file, SIG_DFL))) == SIGXFSZ);
+    await_files(1);
+    const std::string left = folder.results().front();
+    remove_abandoned();
+    CHECK(folder.results().empty());
+
+    // Another file's, which is not of the plan.
+    wait(write_in_child(other, SIG_DFL));
+    remove_abandoned();
+    CHECK(folder.results().size() == 1);
+    fs::remove(folder / ("out/" + folder.results().front()));
+
+    // That of a process which works on it.
+    const pid_t living = write_in_child(file, [](int) { pause(); });
+    await_files(1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    remove_abandoned();
+    CHECK(folder.results().size() == 1);
+    kill(living, SIGKILL);
+    wait(living);
+    remove_abandoned();
+    CHECK(folder.results().empty());
+
+    // That of another machine is told by its age only.
+    wait(write_in_child(file, SIG_DFL));
+    std::string elsewhere = folder.results().front();
+    const std::size_t machine = std::string(".fathom-").size() + 17;
+    elsewhere.replace(machine, 16, "0123456789abcdef");
+    fs::rename(folder / ("out/" + folder.results().front()), folder / ("out/" + elsewhere));
+    remove_abandoned();
+    CHECK(folder.results() == Names{elsewhere});
+    fs::last_write_time(folder / ("out/" + elsewhere), fs::file_time_type::clock::now() - std::chrono::hours(1));
+    remove_abandoned();
+    CHECK(folder.results().empty());
+
+    // And by the program.
+    const std::string depth = depth_file(folder, "d.exr");
+    const Arguments command{"linearize", depth, "--camera", camera_file(folder), "-o", folder / "out/z.npy"};
+    wait(write_in_child(folder / "out/z.npy", SIG_DFL));
+    wait(write_in_child(folder / "out/z.npy.fathom.json", SIG_DFL));
+    wait(write_in_child(other, SIG_DFL));
+    await_files(3);
+    check_done(run(command));
+    CHECK(folder.results().size() == 4);
+    check_done(run(joined(command, {"--resume"})));
+    CHECK(folder.results().size() == 3);
+}
+
+TEST_CASE("resume: a full disk leaves nothing, and the frame fails") {
+    const Folder folder;
+    const std::string camera = camera_file(folder);
+    cv::Mat noise(1536, 2048, CV_32FC1); // megabytes, packed or not: the driver's own files are smaller
+    cv::randu(noise, 0.1, 0.9);
+    depth_file(folder, "a.1.exr", cv::Mat(1536, 2048, CV_32FC1, cv::Scalar(0.5)));
+    depth_file(folder, "a.2.exr", noise);
+    for (const std::string extension : {".exr", ".png", ".npy"}) {
+        INFO(extension);
+        const Arguments command{"linearize", folder / "a.#.exr", "--camera", camera, "--resume",
+                                "--json",    "--png-scale",      "0.01",     "-o",   folder / ("out/z.#" + extension)};
+        check_done(run(command)); // compiles the kernels, which are files, too
+        fs::remove_all(folder / "out");
+        fs::create_directory(folder / "out");
+        const Outcome full = run(command, {.largest_file = 4 << 20, .variable = {}, .out = {}});
+        CHECK(full.code == 1);
+        CHECK(full.err.find("free some space") != std::string::npos);
+        const Outcome again = run(command);
+        check_done(again);
+        if (extension == ".npy") // all of which have the same size
+            CHECK(frames_of(again, true).empty());
+        else
+            CHECK(frames_of(again, true) == Frames{1});
+        for (const std::string& name : folder.results())
+            CHECK(!name.ends_with(".tmp"));
+    }
+}
+
+TEST_CASE("log: a line for the run and one for each frame, in their order") {
+    const Shot shot(5);
+    fs::remove(shot.depth_of(3));
+    write(shot.normals_of(4), "no image");
+    const Arguments command = joined(shot.command(), {"--frames", "1-5", "--missing", "skip", "--log", shot.log});
+    const Outcome outcome = run(command);
+    CHECK(outcome.code == 1);
+    auto lines = lines_of(content(shot.log));
+    REQUIRE(lines.size() == 6);
+    const auto& begin = lines[0].at("run");
+    for (const char* key : {"command", "version", "kernels", "device", "host", "started", "process", "folder"})
+        CHECK(begin.contains(key));
+    CHECK(begin.at("command").size() == command.size() + 1);
+    CHECK(begin.at("frames") == 5);
+    const Names statuses{"made", "made", "left out", "failed", "made"};
+    for (std::size_t i = 0; i < 5; ++i) {
+        const auto& line = lines[i + 1];
+        INFO(line.dump());
+        CHECK(line.at("frame") == i + 1);
+        CHECK(line.at("status") == statuses[i]);
+        if (statuses[i] == "made")
+            for (const char* key : {"input", "output", "confidence", "seconds", "read_seconds", "compute_seconds",
+                                    "write_seconds", "invalid", "nearest", "farthest", "warnings", "camera"})
+                CHECK(line.contains(key));
+        CHECK(line.contains("error") == (statuses[i] == "failed"));
+    }
+    CHECK(lines[4].at("error").get<std::string>().find(shot.normals_of(4)) != std::string::npos);
+    CHECK(lines[1].at("camera").at("perspective").at("fov_y_deg") == 51);
+
+    // Appended, also after a line that a full disk cut off.
+    write(shot.log, content(shot.log) + R"({"run": {"comm)");
+    run(joined(command, {"--resume"}));
+    const std::string text = content(shot.log);
+    CHECK(std::count(text.begin(), text.end(), '\n') == 13);
+    run(joined(command, {"--resume"}));
+    lines = lines_of(content(shot.log).substr(text.size()));
+    CHECK(lines.at(1).at("status") == "kept");
+    CHECK(lines.at(1).contains("camera"));
+}
+
+TEST_CASE("log: a file that cannot be one is told in a line") {
+    const Folder folder;
+    const std::string depth = depth_file(folder, "d.exr"), out = folder / "out/z.exr";
+    const Arguments command{"linearize", depth, "--camera", camera_file(folder), "-o", out};
+    check_refused(run(joined(command, {"--log", folder / "none/run.jsonl"})), 1, "none/run.jsonl: the log cannot");
+    check_refused(run(joined(command, {"--log", folder / "out"})), 1, "out: the log cannot");
+    check_refused(run(joined(command, {"--log", depth})), 1, "d.exr: is no log");
+    const fs::path camera = folder / "other.json";
+    std::ofstream(camera) << R"({"perspective": {"fov_y_deg": 60}})";
+    check_refused(run(joined(command, {"--log", camera})), 1, "other.json: is no log");
+    check_refused(run(joined(command, {"--log", out})), 2, "would be written for --log");
+    CHECK(folder.results().empty());
+    const Outcome full = run(joined(command, {"--log", "/dev/full"}));
+    check_refused(full, 1, "/dev/full: the log cannot be written");
+    CHECK(folder.results() == Names{"z.exr"}); // the frames are done all the same
+    check_done(run(joined(command, {"--log", "/dev/stdout", "--quiet"})));
+}
+
+TEST_CASE("log: without a device there is none") {
+    const Shot shot(2);
+    check_refused(run(joined(shot.command(), {"--log", shot.log, "--device", "no such device"})), 3, "no such device");
+    CHECK_FALSE(fs::exists(shot.log));
+}
+
+TEST_CASE("log: - is stdout, which nothing else may have") {
+    const Shot shot(3);
+    Arguments command = shot.command();
+    std::erase(command, "--json");
+    const fs::path here = fs::current_path();
+    fs::current_path(shot.folder / ".");
+    const Outcome outcome = run(joined(command, {"--log", "-"}));
+    CHECK_FALSE(fs::exists("-"));
+    fs::current_path(here);
+    check_done(outcome);
+    const auto lines = lines_of(outcome.out);
+    REQUIRE(lines.size() == 4);
+    CHECK(lines[0].contains("run"));
+    for (std::size_t i = 1; i < 4; ++i)
+        CHECK(lines[i].at("status") == "made");
+    check_refused(run(joined(shot.command(), {"--log", "-"})), 2, "--log -: stdout has the lines of --json");
+    check_refused(run(joined(command, {"--log", "-", "--progress", "openjd"})), 2, "of --progress openjd");
+}

@@ -1,0 +1,411 @@
+// A shot as a person gives it to the program: patterns of names, ranges of frames, cameras and values of each frame, and
+// frames that are not there. The truth is what the program makes of each frame by itself.
+#include "program.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <map>
+#include <tuple>
+
+using namespace fathom::test;
+
+namespace {
+
+/// Frames whose depths, cameras and normals differ.
+struct Shot {
+    Folder folder;
+    std::vector<int> frames;
+
+    explicit Shot(const std::vector<int>& all = {1, 2, 3}) : frames(all) {
+        for (const int frame : frames) {
+            depth_file(folder, numbered("shot", frame), depth_of(frame));
+            write(folder / fmt::format("cam.{:04}.json", frame), camera_of(frame));
+        }
+        write(camera(), camera_of(7));
+    }
+
+    static std::string numbered(const std::string& name, int frame) { return fmt::format("{}.{:04}.exr", name, frame); }
+    static cv::Mat depth_of(int frame) {
+        cv::Mat depth(height, width, CV_32FC1); // bars that stand before a wall
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                depth.at<float>(y, x) = static_cast<float>(0.5 + 0.1 * (x / 6 % 2) + 0.01 * frame + 0.0001 * y);
+        return depth;
+    }
+    static std::string camera_of(int frame) {
+        return fmt::format(R"({{"perspective": {{"fov_y_deg": {}, "aspect": 1.5, "near": 0.5, "far": 100}},
+                           "ao_distance": {}, "focus_distance": {}, "f_stop": 0.01, "sensor_mm": 36}})",
+                           50 + frame, 0.1 * frame, 0.9 + 0.1 * frame);
+    }
+
+    std::string camera() const { return folder / "camera.json"; }
+    std::string file(int frame) const { return folder / numbered("shot", frame); }
+    std::string own_camera(int frame) const { return folder / fmt::format("cam.{:04}.json", frame); }
+
+    /// What the program makes of one frame alone.
+    cv::Mat alone(const Arguments& command, const std::string& input, const std::string& camera,
+                  const std::string& channel_name) const {
+        const Folder own;
+        check_done(run(joined(command, {input, "--camera", camera, "-o", own / "out/alone.exr"})));
+        return channel(own / "out/alone.exr", channel_name);
+    }
+
+    cv::Mat result(int frame, const std::string& channel_name, const std::string& name = "z") const {
+        return channel(folder / ("out/" + numbered(name, frame)), channel_name);
+    }
+
+    /// The lines of --json.
+    static std::vector<nlohmann::json> lines(const Outcome& outcome) {
+        std::vector<nlohmann::json> lines;
+        std::istringstream text(outcome.out);
+        for (std::string line; std::getline(text, line);)
+            lines.push_back(nlohmann::json::parse(line));
+        return lines;
+    }
+    static std::vector<int> frames_of(const Outcome& outcome) {
+        std::vector<int> frames;
+        for (const nlohmann::json& line : lines(outcome))
+            frames.push_back(line["frame"]);
+        return frames;
+    }
+};
+
+using Names = std::vector<std::string>;
+
+} // namespace
+
+TEST_CASE("sequences: patterns, globs and folders are the frames that are there") {
+    const Shot shot({2, 3, 11});
+    const Folder& folder = shot.folder;
+    fs::create_directory(folder / "shots");
+    for (const int frame : shot.frames)
+        fs::create_symlink(shot.file(frame), folder / ("shots/" + Shot::numbered("shot", frame)));
+    const std::string input = folder / GENERATE(std::string("shot.%04d.exr"), "shot.####.exr", "shot.@@@@.exr",
+                                                "shot.*.exr", "shot.00[01]?.exr", "shots", "shots/");
+    const std::string output = folder / GENERATE(std::string("out/z.%04d.exr"), "out/z.####.exr", "out/z.@@@@.exr");
+    INFO(input << " to " << output);
+    const Outcome outcome = run({"linearize", input, "--camera", shot.camera(), "-o", output, "--json"});
+    check_done(outcome);
+    CHECK(Shot::frames_of(outcome) == shot.frames);
+    CHECK(folder.results() == Names{"z.0002.exr", "z.0003.exr", "z.0011.exr"});
+    for (const int frame : shot.frames)
+        CHECK(same(shot.result(frame, "Z"), shot.alone({"linearize"}, shot.file(frame), shot.camera(), "Z")));
+}
+
+TEST_CASE("sequences: results go into a folder, which is made, under the names of their frames") {
+    const Shot shot;
+    check_done(run({"linearize", shot.folder / "shot.####.exr", "--camera", shot.camera(), "-o",
+                    shot.folder / "out/new/deep", "--format", "tif"}));
+    CHECK(shot.folder.results() == Names{"deep", "new", "shot.0001.tif", "shot.0002.tif", "shot.0003.tif"});
+    const std::string own = shot.folder / "out/f%d/z.exr";
+    check_done(
+        run({"linearize", shot.folder / "shot.####.exr", "--camera", shot.camera(), "-o", own, "--frames", "3"}));
+    CHECK(fs::exists(shot.folder / "out/f3/z.exr"));
+    check_done(
+        run({"linearize", shot.file(1), shot.file(2), "--camera", shot.camera(), "-o", shot.folder / "out/b#.exr"}));
+    CHECK(fs::exists(shot.folder / "out/b1.exr"));
+    CHECK(fs::exists(shot.folder / "out/b2.exr"));
+}
+
+TEST_CASE("sequences: --frames chooses and orders, in the syntax of fileseq or of Open Job Description") {
+    const Shot shot({-2, 1, 2, 3, 4, 5, 6});
+    const auto frames = [&](const Arguments& range) {
+        const Outcome outcome = run(joined({"linearize", shot.folder / "shot.####.exr", "--camera", shot.camera(), "-o",
+                                            shot.folder / "out/z.####.exr", "--json"},
+                                           range));
+        check_done(outcome);
+        return Shot::frames_of(outcome);
+    };
+    CHECK(frames({"--frames", "1-6x2,6"}) == std::vector<int>{1, 3, 5, 6});
+    CHECK(frames({"--frames", "1-6y2"}) == std::vector<int>{2, 4, 6});
+    CHECK(frames({"--frames", "6-1:3"}) == std::vector<int>{6, 3, 4, 2, 5, 1});
+    CHECK(frames({"--frames", "-2"}) == std::vector<int>{-2});
+    CHECK(frames({"--frames=-2--2,4"}) == std::vector<int>{-2, 4});
+    CHECK(frames({"--openjd-frames", "1-6:3, -2"}) == std::vector<int>{-2, 1, 4});
+    CHECK(fs::exists(shot.folder / "out/z.-002.exr"));
+    const Outcome folder = run({"linearize", shot.folder / "shot.*.exr", "--camera", shot.camera(), "-o",
+                                shot.folder / "out/", "--frames", "2-4", "--json"});
+    check_done(folder);
+    CHECK(Shot::frames_of(folder) == std::vector<int>{2, 3, 4});
+}
+
+TEST_CASE("sequences: each frame has its own camera, companions and further results") {
+    const Shot shot;
+    const Folder& folder = shot.folder;
+    const std::string depths = folder / "shot.####.exr", cameras = folder / "cam.%04d.json";
+    check_done(run({"normals", depths, "--camera", cameras, "-o", folder / "n.@@@@.exr"}));
+    check_done(run({"ssao", depths, "--camera", cameras, "--normals", folder / "n.####.exr", "-o",
+                    folder / "out/z.####.exr", "--confidence", folder / "out/c.%04d.exr", "--strict"}));
+    CHECK(folder.results() ==
+          Names{"c.0001.exr", "c.0002.exr", "c.0003.exr", "z.0001.exr", "z.0002.exr", "z.0003.exr"});
+    cv::Mat before;
+    for (const int frame : shot.frames) { // also the radius is the camera's
+        const Arguments command{"ssao", "--normals", folder / Shot::numbered("n", frame)};
+        const cv::Mat alone = shot.alone(command, shot.file(frame), shot.own_camera(frame), "AO");
+        CHECK(same(shot.result(frame, "AO"), alone));
+        CHECK(!same(alone, before));
+        before = alone;
+    }
+    check_done(run({"dof-masks", depths, "--camera", cameras, "-o", folder / "out/m.####.exr"}));
+    for (const int frame : shot.frames) // and the focus
+        CHECK(same(shot.result(frame, "coc", "m"),
+                   shot.alone({"dof-masks"}, shot.file(frame), shot.own_camera(frame), "coc")));
+    check_done(run({"linearize", shot.file(2), "--camera", cameras, "-o", folder / "out/one.exr"}));
+    CHECK(same(channel(folder / "out/one.exr"), shot.alone({"linearize"}, shot.file(2), shot.own_camera(2), "Z")));
+
+    write(shot.own_camera(2), R"({"perspective": {"fov_y_deg": 60, "near": 0.5, "far": 100}})");
+    const Outcome lacks = run({"ssao", depths, "--camera", cameras, "-o", folder / "out/z.####.exr", "--quiet"});
+    check_refused(lacks, 1, "cam.0002.json has no \"ao_distance\"");
+}
+
+TEST_CASE("sequences: an option changes from frame to frame") {
+    const Shot shot;
+    const Folder& folder = shot.folder;
+    const std::string depths = folder / "shot.####.exr", csv = folder / "pull.csv", json = folder / "stops.json";
+    write(csv, "frame,focus,radius\n1,1.1,0.1\n2,inf,0.2\n3,1.2,0.4\n");
+    write(json, R"({"1": 0.01, "2": 0.02, "3": "inf"})");
+    const std::map<int, std::string> focus{{1, "1.1"}, {2, "inf"}, {3, "1.2"}},
+        radius{{1, "0.1"}, {2, "0.2"}, {3, "0.4"}}, stops{{1, "0.01"}, {2, "0.02"}, {3, "inf"}};
+    check_done(run({"dof-masks", depths, "--camera", shot.camera(), "--animate", "focus=" + csv, "--animate",
+                    "f_stop=" + json, "-o", folder / "out/z.####.exr"}));
+    check_done(run({"ssao", "--animate", "radius=" + csv, depths, "--camera", shot.camera(), "-o",
+                    folder / "out/ao.####.exr", "--frames", "3,1-2"}));
+    for (const int frame : shot.frames) {
+        CHECK(same(shot.result(frame, "coc"),
+                   shot.alone({"dof-masks", "--focus", focus.at(frame), "--f-stop", stops.at(frame)}, shot.file(frame),
+                              shot.camera(), "coc")));
+        CHECK(same(shot.result(frame, "AO", "ao"),
+                   shot.alone({"ssao", "--radius", radius.at(frame)}, shot.file(frame), shot.camera(), "AO")));
+    }
+    write(csv, "1,\"5,6\"\n2,\"20,10\"\n3,\"30,30\"\n"); // a pixel that moves; an option that is required
+    write(json, R"({"1": 0, "2": 0.1, "3": 0.5})");
+    check_done(run({"dof-masks", depths, "--camera", shot.camera(), "--animate", "focus-at=" + csv, "-o",
+                    folder / "out/z.####.exr"}));
+    for (const int frame : shot.frames)
+        fathom::write_image(folder / Shot::numbered("rgb", frame),
+                            cv::Mat(height, width, CV_32FC3, cv::Scalar::all(frame)),
+                            {.channels = {"R", "G", "B"}, .png_scale = {}});
+    check_done(run({"fog", depths, "--color", folder / "rgb.####.exr", "--camera", shot.camera(), "--animate",
+                    "density=" + json, "-o", folder / "out/fog.####.exr"}));
+    CHECK(same(shot.result(3, "R", "fog"),
+               shot.alone({"fog", "--density", "0.5", "--color", folder / Shot::numbered("rgb", 3)}, shot.file(3),
+                          shot.camera(), "R")));
+    CHECK(same(shot.result(2, "coc"),
+               shot.alone({"dof-masks", "--focus-at", "20,10"}, shot.file(2), shot.camera(), "coc")));
+
+    const auto refused = [&](const std::string& text, const Arguments& more, int code, const std::string& said) {
+        write(csv, text);
+        const Folder out;
+        check_refused(run(joined({"dof-masks", depths, "--camera", shot.camera(), "-o", out / "out/z.####.exr"}, more)),
+                      code, said);
+        CHECK(out.results().empty());
+    };
+    const std::string good = "1,2\n2,2\n3,2\n";
+    refused("1,2\n2,-3\n3,4\n", {"--animate", "focus=" + csv}, 1, "pull.csv: frame 2: --focus: '-3' will not do");
+    refused("1,2\n3,4\n", {"--animate", "focus=" + csv}, 1, "pull.csv: has no --focus for frame 2");
+    refused("1,2\n1,4\n", {"--animate", "focus=" + csv}, 1, "line 2: frame 1 is there twice");
+    refused(good, {"--animate", "focus=" + csv, "--focus", "3"}, 2, "--focus is given already");
+    refused(good, {"--animate", "focus=" + csv, "--animate", "focus=" + csv}, 2, "--focus is given already");
+    refused(good, {"--animate", "focus=" + csv, "--focus-at", "3,3"}, 2, "--focus");
+    refused(good, {"--animate", "focs=" + csv}, 2, "did you mean focus?");
+    refused(good, {"--animate", "camera=" + csv}, 2, "'camera' is no option that changes");
+    refused(good, {"--animate", "png-scale=" + csv}, 2, "'png-scale' is no option that changes");
+    refused(good, {"--animate", "focus"}, 2, "NAME=FILE");
+    refused(good, {"--animate", "focus=" + folder / "none.csv"}, 1, "there is no such file");
+    const std::string unnumbered = depth_file(folder, "still.exr");
+    check_refused(run({"dof-masks", unnumbered, "--camera", shot.camera(), "-o", folder / "out/s.exr", "--animate",
+                       "focus=" + csv}),
+                  2, "its name holds no frame");
+}
+
+TEST_CASE("sequences: a missing frame is an error, left out, or the one before it") {
+    const Shot shot({1, 2, 5, 6});
+    const Folder& folder = shot.folder;
+    fs::remove(shot.own_camera(5));
+    const Arguments command{"linearize", folder / "shot.####.exr",  "--camera", folder / "cam.####.json",
+                            "-o",        folder / "out/z.####.exr", "--frames", "0-6",
+                            "--json"};
+    Arguments one = command;
+    one[7] = "1-3,6";
+    const Outcome error = run(one);
+    check_refused(error, 1, "shot.0003.exr: is not there, so that frame 3 cannot be done; --missing skip");
+    CHECK(folder.results() == Names{"z.0001.exr", "z.0002.exr", "z.0006.exr"});
+
+    const Outcome skip = run(joined(command, {"--missing", "skip"}));
+    check_done(skip);
+    CHECK(Shot::frames_of(skip) == std::vector<int>{0, 1, 2, 3, 4, 5, 6});
+    for (const nlohmann::json& line : Shot::lines(skip)) {
+        const int frame = line["frame"];
+        CHECK(line.contains("skipped") == (frame == 0 || (frame >= 3 && frame <= 5)));
+        if (frame == 5) // its depth is there, but its camera is not
+            CHECK(line["missing"] == shot.own_camera(5));
+    }
+    CHECK(folder.results() == Names{"z.0001.exr", "z.0002.exr", "z.0006.exr"});
+
+    const Outcome hold = run(joined(command, {"--missing", "hold"}));
+    check_refused(hold, 1,
+                  "shot.0000.exr: is not there, so that frame 0 cannot be done; --missing hold needs an earlier");
+    CHECK(folder.results() ==
+          Names{"z.0001.exr", "z.0002.exr", "z.0003.exr", "z.0004.exr", "z.0005.exr", "z.0006.exr"});
+    const cv::Mat second = shot.alone({"linearize"}, shot.file(2), shot.own_camera(2), "Z");
+    for (const int held : {3, 4, 5}) // the depth and the camera of the last frame that has both
+        CHECK(same(shot.result(held, "Z"), second));
+    for (const nlohmann::json& line : Shot::lines(hold)) {
+        const int frame = line["frame"];
+        CHECK(line.contains("held") == (frame >= 3 && frame <= 5));
+        CHECK(line.value("held", 2) == 2);
+    }
+    Arguments part = command; // a part of the shot gives the same as the whole
+    part[7] = "4-6";
+    fs::remove(folder / "out/z.0004.exr");
+    check_done(run(joined(part, {"--missing", "hold"})));
+    CHECK(same(shot.result(4, "Z"), second));
+
+    part[7] = "3-4"; // or nothing but held frames, of which none has a camera of its own
+    fs::remove(folder / "out/z.0004.exr");
+    check_done(run(joined(part, {"--missing", "hold"})));
+    CHECK(same(shot.result(4, "Z"), second));
+
+    const Outcome none = run({"linearize", folder / "shot.####.exr", "--camera", shot.camera(), "-o",
+                              folder / "out/z.####.exr", "--frames", "100-20000"});
+    check_refused(none, 1, "shot.0100.exr: is not there, and none of the 19901 frames has all its files");
+}
+
+TEST_CASE("sequences: a camera that lacks what others have concerns its frames only, also the first") {
+    const Shot shot({1, 2, 3});
+    const Folder& folder = shot.folder;
+    const auto lacking = [&](int frame, const std::string& key) {
+        nlohmann::json camera = nlohmann::json::parse(Shot::camera_of(frame));
+        camera.erase(key);
+        write(shot.own_camera(frame), camera.dump());
+    };
+    const auto command = [&](const Arguments& what) {
+        return run(joined(what, {folder / "shot.####.exr", "--camera", folder / "cam.####.json", "-o",
+                                 folder / "out/z.####.exr", "--frames", "1-3", "--missing", "hold"}));
+    };
+    lacking(1, "ao_distance");
+    fs::remove(shot.file(2)); // so that frame 2 is held, and fails as frame 1 does
+    const Outcome first = command({"ssao"});
+    CHECK(first.code == 1);
+    CHECK(first.err.find("cam.0001.json has no \"ao_distance\"") != std::string::npos);
+    CHECK(first.err.find(fmt::format("2 of 3 inputs failed: {0}, {0} (for frame 2)", shot.file(1))) !=
+          std::string::npos);
+    CHECK(folder.results() == Names{"z.0003.exr"});
+    lacking(1, "f_stop");
+    const Outcome masks = command({"dof-masks", "--mask", "coc"});
+    CHECK(masks.code == 1);
+    CHECK(masks.err.find("cam.0001.json has no \"f_stop\"") != std::string::npos);
+    for (const int frame : shot.frames)
+        lacking(frame, "ao_distance");
+    check_refused(command({"ssao"}), 2, "cam.####.json has no \"ao_distance\"");
+}
+
+TEST_CASE("sequences: a held frame has the earlier companions, and its own name and animated value") {
+    const Shot shot({1, 2, 3, 4});
+    const Folder& folder = shot.folder;
+    const std::string depths = folder / "shot.####.exr", csv = folder / "radius.csv";
+    check_done(run({"normals", depths, "--camera", shot.camera(), "-o", folder / "n.####.exr"}));
+    fs::create_directory(folder / "normals");
+    for (const int frame : shot.frames)
+        fs::rename(folder / Shot::numbered("n", frame), folder / ("normals/" + Shot::numbered("shot", frame)));
+    fs::remove(folder / "normals/shot.0003.exr");
+    write(csv, "1,0.1\n2,0.2\n3,0.3\n4,0.4\n");
+    const Outcome outcome = run({"ssao", depths, "--camera", shot.camera(), "--normals", folder / "normals",
+                                 "--animate", "radius=" + csv, "--missing", "hold", "-o", folder / "out/"});
+    check_done(outcome);
+    CHECK(outcome.out.find("frame 2 held") != std::string::npos);
+    CHECK(same(shot.result(3, "AO", "shot"),
+               shot.alone({"ssao", "--radius", "0.3", "--normals", folder / "normals/shot.0002.exr"}, shot.file(2),
+                          shot.camera(), "AO")));
+}
+
+TEST_CASE("sequences: what is wrong with a frame in the middle concerns this frame only") {
+    const Shot shot({1, 2, 3});
+    const Folder& folder = shot.folder;
+    const Arguments command{"linearize", folder / "shot.####.exr",  "--camera",  folder / "cam.####.json",
+                            "-o",        folder / "out/z.####.exr", "--missing", "hold"};
+    const std::string whole = content(shot.file(2));
+    const auto refused = [&](const std::string& bytes, const std::string& camera, const std::string& said) {
+        INFO(said);
+        write(shot.file(2), bytes);
+        write(shot.own_camera(2), camera);
+        check_refused(run(command), 1, said);
+        CHECK(folder.results() == Names{"z.0001.exr", "z.0003.exr"});
+    };
+    refused(whole.substr(0, whole.size() / 2), Shot::camera_of(2),
+            "shot.0002.exr"); // is there, so that nothing is held
+    refused("", Shot::camera_of(2), "shot.0002.exr: is empty");
+    refused(whole, "{", "cam.0002.json");
+    refused(whole, R"({"width": 99, "height": 9, "perspective": {"fov_y_deg": 60}})", "shot.0002.exr");
+
+    write(shot.own_camera(2), Shot::camera_of(2)); // pixels that are no numbers are invalid
+    cv::Mat holes = Shot::depth_of(2);
+    holes.rowRange(0, 4).setTo(std::numeric_limits<float>::quiet_NaN());
+    depth_file(folder, Shot::numbered("shot", 2), holes);
+    const Outcome nan = run(joined(command, {"--json"}));
+    check_done(nan);
+    CHECK(Shot::lines(nan)[1]["invalid"] == 4 * width);
+    depth_file(folder, Shot::numbered("shot", 2), ramp(20, 10)); // each frame has the size that it has
+    check_done(run(command));
+    CHECK(shot.result(2, "Z").size() == cv::Size(20, 10));
+}
+
+TEST_CASE("sequences: a file that is there is meant itself") {
+    const Folder folder;
+    const std::string camera = camera_file(folder);
+    for (const std::string name : {"take#1.exr", "take%04d.exr", "take*.exr", "a@b.exr", "take[1].exr"}) {
+        INFO(name);
+        const std::string input = depth_file(folder, name), output = folder / ("out/" + name);
+        check_done(run({"linearize", input, "--camera", camera, "-o", output}));
+        CHECK(folder.results() == Names{name}); // a single file goes into one of just this name
+        fs::remove(output);
+        fs::remove(input);
+    }
+    const std::string one = depth_file(folder, "one.1.exr");
+    fs::copy_file(camera, folder / "cam#.json");
+    write(folder / "cam1.json", "{");
+    check_done(run({"linearize", one, "--camera", folder / "cam#.json", "-o", folder / "out/one.exr"}));
+}
+
+TEST_CASE("sequences: wrong usage is told before anything is done") {
+    const Shot shot;
+    const Folder& folder = shot.folder;
+    const std::string depths = folder / "shot.####.exr", still = depth_file(folder, "still.exr");
+    const std::string out = folder / "out/z.####.exr";
+    fs::create_directory(folder / "empty");
+    const std::vector<std::tuple<Arguments, int, std::string>> cases{
+        {{depths, "-o", folder / "out/z.exr"}, 2, "3 inputs cannot go into one file"},
+        {{depths, "-o", folder / "out/z.####.jpg", "--frames", "1"}, 2, ".jpg is no type of result"},
+        {{depths, "-o", folder / "out/z.####.png"}, 2, "z.0001.png: PNG holds 0 to 1 only"},
+        {{depths, "-o", out, "--format", "tif"}, 2, "contradicts --format"},
+        {{depths, "-o", depths}, 2, "is one of the files to read"},
+        {{depths, depths, "-o", out}, 2, "would be written for"},
+        {{depths, "-o", out, "--frames", "1-5z2"}, 2, "--frames: '1-5z2': at character 4 ('z')"},
+        {{depths, "-o", out, "--frames", ""}, 2, "--frames"},
+        {{depths, "-o", out, "--frames", "1-99999999"}, 2, "more than 10000000 frames"},
+        {{depths, "-o", out, "--frames", "1", "--openjd-frames", "1"}, 2, "--frames"},
+        {{depths, "-o", out, "--openjd-frames", "1-5x2"}, 2, "--openjd-frames: '1-5x2': at character 4 ('x')"},
+        {{depths, "-o", out, "--missing", "keep"}, 2, "error, skip or hold"},
+        {{shot.file(1), "-o", out, "--frames", "1"}, 2, "--frames: chooses from a sequence"},
+        {{folder / "s*.exr", "-o", folder / "out/", "--frames", "1"}, 2, "more than one sequence"},
+        {{shot.file(1), still, "-o", out}, 2, "still.exr: its name holds no frame, which -o"},
+        {{folder / "shot.##.exr", "-o", out}, 1, "shot.##.exr: no frame of this name is there"},
+        {{folder / "none.*", "-o", out}, 1, "none.*: stands for no image"},
+        {{folder / "empty", "-o", out}, 1, "empty: stands for no image"},
+        {{folder / "shot.####.exr", "-o", folder / "a.####.gif"}, 2, "a.####.gif: .gif is no type of result"},
+    };
+    for (const auto& [more, code, named] : cases) {
+        INFO(named);
+        check_refused(run(joined({"linearize", "--camera", shot.camera()}, more)), code, named);
+    }
+    check_refused(run({"linearize", still, "--camera", folder / "cam.####.json", "-o", folder / "out/z.exr"}), 2,
+                  "still.exr: its name holds no frame, which --camera");
+    check_refused(
+        run({"ssao", still, "--camera", shot.camera(), "--normals", folder / "n.####.exr", "-o", folder / "out/z.exr"}),
+        2, "still.exr: its name holds no frame, which --normals");
+    check_refused(run({"inspect", folder / "empty"}), 1, "is a folder");
+    CHECK(folder.results().empty());
+}

@@ -1,0 +1,115 @@
+// Frame ranges: closed forms, and the answers of fileseq and of Open Job Description's own package to hundreds of ranges,
+// which tests/frame_ranges/make has written down.
+#include "catch.hpp"
+
+#include "sequence/frame_range.hpp"
+
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+using namespace fathom::sequence;
+
+namespace {
+
+using Frames = std::vector<Frame>;
+using Parse = Frames (*)(std::string_view);
+
+void check_refused(Parse parse, const std::string& range, const std::string& said) {
+    INFO(range);
+    CHECK_THROWS_WITH(parse(range), ContainsSubstring(said) && ContainsSubstring(range));
+}
+
+// Every line of a table.
+void compare(Parse parse, const std::string& table, std::size_t least) {
+    std::ifstream file(FATHOM_SOURCE_DIR "/tests/frame_ranges/" + table);
+    std::string line;
+    std::getline(file, line); // which version it is of
+    std::size_t read = 0, refused = 0;
+    while (std::getline(file, line)) {
+        const std::size_t tab = line.rfind('\t');
+        const std::string range = line.substr(0, tab), expected = line.substr(tab + 1);
+        std::string found;
+        try {
+            for (const Frame frame : parse(range))
+                found += (found.empty() ? "" : ",") + std::to_string(frame);
+            ++read;
+        } catch (const std::invalid_argument& error) {
+            CHECK(std::string(error.what()).starts_with("'" + range + "': "));
+            found = "refused";
+            ++refused;
+        }
+        INFO(range);
+        CHECK(found == expected);
+    }
+    std::cout << table << ": " << read << " ranges read, " << refused << " refused\n";
+    CHECK(read >= least);
+    CHECK(refused > 20);
+}
+
+} // namespace
+
+TEST_CASE("frame ranges: steps, what they leave out, and steps one after the other") {
+    CHECK(parse_frames("1-10x3") == Frames{1, 4, 7, 10});
+    CHECK(parse_frames("1-10y3") == Frames{2, 3, 5, 6, 8, 9});
+    CHECK(parse_frames("1-10:3") == Frames{1, 4, 7, 10, 3, 5, 9, 2, 6, 8});
+    CHECK(parse_frames("10-1x4") == Frames{10, 6, 2});
+    CHECK(parse_frames("-3--1,0007") == Frames{-3, -2, -1, 7});
+    CHECK(parse_frames("5,1-6x2") == Frames{5, 1, 3});
+    CHECK(parse_openjd_frames("1-10:3") == Frames{1, 4, 7, 10});
+    CHECK(parse_openjd_frames("20, 10-1:-4") == Frames{2, 6, 10, 20});
+}
+
+TEST_CASE("frame ranges: x and y with the same step are all frames, each once") {
+    for (const Frame first : {-7, 0, 3})
+        for (const Frame last : {-20, -7, 5, 41})
+            for (Frame step = 1; step < 9; ++step) {
+                const std::string range = std::to_string(first) + "-" + std::to_string(last);
+                const auto with = [&](const char* kind) { return range + kind + std::to_string(step); };
+                Frames all = parse_frames(range), both = parse_frames(with("x") + "," + with("y"));
+                Frames stepped = parse_frames(with(":"));
+                CHECK(all.size() == static_cast<std::size_t>(std::abs(last - first)) + 1);
+                std::ranges::sort(all);
+                std::ranges::sort(both);
+                std::ranges::sort(stepped);
+                CHECK(both == all);
+                CHECK(stepped == all);
+            }
+}
+
+TEST_CASE("frame ranges: fileseq and Open Job Description read them alike") {
+    compare(parse_frames, "fileseq.txt", 300);
+    compare(parse_openjd_frames, "openjd.txt", 100);
+}
+
+TEST_CASE("frame ranges: what is wrong is told with its place and the cure") {
+    check_refused(parse_frames, "1-5z2", "character 4 ('z')");
+    check_refused(parse_frames, "", "names no frame");
+    check_refused(parse_frames, "1-5y1", "names no frame");
+    check_refused(parse_frames, "1-", "its end: a whole number is missing");
+    check_refused(parse_frames, "1-5x0", "a step must be above 0");
+    check_refused(parse_frames, "1.5", "character 2 ('.')");
+    check_refused(parse_frames, "1 2", "character 3 ('2')");
+    check_refused(parse_frames, "9999999999999", "more than 12 figures");
+    check_refused(parse_openjd_frames, "1-5x2", "character 4 ('x')");
+    check_refused(parse_openjd_frames, "5-1", "below 0 where they fall");
+    check_refused(parse_openjd_frames, "1-5,3", "parts overlap at frame 3");
+    check_refused(parse_openjd_frames, "", "a whole number is missing");
+}
+
+TEST_CASE("frame ranges: ten million frames are read, and more refused without using their memory") {
+    CHECK(parse_frames("1-10000000").size() == most_frames);
+    CHECK(parse_frames("1-999999999999x100001").size() == 999'999'999'998 / 100'001 + 1);
+    for (const std::string range : {"1-10000001", "1-5000000,5000001-10000001", "-999999999999-999999999999",
+                                    "1-999999999999y2", "1-999999999999:999999999999"})
+        check_refused(parse_frames, range, "more than 10000000 frames");
+    check_refused(parse_openjd_frames, "0-999999999999:2", "more than 10000000 frames");
+}
+
+TEST_CASE("frame ranges: in words") {
+    CHECK(in_words(Frames{}).empty());
+    CHECK(in_words(Frames{-2, -1, 0, 4, 6, 7}) == "-2-0, 4, 6-7");
+}
