@@ -74,10 +74,14 @@ struct Shot {
             contents[entry.path().filename().string()] = content(entry.path());
         return contents;
     }
-    // Without what a process that stands still, or has died, is in the middle of.
+    // Without what a process that stands still, or has died, is in the middle of. It may have made a frame, and not yet have
+    // removed its claim.
     Contents results() const {
         Contents all = contents();
         std::erase_if(all, [](const auto& each) { return each.first.starts_with(".fathom-"); });
+        for (int frame = 1; frame <= count; ++frame)
+            if (fs::exists(result(frame)))
+                all.erase(fs::path(claim(frame)).filename().string());
         return all;
     }
     bool has_claim() const {
@@ -232,6 +236,22 @@ TEST_CASE("share: the frames of a killed process are made by the others after th
     CHECK(Steady::now() - begin > lease * (1 - renewed_after));
     CHECK(shot.times("made", {"first", "second"}) == left);
     CHECK(shot.results() == truth);
+}
+
+TEST_CASE("share: the claim of a finished frame is removed when it is older than the lease") {
+    const Shot shot(3);
+    const Contents truth = shot.alone();
+    check_done(run(shot.shared("a")));
+    write(shot.claim(1), "{}");
+    std::this_thread::sleep_for(lease + 100ms);
+    write(shot.claim(2), "{}");
+    write(shot.folder / "out/other.exr.claim", "{}");
+    fs::last_write_time(shot.folder / "out/other.exr.claim", fs::file_time_type::clock::now() - 1h);
+    check_done(run(shot.shared("b")));
+    CHECK(!fs::exists(shot.claim(1)));
+    CHECK(fs::remove(shot.claim(2)));
+    CHECK(fs::remove(shot.folder / "out/other.exr.claim")); // another shot's
+    CHECK(shot.contents() == truth);
 }
 
 TEST_CASE("share: a process that is stopped past the lease and woken does no harm") {

@@ -284,10 +284,10 @@ TEST_CASE("a process that is killed while it takes a claim over keeps others fro
     CHECK(take_when_free(file)->still_mine());
     CHECK(folder.results().empty());
     write(takeover_of(file), "killed\n");
-    remove_left_claims(folder / "out", lease);
+    remove_left_claims(folder / "out", {}, lease);
     CHECK(folder.results().size() == 1);
     set_age(takeover_of(file), lease + tick);
-    remove_left_claims(folder / "out", lease);
+    remove_left_claims(folder / "out", {}, lease);
     CHECK(folder.results().empty());
 }
 

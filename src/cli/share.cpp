@@ -62,13 +62,13 @@ std::vector<std::size_t> take_free(std::vector<std::size_t>& waiting, const std:
 }
 
 void remove_left_claims(const std::vector<Job>& jobs, milliseconds lease) {
-    std::set<fs::path> folders;
+    std::map<fs::path, std::set<fs::path>> claims; // names in each folder
     for (const Job& job : jobs)
         if (!job.outputs.empty())
-            folders.insert(claim_file(job).parent_path());
-    for (const fs::path& folder : folders)
+            claims[claim_file(job).parent_path()].insert(claim_file(job).filename());
+    for (const auto& [folder, names] : claims)
         try {
-            sequence::remove_left_claims(folder, lease);
+            sequence::remove_left_claims(folder, names, lease);
         } catch (const std::exception&) { // the shot is finished all the same
         }
 }

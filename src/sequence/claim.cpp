@@ -147,15 +147,22 @@ fs::path takeover_of(const fs::path& claim) {
     return temporary(claim.parent_path(), io::digest(claim.filename().native())); // two claims may share one
 }
 
-void remove_left_claims(const fs::path& folder, milliseconds lease) {
+void remove_left_claims(const fs::path& folder, const std::set<fs::path>& claims, milliseconds lease) {
     std::error_code none;
     for (fs::directory_iterator each(folder.empty() ? "." : folder, none), last; !none && each != last;
          each.increment(none)) {
-        const std::string name = each->path().filename().native();
-        if (!name.starts_with(begin) || !name.ends_with(end))
+        const fs::path& file = each->path();
+        const std::string name = file.filename().native();
+        const bool temporary = name.starts_with(begin) && name.ends_with(end), claim = claims.contains(file.filename());
+        if (!temporary && !claim)
             continue;
-        if (const auto seen = find_claim(each->path()); seen && is_old(each->path(), *seen, lease))
-            ::unlink(each->path().c_str());
+        const auto seen = find_claim(file);
+        if (!seen || !is_old(file, *seen, lease))
+            continue;
+        if (claim)
+            remove_claim(file, *seen);
+        else
+            ::unlink(file.c_str());
     }
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -33,8 +34,10 @@ std::chrono::nanoseconds server_now(const std::filesystem::path& folder);
 /// claim that has changed since stays, or is put back.
 bool remove_claim(const std::filesystem::path& file, const SeenClaim& seen);
 
-/// Removes the temporary files of a folder that processes left which were killed while they claimed.
-void remove_left_claims(const std::filesystem::path& folder, std::chrono::milliseconds lease);
+/// Removes what killed processes left in a folder: the temporary files of claiming, and those of the named claims that are
+/// older than a lease.
+void remove_left_claims(const std::filesystem::path& folder, const std::set<std::filesystem::path>& claims,
+                        std::chrono::milliseconds lease);
 
 /// The right to make a file, which several processes on several machines share: a file of its own that only one of them can
 /// make (O_EXCL). It holds the host, the process and a random number. Its age is measured by the clock of the file's server
