@@ -41,6 +41,10 @@ typedef struct {
 INLINE uint neighbour_at(const split_params* split, const centreV* c, int dx, int dy) {
     return in_plane(split, ((c->v + dy) & 3) * 4 + ((c->x + dx) & 3), c->column + ((c->x + dx) >> 2), (c->v + dy) >> 2);
 }
+INLINE uint sums_at(const split_params* split, const band_params* rows, const centreV* c, int dx, int dy) {
+    return in_sums(split, rows, ((c->v + dy) & 3) * 4 + ((c->x + dx) & 3), c->column + ((c->x + dx) >> 2),
+                   (c->v + dy) >> 2);
+}
 
 #if REACH
 // How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more.
@@ -67,20 +71,19 @@ INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
 #endif
 
 __kernel void denoise(__global const float* fronts, __global const float* slopes, __global const float* sums,
-                      __global float* target, const grid_params grid, const split_params split,
+                      __global float* target, const grid_params grid, const split_params split, const band_params rows,
                       const occlusion_params p) {
     const int column = (int)get_global_id(0) * V;
     const int y = (int)get_global_id(1) + (int)grid.y_begin;
     if (column >= (int)split.columns)
         return;
-    const uint all = split_planes * split.plane;
 
 #if OUTPUT == 0
-    const uint which[SUMS] = {0, all};
+    const uint which[SUMS] = {0, rows.sums};
 #elif OUTPUT == 1
-    const uint which[SUMS] = {2 * all, all};
+    const uint which[SUMS] = {2 * rows.sums, rows.sums};
 #else
-    const uint which[SUMS] = {3 * all, 4 * all, 5 * all};
+    const uint which[SUMS] = {3 * rows.sums, 4 * rows.sums, 5 * rows.sums};
 #endif
 
     floatV dealt[OUTPUT == 2 ? 3 : 1][4];
@@ -90,7 +93,7 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
         c.q = LOAD(float, fronts + here);
         floatV sum[SUMS];
         for (int i = 0; i < SUMS; ++i)
-            sum[i] = LOAD(float, sums + which[i] + here);
+            sum[i] = LOAD(float, sums + which[i] + sums_at(&split, &rows, &c, 0, 0));
 #if REACH
         const floatV packed = LOAD(float, slopes + here);
         c.right = slope_right(packed), c.down = slope_down(packed);
@@ -102,7 +105,7 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
         intV blocked = 0; // sums outside the image are undefined: a wrong "blocked" costs time and changes no bit
         for (int dy = -REACH; dy <= REACH; ++dy) {
             for (int dx = -REACH; dx <= REACH; ++dx)
-                blocked |= LOAD(float, sums + neighbour_at(&split, &c, dx, dy)) > 0.0f;
+                blocked |= LOAD(float, sums + sums_at(&split, &rows, &c, dx, dy)) > 0.0f;
         }
         const bool open = !any_of(blocked);
 #else
@@ -112,7 +115,7 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
             for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
                 if (dx == 0 && dy == 0)
                     continue;
-                const uint at = neighbour_at(&split, &c, dx, dy);
+                const uint at = neighbour_at(&split, &c, dx, dy), its_sums = sums_at(&split, &rows, &c, dx, dy);
                 floatV off = off_at(fronts, slopes, &split, &c, at, dx, dy);
 #if PAIRS
                 const uint opposite = neighbour_at(&split, &c, -dx, -dy);
@@ -120,9 +123,9 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
 #endif
                 const floatV weight = weight_of(&c, off, dx, dy);
                 for (int i = 0; i < SUMS; ++i) {
-                    floatV value = LOAD(float, sums + which[i] + at);
+                    floatV value = LOAD(float, sums + which[i] + its_sums);
 #if PAIRS
-                    value += LOAD(float, sums + which[i] + opposite);
+                    value += LOAD(float, sums + which[i] + sums_at(&split, &rows, &c, -dx, -dy));
 #endif
                     sum[i] += select((floatV)0.0f, weight * value, weight > 0.0f);
                 }

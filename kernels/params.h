@@ -151,8 +151,8 @@ CONSTANT(split_planes, 16)
 CONSTANT(ssao_band, 256)
 
 // An image split into 4 x 4 planes: pixel (x, y) lies in plane 4 (y mod 4) + x mod 4 at column x / 4 and row y / 4, so
-// that pixels which share a jitter pattern are neighbours in memory. `margin` columns on both sides and one row above
-// and below hold what lies outside.
+// that pixels which share a jitter pattern are neighbours in memory. `split_margin` columns on both sides and one row above
+// and below hold what lies outside. A row of all planes lies before the next row, so that a band of rows is one piece.
 typedef struct {
     u32 width, height;   // of the image, pixels
     u32 pixel_x, pixel_y; // of the image's first pixel in the camera's image
@@ -161,6 +161,15 @@ typedef struct {
     u32 plane;           // elements from plane to plane
 } split_params;
 PARAMS(split_params, 32)
+
+// The rows of the planes that one launch works on. Their sums overwrite those of earlier rows: row r lies at
+// (r + 1) & `ring`.
+typedef struct {
+    u32 first, rows;
+    u32 ring; // a power of two, less 1
+    u32 sums; // elements from one kind of sum to the next
+} band_params;
+PARAMS(band_params, 16)
 
 // A sample of one jitter pattern along a slice: the pixel nearest to it, and the stretch of the slice that this pixel
 // represents. Distances are in pixels along the slice, from the centre pixel unless said otherwise.

@@ -13,6 +13,11 @@ INLINE uint in_plane(const split_params* s, int plane, int column, int row) {
     return (uint)plane * s->plane + (uint)(row + 1) * s->stride + (uint)(column + split_margin);
 }
 
+// The same among the sums.
+INLINE uint in_sums(const split_params* s, const band_params* band, int plane, int column, int row) {
+    return (uint)plane * s->plane + ((uint)(row + 1) & band->ring) * s->stride + (uint)(column + split_margin);
+}
+
 // Slopes to the right and down in one word, the leading 16 bits of each.
 INLINE floatV packed_slopes(floatV right, floatV down) {
     const intV a = as_intV(right), b = as_intV(down);

@@ -166,10 +166,11 @@ typedef struct {
     int pattern, column, row;
 } itemV;
 
-INLINE itemV item_of(const split_params* split) {
-    const uint item = (uint)get_global_id(0), wide = ssao_band / V, band_items = wide * split_planes * split->rows;
+INLINE itemV item_of(const band_params* rows) {
+    const uint item = (uint)get_global_id(0), wide = ssao_band / V, band_items = wide * split_planes * rows->rows;
     const uint band = item / band_items, in_band = item % band_items;
-    return (itemV){(int)(in_band / wide % split_planes), (int)(band * ssao_band + in_band % wide * V), (int)(in_band / wide / split_planes)};
+    return (itemV){(int)(in_band / wide % split_planes), (int)(band * ssao_band + in_band % wide * V),
+                   (int)(rows->first + in_band / wide / split_planes)};
 }
 
 INLINE uint at_tap(const placeV* place, const split_params* split, __global const tap_params* tap) {
@@ -457,13 +458,13 @@ INLINE void add_open(const sideV* side, const sliceV* slice, const pixelV* c, co
 
 __kernel void ssao(__global const float* fronts, __global const float* backs, __global const float* slopes,
                    __global const float* taps, __global const float* turns, __global const uint* counts,
-                   __global float* sums, const split_params split, const occlusion_params p) {
-    const itemV item = item_of(&split);
+                   __global float* sums, const split_params split, const band_params rows, const occlusion_params p) {
+    const itemV item = item_of(&rows);
     const int pattern = item.pattern, column = item.column, row = item.row;
     if (column >= (int)split.columns)
         return;
 
-    const uint here = in_plane(&split, pattern, column, row), all = split_planes * split.plane;
+    const uint here = in_plane(&split, pattern, column, row);
     const pixelV c = pixel_at(fronts, slopes, &split, &p, here, pattern, column, row);
     const sourceV from = {fronts, backs, slopes, &split};
     floatV blocked = 0.0f, whole = 0.0f;
@@ -515,13 +516,14 @@ __kernel void ssao(__global const float* fronts, __global const float* backs, __
 #endif
         }
     }
-    STORE(sums + here, select((floatV)0.0f, blocked, c.surface));
-    STORE(sums + all + here, select((floatV)0.0f, whole, c.surface));
+    const uint target = in_sums(&split, &rows, pattern, column, row);
+    STORE(sums + target, select((floatV)0.0f, blocked, c.surface));
+    STORE(sums + rows.sums + target, select((floatV)0.0f, whole, c.surface));
 #if CONFIDENCE
-    STORE(sums + 2 * all + here, select((floatV)0.0f, known, c.surface));
+    STORE(sums + 2 * rows.sums + target, select((floatV)0.0f, known, c.surface));
 #endif
 #if BENT
     for (uint i = 0; i < 3; ++i)
-        STORE(sums + (3 + i) * all + here, select((floatV)0.0f, bent[i], c.surface));
+        STORE(sums + (3 + i) * rows.sums + target, select((floatV)0.0f, bent[i], c.surface));
 #endif
 }

@@ -113,7 +113,7 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
                           const grid_params extra_grid, const source_params normals_source, const split_params split,
                           const occlusion_params occlusion) {
     const int column = (int)get_global_id(0) * V - split_margin;
-    const int v = (int)get_global_id(1) - 4; // rows of the split image, its margins included
+    const int v = (int)(get_global_id(1) + grid.y_begin) - 4; // rows of the split image, its margins included
     if (column >= (int)split.columns + split_margin)
         return;
     const int y = v - (int)(split.pixel_y & 3);

@@ -5,6 +5,7 @@
 
 #include <fathom/normals.hpp>
 
+#include "operations/bands.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
 #include "operations/ssao.hpp"
@@ -27,6 +28,9 @@ constexpr float slope_errors_fitted = 0.6f; // as slope_errors_neighbours, for a
 
 // ImageSize that a neighbour may lie off the tangent plane and still be of the same surface.
 constexpr float filter_edge = 0.5f;
+
+// Inverse depth and the slices' sums, which lie between the passes, are made in bands of rows that take at most so much.
+constexpr std::size_t band_bytes = std::size_t{32} << 20;
 
 // Lengths are squared in floats. Every visible surface is nearer than this.
 constexpr double longest_length = 1e18;
@@ -140,9 +144,15 @@ Sampling sampling_of(const SsaoOptions& options) {
 params::split_params split_parameters(const PixelLattice& lattice) {
     const int columns = ((lattice.width + (lattice.camera_x & 3) + 3) / 4 + 15) / 16 * 16;
     const int rows = (lattice.height + (lattice.camera_y & 3) + 3) / 4;
-    const int stride = columns + 2 * params::split_margin;
-    return {to_u32(lattice.width), to_u32(lattice.height), to_u32(lattice.camera_x), to_u32(lattice.camera_y),
-            to_u32(columns),       to_u32(rows),           to_u32(stride),           to_u32(stride * (rows + 2))};
+    const int plane = columns + 2 * params::split_margin;
+    return {to_u32(lattice.width),
+            to_u32(lattice.height),
+            to_u32(lattice.camera_x),
+            to_u32(lattice.camera_y),
+            to_u32(columns),
+            to_u32(rows),
+            to_u32(params::split_planes * plane),
+            to_u32(plane)};
 }
 
 params::occlusion_params occlusion_parameters(const Camera& camera, const CentreRays& rays,
@@ -178,8 +188,9 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const Centre
 
 namespace {
 
-params::grid_params grid(const Image& source, const PixelLattice& lattice) {
-    const std::size_t first = static_cast<std::size_t>(lattice.y) * source.row_stride() +
+// Where the lattice lies in an image that begins with row `top`. The offset of its first pixel wraps if that row is missing.
+params::grid_params grid(const Image& source, const PixelLattice& lattice, int top) {
+    const std::size_t first = static_cast<std::size_t>(lattice.y - top) * source.row_stride() +
                               static_cast<std::size_t>(lattice.x * source.channels());
     return {.source_offset = source.offset() + first,
             .target_offset = 0,
@@ -193,8 +204,8 @@ params::grid_params grid(const Image& source, const PixelLattice& lattice) {
             .y_begin = 0};
 }
 
-params::source_params source(const Image& image, const PixelLattice& lattice) {
-    const params::grid_params from = grid(image, lattice);
+params::source_params source(const Image& image, const PixelLattice& lattice, int top) {
+    const params::grid_params from = grid(image, lattice, top);
     return {.offset = from.source_offset, .stride = from.source_stride, .channels = to_u32(image.channels())};
 }
 
@@ -289,9 +300,9 @@ struct Call {
         return columns / static_cast<std::size_t>(device.options().vector_width);
     }
 
-    Image planes(int count) {
-        return scratch.image(Element::f32, {static_cast<int>(split.stride),
-                                            count * params::split_planes * static_cast<int>(split.rows + 2)});
+    /// Rows of all planes.
+    Image plane_rows(std::size_t count) {
+        return scratch.image(Element::f32, {static_cast<int>(split.stride), static_cast<int>(count)});
     }
 };
 
@@ -299,29 +310,61 @@ struct Planes {
     Image fronts, backs, slopes;
 };
 
+// The image's rows that belong to some rows of the planes: row 0 of these is the margin above the image.
+Region rows_of(const Call& call, int first, int last) {
+    const PixelLattice& lattice = call.lattice;
+    const auto row = [&](int plane_row) {
+        return std::clamp(lattice.y + lattice.every * (4 * (plane_row - 1) - (lattice.camera_y & 3)), 0,
+                          call.stored.image.height());
+    };
+    return {0, row(first), call.stored.image.width(), row(last) - row(first)};
+}
+
+StoredDepth part_of(const StoredDepth& stored, const Region& rows) {
+    return stored.region(rows.x, rows.y, rows.width, rows.height);
+}
+
+// The planes of the whole image. `depth` is its inverse depth, if that is there already.
 Planes split_into_planes(Call& call, const Image& depth) {
     const SsaoOptions& options = call.options;
-    Image extra = depth;
-    if (options.back_depth) {
-        extra = inverse_depth(call.scratch, *options.back_depth, centre_rays(camera_rays(options.back_depth->camera)));
-    } else if (options.thickness_map) {
-        extra = options.thickness_map;
+    const int plane_rows = to_u32(call.split.rows + 2);
+    const Planes planes{call.plane_rows(plane_rows), call.plane_rows(plane_rows), call.plane_rows(plane_rows)};
+    constexpr int halo = 1; // row of the planes, four of the image
+    static_assert(4 * halo > params::depth_margin_rows, "fitted normals look so far");
+    const std::size_t row_bytes = 4 * sizeof(float) * static_cast<std::size_t>(call.lattice.width);
+    for (const Band& band :
+         bands(plane_rows, halo, row_bytes, depth ? std::numeric_limits<std::size_t>::max() : band_bytes)) {
+        runtime::Scratch scratch(call.device);
+        const Region rows = rows_of(call, band.first, band.last);
+        const StoredDepth part = part_of(call.stored, rows);
+        const Image here = depth ? depth : inverse_depth(scratch, part, call.rays);
+        Image extra = here;
+        int extra_top = rows.y;
+        if (options.back_depth) {
+            extra = inverse_depth(scratch, part_of(*options.back_depth, rows),
+                                  centre_rays(camera_rays(options.back_depth->camera)));
+        } else if (options.thickness_map) {
+            extra = options.thickness_map;
+            extra_top = 0;
+        }
+        const Image given = normals_for(part, options), normals = given ? given : here;
+        call.occlusion.slope_errors = options.normals ? 0
+                                      : given         ? slope_errors_fitted * static_cast<float>(call.lattice.every)
+                                                      : slope_errors_neighbours;
+        params::grid_params from = grid(here, call.lattice, rows.y);
+        from.y_begin = 4 * to_u32(band.begin);
+        runtime::launch(call.device,
+                        call.kernel("ssao_planes", {{"THICKNESS", thickness_kind(options)},
+                                                    {"GIVEN_NORMALS", options.normals ? 1
+                                                                      : given         ? 2
+                                                                                      : 0},
+                                                    {"CLAMP", options.border == Border::clamp},
+                                                    {"EVERY", call.lattice.every}}),
+                        {call.vectors(call.split.plane), 4 * static_cast<std::size_t>(band.end - band.begin)}, here,
+                        extra, normals, planes.fronts, planes.backs, planes.slopes, from,
+                        grid(extra, call.lattice, extra_top),
+                        source(normals, call.lattice, options.normals ? 0 : rows.y), call.split, call.occlusion);
     }
-    const Image given = normals_for(call.stored, options), normals = given ? given : depth;
-    call.occlusion.slope_errors = options.normals ? 0
-                                  : given         ? slope_errors_fitted * static_cast<float>(call.lattice.every)
-                                                  : slope_errors_neighbours;
-    const Planes planes{call.planes(1), call.planes(1), call.planes(1)};
-    runtime::launch(call.device,
-                    call.kernel("ssao_planes", {{"THICKNESS", thickness_kind(options)},
-                                                {"GIVEN_NORMALS", options.normals ? 1
-                                                                  : given         ? 2
-                                                                                  : 0},
-                                                {"CLAMP", options.border == Border::clamp},
-                                                {"EVERY", call.lattice.every}}),
-                    {call.vectors(call.split.stride), 4 * (call.split.rows + 2)}, depth, extra, normals, planes.fronts,
-                    planes.backs, planes.slopes, grid(depth, call.lattice), grid(extra, call.lattice),
-                    source(normals, call.lattice), call.split, call.occlusion);
     return planes;
 }
 
@@ -332,15 +375,15 @@ int channels_of(Output output) {
     return output == Output::bent_normal ? 3 : 1;
 }
 
-void filter(const Call& call, const Planes& planes, const Image& sums, Output output, const Image& result,
-            const Region& region) {
+void filter(const Call& call, const Planes& planes, const Image& sums, const params::band_params& rows, Output output,
+            const Image& result, const Region& region) {
     const int reach = call.chosen.jitter == 16 ? 2 : call.chosen.jitter == 4 ? 1 : 0;
     runtime::launch(call.device,
                     call.kernel("denoise", {{"REACH", reach},
                                             {"OUTPUT", static_cast<int>(output)},
                                             {"CLAMP", call.options.border == Border::clamp}}),
                     {call.vectors(call.split.columns), static_cast<std::size_t>(region.height)}, planes.fronts,
-                    planes.slopes, sums, result, grid(result, region), call.split, call.occlusion);
+                    planes.slopes, sums, result, grid(result, region), call.split, rows, call.occlusion);
 }
 
 void upsample(const Call& call, const Image& depth, const Image& found, Output output, const Image& result,
@@ -350,8 +393,9 @@ void upsample(const Call& call, const Image& depth, const Image& found, Output o
     const std::size_t columns = static_cast<std::size_t>(depth.width() + call.lattice.x);
     runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
                     {(columns + 2 * vector_width - 1) / (2 * vector_width), static_cast<std::size_t>(region.height)},
-                    depth, found, result, grid(depth, all), grid(found, pixel_lattice({found, call.stored.camera})),
-                    grid(result, region), call.parameters(all));
+                    depth, found, result, grid(depth, all, 0),
+                    grid(found, pixel_lattice({found, call.stored.camera}), 0), grid(result, region),
+                    call.parameters(all));
 }
 
 // What is asked for, where it goes, and how messages name it.
@@ -372,6 +416,46 @@ std::vector<Wanted> wanted(const SsaoOptions& options, const Occlusion& results)
 
 Region region_of(const StoredDepth& stored, const SsaoOptions& options) {
     return options.region.value_or(Region{0, 0, stored.image.width(), stored.image.height()});
+}
+
+// The slices of a region's pixels, and the means of their sums, in bands of rows of the planes.
+void add_up(Call& call, const Planes& planes, const std::vector<Wanted>& results, const Region& region) {
+    const SsaoOptions& options = call.options;
+    const params::split_params& split = call.split;
+    const int kinds = options.bent_normal ? 6 : options.confidence ? 3 : 2;
+    const auto rows = static_cast<int>(split.rows), end = region.y + region.height;
+    const auto offset = static_cast<int>(split.pixel_y & 3);
+    // The filter looks one row of the planes up and down. So two rows of sums stay for the next band.
+    const std::size_t row_bytes = sizeof(float) * split.stride * static_cast<std::size_t>(kinds);
+    const auto all = static_cast<std::size_t>(rows) + 2;
+    const std::size_t kept =
+        std::min(std::bit_ceil(all), std::max(std::bit_floor(band_bytes / row_bytes), std::size_t{4}));
+    const std::size_t in_memory = std::min(kept, all);
+    const Image sums = call.plane_rows(in_memory * static_cast<std::size_t>(kinds));
+    const Image taps = call.table->taps.on(call.device), turns = call.table->turns.on(call.device),
+                counts = call.table->counts.on(call.device);
+    constexpr params::u32 band = params::ssao_band;
+    const std::size_t columns = (split.columns + band - 1) / band * band;
+    runtime::Kernel& slices = call.kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}});
+
+    const int first = std::max((region.y + offset) / 4 - 1, 0), last = std::min((end + offset + 3) / 4 + 1, rows);
+    int filtered = region.y;
+    for (int begin = first; begin < last; begin += static_cast<int>(kept) - 2) {
+        const int next = std::min(begin + static_cast<int>(kept) - 2, last);
+        const params::band_params here{to_u32(begin), to_u32(next - begin), to_u32(kept - 1),
+                                       to_u32(in_memory * split.stride)};
+        runtime::launch(call.device, slices, {call.vectors(to_u32(columns)) * params::split_planes * here.rows, 1},
+                        planes.fronts, planes.backs, planes.slopes, taps, turns, counts, sums, split, here,
+                        call.occlusion);
+        const int until = next == last ? end : std::min(4 * (next - 1) - offset, end);
+        if (until <= filtered)
+            continue;
+        for (const auto& [output, name, result] : results)
+            filter(call, planes, sums, here, output,
+                   result.region(0, filtered - region.y, region.width, until - filtered),
+                   {region.x, filtered, region.width, until - filtered});
+        filtered = until;
+    }
 }
 
 void check_results(const StoredDepth& stored, const SsaoOptions& options, const std::vector<Wanted>& results) {
@@ -399,28 +483,23 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     check_results(stored, options, wanted(options, results));
     Call call(stored, radius, options);
     const runtime::Launched launched(call.device, launch);
-    const Image depth = inverse_depth(call.scratch, stored, call.rays);
+    const Image depth = options.half_resolution ? inverse_depth(call.scratch, stored, call.rays) : Image();
     const Planes planes = split_into_planes(call, depth);
-
-    constexpr params::u32 band = params::ssao_band;
-    const Image sums = call.planes(options.bent_normal ? 6 : options.confidence ? 3 : 2);
-    const Image taps = call.table->taps.on(call.device), turns = call.table->turns.on(call.device),
-                counts = call.table->counts.on(call.device);
-    runtime::launch(
-        call.device, call.kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}}),
-        {call.vectors((call.split.columns + band - 1) / band * band) * params::split_planes * call.split.rows, 1},
-        planes.fronts, planes.backs, planes.slopes, taps, turns, counts, sums, call.split, call.occlusion);
-
-    const Region region = region_of(stored, options);
-    for (const auto& [output, name, result] : wanted(options, results)) {
-        if (!options.half_resolution) {
-            filter(call, planes, sums, output, result, region);
-            continue;
-        }
+    const std::vector<Wanted> results_wanted = wanted(options, results);
+    if (!options.half_resolution) {
+        add_up(call, planes, results_wanted, region_of(stored, options));
+    } else {
         const Region all{0, 0, call.lattice.width, call.lattice.height};
-        const Image found = call.scratch.image(Element::f32, {all.width, all.height, channels_of(output)});
-        filter(call, planes, sums, output, found, all);
-        upsample(call, depth, found, output, result, region);
+        std::vector<Image> found;
+        std::vector<Wanted> halves;
+        for (const auto& [output, name, result] : results_wanted)
+            found.push_back(call.scratch.image(Element::f32, {all.width, all.height, channels_of(output)}));
+        for (std::size_t i = 0; i < found.size(); ++i)
+            halves.push_back({results_wanted[i].output, results_wanted[i].name, found[i]});
+        add_up(call, planes, halves, all);
+        for (std::size_t i = 0; i < found.size(); ++i)
+            upsample(call, depth, found[i], results_wanted[i].output, results_wanted[i].image,
+                     region_of(stored, options));
     }
     launched.done();
 }
