@@ -144,14 +144,17 @@ Sampling sampling_of(const SsaoOptions& options) {
 params::split_params split_parameters(const PixelLattice& lattice) {
     const int columns = ((lattice.width + (lattice.camera_x & 3) + 3) / 4 + 15) / 16 * 16;
     const int rows = (lattice.height + (lattice.camera_y & 3) + 3) / 4;
-    const int plane = columns + 2 * params::split_margin;
+    // Rows and planes begin an odd number of cache lines apart. By powers of two they would share few places in the cache.
+    constexpr int line = 16;
+    const int plane = (columns + 2 * params::split_margin) / line % 2 == 1 ? columns + 2 * params::split_margin
+                                                                           : columns + 2 * params::split_margin + line;
     return {to_u32(lattice.width),
             to_u32(lattice.height),
             to_u32(lattice.camera_x),
             to_u32(lattice.camera_y),
             to_u32(columns),
             to_u32(rows),
-            to_u32(params::split_planes * plane),
+            to_u32(params::split_planes * plane + line),
             to_u32(plane)};
 }
 
