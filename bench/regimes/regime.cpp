@@ -28,6 +28,7 @@ const std::vector<Sweep>& sweeps() {
         {"focus", focus_distance},
         {"aperture", aperture},
         {"highlights", highlights},
+        {"motion", motion},
         {"w-range", w_range},
     };
     return all;
