@@ -192,7 +192,7 @@ Regime motion(const Device& device) {
     for (const double speed : speeds)
         add(regime, of_near_edge, exact, speed, near_edge(speed, exact_blur));
 
-    const char* why = "wanted: steady to the eye";
+    const char* why = "wanted: steady to watch";
     for (const Way& way : ways) {
         const bool fast = way.quality == Quality::fast;
         regime.boundaries.push_back({flicker(of_ssao), way.name, most_flicker, 0, none, why});
