@@ -383,7 +383,10 @@ INLINE uint rising_taps(const sideV* side, const sourceV* from, const placeV* pl
                         __global const tap_params* tap, int count) {
     intV rising = 0, bit = 1;
     for (int i = 0; i < count; ++i) {
-        const columnV seen = column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap + i), tap + i);
+        const uint at = at_tap(place, from->split, tap + i);
+        READ_NEXT(from->slopes + at);
+        READ_NEXT(from->fronts + at);
+        const columnV seen = column_at(side, from->fronts, from->slopes, at, tap + i);
         rising |= select((intV)0, bit, may_rise(first, &seen, tap + i));
         bit += bit;
     }
@@ -409,6 +412,7 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
             before = edge_of(&last, &seen, tap);
         }
         known = i + 1;
+        READ_NEXT(from->backs + at);
         next = column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap + 1), tap + 1);
         after = edge_of(&seen, &next, tap + 1);
         const floatV inner = inner_end_of(side, &seen, &before, tap);

@@ -118,7 +118,9 @@ TEST_CASE("ssao: what lies between its passes at 7680 x 4320", "[ssao][bands][sl
     SsaoCall options;
     options.radius = 0.1;
     options.quality = Quality::fast;
-    ssao(stored, options);
+    const Occlusion done = ssao(stored, options);
+    device.finish();
+    CHECK(done.visibility.width() == width);
     double bytes = 0;
     for (const runtime::ScratchBuffer& each : device.state().scratch)
         bytes += static_cast<double>(each.size);
