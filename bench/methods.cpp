@@ -111,10 +111,12 @@ void add_streams(std::vector<Method>& list) {
 }
 
 Method occlusion(std::string name, const SsaoOptions& options) {
-    return {"ssao",        std::move(name),
-            Kind::library, Storage::float32,
-            "copy",        [options](Case& on) {
-                return ssao(on.stored(), on.radius(), options).visibility; }};
+    return {"ssao", std::move(name), Kind::library, Storage::float32, "copy", [options](Case& on) {
+                SsaoOptions asked = options;
+                if (on.as_thick_as_brute_force)
+                    asked.thickness = on.brute_force_thickness();
+                return ssao(on.stored(), on.radius(), asked).visibility;
+            }};
 }
 
 void add_ssao(std::vector<Method>& list) {
