@@ -62,3 +62,33 @@ TEST_CASE("ssao scene: what lies before the near plane blocks no ray", "[ssao][o
     for (const oracle::Sample& p : oracle::ray_traced(above(4.75), camera, floor, 3, 256, 200))
         CHECK(p.visibility < 0.02);
 }
+
+TEST_CASE("ssao scene: thickness from the silhouette halves the error of railings", "[ssao]") {
+    const Camera camera = camera_of(standing);
+    const scene::Scene scene = scene::railings();
+    const auto image = scene::render(scene, camera);
+    const double width = oracle::median_width(oracle::DepthLayer(camera, image.z));
+    const StoredDepth stored{
+        Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, image.stored.data(), {960, 540}), camera};
+    for (const double fraction : {0.05, 0.4}) {
+        const auto points = oracle::ray_traced(scene, camera, image, fraction * width, oracle::sample_rays, 23);
+        const auto rms = [&](const SsaoOptions& options) {
+            const std::vector<float> got = floats(ssao(stored, fraction * width, options).visibility);
+            return oracle::error_of(points,
+                                    [&](const oracle::Sample& p) {
+                                        return static_cast<double>(
+                                            got[static_cast<std::size_t>(p.y * camera.width + p.x)]);
+                                    })
+                .rmse;
+        };
+        for (const Quality quality : {Quality::balanced, Quality::accurate}) {
+            const double constant = rms({.quality = quality});
+            const double silhouette = rms({.quality = quality, .thickness_from_silhouette = true});
+            std::printf(
+                "railings against the scene itself, radius %.0f %% of the width: constant thickness %.4f, from the "
+                "silhouette %.4f\n",
+                100 * fraction, constant, silhouette);
+            CHECK(silhouette <= constant / 2);
+        }
+    }
+}

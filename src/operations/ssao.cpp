@@ -7,6 +7,7 @@
 
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
+#include "operations/silhouette.hpp"
 #include "operations/ssao.hpp"
 #include "require.hpp"
 #include "runtime/kept.hpp"
@@ -74,9 +75,10 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
     require(std::isfinite(options.tolerance) && options.tolerance > 0, "tolerance = ", options.tolerance,
             " must be finite and greater than 0");
     require(options.falloff >= 0 && options.falloff <= 1, "falloff = ", options.falloff, " must be 0 to 1");
-    require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) + options.back_depth.has_value() <=
+    require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) +
+                    options.thickness_from_silhouette + options.back_depth.has_value() <=
                 1,
-            "thickness, thickness_map and back_depth exclude each other");
+            "thickness, thickness_map, thickness_from_silhouette and back_depth exclude each other");
     if (options.thickness_map) {
         check_size(options.thickness_map, stored, "thicknesses");
         require(options.thickness_map.channels() == 1, "the thickness map must have one channel");
@@ -176,9 +178,7 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const Centre
     return p;
 }
 
-namespace {
-
-params::grid_params grid(const Image& source, const PixelLattice& lattice) {
+params::grid_params lattice_grid(const Image& source, const PixelLattice& lattice) {
     const std::size_t first = static_cast<std::size_t>(lattice.y) * source.row_stride() +
                               static_cast<std::size_t>(lattice.x * source.channels());
     return {.source_offset = source.offset() + first,
@@ -193,8 +193,10 @@ params::grid_params grid(const Image& source, const PixelLattice& lattice) {
             .y_begin = 0};
 }
 
+namespace {
+
 params::source_params source(const Image& image, const PixelLattice& lattice) {
-    const params::grid_params from = grid(image, lattice);
+    const params::grid_params from = lattice_grid(image, lattice);
     return {.offset = from.source_offset, .stride = from.source_stride, .channels = to_u32(image.channels())};
 }
 
@@ -214,7 +216,7 @@ params::grid_params grid(const Image& target, const Region& region) {
 
 // THICKNESS of kernels/ssao_planes.cl. What is infinite is `longest_length` thick.
 int thickness_kind(const SsaoOptions& options) {
-    return options.back_depth ? 2 : options.thickness_map ? 1 : 0;
+    return options.thickness_from_silhouette ? 3 : options.back_depth ? 2 : options.thickness_map ? 1 : 0;
 }
 
 // A slice table on the device.
@@ -307,6 +309,11 @@ Planes split_into_planes(Call& call, const Image& depth) {
     } else if (options.thickness_map) {
         extra = options.thickness_map;
     }
+    params::grid_params extra_grid = lattice_grid(extra, call.lattice);
+    if (options.thickness_from_silhouette) {
+        extra = silhouette_thickness(call.scratch, depth, call.lattice, call.rays.perspective, call.occlusion);
+        extra_grid = lattice_grid(extra, pixel_lattice({extra, call.stored.camera}));
+    }
     const Image given = normals_for(call.stored, options), normals = given ? given : depth;
     call.occlusion.slope_errors = options.normals ? 0
                                   : given         ? slope_errors_fitted * static_cast<float>(call.lattice.every)
@@ -320,7 +327,7 @@ Planes split_into_planes(Call& call, const Image& depth) {
                                                 {"CLAMP", options.border == Border::clamp},
                                                 {"EVERY", call.lattice.every}}),
                     {call.vectors(call.split.stride), 4 * (call.split.rows + 2)}, depth, extra, normals, planes.fronts,
-                    planes.backs, planes.slopes, grid(depth, call.lattice), grid(extra, call.lattice),
+                    planes.backs, planes.slopes, lattice_grid(depth, call.lattice), extra_grid,
                     source(normals, call.lattice), call.split, call.occlusion);
     return planes;
 }
@@ -350,8 +357,9 @@ void upsample(const Call& call, const Image& depth, const Image& found, Output o
     const std::size_t columns = static_cast<std::size_t>(depth.width() + call.lattice.x);
     runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
                     {(columns + 2 * vector_width - 1) / (2 * vector_width), static_cast<std::size_t>(region.height)},
-                    depth, found, result, grid(depth, all), grid(found, pixel_lattice({found, call.stored.camera})),
-                    grid(result, region), call.parameters(all));
+                    depth, found, result, lattice_grid(depth, all),
+                    lattice_grid(found, pixel_lattice({found, call.stored.camera})), grid(result, region),
+                    call.parameters(all));
 }
 
 // What is asked for, where it goes, and how messages name it.

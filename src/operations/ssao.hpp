@@ -21,4 +21,7 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const Centre
                                               const InverseDepthError& error, double radius, const SsaoOptions& options,
                                               const SliceTable& table);
 
+/// Where the pixels of a lattice lie in an image.
+params::grid_params lattice_grid(const Image& source, const PixelLattice& lattice);
+
 } // namespace fathom
