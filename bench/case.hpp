@@ -46,6 +46,10 @@ public:
     double max_coc_px = 0; ///< of dof and dof_masks: diameter of the image's max CoC
     double focus = 0;      ///< of them: depth; 0: the first third of the surfaces is nearer
 
+    /// ssao: where its method may choose, as thick as brute force takes surfaces to be, and not as the method takes them.
+    bool as_thick_as_brute_force = false;
+    double brute_force_thickness() const { return radius() / 4; }
+
     double radius() const { return radius_px * median_width() / width(); }
     CircleOfConfusion lens() const;
 

@@ -45,7 +45,25 @@ public:
             return circle_error(got);
         if (method.operation == "normals")
             return normal_error(method, got);
-        return method.operation == "ssao" ? occlusion_error(got) : blur_error(got);
+        return blur_error(got);
+    }
+
+    /// Of ssao, against brute force over the same depth image at its thickness.
+    Deviation method_error(const Method& method) {
+        if (!layer_)
+            layer_.emplace(view_.camera(), rendered_.z);
+        if (!brute_force_)
+            brute_force_ = oracle::brute_force(*layer_, rendered_.normal, on_.radius(), on_.brute_force_thickness(),
+                                               oracle::sample_slices, occlusion_stride);
+        return occlusion_error(method, *brute_force_, true);
+    }
+
+    /// Of ssao at the method's own thickness, against rays into the scene itself.
+    Deviation scene_error(const Method& method) {
+        if (!rays_)
+            rays_ = oracle::ray_traced(view_.scene, view_.camera(), rendered_, on_.radius(), oracle::sample_rays,
+                                       occlusion_stride);
+        return occlusion_error(method, *rays_, false);
     }
 
     /// dof is run on a picture, which is made first.
@@ -57,7 +75,8 @@ public:
     /// Sets the radius of ssao.
     void set_radius(double fraction) {
         on_.radius_px = fraction * on_.width();
-        occlusion_.reset();
+        brute_force_.reset();
+        rays_.reset();
     }
 
 private:
@@ -133,15 +152,13 @@ private:
                        }));
     }
 
-    Deviation occlusion_error(const std::vector<float>& got) {
-        if (!layer_)
-            layer_.emplace(view_.camera(), rendered_.z);
-        if (!occlusion_)
-            occlusion_ = oracle::brute_force(*layer_, rendered_.normal, on_.radius(), on_.radius() / 4,
-                                             oracle::sample_slices, occlusion_stride);
-        const oracle::Off off = oracle::error_of(
-            *occlusion_, [&](const oracle::Sample& p) { return static_cast<double>(got[index(p.x, p.y)]); });
-        return {"visibility", off.bias, off.rmse, off.p99, off.worst, occlusion_->size()};
+    Deviation occlusion_error(const Method& method, const std::vector<oracle::Sample>& truth,
+                              bool as_thick_as_brute_force) {
+        on_.as_thick_as_brute_force = as_thick_as_brute_force;
+        const std::vector<float> got = floats_of(method.run(on_));
+        const oracle::Off off =
+            oracle::error_of(truth, [&](const oracle::Sample& p) { return static_cast<double>(got[index(p.x, p.y)]); });
+        return {"visibility", off.bias, off.rmse, off.p99, off.worst, truth.size()};
     }
 
     // Not where the circle reaches beyond the image.
@@ -167,7 +184,7 @@ private:
     scene::Rendered rendered_;
     Case on_;
     std::optional<oracle::DepthLayer> layer_;
-    std::optional<std::vector<oracle::Sample>> occlusion_;
+    std::optional<std::vector<oracle::Sample>> brute_force_, rays_;
     std::vector<BlurSample> blur_;
 };
 
@@ -186,8 +203,13 @@ std::vector<Figures> errors(const Device& device, const std::vector<Method>& met
                         .scene = view.name,
                         .width = view.camera().width,
                         .height = view.camera().height,
-                        .radius_px = radius_px,
-                        .error = judge.error(method)});
+                        .radius_px = radius_px});
+        if (method.operation == "ssao") {
+            rows.back().error = judge.method_error(method);
+            rows.back().scene_error = judge.scene_error(method);
+        } else {
+            rows.back().error = judge.error(method);
+        }
         report(rows.back());
     };
     for (const View& view : views) {

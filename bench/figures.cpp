@@ -32,6 +32,9 @@ std::vector<Cell> cells(const Figures& f, Clock clock) {
     for (const Cell& cell : std::vector<Cell>{error.unit, error.mean, error.rms, error.p99, error.worst,
                                               1.0 * static_cast<double>(error.points)})
         row.push_back(judged ? cell : Cell());
+    const Deviation in_scene = f.scene_error.value_or(Deviation{});
+    for (const double each : {in_scene.mean, in_scene.rms, in_scene.p99, in_scene.worst})
+        row.push_back(f.scene_error ? Cell(each) : Cell());
     row.push_back(if_any(f.bytes));
     return row;
 }
@@ -68,14 +71,18 @@ void print_row(const Figures& row) {
     if (row.error)
         std::printf(" %10.3g %s rms, mean %+.3g, 99%% %.3g, worst %.3g, %zu points", row.error->rms,
                     row.error->unit.c_str(), row.error->mean, row.error->p99, row.error->worst, row.error->points);
+    if (row.scene_error)
+        std::printf("; the scene itself %.3g rms, mean %+.3g, 99%% %.3g, worst %.3g", row.scene_error->rms,
+                    row.scene_error->mean, row.scene_error->p99, row.scene_error->worst);
     std::printf("\n");
     std::fflush(stdout);
 }
 
 Table table_of(const Device& device, const std::vector<Figures>& rows, Clock clock) {
-    Table table(device, {"operation", "method", "kind", "storage", "scene",  "width",  "height",   "radius_px",
-                         "clock",     "runs",   "ms",   "ms_q25",  "ms_q75", "floor",  "floor_ms", "time_to_floor",
-                         "unit",      "mean",   "rms",  "p99",     "worst",  "points", "bytes"});
+    Table table(device, {"operation", "method",        "kind",      "storage",   "scene",       "width",  "height",
+                         "radius_px", "clock",         "runs",      "ms",        "ms_q25",      "ms_q75", "floor",
+                         "floor_ms",  "time_to_floor", "unit",      "mean",      "rms",         "p99",    "worst",
+                         "points",    "scene_mean",    "scene_rms", "scene_p99", "scene_worst", "bytes"});
     for (const Figures& row : rows)
         table.add(cells(row, clock));
     return table;

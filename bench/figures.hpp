@@ -34,7 +34,8 @@ struct Figures {
     std::string floor = {};
     double floor_seconds = 0; ///< median
     std::optional<Deviation> error = {};
-    double bytes = 0; ///< of the device's memory; 0: not counted
+    std::optional<Deviation> scene_error = {}; ///< ssao: against the scene itself, at the method's own thickness
+    double bytes = 0;                          ///< of the device's memory; 0: not counted
 };
 
 /// One line for people.
@@ -52,6 +53,7 @@ void print_row(const Figures& row);
 ///                                           degrees    between normals, not signed; 90 for none
 ///                                           visibility got less true
 ///                                           colour     of 1, got less true
+///   scene_mean, scene_rms, scene_p99, scene_worst    ssao: the same against rays into the scene itself
 ///   bytes                                 images in and out, and scratch
 /// Empty: not measured.
 Table table_of(const Device& device, const std::vector<Figures>& rows, Clock clock);

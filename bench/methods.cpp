@@ -111,18 +111,27 @@ void add_streams(std::vector<Method>& list) {
 }
 
 Method occlusion(std::string name, const SsaoOptions& options) {
-    return {"ssao",        std::move(name),
-            Kind::library, Storage::float32,
-            "copy",        [options](Case& on) {
-                return ssao(on.stored(), on.radius(), options).visibility; }};
+    return {"ssao", std::move(name), Kind::library, Storage::float32, "copy", [options](Case& on) {
+                SsaoOptions asked = options;
+                if (on.as_thick_as_brute_force) {
+                    asked.thickness = on.brute_force_thickness();
+                    asked.thickness_from_silhouette = false;
+                }
+                return ssao(on.stored(), on.radius(), asked).visibility;
+            }};
 }
+
+constexpr const char* silhouette_suffix = ", silhouette";
 
 void add_ssao(std::vector<Method>& list) {
     for (const bool half : {false, true}) {
         const char* const suffix = half ? ", half resolution" : "";
         for (const auto& [name, quality] :
              {std::pair{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}})
-            list.push_back(occlusion(text(name, suffix), {.quality = quality, .half_resolution = half}));
+            for (const bool silhouette : {false, true})
+                list.push_back(
+                    occlusion(text(name, suffix, silhouette ? silhouette_suffix : ""),
+                              {.quality = quality, .thickness_from_silhouette = silhouette, .half_resolution = half}));
         std::vector<std::pair<int, int>> explicit_counts{{1, 8}, {1, 16}, {2, 32}, {4, 32}, {4, 64}};
         if (half)
             explicit_counts = {{1, 16}, {1, 64}, {4, 64}};

@@ -205,6 +205,15 @@ typedef struct {
 } occlusion_params;
 PARAMS(occlusion_params, 136)
 
+// What a silhouette's width is measured by, see kernels/silhouette.cl. Lengths are in scene units.
+typedef struct {
+    float step[4];     // a pixel's step along the row, the column and the two diagonals: at distance one (perspective)
+    float least_step;  // of these
+    float least, most; // thickness
+    float farther;     // a surface that is this much deeper is another one
+} silhouette_params;
+PARAMS(silhouette_params, 32)
+
 // The circle of confusion of a stored value: see CircleOfConfusion in include/fathom/lens.hpp and kernels/circle.h.
 typedef struct {
     wide numerator[4];   // sum: c, or 1/(z - lens_depth) under a perspective; quotient: c = numerator / denominator

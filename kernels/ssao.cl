@@ -75,23 +75,6 @@ INLINE floatV measure(floatV c, floatV nu) {
     return fma(-c, c, (floatV)1.0f) + nu * ((float)M_PI_2_F - lens(c));
 }
 
-INLINE int greatest(intV a) {
-#if V == 1
-    return a;
-#else
-#if V == 16
-    const int8 half_of = max(a.lo, a.hi);
-    const int4 quarter = max(half_of.lo, half_of.hi);
-#elif V == 8
-    const int4 quarter = max(a.lo, a.hi);
-#else
-    const int4 quarter = a;
-#endif
-    const int2 two = max(quarter.lo, quarter.hi);
-    return max(two.x, two.y);
-#endif
-}
-
 // The pixels of a work-item, their rays, and what one pixel's step adds to these.
 typedef struct {
     intV surface;

@@ -3,8 +3,9 @@
 //   back    inverse depth of the end of what is assumed solid behind it
 //   slopes  of the tangent plane on the screen, right and down, from neighbouring depths or from given normals
 // Outside the image there is nothing, or the border's pixels again.
-// Built for: THICKNESS = 0 1 2; GIVEN_NORMALS = 0 1 2; CLAMP = 0 1; EVERY = 1 2
+// Built for: THICKNESS = 0 1 2 3; GIVEN_NORMALS = 0 1 2; CLAMP = 0 1
 
+#include "lattice.h"
 #include "ray.h"
 #include "slope.h"
 #include "split.h"
@@ -13,7 +14,7 @@
 #error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 #ifndef THICKNESS
-#error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 inverse depth of the back"
+#error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 inverse depth of the back, 3 an image of every pixel that is computed"
 #endif
 #ifndef GIVEN_NORMALS
 #error                                                                                                                 \
@@ -23,30 +24,20 @@
 #error "CLAMP is not defined: 1 to repeat the border outside the image, 0 for nothing there"
 #endif
 
-#ifndef EVERY
-#error "EVERY is not defined: 1 for all pixels, 2 for every second one of a row; strides say which rows"
-#endif
-
-// V neighbours of a row, from one of them on.
-INLINE floatV load_every(__global const float* first) {
-#if EVERY == 2 && V > 1
-    const floatV a = LOAD(float, first), b = LOAD(float, first + V);
-    return (floatV)(a.even, b.even);
-#else
-    return LOAD(float, first);
-#endif
-}
-
-// The same at (x, y); beyond the image the border's pixels under CLAMP, `outside` otherwise.
-INLINE floatV row_at(__global const float* image, const grid_params* grid, int x, int y, float outside) {
+// V neighbours of a row at (x, y), of an image of all pixels or of every `every`-th; beyond it the border's pixels under
+// CLAMP, `outside` otherwise.
+INLINE floatV row_at(__global const float* image, const grid_params* grid, int every, int x, int y, float outside) {
     const int width = (int)grid->x_end, height = (int)grid->height;
-    if (y >= 0 && y < height && x >= 0 && x + V + EVERY - 1 <= width)
-        return load_every(image + grid->source_offset + (size_t)y * grid->source_stride + EVERY * x);
+    if (y >= 0 && y < height && x >= 0 && x + V + every - 1 <= width) {
+        __global const float* const first =
+            image + grid->source_offset + (size_t)y * grid->source_stride + every * x;
+        return every == EVERY ? load_every(first) : LOAD(float, first);
+    }
     float lanes[V];
     for (int i = 0; i < V; ++i) {
         const int column = clamp(x + i, 0, width - 1), row = clamp(y, 0, height - 1);
         const bool inside = CLAMP || (column == x + i && row == y);
-        lanes[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + EVERY * column] : outside;
+        lanes[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + every * column] : outside;
     }
     return *(const float_lanes*)lanes;
 }
@@ -54,15 +45,7 @@ INLINE floatV row_at(__global const float* image, const grid_params* grid, int x
 #if GIVEN_NORMALS != 1
 // The same without the border's repetition: slopes are one-sided there.
 INLINE floatV neighbours_at(__global const float* image, const grid_params* grid, int x, int y) {
-    const int width = (int)grid->x_end, height = (int)grid->height;
-    if (y >= 0 && y < height && x >= 0 && x + V + EVERY - 1 <= width)
-        return surface_only(load_every(image + grid->source_offset + (size_t)y * grid->source_stride + EVERY * x));
-    float lanes[V];
-    for (int i = 0; i < V; ++i) {
-        const bool inside = y >= 0 && y < height && x + i >= 0 && x + i < width;
-        lanes[i] = inside ? image[grid->source_offset + (size_t)y * grid->source_stride + EVERY * (x + i)] : NAN;
-    }
-    return surface_only(*(const float_lanes*)lanes);
+    return surface_only(inside_at(image, grid, x, y));
 }
 
 // The slope where the pixels next to this one are missing, as in every second row of a frame: from those beyond them.
@@ -122,17 +105,17 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
     floatV front[4], back[4], slopes_here[4];
     for (int j = 0; j < 4; ++j) {
         const int x = left + j * V;
-        const floatV q = row_at(depth, &grid, x, y, NAN);
+        const floatV q = row_at(depth, &grid, EVERY, x, y, NAN);
         const intV known = !isnan(q), surface = known & (q > (PERSPECTIVE ? 0.0f : -FLT_MAX));
         front[j] = select(select((floatV)UNKNOWN, (floatV)NOTHING, known), q, surface);
         const floatV fx = convert_floatV((intV)x + LANE_INDEX(int)) + ((float)split.pixel_x + 0.5f);
         const float fy = (float)y + (float)split.pixel_y + 0.5f;
-#if THICKNESS < 2
+#if THICKNESS != 2
         const floatV length = ray_length(&occlusion, fx, fy);
 #if THICKNESS == 0
         const floatV thickness = (floatV)occlusion.thickness;
 #else
-        const floatV thickness = row_at(extra, &extra_grid, x, y, 0.0f);
+        const floatV thickness = row_at(extra, &extra_grid, THICKNESS == 3 ? 1 : EVERY, x, y, 0.0f);
 #endif
 #if PERSPECTIVE
         const floatV behind = q / fma(q, thickness / length, (floatV)1.0f);
@@ -141,7 +124,7 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
 #endif
         back[j] = select(front[j], behind, surface & (thickness >= 0.0f));
 #else
-        const floatV behind = row_at(extra, &extra_grid, x, y, NAN);
+        const floatV behind = row_at(extra, &extra_grid, EVERY, x, y, NAN);
         back[j] = select(front[j], select((floatV)NOTHING, behind, behind > (PERSPECTIVE ? 0.0f : -FLT_MAX)),
                          surface & (behind <= q));
 #endif

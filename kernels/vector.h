@@ -121,6 +121,23 @@ INLINE bool any_of(intV condition) {
     return bits_of_any(condition) != 0;
 }
 
+INLINE int greatest(intV a) {
+#if V == 1
+    return a;
+#else
+#if V == 16
+    const int8 half_of = max(a.lo, a.hi);
+    const int4 quarter = max(half_of.lo, half_of.hi);
+#elif V == 8
+    const int4 quarter = max(a.lo, a.hi);
+#else
+    const int4 quarter = a;
+#endif
+    const int2 two = max(quarter.lo, quarter.hi);
+    return max(two.x, two.y);
+#endif
+}
+
 // Sum of two floats and its rounding error, exactly (Knuth 1969).
 typedef struct {
     floatV high, low;

@@ -97,10 +97,12 @@ TEST_CASE("bench: the columns of its tables stay what they are", "[bench]") {
     row.floor = "copy";
     row.floor_seconds = 0.001;
     row.error = bench::summary("visibility", {0.3, -0.4, 0.0});
+    row.scene_error = bench::summary("visibility", {0.5, -0.5});
     const std::string csv = bench::table_of(device, {row}, bench::Clock::wall).csv();
-    CHECK(
-        csv.starts_with("device,driver,commit,operation,method,kind,storage,scene,width,height,radius_px,clock,runs,ms,"
-                        "ms_q25,ms_q75,floor,floor_ms,time_to_floor,unit,mean,rms,p99,worst,points,bytes\n"));
+    CHECK(csv.starts_with(
+        "device,driver,commit,operation,method,kind,storage,scene,width,height,radius_px,clock,runs,ms,"
+        "ms_q25,ms_q75,floor,floor_ms,time_to_floor,unit,mean,rms,p99,worst,points,scene_mean,scene_rms,"
+        "scene_p99,scene_worst,bytes\n"));
     CHECK(csv.ends_with("ssao,balanced,library,float32,room,640,360,32,wall,3,3,3,4,copy,1,3,visibility,-0.0333333,"
-                        "0.288675,0.4,0.4,3,\n"));
+                        "0.288675,0.4,0.4,3,0,0.5,0.5,0.5,\n"));
 }

@@ -281,11 +281,18 @@ const std::pair<const char*, Projection> projections[] = {
     {"orthographic", orthographic({-2.6, 2.6, -1.95, 1.95}, {0.5, 500})},
 };
 
+SsaoCall from_silhouette(double radius, Quality quality) {
+    SsaoCall call = options_of(radius, quality);
+    call.thickness_from_silhouette = true;
+    return call;
+}
+
 const std::pair<const char*, SsaoCall> ways[] = {
     {"fast", options_of(0.5, Quality::fast)},
     {"balanced", options_of(0.5, Quality::balanced)},
     {"accurate", options_of(0.5, Quality::accurate)},
     {"balanced, height field", options_of(0.5, Quality::balanced, oracle::infinite)},
+    {"balanced, silhouette", from_silhouette(0.5, Quality::balanced)},
 };
 
 } // namespace

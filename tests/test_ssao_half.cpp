@@ -383,6 +383,7 @@ const std::pair<const char*, Change> changes[] = {
     {"falloff", [](auto& o, const auto&) { o.falloff = 1; }},
     {"infinite thickness", [](auto& o, const auto&) { o.thickness = oracle::infinite; }},
     {"thickness map", [](auto& o, const Inputs& in) { o.thickness_map = in.map; }},
+    {"thickness from the silhouette", [](auto& o, const auto&) { o.thickness_from_silhouette = true; }},
     {"back layer", [](auto& o, const Inputs& in) { o.back_depth = in.behind; }},
     {"given normals", [](auto& o, const Inputs& in) { o.normals = in.normal_image; }},
     {"seed", [](auto& o, const auto&) { o.seed = 5; }},

@@ -32,7 +32,8 @@ struct SsaoOptions {
     /// How thick surfaces are along their rays, scene units. Default: a quarter of the radius. Infinity: everything behind a
     /// surface is solid, as in a height field.
     std::optional<double> thickness = {};
-    Image thickness_map = {};                   ///< the same for each pixel: one float, same size as the depth
+    Image thickness_map = {};               ///< the same for each pixel: one float, same size as the depth
+    bool thickness_from_silhouette = false; ///< the same for each pixel, as thick as its object is wide in the image
     std::optional<StoredDepth> back_depth = {}; ///< where each pixel's solid ends: a second layer of depth, same size
 
     double falloff = 0; ///< 0 to 1: fraction of the radius, at its end, over which occluders fade out; 0: a hard end
@@ -52,6 +53,14 @@ struct SsaoOptions {
     bool bent_normal = false;          ///< wanted?
     bool confidence = false;           ///< wanted?
 };
+
+/// Bounds of a thickness from the silhouette, as fractions of the radius. A run to the image's border counts as the most. The
+/// halo that makes a tile bit-identical is longer by the most.
+inline constexpr double silhouette_least = 0.01, silhouette_most = 0.5;
+
+/// A surface that lies deeper behind a pixel than this fraction of the radius, and deeper than it lies aside, is beyond the
+/// silhouette of the pixel's object.
+inline constexpr double silhouette_step = 0.02;
 
 /// Largest difference from 1 of the visibility of a plane that nothing rises above.
 inline constexpr double ssao_plane_error = 0.002;

@@ -110,7 +110,8 @@ nb::object normals_of(const Pixels& depth, const CameraObject& camera, const Wor
 
 nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number& radius, const Word<Quality>& quality,
                    const Count& slices, const Count& samples, const Count& jitter, const Number& max_error,
-                   const Number& thickness, const Pixels& thickness_map, const Pixels& back_depth,
+                   const Number& thickness, const Pixels& thickness_map, const Flag& thickness_from_silhouette,
+                   const Pixels& back_depth,
                    const Number& falloff, const Word<Border>& border, const std::optional<std::int64_t>& seed,
                    const Flag& half_resolution, const std::optional<std::array<int, 4>>& region,
                    const Number& tolerance, const Pixels& normals, const Word<Space>& normals_space,
@@ -124,6 +125,7 @@ nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number
     if (seed && (*seed < 0 || *seed > std::numeric_limits<std::uint32_t>::max()))
         throw std::invalid_argument("seed = " + std::to_string(*seed) + " must be 0 to 4294967295");
     options.seed = static_cast<std::uint32_t>(seed.value_or(options.seed));
+    set(options.thickness_from_silhouette, thickness_from_silhouette);
     set(options.half_resolution, half_resolution);
     set(options.tolerance, tolerance);
     normals_space.set(options.normals_space, "normals_space");
@@ -382,7 +384,8 @@ radius: how far occlusion reaches, scene units (default: "ao_distance" of the ca
 quality: 'fast', 'balanced' (default) or 'accurate'; slices (1 to 64), samples (1 to 256) and jitter (1, 4 or 16) are instead
 of what it sets. max_error: an rms error of visibility, instead of all these.
 thickness: of surfaces along their rays, scene units; inf suits terrain (default: a quarter of the radius). thickness_map: the
-same for each pixel, (H, W) float32. back_depth: where solids end, a second layer of depth.
+same for each pixel, (H, W) float32. thickness_from_silhouette=True: each pixel's object is as thick as it is wide in the
+image. back_depth: where solids end, a second layer of depth.
 falloff: fraction of the radius over which occluders fade out, 0 to 1 (default 0). border: 'open' (default) or 'clamp'.
 half_resolution: compute a quarter of the pixels. region: the part (x, y, width, height) that is computed. seed: turns the
 jitter. tolerance: how far depth may be off, in half steps of its storage (default 1).
@@ -461,7 +464,7 @@ void bind_operations(nb::module_& module) {
         OPTION("max_error"), OPTION("space"), OPTION("channels"), OPTION("tolerance"), COMMON);
     def("ssao", ssao_of, ssao_text, arg("depth"), arg("camera"), OPTION("radius"), nb::kw_only(), OPTION("quality"),
         OPTION("slices"), OPTION("samples"), OPTION("jitter"), OPTION("max_error"), OPTION("thickness"),
-        OPTION("thickness_map"), OPTION("back_depth"), OPTION("falloff"), OPTION("border"), OPTION("seed"),
+        OPTION("thickness_map"), OPTION("thickness_from_silhouette"), OPTION("back_depth"), OPTION("falloff"), OPTION("border"), OPTION("seed"),
         OPTION("half_resolution"), OPTION("region"), OPTION("tolerance"), OPTION("normals"), OPTION("normals_space"),
         OPTION("bent_normal"), OPTION("confidence"), COMMON);
     def("dof_masks", dof_masks_of, dof_masks_text, arg("depth"), arg("camera"), nb::kw_only(), LENS, OPTION("sharp_px"),

@@ -62,6 +62,10 @@ OPERATIONS = {
         ["ssao", "--radius", 0.5, "--quality", "fast", "--falloff", 0.25, "--seed", 7],
         lambda d, c, _: fathom.ssao(d, c, radius=0.5, quality="fast", falloff=0.25, seed=7),
     ),
+    "ssao-silhouette": (
+        ["ssao", "--radius", 0.5, "--thickness", "silhouette"],
+        lambda d, c, _: fathom.ssao(d, c, radius=0.5, thickness_from_silhouette=True),
+    ),
     "ssao-region": (
         ["ssao", "--radius", 0.5, "--region", "10,20,30,25"],
         lambda d, c, _: fathom.ssao(d, c, radius=0.5, region=(10, 20, 30, 25)),

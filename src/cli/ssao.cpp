@@ -32,14 +32,19 @@ CLI::Validator is_whole(int least, double most) {
                        [=](double n) { return n == std::floor(n) && n >= least && n <= most; });
 }
 
-CLI::Validator is_a_length_or_inf() {
-    return CLI::Validator(
-        [](std::string& text) {
-            double value;
-            const bool good = CLI::detail::lexical_cast(text, value) && value >= 0;
-            return good ? std::string() : "'" + text + "' will not do; it is a number from 0, or inf";
-        },
-        "");
+constexpr const char* silhouette = "silhouette";
+
+// "T", "inf" or "silhouette"; what is wrong with it otherwise.
+std::string parse_thickness(const std::string& text, SsaoOptions& options) {
+    double value = 0;
+    options.thickness.reset();
+    options.thickness_from_silhouette = text == silhouette;
+    if (options.thickness_from_silhouette)
+        return "";
+    if (!CLI::detail::lexical_cast(text, value) || !(value >= 0))
+        return "'" + text + "' will not do; it is a number from 0, inf, or silhouette";
+    options.thickness = value;
+    return "";
 }
 
 // Four whole numbers "X,Y,W,H"; what is wrong with them otherwise.
@@ -75,9 +80,19 @@ void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
     add("--jitter", "1|4|16", is_one_of({"1", "4", "16"}), ssao.jitter,
         "number of neighbouring pixels that look into different\n"
         "directions and are averaged. 1 turns both off (default: by\nquality)");
-    add("--thickness", "T|inf", is_a_length_or_inf(), ssao.thickness,
-        "how thick surfaces are along their rays, scene units. inf suits\n"
-        "terrain and reliefs (default: a quarter of the radius)");
+    app.add_option_function<std::string>(
+           "--thickness", [&ssao](const std::string& text) { parse_thickness(text, ssao); },
+           "how thick surfaces are along their rays, scene units. inf suits\n"
+           "terrain and reliefs. silhouette: as thick as they are wide in the\n"
+           "image (default: a quarter of the radius)")
+        ->type_name("T|inf|silhouette")
+        ->check(CLI::Validator(
+            [](std::string& text) {
+                SsaoOptions ignored;
+                return parse_thickness(text, ignored);
+            },
+            ""))
+        ->group("Occlusion");
     add("--falloff", "F", is_a_number("number from 0 to 1", [](double f) { return f >= 0 && f <= 1; }), ssao.falloff,
         "fraction of the radius, at its end, over which occluders fade\nout, 0 to 1 (default: 0, a hard end)");
     add_enum_option(app, "--border", ssao.border, {{"open", Border::open}, {"clamp", Border::clamp}},

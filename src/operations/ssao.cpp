@@ -8,6 +8,7 @@
 #include "operations/bands.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
+#include "operations/silhouette.hpp"
 #include "operations/ssao.hpp"
 #include "require.hpp"
 #include "runtime/kept.hpp"
@@ -78,9 +79,10 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
     require(std::isfinite(options.tolerance) && options.tolerance > 0, "tolerance = ", options.tolerance,
             " must be finite and greater than 0");
     require(options.falloff >= 0 && options.falloff <= 1, "falloff = ", options.falloff, " must be 0 to 1");
-    require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) + options.back_depth.has_value() <=
+    require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) +
+                    options.thickness_from_silhouette + options.back_depth.has_value() <=
                 1,
-            "thickness, thickness_map and back_depth exclude each other");
+            "thickness, thickness_map, thickness_from_silhouette and back_depth exclude each other");
     if (options.thickness_map) {
         check_size(options.thickness_map, stored, "thicknesses");
         require(options.thickness_map.channels() == 1, "the thickness map must have one channel");
@@ -189,10 +191,7 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const Centre
     return p;
 }
 
-namespace {
-
-// Where the lattice lies in an image that begins with row `top`. The offset of its first pixel wraps if that row is missing.
-params::grid_params grid(const Image& source, const PixelLattice& lattice, int top) {
+params::grid_params lattice_grid(const Image& source, const PixelLattice& lattice, int top) {
     const std::size_t first = static_cast<std::size_t>(lattice.y - top) * source.row_stride() +
                               static_cast<std::size_t>(lattice.x * source.channels());
     return {.source_offset = source.offset() + first,
@@ -207,8 +206,10 @@ params::grid_params grid(const Image& source, const PixelLattice& lattice, int t
             .y_begin = 0};
 }
 
+namespace {
+
 params::source_params source(const Image& image, const PixelLattice& lattice, int top) {
-    const params::grid_params from = grid(image, lattice, top);
+    const params::grid_params from = lattice_grid(image, lattice, top);
     return {.offset = from.source_offset, .stride = from.source_stride, .channels = to_u32(image.channels())};
 }
 
@@ -228,7 +229,7 @@ params::grid_params grid(const Image& target, const Region& region) {
 
 // THICKNESS of kernels/ssao_planes.cl. What is infinite is `longest_length` thick.
 int thickness_kind(const SsaoOptions& options) {
-    return options.back_depth ? 2 : options.thickness_map ? 1 : 0;
+    return options.thickness_from_silhouette ? 3 : options.back_depth ? 2 : options.thickness_map ? 1 : 0;
 }
 
 // A slice table on the device.
@@ -327,7 +328,7 @@ StoredDepth part_of(const StoredDepth& stored, const Region& rows) {
     return stored.region(rows.x, rows.y, rows.width, rows.height);
 }
 
-// The planes of the whole image. `depth` is its inverse depth, if that is there already.
+// The planes of the whole image. `depth` is its inverse depth, if that is there already: silhouettes need it.
 Planes split_into_planes(Call& call, const Image& depth) {
     const SsaoOptions& options = call.options;
     const int plane_rows = to_u32(call.split.rows + 2);
@@ -335,6 +336,10 @@ Planes split_into_planes(Call& call, const Image& depth) {
     constexpr int halo = 1; // row of the planes, four of the image
     static_assert(4 * halo > params::depth_margin_rows, "fitted normals look so far");
     const std::size_t row_bytes = 4 * sizeof(float) * static_cast<std::size_t>(call.lattice.width);
+    const Image silhouettes =
+        options.thickness_from_silhouette
+            ? silhouette_thickness(call.scratch, depth, call.lattice, call.rays.perspective, call.occlusion)
+            : Image();
     for (const Band& band :
          bands(plane_rows, halo, row_bytes, depth ? std::numeric_limits<std::size_t>::max() : band_bytes)) {
         runtime::Scratch scratch(call.device);
@@ -342,19 +347,23 @@ Planes split_into_planes(Call& call, const Image& depth) {
         const StoredDepth part = part_of(call.stored, rows);
         const Image here = depth ? depth : inverse_depth(scratch, part, call.rays);
         Image extra = here;
-        int extra_top = rows.y;
-        if (options.back_depth) {
+        params::grid_params extra_grid = lattice_grid(here, call.lattice, rows.y);
+        if (silhouettes) {
+            extra = silhouettes;
+            extra_grid = lattice_grid(extra, pixel_lattice({extra, call.stored.camera}));
+        } else if (options.back_depth) {
             extra = inverse_depth(scratch, part_of(*options.back_depth, rows),
                                   centre_rays(camera_rays(options.back_depth->camera)));
+            extra_grid = lattice_grid(extra, call.lattice, rows.y);
         } else if (options.thickness_map) {
             extra = options.thickness_map;
-            extra_top = 0;
+            extra_grid = lattice_grid(extra, call.lattice);
         }
         const Image given = normals_for(part, options), normals = given ? given : here;
         call.occlusion.slope_errors = options.normals ? 0
                                       : given         ? slope_errors_fitted * static_cast<float>(call.lattice.every)
                                                       : slope_errors_neighbours;
-        params::grid_params from = grid(here, call.lattice, rows.y);
+        params::grid_params from = lattice_grid(here, call.lattice, rows.y);
         from.y_begin = 4 * to_u32(band.begin);
         runtime::launch(call.device,
                         call.kernel("ssao_planes", {{"THICKNESS", thickness_kind(options)},
@@ -364,8 +373,7 @@ Planes split_into_planes(Call& call, const Image& depth) {
                                                     {"CLAMP", options.border == Border::clamp},
                                                     {"EVERY", call.lattice.every}}),
                         {call.vectors(call.split.plane), 4 * static_cast<std::size_t>(band.end - band.begin)}, here,
-                        extra, normals, planes.fronts, planes.backs, planes.slopes, from,
-                        grid(extra, call.lattice, extra_top),
+                        extra, normals, planes.fronts, planes.backs, planes.slopes, from, extra_grid,
                         source(normals, call.lattice, options.normals ? 0 : rows.y), call.split, call.occlusion);
     }
     return planes;
@@ -396,8 +404,8 @@ void upsample(const Call& call, const Image& depth, const Image& found, Output o
     const std::size_t columns = static_cast<std::size_t>(depth.width() + call.lattice.x);
     runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
                     {(columns + 2 * vector_width - 1) / (2 * vector_width), static_cast<std::size_t>(region.height)},
-                    depth, found, result, grid(depth, all, 0),
-                    grid(found, pixel_lattice({found, call.stored.camera}), 0), grid(result, region),
+                    depth, found, result, lattice_grid(depth, all),
+                    lattice_grid(found, pixel_lattice({found, call.stored.camera})), grid(result, region),
                     call.parameters(all));
 }
 
@@ -486,7 +494,8 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     check_results(stored, options, wanted(options, results));
     Call call(stored, radius, options);
     const runtime::Launched launched(call.device, launch);
-    const Image depth = options.half_resolution ? inverse_depth(call.scratch, stored, call.rays) : Image();
+    const bool needs_whole_depth = options.half_resolution || options.thickness_from_silhouette;
+    const Image depth = needs_whole_depth ? inverse_depth(call.scratch, stored, call.rays) : Image();
     const Planes planes = split_into_planes(call, depth);
     const std::vector<Wanted> results_wanted = wanted(options, results);
     if (!options.half_resolution) {

@@ -21,4 +21,8 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const Centre
                                               const InverseDepthError& error, double radius, const SsaoOptions& options,
                                               const SliceTable& table);
 
+/// Where the pixels of a lattice lie in an image that begins with row `top` of the stored one. The offset of the first pixel
+/// wraps if the image does not have its row.
+params::grid_params lattice_grid(const Image& source, const PixelLattice& lattice, int top = 0);
+
 } // namespace fathom

@@ -110,6 +110,8 @@ int run_occlusion(const Device& device, const Camera& camera) {
     options.normals = directions;
     ssao(whole, 1, options);
     options.normals = {};
+    options.thickness.reset();
+    options.thickness_from_silhouette = true;
     ssao(whole.region(1, 1, width - 2, height - 1), 1, options);
     options.half_resolution = options.confidence = options.bent_normal = true;
     ssao(whole, 1, options);

@@ -229,6 +229,8 @@ std::vector<Operation> make_all() {
                     [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.back_depth = in.coarse})); }),
         with_inputs("ssao, thickness map",
                     [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness_map = in.thickness})); }),
+        with_inputs("ssao, thickness from the silhouette",
+                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness_from_silhouette = true})); }),
         with_inputs("ssao, 16 bits", [](const Inputs& in) { return images(ssao(in.coarse, 0.5)); }),
         with_inputs("dof_masks", [](const Inputs& in) { return images(dof_masks(in.stored, lens)); }),
         with_inputs("dof_masks, all of them",

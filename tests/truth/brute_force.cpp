@@ -2,23 +2,87 @@
 
 #include "parallel.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace oracle {
+namespace {
+
+template <typename IsSurface>
+std::vector<Sample> sample_points(int width, int height, int stride, const IsSurface& is_surface) {
+    std::vector<Sample> points;
+    for (int y = stride / 2; y < height; y += stride)
+        for (int x = stride / 2; x < width; x += stride)
+            if (is_surface(x, y))
+                points.push_back({x, y, 0});
+    return points;
+}
+
+/// Planes of the near and far end of what a camera sees, world space: positive inside, not of unit length.
+Eigen::Matrix<double, 2, 4> clip_planes(const fathom::Camera& camera) {
+    const fathom::Projection& projection = camera.projection;
+    const Eigen::Matrix4d view = fathom::scene::to_world(camera).inverse();
+    const Eigen::Matrix4d clip = projection.matrix.cast<double>() * view;
+    const bool from_zero = projection.convention.clip_z == fathom::ClipZ::zero_to_one;
+    Eigen::Matrix<double, 2, 4> planes;
+    planes << clip.row(2) + (from_zero ? 0 : 1) * clip.row(3), clip.row(3) - clip.row(2);
+    return planes;
+}
+
+/// How far a ray from a point inside stays inside, at most `length`.
+double within(const Eigen::Matrix<double, 2, 4>& planes, const Eigen::Vector3d& start, const Eigen::Vector3d& direction,
+              double length) {
+    for (int i = 0; i < 2; ++i) {
+        const double falls = -planes.row(i).head<3>().dot(direction), height = planes.row(i).dot(start.homogeneous());
+        if (falls * length > height)
+            length = std::max(height, 0.0) / falls;
+    }
+    return length;
+}
+
+} // namespace
 
 std::vector<Sample> brute_force(const DepthLayer& layer, const std::vector<Eigen::Vector3d>& normals, double radius,
                                 double thickness, int slices, int stride) {
-    std::vector<Sample> points;
-    for (int y = stride / 2; y < layer.height(); y += stride)
-        for (int x = stride / 2; x < layer.width(); x += stride)
-            if (std::isfinite(layer.inverse_depth(x, y)))
-                points.push_back({x, y, 0});
+    std::vector<Sample> points = sample_points(layer.width(), layer.height(), stride,
+                                               [&](int x, int y) { return std::isfinite(layer.inverse_depth(x, y)); });
     in_parallel(points.size(), [&](std::size_t i) {
         Sample& p = points[i];
         const auto at =
             static_cast<std::size_t>(p.y) * static_cast<std::size_t>(layer.width()) + static_cast<std::size_t>(p.x);
         p.visibility = screen_visibility(layer, p.x, p.y, normals[at], {radius, thickness, slices});
+    });
+    return points;
+}
+
+// Vogel's spiral: equal parts of the unit disk below the hemisphere, turned by another angle at each point.
+std::vector<Sample> ray_traced(const fathom::scene::Scene& scene, const fathom::Camera& camera,
+                               const fathom::scene::Rendered& image, double radius, int rays, int stride) {
+    constexpr double golden_angle = std::numbers::pi * (3 - 2.23606797749979);
+    const Eigen::Matrix4d to_world = fathom::scene::to_world(camera);
+    const Eigen::Matrix<double, 2, 4> planes = clip_planes(camera);
+    const auto index = [&](int x, int y) {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
+    };
+    std::vector<Sample> points = sample_points(image.width, image.height, stride,
+                                               [&](int x, int y) { return std::isfinite(image.z[index(x, y)]); });
+    in_parallel(points.size(), [&](std::size_t i) {
+        Sample& p = points[i];
+        const std::size_t at = index(p.x, p.y);
+        const Eigen::Vector3d position = (to_world * image.position[at].homogeneous()).head<3>();
+        const Eigen::Vector3d normal = to_world.topLeftCorner<3, 3>() * image.normal[at];
+        const Eigen::Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
+        int open = 0;
+        for (int ray = 0; ray < rays; ++ray) {
+            const double square = (ray + 0.5) / rays, azimuth = golden_angle * (ray + static_cast<double>(i));
+            const Eigen::Vector3d outward = std::cos(azimuth) * across + std::sin(azimuth) * along;
+            const Eigen::Vector3d direction = std::sqrt(square) * outward + std::sqrt(1 - square) * normal;
+            open += !blocked(scene, position, direction, within(planes, position, direction, radius));
+        }
+        p.visibility = static_cast<double>(open) / rays;
     });
     return points;
 }

@@ -1,0 +1,37 @@
+// Rows of the pixels that occlusion is computed for: all of an image, or every second one of every second row.
+// Built for: EVERY = 1 2
+
+#ifndef FATHOM_LATTICE_H
+#define FATHOM_LATTICE_H
+
+#include "vector.h"
+
+#ifndef EVERY
+#error "EVERY is not defined: 1 for all pixels, 2 for every second one of a row; strides say which rows"
+#endif
+
+// V neighbours of a row, from one of them on.
+INLINE floatV load_every(__global const float* first) {
+#if EVERY == 2 && V > 1
+    const floatV a = LOAD(float, first), b = LOAD(float, first + V);
+    return (floatV)(a.even, b.even);
+#else
+    return LOAD(float, first);
+#endif
+}
+
+// The same at (x, y), NaN beyond the image.
+INLINE floatV inside_at(__global const float* image, const grid_params* grid, int x, int y) {
+    const int width = (int)grid->x_end, height = (int)grid->height;
+    if (y < 0 || y >= height || x >= width || x + V <= 0)
+        return (floatV)NAN;
+    __global const float* const row = image + grid->source_offset + (size_t)y * grid->source_stride;
+    if (x >= 0 && x + V + EVERY - 1 <= width)
+        return load_every(row + EVERY * x);
+    float lanes[V];
+    for (int i = 0; i < V; ++i)
+        lanes[i] = x + i >= 0 && x + i < width ? row[EVERY * (x + i)] : NAN;
+    return *(const float_lanes*)lanes;
+}
+
+#endif
