@@ -89,9 +89,11 @@ int run_normals(const Device& device, Camera camera) {
     for (const StoredDepth& stored : {whole, whole.region(1, 1, width - 2, camera.height - 1)}) {
         normals(stored, {.method = NormalMethod::neighbours});
         normals(stored, {.method = NormalMethod::least_squares, .space = Space::world, .channels = 4});
+        for (const double noise : {0.1, 0.5})
+            normals(stored, {.noise = noise});
     }
     device.finish();
-    return 4;
+    return 8;
 }
 
 /// Every choice of the occlusion kernels: few directions, since a simulated sample is slow.
