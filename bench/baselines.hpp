@@ -14,7 +14,7 @@ class Baselines {
 public:
     Baselines(const Device& device, bool stream);
 
-    /// Starts a kernel on every pixel, with up to two floats after the images.
+    /// Starts a kernel on every pixel, with floats after the images.
     void launch(const std::string& name, const Image& source, const Image& target,
                 std::initializer_list<float> extra = {});
 
