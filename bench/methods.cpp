@@ -100,16 +100,6 @@ void add_popov(std::vector<Method>& list, Baselines& kernels) {
          }});
 }
 
-// Starts a kernel that reads one float a pixel and writes three, with `arguments` before the size.
-template <typename... Arguments>
-Image points_by(Baselines& kernels, const char* kernel, const Image& from, Case& on, const Arguments&... arguments) {
-    const Image& to = on.floats(3);
-    kernels.start(kernel, on.width(), on.height(), runtime::buffer_of(from), runtime::buffer_of(to), arguments...,
-                  cl_int{on.width()}, cl_int{on.height()}, static_cast<cl_int>(from.row_stride()),
-                  static_cast<cl_int>(to.row_stride()));
-    return to;
-}
-
 // Lenaerts 2014, part 2: the rays through the frustum's corners. A far corner that is infinitely far gives way to the middle
 // of the depth range.
 void add_lenaerts(std::vector<Method>& list, Baselines& kernels) {
@@ -136,8 +126,8 @@ void add_lenaerts(std::vector<Method>& list, Baselines& kernels) {
              }
              const cl_float4 m{static_cast<float>(p(3, 2)), static_cast<float>(p(2, 3)), static_cast<float>(p(3, 3)),
                                0};
-             return points_by(kernels, "interpolated_rays", on.stored().image, on, rays, origins, m,
-                              cl_float2{static_cast<float>(scale), static_cast<float>(bias)});
+             return kernels.vectors_from(on.stored().image, on.floats(3), "interpolated_rays", rays, origins, m,
+                                         cl_float2{static_cast<float>(scale), static_cast<float>(bias)});
          }});
 }
 
@@ -150,11 +140,8 @@ void add_translators(std::vector<Method>& list, Baselines& kernels) {
                         Storage::float32,
                         "spread",
                         [&kernels, kernel](Case& on) {
-                            const Eigen::Matrix3f rays = camera_rays(on.camera()).direction.cast<float>();
-                            const cl_float4 pinhole{1 / rays(0, 0), 1 / rays(1, 1), -rays(0, 2) / rays(0, 0),
-                                                    -rays(1, 2) / rays(1, 1)};
                             linearize(on.stored(), on.floats(1));
-                            return points_by(kernels, kernel, on.floats(1), on, pinhole);
+                            return kernels.vectors_from(on.floats(1), on.floats(3), kernel, pinhole_of(on.camera()));
                         },
                         {},
                         [](const View& view) { return view.camera().projection.is_perspective(); }});
@@ -170,7 +157,7 @@ void add_matrix(std::vector<Method>& list, Baselines& kernels) {
                             const Eigen::Matrix4f inverse = unprojection(on.camera()).transpose().cast<float>();
                             cl_float16 rows;
                             std::copy_n(inverse.data(), 16, rows.s);
-                            return points_by(kernels, kernel, on.stored().image, on, rows);
+                            return kernels.vectors_from(on.stored().image, on.floats(3), kernel, rows);
                         }});
     };
     add("unproject", "inverse matrix in float", "matrix_position", Storage::float32);
