@@ -1,7 +1,6 @@
 #include "baselines.hpp"
 
 #include "operations/parameters.hpp"
-#include "runtime/state.hpp"
 
 const std::map<std::string, std::string>& fathom_baseline_files(); // generated from baselines.cl
 
@@ -42,6 +41,12 @@ void Baselines::start(const cl::Kernel& kernel, int columns, int rows) {
         kernel, cl::NullRange,
         cl::NDRange((static_cast<std::size_t>(columns) + group - 1) / group * group, static_cast<std::size_t>(rows)),
         cl::NDRange(group, 1));
+}
+
+cl_float4 pinhole_of(const Camera& camera) {
+    const Rays::Matrix rays = camera_rays(camera).direction;
+    return {static_cast<float>(1 / rays(0, 0)), static_cast<float>(1 / rays(1, 1)),
+            static_cast<float>(-rays(0, 2) / rays(0, 0)), static_cast<float>(-rays(1, 2) / rays(1, 1))};
 }
 
 } // namespace fathom::bench

@@ -2,6 +2,7 @@
 
 #include "params.h"
 #include "runtime/opencl.hpp"
+#include "runtime/state.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -14,7 +15,7 @@ class Baselines {
 public:
     Baselines(const Device& device, bool stream);
 
-    /// Starts a kernel on every pixel, with up to two floats after the images.
+    /// Starts a kernel on every pixel, with floats after the images.
     void launch(const std::string& name, const Image& source, const Image& target,
                 std::initializer_list<float> extra = {});
 
@@ -27,6 +28,15 @@ public:
         start(kernel, columns, rows);
     }
 
+    /// Starts a kernel that makes three floats a pixel of one, with `arguments` before the sizes. Returns `to`.
+    template <typename... Arguments>
+    Image vectors_from(const Image& from, const Image& to, const std::string& name, const Arguments&... arguments) {
+        start(name, from.width(), from.height(), runtime::buffer_of(from), runtime::buffer_of(to), arguments...,
+              cl_int{from.width()}, cl_int{from.height()}, static_cast<cl_int>(from.row_stride()),
+              static_cast<cl_int>(to.row_stride()));
+        return to;
+    }
+
     /// Work-items that a row of pixels takes, and the kernels' view of two images.
     int vectors(int width) const;
     static params::grid_params grid(const Image& source, const Image& target);
@@ -37,5 +47,8 @@ private:
     Device device_;
     cl::Program program_;
 };
+
+/// fx, fy, cx, cy of a perspective whose view axes are OpenGL's, fy negative: rows go down and y goes up.
+cl_float4 pinhole_of(const Camera& camera);
 
 } // namespace fathom::bench

@@ -3,6 +3,7 @@
 #include "runtime/state.hpp"
 #include "text.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include <utility>
@@ -66,19 +67,97 @@ void add_formulas(std::vector<Method>& list, Baselines& kernels) {
     add("simulator nf/(f-(f-n)d)", "simulator_ratio", false);
 }
 
+// At the image's corners, from the top left row by row: x and y of normalised device coordinates.
+constexpr double corners[][2] = {{-1, 1}, {1, 1}, {-1, -1}, {1, -1}};
+
+// Normalised depth is scale times the stored one, plus bias.
+std::pair<double, double> depth_range(const Camera& camera) {
+    if (camera.projection.convention.clip_z == ClipZ::zero_to_one)
+        return {1, 0};
+    return {2, -1};
+}
+
+// Popov 2016, equations 6 to 9, from the matrix in double as an engine has it. The scale's sign is turned: see
+// docs/articles.md.
+void add_popov(std::vector<Method>& list, Baselines& kernels) {
+    list.push_back(
+        {"linearize", "Popov's listing 1", Kind::baseline, Storage::float32, "copy", [&kernels](Case& on) {
+             const Eigen::Matrix4d p = on.camera().projection.matrix.cast<double>();
+             const bool perspective = on.camera().projection.is_perspective();
+             const auto [scale, bias] = depth_range(on.camera());
+             const double over = perspective ? p(2, 3) : -p(2, 2), side = perspective ? 1 : -1;
+             const double of_z = perspective ? p(2, 2) : -p(2, 3);
+             const int column = perspective ? 2 : 3;
+             std::array<float, 4> terms{};
+             for (std::size_t i = 0; i < 4; ++i)
+                 terms[i] =
+                     static_cast<float>((bias + of_z - (corners[i][0] + side * p(0, column)) * p(2, 0) / p(0, 0) -
+                                         (corners[i][1] + side * p(1, column)) * p(2, 1) / p(1, 1)) /
+                                        over);
+             kernels.launch(perspective ? "popov_perspective" : "popov_orthographic", on.stored().image, on.floats(1),
+                            {static_cast<float>(scale / over), terms[0], terms[1], terms[2], terms[3]});
+             return on.floats(1);
+         }});
+}
+
+// Lenaerts 2014, part 2: the rays through the frustum's corners. A far corner that is infinitely far gives way to the middle
+// of the depth range.
+void add_lenaerts(std::vector<Method>& list, Baselines& kernels) {
+    list.push_back(
+        {"unproject", "Lenaerts' interpolated rays", Kind::baseline, Storage::float32, "spread", [&kernels](Case& on) {
+             const Projection& projection = on.camera().projection;
+             const Eigen::Matrix4d p = projection.matrix.cast<double>(), inverse = p.inverse();
+             const double near = static_cast<double>(projection.clip_near()),
+                          far = 0.5 * (near + static_cast<double>(projection.clip_far()));
+             const auto [scale, bias] = depth_range(on.camera());
+             cl_float16 rays{}, origins{};
+             for (int i = 0; i < 4; ++i) {
+                 const double x = corners[i][0], y = corners[i][1];
+                 const Eigen::Vector3d nearest = (inverse * Eigen::Vector4d(x, y, near, 1)).hnormalized(),
+                                       farther = (inverse * Eigen::Vector4d(x, y, far, 1)).hnormalized();
+                 const Eigen::Vector3d ray = (farther - nearest) / (farther - nearest).z();
+                 const Eigen::Vector3d origin = nearest - ray * nearest.z();
+                 for (int k = 0; k < 3; ++k) {
+                     rays.s[4 * i + k] = static_cast<float>(ray[k]);
+                     origins.s[4 * i + k] = static_cast<float>(origin[k]);
+                 }
+                 rays.s[4 * i + 3] = static_cast<float>(p(2, 2) - p(2, 0) * (x + p(0, 2)) / p(0, 0) -
+                                                        p(2, 1) * (y + p(1, 2)) / p(1, 1));
+             }
+             const cl_float4 m{static_cast<float>(p(3, 2)), static_cast<float>(p(2, 3)), static_cast<float>(p(3, 3)),
+                               0};
+             return kernels.vectors_from(on.stored().image, on.floats(3), "interpolated_rays", rays, origins, m,
+                                         cl_float2{static_cast<float>(scale), static_cast<float>(bias)});
+         }});
+}
+
+// Normals from distances that the library decodes, as their papers have them.
+void add_translators(std::vector<Method>& list, Baselines& kernels) {
+    const auto add = [&](std::string name, const char* kernel) {
+        list.push_back({"normals",
+                        std::move(name),
+                        Kind::baseline,
+                        Storage::float32,
+                        "spread",
+                        [&kernels, kernel](Case& on) {
+                            linearize(on.stored(), on.floats(1));
+                            return kernels.vectors_from(on.floats(1), on.floats(3), kernel, pinhole_of(on.camera()));
+                        },
+                        {},
+                        [](const View& view) { return view.camera().projection.is_perspective(); }});
+    };
+    add("D2NT v3", "d2nt");
+    add("3F2N", "three_filters");
+}
+
 // Positions, and the cross product of their differences, by the whole inverse matrix in float.
 void add_matrix(std::vector<Method>& list, Baselines& kernels) {
     const auto add = [&](const char* operation, std::string name, const char* kernel, Storage storage) {
         list.push_back({operation, std::move(name), Kind::baseline, storage, "spread", [&kernels, kernel](Case& on) {
-                            const Image& from = on.stored().image;
                             const Eigen::Matrix4f inverse = unprojection(on.camera()).transpose().cast<float>();
                             cl_float16 rows;
                             std::copy_n(inverse.data(), 16, rows.s);
-                            kernels.start(kernel, on.width(), on.height(), runtime::buffer_of(from),
-                                          runtime::buffer_of(on.floats(3)), rows, cl_int{on.width()},
-                                          cl_int{on.height()}, static_cast<cl_int>(from.row_stride()),
-                                          static_cast<cl_int>(on.floats(3).row_stride()));
-                            return on.floats(3);
+                            return kernels.vectors_from(on.stored().image, on.floats(3), kernel, rows);
                         }});
     };
     add("unproject", "inverse matrix in float", "matrix_position", Storage::float32);
@@ -211,7 +290,10 @@ std::vector<Method> methods(Baselines& kernels) {
     add_floors(list, kernels);
     add_streams(list);
     add_formulas(list, kernels);
+    add_popov(list, kernels);
     add_matrix(list, kernels);
+    add_lenaerts(list, kernels);
+    add_translators(list, kernels);
     add_ssao(list);
     add_dof(list, kernels);
     return list;

@@ -174,14 +174,16 @@ void add_points(Rows& rows) {
     add("unproject perspective, world", moved, Space::world);
     add("unproject orthographic", rows.orthographic().camera);
     add("unproject oblique", rows.oblique().camera);
-    const auto add_normals = [&](std::string name, const Camera& camera, NormalMethod method) {
+    const auto add_normals = [&](std::string name, const Camera& camera, const NormalsOptions& options) {
         rows.add(std::move(name), "spread", rows.frames, [=](Case& on) {
-            normals({on.stored().image, camera}, on.floats(3), {.method = method});
+            normals({on.stored().image, camera}, on.floats(3), options);
         });
     };
-    add_normals("normals neighbours", rows.perspective().camera, NormalMethod::neighbours);
-    add_normals("normals neighbours, ortho.", rows.orthographic().camera, NormalMethod::neighbours);
-    add_normals("normals least squares", rows.perspective().camera, NormalMethod::least_squares);
+    const Camera perspective = rows.perspective().camera;
+    add_normals("normals neighbours", perspective, {.method = NormalMethod::neighbours});
+    add_normals("normals neighbours, ortho.", rows.orthographic().camera, {.method = NormalMethod::neighbours});
+    add_normals("normals least squares", perspective, {.method = NormalMethod::least_squares});
+    add_normals("normals noise 9e-4", perspective, {.noise = 9e-4});
 }
 
 // In a room of the frames' size, radii in its widths at the median depth.

@@ -5,21 +5,31 @@
 // from where the first two are across the third, so that nothing cancels. With positions instead, a normal would be a
 // difference of numbers that share their leading digits; here only q is subtracted, and the plane is met exactly.
 // RADIUS 0: slopes as slope.h chooses them. Otherwise a plane is fitted to those pixels of the window that lie within the
-// stored values' rounding of it.
-// Built for: RADIUS = 0 3
+// stored values' rounding, and within a few standard deviations of a sensor's noise, of it: first in a small window, whose
+// slopes are good enough to tell the pixels of a wider one apart.
+// Built for: RADIUS = 0 3 5 8
 
 #include "params.h"
 #include "slope.h"
 #include "store.h"
 #include "window.h"
 
-#if !defined(RADIUS) || RADIUS < 0 || RADIUS > 3
-#error "RADIUS is not defined: 0 for slopes of the nearest neighbours, or how far the window reaches, up to the margin's 3"
+#if !defined(RADIUS) || RADIUS < 0 || RADIUS > 16
+#error "RADIUS is not defined: 0 for slopes of the nearest neighbours, or how far the window reaches, up to the margin's columns"
 #endif
+#define SMALL_RADIUS 3 // no more than depth_margin_rows
 
 // What errors of one bound each make of the slope of five pixels in a row, sum |x| / sum x^2, and of that of seven.
 #define GUESS_ERROR 0.6f
 #define FIT_ERROR 0.43f
+
+// How far a pixel of the same plane may lie off it, in standard deviations of the noise: at the centre, and more per pixel
+// away. The nearest neighbours' plane goes through a pixel that is off itself, and its slopes have 0.32 of them; those of
+// the small window have 0.07, and 0.17 beside an edge.
+#define GUESS_NOISE 4.5f
+#define GUESS_SLOPE_NOISE 0.5f
+#define FIT_NOISE 4.0f
+#define FIT_SLOPE_NOISE 0.1f
 
 // A plane about the pixel: its inverse depth there, and its slopes.
 typedef struct {
@@ -38,17 +48,19 @@ INLINE void nearest_plane(const window* w, floatV error, plane* p) {
 #if RADIUS > 0
 // The plane of least squares through the pixels that `p` predicts to within `margin` + `per_pixel` times the distance.
 // It is drawn towards `p` with the weight of one pixel, so that a pixel without any neighbour that fits keeps `p`.
-INLINE void refit(const window* w, floatV margin, floatV per_pixel, plane* p) {
+// Rows from `first` to `last` are there to be read; those beyond are as empty as these two.
+INLINE void refit(const window* w, const int radius, int first, int last, floatV margin, floatV per_pixel, plane* p) {
     floatV n = (floatV)0.0f, sx = (floatV)0.0f, sy = (floatV)0.0f, sr = (floatV)0.0f;
     floatV sxx = (floatV)1.0f, sxy = (floatV)0.0f, syy = (floatV)1.0f, sxr = (floatV)0.0f, syr = (floatV)0.0f;
 #pragma unroll
-    for (int dy = -RADIUS; dy <= RADIUS; ++dy) {
+    for (int dy = -radius; dy <= radius; ++dy) {
+        const int row = clamp(dy, first, last);
         const floatV middle = fma(p->gy, (floatV)(float)dy, p->q);
         const floatV limit = fma(per_pixel, (floatV)(float)abs(dy), margin);
         floatV row_n = (floatV)0.0f, row_x = (floatV)0.0f, row_xx = (floatV)0.0f, row_r = (floatV)0.0f;
 #pragma unroll
-        for (int dx = -RADIUS; dx <= RADIUS; ++dx) {
-            const floatV rest = neighbour(w, dx, dy) - fma(p->gx, (floatV)(float)dx, middle);
+        for (int dx = -radius; dx <= radius; ++dx) {
+            const floatV rest = neighbour(w, dx, row) - fma(p->gx, (floatV)(float)dx, middle);
             const intV fits = fabs(rest) <= fma(per_pixel, (floatV)(float)abs(dx), limit);
             const floatV one = select((floatV)0.0f, (floatV)1.0f, fits), r = select((floatV)0.0f, rest, fits);
             row_n += one;
@@ -101,11 +113,16 @@ __kernel void normals(__global const float* source, __global float* target, cons
 #endif
     const floatV error =
         fma(fma((floatV)p.error_quadratic, size, (floatV)p.error_linear), size, (floatV)p.error_constant);
+    const floatV deviation = (floatV)p.noise * size;
     plane found;
-    nearest_plane(&w, error, &found);
+    nearest_plane(&w, fma((floatV)2.0f, deviation, error), &found);
 #if RADIUS > 0
-    refit(&w, 2.0f * error, GUESS_ERROR * error, &found);
-    refit(&w, 2.0f * error, FIT_ERROR * error, &found);
+    refit(&w, SMALL_RADIUS, -SMALL_RADIUS, SMALL_RADIUS, fma((floatV)GUESS_NOISE, deviation, 2.0f * error),
+          fma((floatV)GUESS_SLOPE_NOISE, deviation, GUESS_ERROR * error), &found);
+    const int first = RADIUS > depth_margin_rows ? -(int)y - depth_margin_rows : -RADIUS;
+    const int last = RADIUS > depth_margin_rows ? (int)(grid.height - 1 - y) + depth_margin_rows : RADIUS;
+    refit(&w, RADIUS, first, last, fma((floatV)FIT_NOISE, deviation, 2.0f * error),
+          fma((floatV)FIT_SLOPE_NOISE, deviation, FIT_ERROR * error), &found);
 #endif
 
 #if PERSPECTIVE

@@ -70,6 +70,7 @@ TEST_CASE("normals program: every option reaches the library") {
         {{"--method", "least-squares"}, {.method = NormalMethod::least_squares}},
         {{"--method", "automatic"}, {}},
         {{"--tolerance", "40"}, {.tolerance = 40}},
+        {{"--noise", "0.02"}, {.noise = 0.02}},
         {{"--space", "world"}, {.space = Space::world}},
         {{"--space", "view"}, {}},
     };
@@ -80,6 +81,7 @@ TEST_CASE("normals program: every option reaches the library") {
     }
     CHECK(!same(sphere.expected({.method = NormalMethod::neighbours}), sphere.expected()));
     CHECK(!same(sphere.expected({.tolerance = 40}), sphere.expected()));
+    CHECK(!same(sphere.expected({.noise = 0.02}), sphere.expected()));
     CHECK(!same(sphere.expected({.space = Space::world}), sphere.expected()));
 }
 
@@ -89,6 +91,9 @@ TEST_CASE("normals program: what is wrong is told in one line") {
     check_refused(run(sphere.arguments(sphere.folder / "out/n.exr", {"--method", "nearest"})), 2,
                   "'nearest' is unknown");
     check_refused(run(sphere.arguments(sphere.folder / "out/n.exr", {"--tolerance", "0"})), 2, "'0' will not do");
+    check_refused(run(sphere.arguments(sphere.folder / "out/n.exr", {"--noise", "1"})), 2, "'1' will not do");
+    check_refused(run(sphere.arguments(sphere.folder / "out/n.exr", {"--noise", "0.001", "--max-error", "9"})), 2,
+                  "--max-error");
     check_refused(run(sphere.arguments(sphere.folder / "out/n.exr", {"--space", "world"})), 1, "view matrix");
     check_refused(run(sphere.arguments(sphere.folder / "out/n.png", {"--png-scale", "1"})), 2, "--png-scale");
     CHECK(sphere.folder.results().empty());

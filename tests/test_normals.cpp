@@ -1,6 +1,7 @@
 // normals against analytic scenes: planes at every tilt under every kind of camera, spheres, boxes and whole scenes, for each
 // method; quantised and noisy depth; images that are all edges.
 
+#include "camera/centre_rays.hpp"
 #include "catch.hpp"
 #include "operations/normals.hpp"
 #include "regimes/normal_bound.hpp"
@@ -18,6 +19,7 @@
 #include <cstdio>
 #include <cstring>
 #include <map>
+#include <numbers>
 #include <random>
 
 using namespace fathom;
@@ -66,6 +68,11 @@ Result normals_of(const StoredDepth& stored, NormalsOptions options = {}) {
     image.download(result.values.data());
     return result;
 }
+
+// Each method, and least squares with noise for which its window is a wide one.
+const NormalsOptions each_method[] = {{.method = NormalMethod::neighbours},
+                                      {.method = NormalMethod::least_squares},
+                                      {.method = NormalMethod::least_squares, .noise = 0.04}};
 
 // Unit length with validity 1, or nothing with validity 0.
 bool well_formed(const Result& result) {
@@ -306,6 +313,210 @@ TEST_CASE("normals: a sensor's noise is told by its tolerance", "[normals]") {
     CHECK(told.mean < 0.5 * nearest.mean);
 }
 
+namespace {
+
+constexpr double sensor_noise = 9e-4;
+
+// The middle of an image of 1920 × 1080 pixels and 0.9 radians from top to bottom, as view depth in OpenCV's axes.
+Camera sensor(int width = 480, int height = 270) {
+    const double f = 540 / std::tan(0.45);
+    const Convention opencv{ClipZ::zero_to_one, ClipY::down, ViewAxes::opencv};
+    return with(camera_of(perspective(Intrinsics{f, f, 0.5 * width, 0.5 * height, width, height}, {0.1, 100}, opencv),
+                          width, height),
+                Encoding::view_z);
+}
+
+std::vector<float> noisy(const scene::Rendered& truth, double noise) {
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal(0, noise);
+    std::vector<float> depth;
+    for (const double z : truth.z)
+        depth.push_back(static_cast<float>(z * (1 + normal(random))));
+    return depth;
+}
+
+scene::Rendered tilted_plane(const Camera& camera, double tilt) {
+    const Vector3d normal(std::sin(tilt) * std::cos(1.3), std::sin(tilt) * std::sin(1.3), std::cos(tilt));
+    return scene::render({scene::Plane{{0, 0, -2.5}, normal}}, camera);
+}
+
+// The plane of least squares through 1/z = a x + b y + c of all pixels of a window, and its normal: n P = d says that
+// 1/z = (n_x X + n_y Y + n_z) / d with X = (x - cx) / fx and Y = (y - cy) / fy.
+Vector3d brute_force(const std::vector<float>& depth, const Camera& camera, int x, int y, int radius) {
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+    Vector3d sums = Vector3d::Zero();
+    for (int v = y - radius; v <= y + radius; ++v) {
+        for (int u = x - radius; u <= x + radius; ++u) {
+            const Vector3d terms(u - x, v - y, 1);
+            squares += terms * terms.transpose();
+            sums += terms / static_cast<double>(depth[static_cast<std::size_t>(v * camera.width + u)]);
+        }
+    }
+    const Vector3d plane = squares.ldlt().solve(sums);
+    const double f = 540 / std::tan(0.45), a = plane[0], b = plane[1];
+    const double c = plane[2] + a * (0.5 * camera.width - x - 0.5) + b * (0.5 * camera.height - y - 0.5);
+    return -Vector3d(a * f, b * f, c).normalized();
+}
+
+// Neighbouring pixels' windows overlap, so the mean over an image is one of a thousand windows, each off by half of itself.
+constexpr double sampling_error = 0.05;
+
+// Of a plane's pixels: those whose window has no pixel more than four standard deviations off. The kernel's plane is drawn
+// towards that of the small window with the weight of one pixel, by a thousandth of a normal's error.
+constexpr double whole_windows = 0.95, drawn_deg = 0.02;
+
+} // namespace
+
+TEST_CASE("normals: planes under a sensor's noise", "[normals][noise]") {
+    const Camera camera = sensor();
+    const int radius = window_radius(centre_rays(camera_rays(camera)), sensor_noise);
+    const double side = 2 * radius + 1, per_pixel = std::tan(0.45) / 540;
+    // Two slopes' errors, each normal: the length of both has the mean of Rayleigh's distribution.
+    const double expected = std::sqrt(std::numbers::pi / 2) * sensor_noise /
+                            std::sqrt(side * side * radius * (radius + 1) / 3) / per_pixel / degree;
+    std::printf(
+        "normals of planes with noise of %g, mean error in degrees: neighbours, least squares, with noise told\n",
+        sensor_noise);
+    for (const double tilt : {0.0, 30.0, 60.0}) {
+        const scene::Rendered truth = tilted_plane(camera, tilt * degree);
+        const std::vector<float> depth = noisy(truth, sensor_noise);
+        const StoredDepth stored = stored_of(depth, camera);
+        const double half_steps = 3 * sensor_noise / 0x1p-24;
+        const Score nearest = score(normals_of(stored, {.method = NormalMethod::neighbours}), truth);
+        const Score narrow =
+            score(normals_of(stored, {.method = NormalMethod::least_squares, .tolerance = half_steps}), truth);
+        const Score told = score(normals_of(stored, {.noise = sensor_noise}), truth);
+        std::printf("  tilted by %2.0f: %6.2f  %6.2f  %6.2f (expected of a facing one with radius %d: %.2f)\n", tilt,
+                    nearest.mean, narrow.mean, told.mean, radius, expected);
+        CHECK(told.mean <= normals_noise_error_deg);
+        CHECK(told.mean < 0.75 * narrow.mean);
+        if (tilt == 0)
+            CHECK(std::abs(told.mean / expected - 1) <= sampling_error);
+    }
+}
+
+TEST_CASE("normals: noise has every pixel of a plane's wide window count", "[normals][noise]") {
+    const Camera camera = sensor(120, 90);
+    for (const double noise : {2e-4, 5e-4, 9e-4}) {
+        const int radius = window_radius(centre_rays(camera_rays(camera)), noise);
+        const std::vector<float> depth = noisy(tilted_plane(camera, 0.7), noise);
+        const Result result = normals_of(stored_of(depth, camera), {.noise = noise});
+        double worst = 0;
+        long same = 0, pixels = 0;
+        for (int y = radius; y < camera.height - radius; ++y) {
+            for (int x = radius; x < camera.width - radius; ++x) {
+                const double off = angle_deg(result.at(x, y), brute_force(depth, camera, x, y, radius));
+                worst = std::max(worst, off);
+                same += off <= drawn_deg;
+                ++pixels;
+            }
+        }
+        const double fraction = static_cast<double>(same) / static_cast<double>(pixels);
+        std::printf("normals with noise %g: window of radius %d, %.2f %% as by brute force, worst %.3f degrees\n",
+                    noise, radius, 100 * fraction, worst);
+        CHECK(fraction >= whole_windows);
+    }
+}
+
+namespace {
+
+constexpr int near_px = 2;        // from an edge
+constexpr double jump = 0.05;     // of the nearer z, at an edge
+constexpr double crease_deg = 20; // between two pixels' normals
+
+std::vector<std::uint8_t> near_edges(const scene::Rendered& truth) {
+    const int width = truth.width, height = truth.height;
+    std::vector<std::uint8_t> near(truth.z.size());
+    const auto mark = [&](int x, int y) {
+        for (int v = std::max(y - near_px, 0); v <= std::min(y + near_px, height - 1); ++v)
+            for (int u = std::max(x - near_px, 0); u <= std::min(x + near_px, width - 1); ++u)
+                near[static_cast<std::size_t>(v * width + u)] = 1;
+    };
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            for (const auto& [u, v] : {std::pair{x + 1, y}, {x, y + 1}}) {
+                if (u == width || v == height)
+                    continue;
+                const auto a = static_cast<std::size_t>(y * width + x), b = static_cast<std::size_t>(v * width + u);
+                const bool flat = std::abs(truth.z[a] - truth.z[b]) <= jump * std::min(truth.z[a], truth.z[b]) &&
+                                  angle_deg(truth.normal[a], truth.normal[b]) <= crease_deg;
+                if (!flat && (std::isfinite(truth.z[a]) || std::isfinite(truth.z[b]))) {
+                    mark(x, y);
+                    mark(u, v);
+                }
+            }
+        }
+    }
+    return near;
+}
+
+// Mean errors in degrees: away from edges, and near them.
+struct Parts {
+    double away = 0, near = 0;
+};
+
+Parts parts(const Result& result, const scene::Rendered& truth, const std::vector<std::uint8_t>& near) {
+    double sums[2] = {};
+    long counts[2] = {};
+    for (int y = 0; y < truth.height; ++y) {
+        for (int x = 0; x < truth.width; ++x) {
+            const auto i = static_cast<std::size_t>(y * truth.width + x);
+            if (!std::isfinite(truth.z[i]))
+                continue;
+            sums[near[i]] += angle_deg(result.at(x, y), truth.normal[i]);
+            ++counts[near[i]];
+        }
+    }
+    return {sums[0] / static_cast<double>(counts[0]), sums[1] / static_cast<double>(counts[1])};
+}
+
+} // namespace
+
+TEST_CASE("normals: noise in whole scenes, away from edges and near them", "[normals][noise]") {
+    const Camera camera = with(camera_of(perspective(0.9, 16.0 / 9, {0.1, 100}), 640, 360), Encoding::view_z);
+    std::printf(
+        "normals of noisy scenes, mean error in degrees away from edges and within %d pixels of one: neighbours "
+        "and least squares with their tolerance told, with noise told\n",
+        near_px);
+    for (const char* name : {"room", "terrain", "railings", "spheres", "corridor"}) {
+        const scene::Rendered truth = scene::render(scene::named(name), camera);
+        const std::vector<std::uint8_t> near = near_edges(truth);
+        for (const double noise : {1.8e-4, 9e-4, 2.7e-3}) {
+            const std::vector<float> depth = noisy(truth, noise);
+            const StoredDepth stored = stored_of(depth, camera);
+            const double half_steps = 3 * noise / 0x1p-24;
+            const auto measured = [&](const NormalsOptions& options) {
+                return parts(normals_of(stored, options), truth, near);
+            };
+            const Parts nearest = measured({.method = NormalMethod::neighbours, .tolerance = half_steps}),
+                        narrow = measured({.method = NormalMethod::least_squares, .tolerance = half_steps}),
+                        told = measured({.noise = noise});
+            std::printf("  %-8s %.1e  %6.2f %6.2f | %6.2f %6.2f | %6.2f %6.2f\n", name, noise, nearest.away,
+                        nearest.near, narrow.away, narrow.near, told.away, told.near);
+            INFO(name << ", noise " << noise);
+            CHECK(told.away < narrow.away);
+            CHECK(told.away < 0.75 * nearest.away);
+            CHECK(told.near < narrow.near);
+            CHECK(told.near < nearest.near);
+        }
+    }
+}
+
+TEST_CASE("normals: the window is as wide as noise and a pixel's angle ask for", "[normals][noise]") {
+    const auto radius = [](const Camera& camera, double noise) {
+        return window_radius(centre_rays(camera_rays(camera)), noise);
+    };
+    const Camera camera = sensor();
+    CHECK(radius(camera, 0) == normals_reach_least_squares);
+    CHECK(radius(camera, 2.5e-4) == 3);
+    CHECK(radius(camera, 2.7e-4) == 5);
+    CHECK(radius(camera, 6.4e-4) == 5);
+    CHECK(radius(camera, 6.6e-4) == normals_reach_noise);
+    // Larger pixels need a smaller window; and every part of the image has the same.
+    CHECK(radius(sized(perspective(0.9, 16.0 / 9, {0.1, 100})), 2.5e-3) == 3);
+    CHECK(radius(sensor(64, 48), 2.7e-4) == 5);
+}
+
 TEST_CASE("normals: the world's are the view's, turned", "[normals]") {
     Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1, 100}), 96, 64);
     Eigen::Isometry3d view = Eigen::Isometry3d::Identity();
@@ -345,13 +556,19 @@ TEST_CASE("normals: options out of range are refused", "[normals]") {
                       "tolerance = nan must be finite and greater than 0");
     CHECK_THROWS_WITH(normals(stored, Image(oracle::device(Arithmetic::fp64), Element::f32, {8, 8, 4})),
                       "the result holds 4 floats a pixel; it must hold 3 floats");
-    CHECK(chosen_method(NormalMethod::automatic, stored) == NormalMethod::neighbours);
+    CHECK_THROWS_WITH(normals(stored, {.noise = -0.01}), "noise = -0.01 must be from 0 to less than 1");
+    CHECK_THROWS_WITH(normals(stored, {.noise = 1}), "noise = 1 must be from 0 to less than 1");
+    CHECK_THROWS_WITH(normals(stored, {.noise = std::nan("")}), "noise = nan must be from 0 to less than 1");
+    CHECK_THROWS_WITH(normals(stored, {.max_error = 90, .noise = 0.001}),
+                      "max_error was measured without noise: give one of the two");
+    CHECK(chosen_method({}, stored) == NormalMethod::neighbours);
+    CHECK(chosen_method({.noise = 0.001}, stored) == NormalMethod::least_squares);
+    CHECK(chosen_method({.method = NormalMethod::neighbours, .noise = 0.001}, stored) == NormalMethod::neighbours);
     Camera read_back = camera;
     read_back.depth_bits = 16;
-    CHECK(chosen_method(NormalMethod::automatic, stored_of(values, read_back)) == NormalMethod::least_squares);
+    CHECK(chosen_method({}, stored_of(values, read_back)) == NormalMethod::least_squares);
     const std::vector<std::uint16_t> codes(64, 30000);
-    CHECK(chosen_method(NormalMethod::automatic, stored_of(codes, camera, Storage::uint16)) ==
-          NormalMethod::least_squares);
+    CHECK(chosen_method({}, stored_of(codes, camera, Storage::uint16)) == NormalMethod::least_squares);
 }
 
 TEST_CASE("normals: view depth gives those of the stored depth", "[normals]") {
@@ -381,10 +598,15 @@ TEST_CASE("same bits: normals, whatever the vector width, the groups and the reg
         scene::Rendered truth = scene::render(scene::room(), camera);
         for (std::size_t i = 0; i < truth.stored.size(); i += 1 + random() % 40)
             truth.stored[i] = std::array{not_a_number, 1.0f, -1.0f, infinity, 0.0f}[i % 5];
-        for (const auto& [method, reach] : {std::pair{NormalMethod::neighbours, normals_reach_neighbours},
-                                            {NormalMethod::least_squares, normals_reach_least_squares}}) {
+        const CentreRays rays = centre_rays(camera_rays(camera));
+        for (const auto& [method, noise] : {std::pair{NormalMethod::neighbours, 0.0},
+                                            {NormalMethod::least_squares, 0.0},
+                                            {NormalMethod::least_squares, 0.03},
+                                            {NormalMethod::least_squares, 0.06}}) {
+            const int reach =
+                method == NormalMethod::neighbours ? normals_reach_neighbours : window_radius(rays, noise);
             for (const int channels : {3, 4}) {
-                const NormalsOptions options{.method = method, .channels = channels};
+                const NormalsOptions options{.method = method, .channels = channels, .noise = noise};
                 std::vector<float> first;
                 for (const int vector_width : {1, 4, 8, 16}) {
                     for (const int group : {7, 64}) {
@@ -440,10 +662,10 @@ TEST_CASE("stability: normals of images that are all border", "[normals][stabili
             const scene::Rendered facing = scene::render({scene::Plane{{0, 0, -3}, {0, 0, 1}}}, camera);
             const scene::Rendered slanted =
                 scene::render({scene::Plane{{0, 0, -9}, Vector3d(0.2, 0.1, 1).normalized()}}, camera);
-            for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares}) {
+            for (const NormalsOptions& options : each_method) {
                 INFO(width << " x " << height << (is_orthographic ? ", orthographic" : ", perspective"));
-                const Result across = normals_of(stored_of(facing.stored, camera), {.method = method});
-                const Result aslant = normals_of(stored_of(slanted.stored, camera), {.method = method});
+                const Result across = normals_of(stored_of(facing.stored, camera), options);
+                const Result aslant = normals_of(stored_of(slanted.stored, camera), options);
                 CHECK(well_formed(across));
                 CHECK(well_formed(aslant));
                 for (int y = 0; y < height; ++y) {
@@ -480,8 +702,8 @@ TEST_CASE("stability: normals beside invalid pixels", "[normals][stability]") {
                        holed[static_cast<std::size_t>(y * width + x)] ==
                            plane.stored[static_cast<std::size_t>(y * width + x)];
             };
-            for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares}) {
-                const Result result = normals_of(stored_of(holed, camera), {.method = method});
+            for (const NormalsOptions& options : each_method) {
+                const Result result = normals_of(stored_of(holed, camera), options);
                 CHECK(well_formed(result));
                 double worst = 0;
                 for (int y = 0; y < height; ++y) {
@@ -505,27 +727,26 @@ TEST_CASE("stability: normals of deep buffers, and of units from 1e-20 to 1e20",
     const scene::Rendered truth = scene::render({scene::Plane{{0, 0, -0.5}, normal}}, deep);
     const auto codes = scene::codes16(truth, deep);
     const auto codes24 = scene::codes24(truth, deep);
-    for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares}) {
-        const Result d16 = normals_of(stored_of(codes, deep, Storage::uint16), {.method = method});
-        const Result d24 = normals_of(stored_of(codes24, deep, Storage::uint24), {.method = method});
+    for (const NormalsOptions& options : each_method) {
+        const Result d16 = normals_of(stored_of(codes, deep, Storage::uint16), options);
+        const Result d24 = normals_of(stored_of(codes24, deep, Storage::uint24), options);
         CHECK(well_formed(d16));
         CHECK(well_formed(d24));
         CHECK(score(d16, truth).mean < 3);
         CHECK(score(d24, truth).mean < 0.05);
         // Far away in D16 all is one code: the plane across the axis, and no garbage.
         const std::vector<std::uint16_t> flat(codes.size(), 65534);
-        const Result far_away = normals_of(stored_of(flat, deep, Storage::uint16), {.method = method});
+        const Result far_away = normals_of(stored_of(flat, deep, Storage::uint16), options);
         CHECK(well_formed(far_away));
         CHECK(angle_deg(far_away.at(20, 20), {0, 0, 1}) < 1e-3);
 
         for (const double unit : {1e-20, 1e-10, 1e10, 1e20}) {
             Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1 * unit, 100 * unit}), 64, 48);
             const scene::Rendered scaled = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
-            CHECK(score(normals_of(stored_of(scaled.stored, camera), {.method = method}), scaled).mean < 0.01);
+            CHECK(score(normals_of(stored_of(scaled.stored, camera), options), scaled).mean < 0.01);
             camera.projection = orthographic({-2 * unit, 2 * unit, -1.5 * unit, 1.5 * unit}, {0.1 * unit, 100 * unit});
             const scene::Rendered plane_image = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
-            CHECK(score(normals_of(stored_of(plane_image.stored, camera), {.method = method}), plane_image).mean <
-                  0.01);
+            CHECK(score(normals_of(stored_of(plane_image.stored, camera), options), plane_image).mean < 0.01);
         }
     }
 }
@@ -548,9 +769,9 @@ TEST_CASE("stability: normals at a step, a crease and a bar one pixel wide", "[n
         }
         return both;
     };
-    for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares}) {
+    for (const NormalsOptions& options : each_method) {
         const auto worst = [&](const scene::Rendered& both) {
-            const Result result = normals_of(stored_of(both.stored, camera), {.method = method});
+            const Result result = normals_of(stored_of(both.stored, camera), options);
             double angle = 0;
             for (int y = 0; y < 24; ++y)
                 for (int x = 0; x < 32; ++x)
@@ -563,7 +784,7 @@ TEST_CASE("stability: normals at a step, a crease and a bar one pixel wide", "[n
         CHECK(worst(joined([](int x, int y) { return x > 13 && x < 17 && y > 9 && y < 14; })) < 0.01);
         // A bar one pixel wide has no neighbour of its own across: whatever its normal is, the planes beside keep theirs.
         const scene::Rendered bar = joined([](int x, int) { return x == 15; });
-        const Result result = normals_of(stored_of(bar.stored, camera), {.method = method});
+        const Result result = normals_of(stored_of(bar.stored, camera), options);
         CHECK(well_formed(result));
         for (int y = 0; y < 24; ++y)
             for (const int x : {12, 13, 14, 16, 17, 18})

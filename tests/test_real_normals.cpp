@@ -7,6 +7,9 @@
 // this frame: 4.12 degrees over all, 0.92 away, 27.6 near.
 
 #include "real_inputs.hpp"
+#if __has_include("baselines.hpp")
+#include "baselines.hpp"
+#endif
 
 #include <fathom/fathom.hpp>
 #include <fathom/opencv.hpp>
@@ -144,6 +147,24 @@ TEST_CASE("real: Blender's depth gives the path tracer's normals", "[real][norma
             return Vector3d((n.dot(ray) > 0 ? -n : n).normalized());
         });
         print("(naive cross product)", naive);
+
+#if __has_include("baselines.hpp") // where the bench is built
+        if (frame.camera.projection.is_perspective()) {
+            bench::Baselines kernels(device, false);
+            const Eigen::Matrix3d to_world = frame.camera.view->topLeftCorner<3, 3>().inverse();
+            for (const auto& [label, kernel] : {std::pair{"(D2NT v3)", "d2nt"}, {"(3F2N)", "three_filters"}}) {
+                const Image vectors(device, Element::f32, {frame.z.cols, frame.z.rows, 3});
+                const cv::Mat theirs = to_mat(
+                    kernels.vectors_from(to_device(device, frame.z), vectors, kernel, bench::pinhole_of(frame.camera)));
+                const Means means = judge(frame, [&](int x, int y) {
+                    const auto& n = theirs.at<cv::Vec3f>(y, x);
+                    return Vector3d(to_world * Vector3d(n[0], n[1], n[2]));
+                });
+                print(label, means);
+                CHECK(neighbours.all < means.all);
+            }
+        }
+#endif
 
         CHECK(neighbours.pixels > 480 * 270 - 100);
         CHECK(neighbours.all < 0.3 * naive.all);

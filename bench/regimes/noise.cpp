@@ -5,6 +5,7 @@
 #include "regimes/normal_bound.hpp"
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 namespace fathom::regimes {
@@ -15,6 +16,7 @@ constexpr const char* by_neighbours = "neighbours";
 constexpr const char* by_told_neighbours = "neighbours, tolerance told";
 constexpr const char* by_fit = "least squares";
 constexpr const char* by_told_fit = "least squares, tolerance told";
+constexpr const char* by_noise = "noise told";
 constexpr const char* plain = "as it is";
 constexpr const char* told = "tolerance told";
 
@@ -85,6 +87,7 @@ Regime noise_on_depth(const Device& device) {
         put(quantity::normal, by_fit, normals_off({.method = NormalMethod::least_squares}));
         put(quantity::normal, by_told_fit,
             normals_off({.method = NormalMethod::least_squares, .tolerance = tolerance}));
+        put(quantity::normal, by_noise, normals_off({.noise = relative / std::numbers::sqrt3}));
         SsaoOptions options = Corner::options();
         put(quantity::visibility, plain,
             corner.visibility_off(floats_of(ssao(stored, corner_radius, options).visibility)));
@@ -97,6 +100,7 @@ Regime noise_on_depth(const Device& device) {
     regime.boundaries = {
         {quantity::normal, by_neighbours, 5, 2.1e-4, 3.9e-4, "measured"},
         {quantity::normal, by_told_fit, 5, 1.7e-3, 3.1e-3, "measured"},
+        {quantity::normal, by_noise, 5, 1.7e-3, 3.1e-3, "measured"},
         {quantity::visibility, plain, 0.03, 1.7e-3, 3.1e-3, "measured"},
         {quantity::visibility, told, 0.03, 4.1e-4, 7.9e-4, "measured"},
         {lost, plain, 0.01, 8.1e-4, 1.5e-3, "measured"},

@@ -95,13 +95,15 @@ nb::object unproject_of(const Pixels& depth, const CameraObject& camera, const W
 
 nb::object normals_of(const Pixels& depth, const CameraObject& camera, const Word<NormalMethod>& method,
                       const Number& max_error, const Word<Space>& space, const Count& channels, const Number& tolerance,
-                      const Word<Storage>& storage, const Target& out, const DeviceChoice& device) {
+                      const Number& noise, const Word<Storage>& storage, const Target& out,
+                      const DeviceChoice& device) {
     NormalsOptions options;
     method.set(options.method, "method");
     options.max_error = max_error;
     space.set(options.space, "space");
     options.channels = checked_channels(channels);
     set(options.tolerance, tolerance);
+    set(options.noise, noise);
     Call call(depth, camera, storage, device);
     const Image result = call.result(out.given, "out", options.channels);
     call.run([&] { normals(call.depth(), result, options); });
@@ -371,9 +373,10 @@ Returns (H, W, 3) float32: x, y, z in scene units. Pixels without a position are
 
 constexpr const char* normals_text = R"(Surface normals, from stored depth.
 
-method: 'automatic' (default; fits planes to depth of 16 bits and fewer), 'neighbours' or 'least-squares'. max_error: a mean
-error in degrees, instead of a method. space: 'view' (default) or 'world'. channels: 3, or 4 with the validity.
-tolerance: how far depth may be off, in half steps of its storage (default 1).
+method: 'automatic' (default; fits planes to depth of 16 bits and fewer and to noisy depth), 'neighbours' or 'least-squares'.
+max_error: a mean error in degrees, instead of a method. space: 'view' (default) or 'world'. channels: 3, or 4 with the
+validity. tolerance: how far depth may be off, in half steps of its storage (default 1). noise: standard deviation of a
+sensor's noise over the depth, such as 9e-4; planes are then fitted to wider windows (default 0).
 
 Returns (H, W, 3) float32 of unit length, towards the camera. Invalid and background pixels are 0, 0, 0.)";
 
@@ -461,7 +464,8 @@ void bind_operations(nb::module_& module) {
     def("unproject", unproject_of, unproject_text, arg("depth"), arg("camera"), nb::kw_only(), OPTION("space"),
         OPTION("origin"), OPTION("channels"), OPTION("background"), COMMON);
     def("normals", normals_of, normals_text, arg("depth"), arg("camera"), nb::kw_only(), OPTION("method"),
-        OPTION("max_error"), OPTION("space"), OPTION("channels"), OPTION("tolerance"), COMMON);
+        OPTION("max_error"), OPTION("space"), OPTION("channels"), OPTION("tolerance"), OPTION("noise"),
+        COMMON);
     def("ssao", ssao_of, ssao_text, arg("depth"), arg("camera"), OPTION("radius"), nb::kw_only(), OPTION("quality"),
         OPTION("slices"), OPTION("samples"), OPTION("jitter"), OPTION("max_error"), OPTION("thickness"),
         OPTION("thickness_map"), OPTION("thickness_from_silhouette"), OPTION("back_depth"), OPTION("falloff"), OPTION("border"), OPTION("seed"),

@@ -55,8 +55,8 @@ OPERATIONS = {
         lambda d, c, _: fathom.unproject(d, c, space="world", origin=(1, 2, 3)),
     ),
     "normals": (
-        ["normals", "--space", "world", "--method", "least-squares"],
-        lambda d, c, _: fathom.normals(d, c, space="world", method="least-squares"),
+        ["normals", "--space", "world", "--method", "least-squares", "--noise", "0.01"],
+        lambda d, c, _: fathom.normals(d, c, space="world", method="least-squares", noise=0.01),
     ),
     "ssao": (
         ["ssao", "--radius", 0.5, "--quality", "fast", "--falloff", 0.25, "--seed", 7],

@@ -28,12 +28,19 @@ std::function<int()> configure_normals(CLI::App& app) {
                      {"least-squares", NormalMethod::least_squares}},
                     "how slopes are found: from neighbours on the same surface, or\n"
                     "from a plane fitted to a window, for quantised depth.\n"
-                    "automatic (default) fits for 16 bits and fewer")
+                    "automatic (default) fits for 16 bits and fewer, and for noise")
         ->group("Normals");
     add_max_error(app, normal.max_error, options->explain, "mean degrees", {"--method"}, "Normals");
+    app.add_option("--noise", normal.noise,
+                   "standard deviation of a sensor's noise over the depth, such as\n"
+                   "9e-4: planes are fitted to wider windows (default: 0)")
+        ->type_name("R")
+        ->check(is_a_number("number from 0 to less than 1", [](double r) { return r >= 0 && r < 1; }))
+        ->excludes("--max-error")
+        ->group("Normals");
     app.add_option("--tolerance", normal.tolerance,
-                   "how far depth may be off, in half steps of its storage. Raise\n"
-                   "it for a noisy sensor (default: 1)")
+                   "how far depth may be off, in half steps of its storage\n"
+                   "(default: 1)")
         ->type_name("T")
         ->check(is_a_number("number above 0", [](double t) { return t > 0; }))
         ->group("Normals");

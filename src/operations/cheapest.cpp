@@ -142,6 +142,7 @@ DofOptions chosen(const StoredDepth& stored, DofOptions options) {
 
 NormalsOptions chosen(const StoredDepth& stored, NormalsOptions options) {
     require(options.method == NormalMethod::automatic, "max_error chooses the method itself: give one of the two");
+    require(options.noise == 0, "max_error was measured without noise: give one of the two");
     return with_choice(Operation::normals, stored, options);
 }
 

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace fathom {
 namespace {
@@ -27,6 +28,7 @@ void check(const StoredDepth& stored, const NormalsOptions& options) {
     check_enum("space", options.space, {"view", "world"});
     require(std::isfinite(options.tolerance) && options.tolerance > 0, "tolerance = ", options.tolerance,
             " must be finite and greater than 0");
+    require(options.noise >= 0 && options.noise < 1, "noise = ", options.noise, " must be from 0 to less than 1");
     require(options.space == Space::view || stored.camera.view,
             "normals in the world need the camera's view matrix, and it has none");
 }
@@ -42,21 +44,47 @@ void split(float (&target)[2], long double value) {
     target[1] = static_cast<float>(value - target[0]);
 }
 
-int radius_of(NormalMethod method) {
-    return method == NormalMethod::least_squares ? normals_reach_least_squares : 0;
+// The columns of a perspective's rays, the third across the other two; `centre` is where it is so.
+struct Columns {
+    Eigen::Matrix<long double, 2, 1> centre;
+    Vector right, down, ahead;
+};
+
+Columns columns_of(const Rays::Matrix& direction) {
+    const Eigen::Matrix<long double, 2, 1> centre = perpendicular(direction);
+    const Vector right = direction.col(0), down = direction.col(1);
+    return {centre, right, down, direction.col(2) + right * centre.x() + down * centre.y()};
 }
 
 } // namespace
 
-params::normal_params normal_parameters(const CentreRays& rays, const InverseDepthError& error, double tolerance) {
+int window_radius(const CentreRays& rays, double noise) {
+    if (noise == 0)
+        return normals_reach_least_squares;
+    if (!rays.perspective) // whose error depends on the depth
+        return 5;
+    // A slope is off by the noise over the root of the sum of x^2 in the window, and the normal by that over a pixel's angle.
+    const Columns columns = columns_of(rays.direction);
+    const double right = static_cast<double>(columns.right.norm() / columns.ahead.norm()),
+                 down = static_cast<double>(columns.down.norm() / columns.ahead.norm());
+    const double one_pixel = std::sqrt(std::numbers::pi) / 2 * noise * std::hypot(1 / right, 1 / down);
+    for (const int radius : {3, 5}) {
+        const double side = 2 * radius + 1, sum = side * side * radius * (radius + 1) / 3;
+        if (one_pixel / std::sqrt(sum) <= normals_noise_error_deg * std::numbers::pi / 180)
+            return radius;
+    }
+    return normals_reach_noise;
+}
+
+params::normal_params normal_parameters(const CentreRays& rays, const InverseDepthError& error,
+                                        const NormalsOptions& options) {
     params::normal_params p{};
-    const auto& moving = rays.perspective ? rays.direction : rays.origin;
-    Vector right = moving.col(0), down = moving.col(1), ahead = rays.direction.col(2);
+    Vector right = rays.origin.col(0), down = rays.origin.col(1), ahead = rays.direction.col(2);
     if (rays.perspective) {
-        const Eigen::Matrix<long double, 2, 1> centre = perpendicular(rays.direction);
-        split(p.centre_x, centre.x());
-        split(p.centre_y, centre.y());
-        ahead += right * centre.x() + down * centre.y();
+        const Columns columns = columns_of(rays.direction);
+        split(p.centre_x, columns.centre.x());
+        split(p.centre_y, columns.centre.y());
+        right = columns.right, down = columns.down, ahead = columns.ahead;
     }
     // Towards the camera is against the ray; in units of the largest, so that they are floats in any unit of length.
     Vector of_x = down.cross(ahead), of_y = ahead.cross(right), of_depth = right.cross(down);
@@ -67,18 +95,18 @@ params::normal_params normal_parameters(const CentreRays& rays, const InverseDep
         p.of_slope_y[i] = static_cast<float>(of_y(i) * scale);
         p.of_depth[i] = static_cast<float>(of_depth(i) * scale);
     }
-    const auto times = static_cast<float>(tolerance);
+    const auto times = static_cast<float>(options.tolerance);
     p.error_constant = error.constant * times;
     p.error_linear = error.linear * times;
     p.error_quadratic = error.quadratic * times;
+    p.noise = static_cast<float>(options.noise);
     return p;
 }
 
-NormalMethod chosen_method(NormalMethod wanted, const StoredDepth& stored) {
-    if (wanted != NormalMethod::automatic)
-        return wanted;
-    const bool coarse = is_coarse(stored);
-    return coarse ? NormalMethod::least_squares : NormalMethod::neighbours;
+NormalMethod chosen_method(const NormalsOptions& options, const StoredDepth& stored) {
+    if (options.method != NormalMethod::automatic)
+        return options.method;
+    return is_coarse(stored) || options.noise > 0 ? NormalMethod::least_squares : NormalMethod::neighbours;
 }
 
 void normals(const StoredDepth& stored, const Image& result, const NormalsOptions& options, const Launch& launch) {
@@ -97,17 +125,18 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
     runtime::Scratch scratch(device);
     const Image depth = inverse_depth(scratch, stored, rays, Background::nan);
 
+    const bool fitted = chosen_method(options, stored) == NormalMethod::least_squares;
     const int vector_width = vector_width_for(device, width);
     const runtime::Defines defines{{"V", vector_width},
                                    {"STREAM", worth_streaming(result, vector_width)},
                                    {"PERSPECTIVE", rays.perspective},
                                    {"CHANNELS", options.channels},
-                                   {"RADIUS", radius_of(chosen_method(options.method, stored))}};
+                                   {"RADIUS", fitted ? window_radius(rays, options.noise) : 0}};
     const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::launch(device, runtime::kernel(device, "normals", defines),
                     {columns, static_cast<std::size_t>(result.height())}, depth, result,
                     grid_parameters({depth, stored.camera, Storage::float32, stored.x, stored.y}, result, 0, width),
-                    normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options.tolerance));
+                    normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options));
     launched.done();
 }
 

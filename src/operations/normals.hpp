@@ -9,9 +9,13 @@
 namespace fathom {
 
 /// Constants of kernels/normals.cl for rays in the axes of the result. Pure: no device.
-params::normal_params normal_parameters(const CentreRays& rays, const InverseDepthError& error, double tolerance);
+params::normal_params normal_parameters(const CentreRays& rays, const InverseDepthError& error,
+                                        const NormalsOptions& options);
 
-/// What `automatic` stands for.
-NormalMethod chosen_method(NormalMethod wanted, const StoredDepth& stored);
+/// The method, also where it is `automatic`.
+NormalMethod chosen_method(const NormalsOptions& options, const StoredDepth& stored);
+
+/// How far the window of least squares reaches: from the noise and a pixel's angle, never from the image.
+int window_radius(const CentreRays& rays, double noise);
 
 } // namespace fathom

@@ -94,6 +94,15 @@ int run_normals(const Device& device, Camera camera) {
     return 4;
 }
 
+/// Windows that are wider than the margin's rows: 8 pixels under a perspective, 5 under an orthographic camera.
+int run_noise(const Device& device, Camera camera) {
+    camera.height = 9;
+    const StoredDepth whole{filled(device, Storage::float32, camera.height), camera};
+    normals(whole, {.noise = 0.1});
+    device.finish();
+    return 1;
+}
+
 /// Every choice of the occlusion kernels: few directions, since a simulated sample is slow.
 int run_occlusion(const Device& device, const Camera& camera) {
     const StoredDepth whole{filled(device, Storage::float32), camera};
@@ -226,6 +235,9 @@ int main(int count, char** arguments) {
         if (wanted("normals"))
             for (const std::size_t perspective_or_not : {0, 2})
                 images += run_normals(device, cameras()[perspective_or_not]);
+        if (wanted("noise"))
+            for (const std::size_t perspective_or_not : {0, 2})
+                images += run_noise(device, cameras()[perspective_or_not]);
         if (wanted("fog"))
             for (const std::size_t flat_or_tilted : {0, 3})
                 images += run_fog(device, cameras()[flat_or_tilted]);

@@ -29,7 +29,7 @@ endfunction()
 
 watch(FOR --data-races)
 if(LANES EQUAL 1)
-  foreach(group decode masks around normals fog)
+  foreach(group decode masks around normals noise fog)
     watch(GROUP ${group} FOR --uninitialized)
   endforeach()
 endif()
