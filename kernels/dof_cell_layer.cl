@@ -37,7 +37,8 @@ INLINE float16 at_pixels(__global const float* here, long next, float part) {
 
 __kernel void dof_cell_layer(__global const float* planes, __global const float* sums, __global const uint* list,
                              __global float* state, const blur_params p, const cell_params s) {
-    const uint item = get_global_id(0), x = item % (dof_tile_columns / 16) * 16, index = item / (dof_tile_columns / 16) / dof_tile_rows;
+    const uint item = get_global_id(0), x = item % (dof_tile_columns / 16) * 16;
+    const uint index = item / (dof_tile_columns / 16) / dof_tile_rows;
     if (index >= s.tiles)
         return;
     const uint entry = list[s.tile_list + index], across = ENTRY_ACROSS(entry);
@@ -45,7 +46,8 @@ __kernel void dof_cell_layer(__global const float* planes, __global const float*
     const size_t at = in_planes(&p, across, x, y);
     float16 sum[PLANES];
     const long stride = (long)s.across * dof_block_columns;
-    const int column = (int)(across * dof_tile_columns + x) / CELL - s.column * dof_block_columns, row = y / CELL - s.row * dof_block_rows;
+    const int column = (int)(across * dof_tile_columns + x) / CELL - s.column * dof_block_columns;
+    const int row = y / CELL - s.row * dof_block_rows;
     __global const float* here = sums + row * stride + column;
     const int place = 2 * (y % CELL) + 1 - CELL; // of CELL
     const long next = place < 0 ? -stride : stride;

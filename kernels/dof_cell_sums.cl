@@ -11,7 +11,8 @@
 // What a row of blocks holds of the layer, from before `low` to beyond `high` columns around a block.
 INLINE float found_beside(__global const float* found, int low, int high) {
     float most = 0.0f;
-    for (int i = (low - dof_block_columns + 1) / dof_block_columns; i <= (high + dof_block_columns - 1) / dof_block_columns; ++i)
+    const int last = (high + dof_block_columns - 1) / dof_block_columns;
+    for (int i = (low - dof_block_columns + 1) / dof_block_columns; i <= last; ++i)
         most = max(most, found[i]);
     return most;
 }

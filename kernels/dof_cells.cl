@@ -19,17 +19,12 @@ INLINE float16 pairs(float16 a, float16 b) {
 // What the tiles of a block hold of layer k.
 INLINE uint found_in_block(__global const uint* tiles, const blur_params* p, int x, int y, uint k) {
     uint found = 0;
-    const int right = min(x + CELL * dof_block_columns, (int)p->columns), bottom = min(y + CELL * dof_block_rows, (int)p->rows);
+    const int right = min(x + CELL * dof_block_columns, (int)p->columns);
+    const int bottom = min(y + CELL * dof_block_rows, (int)p->rows);
     for (int row = max(y, 0) / dof_tile_rows; row * dof_tile_rows < bottom; ++row)
         for (int column = max(x, 0) / dof_tile_columns; column * dof_tile_columns < right; ++column)
             found = max(found, found_around(tiles, p, (uint)column, (uint)row, 0, k));
     return found;
-}
-
-// Only planes up to `planes` are stored.
-INLINE void store_cells(__global float* target, const float16* value, int planes, uint plane) {
-    for (int k = 0; k < planes; ++k)
-        *(__global float16_anywhere*)(target + k * plane) = value[k];
 }
 
 __kernel void dof_cells(__global const float* planes, __global const uint* tiles, __global const uint* list,
@@ -42,8 +37,9 @@ __kernel void dof_cells(__global const float* planes, __global const uint* tiles
     const int x = (column + s.column) * CELL * dof_block_columns, y = (row + s.row) * CELL * dof_block_rows;
     const uint holds = found_in_block(tiles, &p, x, y, (uint)s.layer);
     cells[PLANES * s.plane + row * s.across + column] = (float)holds;
-    __global float* target = cells + (size_t)(row * dof_block_rows) * (s.across * dof_block_columns) + column * dof_block_columns;
-    for (int i = 0; i < dof_block_rows; ++i, target += s.across * dof_block_columns) {
+    const int stride = s.across * dof_block_columns;
+    __global float* target = cells + (size_t)(row * dof_block_rows) * stride + column * dof_block_columns;
+    for (int i = 0; i < dof_block_rows; ++i, target += stride) {
         float16 value[CELL][PLANES];
         for (int j = 0; j < CELL; ++j)
             for (int k = 0; k < PLANES; ++k)
@@ -61,6 +57,7 @@ __kernel void dof_cells(__global const float* planes, __global const uint* tiles
             for (int j = 0; j < count; ++j)
                 for (int k = 0; k < PLANES; ++k)
                     value[j][k] = pairs(value[2 * j][k], value[2 * j + 1][k]);
-        store_cells(target, value[0], PLANES, s.plane);
+        for (int k = 0; k < PLANES; ++k)
+            *(__global float16_anywhere*)(target + k * s.plane) = value[0][k];
     }
 }

@@ -97,8 +97,9 @@ TEST_CASE("dof plan: spans add up to the aperture, which is upside down before t
 // interpolation between two cells, 1/6 of a cell's and 1/12.
 TEST_CASE("dof plan: cells have the variance of the circle, whichever of the rows at once they are for") {
     double worst = 0;
-    for (const auto& [shape, across, up] :
-         {std::tuple{Aperture{}, 0.25, 0.25}, {Aperture{6, 10}, 2.5 / 12, 2.5 / 12}, {Aperture{0, 0, 2}, 0.0625, 0.25}}) {
+    for (const auto& [shape, across, up] : {std::tuple{Aperture{}, 0.25, 0.25},
+                                            {Aperture{6, 10}, 2.5 / 12, 2.5 / 12},
+                                            {Aperture{0, 0, 2}, 0.0625, 0.25}}) {
         for (const int cell : {2, 4, 8}) {
             for (const double circle : {32.0 * cell, -41.0 * cell}) {
                 for (const int rows : {2, 4}) {
@@ -110,7 +111,8 @@ TEST_CASE("dof plan: cells have the variance of the circle, whichever of the row
                             const auto entry = static_cast<std::size_t>(2 * (r + cells.reach));
                             const auto aside = static_cast<int>(cells.starts[entry]);
                             for (int x = -aside; x <= aside; ++x) {
-                                const auto at = cells.starts[entry + 1] + static_cast<params::u32>((x + aside) * rows + nth);
+                                const auto at =
+                                    cells.starts[entry + 1] + static_cast<params::u32>((x + aside) * rows + nth);
                                 const auto weight = static_cast<double>(cells.weights[at]);
                                 REQUIRE(weight >= 0);
                                 sum += weight;
@@ -122,9 +124,8 @@ TEST_CASE("dof plan: cells have the variance of the circle, whichever of the row
                         }
                         const double square = cell * cell, inside = (square - 1) / 12, between = square / 6 + 1.0 / 12;
                         const auto off = [&](double of_cells, double expected) {
-                            return std::abs((of_cells * square + inside + between) /
-                                                (expected * radius * radius + 1.0 / 12) -
-                                            1);
+                            return std::abs(
+                                (of_cells * square + inside + between) / (expected * radius * radius + 1.0 / 12) - 1);
                         };
                         worst = std::max({worst, off(x_square / sum, across), off(y_square / sum, up)});
                         CHECK(std::abs(x_sum / sum) < 1e-3);

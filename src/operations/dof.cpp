@@ -220,13 +220,14 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
     const auto floats = [&](std::size_t count) {
         return scratch.image(Element::f32, {row, static_cast<int>((count + row - 1) / row) + 1});
     };
-    const Image strips = floats(plan.strip_elements), cells = floats(plan.cell_elements), cell_sums = floats(plan.cell_elements);
+    const Image strips = floats(plan.strip_elements), cells = floats(plan.cell_elements),
+                cell_sums = floats(plan.cell_elements);
     for (const LayerPass& pass : plan.passes) {
         if (pass.cell > 1) {
             const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", blur.behind()}, {"CELL", pass.cell}};
             constexpr std::size_t pixels = 16; // of an item of dof_cell_layer
-            runtime::launch(blur.device, blur.kernel("dof_cells", cell), {pass.cells.blocks, 1}, blur.planes, blur.tiles,
-                            lists, cells, blur.p, pass.cells);
+            runtime::launch(blur.device, blur.kernel("dof_cells", cell), {pass.cells.blocks, 1}, blur.planes,
+                            blur.tiles, lists, cells, blur.p, pass.cells);
             runtime::launch(blur.device, blur.kernel("dof_cell_sums", {{"FILL", pass.fill}}),
                             {pass.cells.sum_blocks * (pass.fill ? 2u : 1u), 1}, cells, lists, starts, weights,
                             cell_sums, pass.cells);

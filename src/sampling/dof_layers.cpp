@@ -87,7 +87,8 @@ int pitch_for(double radius, Quality quality) {
 
 // Pixels across and down that are summed into a cell; 1 where they are not.
 int cell_for(double radius, const LayerPlanOptions& options) {
-    const double least = options.quality == Quality::accurate ? INFINITY : least_cells(options.aperture, options.quality);
+    const double least =
+        options.quality == Quality::accurate ? INFINITY : least_cells(options.aperture, options.quality);
     int cell = 1;
     while (cell < 8 && radius >= least * 2 * cell)
         cell *= 2;
@@ -289,8 +290,8 @@ private:
     void add_cells(const Layer& layer, const Grid& reached) {
         constexpr int columns = params::dof_block_columns, rows = params::dof_block_rows;
         const int rows_at_once = layer.fill ? 2 : 4;
-        const ApertureCells aperture = aperture_cells(options_.aperture, layer.circle, options_.aspect, options_.upright,
-                                                      layer.cell, rows_at_once);
+        const ApertureCells aperture = aperture_cells(options_.aperture, layer.circle, options_.aspect,
+                                                      options_.upright, layer.cell, rows_at_once);
         LayerPass pass{};
         pass.cell = layer.cell;
         pass.fill = layer.fill;
@@ -323,13 +324,14 @@ private:
                 for (int x = 0; x < near_.across; ++x)
                     if (reached.marked[reached.index(x, y)]) // with the cells around its own
                         for (int i = divided(y * tile_rows - 1, high); i <= (y * tile_rows + tile_rows) / high; ++i)
-                            for (int j = divided(x * tile_columns - 1, wide); j <= (x * tile_columns + tile_columns) / wide; ++j)
+                            for (int j = divided(x * tile_columns - 1, wide);
+                                 j <= (x * tile_columns + tile_columns) / wide; ++j)
                                 wanted.marked[wanted.index(j - pass.cells.column, i - pass.cells.row)] = 1;
             if (!wanted.any())
                 continue;
             pass.cells.plane = static_cast<u32>(wanted.across * wanted.down * columns * rows);
-            plan_.cell_elements = std::max(plan_.cell_elements, static_cast<std::size_t>(planes) * pass.cells.plane +
-                                                                    wanted.marked.size());
+            plan_.cell_elements = std::max(plan_.cell_elements,
+                                           static_cast<std::size_t>(planes) * pass.cells.plane + wanted.marked.size());
             const auto list = [&](const Grid& grid, u32& first) {
                 first = static_cast<u32>(plan_.lists.size());
                 for (int y = 0; y < grid.down; ++y)

@@ -39,7 +39,7 @@ inline bool has_bit(const TileBits& tile, int bit) {
 struct LayerPass {
     params::layer_params strips, gather;
     params::cell_params cells;
-    int cell; ///< pixels across and down; 1: `strips` and `gather` are used
+    int cell;                 ///< pixels across and down; 1: `strips` and `gather` are used
     params::part_params part; ///< accurate only
     bool direct, fill, bright;
 };
@@ -50,8 +50,8 @@ struct LayerPlan {
     std::vector<params::u32> lists; ///< tiles: column, and row in the high half
     std::vector<params::u32> starts;
     std::vector<params::span_params> spans;
-    std::vector<params::aperture_tap_params> taps; ///< accurate only
-    std::vector<float> weights;                    ///< of cells
+    std::vector<params::aperture_tap_params> taps;     ///< accurate only
+    std::vector<float> weights;                        ///< of cells
     std::size_t strip_elements = 1, cell_elements = 1; ///< that the largest pass needs
 };
 
