@@ -13,16 +13,12 @@
 // cache.
 // Built for: FILL = 0 1; BRIGHT = 0 1; DIRECT = 0 1; BEHIND = 0 1
 
-#include "tiles.h"
+#define MOMENT 0
+#include "layer.h"
 
-#if !defined(DIRECT) || !defined(FILL) || !defined(BRIGHT)
-#error "DIRECT, FILL and BRIGHT are not defined: 1 to read pixels instead of strips, to sum what lies behind, and where\
- strips hold what lies beyond the knee, 0 otherwise"
+#ifndef DIRECT
+#error "DIRECT is not defined: 1 to read pixels instead of strips, 0 otherwise"
 #endif
-#ifndef BEHIND
-#error "BEHIND is not defined: 1 where pixels have a second surface, 0 otherwise"
-#endif
-#define PLANES (2 + CHANNELS + FILL * (2 + CHANNELS) + BRIGHT * CHANNELS)
 
 #define ROWS dof_rows_at_once
 #if DIRECT
@@ -82,69 +78,6 @@ INLINE void add_behind(__global const float* from, const span_params* span, uint
     sum[1] = fma((floatV)span->weight, LOAD(float, here + span->high) - LOAD(float, here + span->low), sum[1]);
 }
 #endif
-
-// Lays the layer's part of a row of pixels over what was seen before it.
-// `wide` is not 0 where the pixel itself belongs to the foreground, its circle is smaller than the layer's, and no
-// clean plate shows what the foreground hides. It is 1 from one layer of difference on.
-INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* wide) {
-    __global float* before = here + (2 * CHANNELS + 2) * plane;
-    __global float* left_to_wide = before + plane;
-    const floatV through = LOAD(float, here);
-    const floatV through_far = follows ? LOAD(float, before) : through;
-    *(__global float_lanes*)before = through;
-    const intV some = (sum[0] > 0.0f) & (through > 0.0f);
-    if (!any_of(some))
-        return;
-    floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / sum[1])), some);
-    if (wide) {
-        const floatV left = LOAD(float, left_to_wide);
-        seen = fma(*wide, min(seen, max(left, 0.0f)) - seen, seen);
-        *(__global float_lanes*)left_to_wide = fma(-*wide, seen, left);
-    }
-    const floatV fraction = select((floatV)0.0f, seen / sum[0], some);
-    *(__global float_lanes*)here = through - seen;
-    for (int k = 0; k < CHANNELS; ++k) {
-        __global float* to = here + (k + 1) * plane;
-#if BRIGHT
-        const floatV color = sum[2 + k] + sum[PLANES - CHANNELS + k];
-#else
-        const floatV color = sum[2 + k];
-#endif
-        *(__global float_lanes*)to = fma(fraction, color, LOAD(float, to));
-    }
-#if FILL
-    // What is left to wide circles is the mean over the layers of the foreground, each weighted by what is seen of it.
-    const floatV left = LOAD(float, left_to_wide), wider = through_far * (sum[3 + 2 * CHANNELS] / sum[1]);
-    const floatV part = seen / (1.0f - (through - seen));
-    const intV first = through == 1.0f;
-    *(__global float_lanes*)left_to_wide = select(left, select(fma(wider - left, part, left), wider, first), some);
-    __global float* hidden = here + (CHANNELS + 1) * plane;
-    *(__global float_lanes*)hidden = fma(fraction, sum[2 + CHANNELS], LOAD(float, hidden));
-    for (int k = 0; k < CHANNELS; ++k) {
-        __global float* to = hidden + (k + 1) * plane;
-        *(__global float_lanes*)to = fma(fraction, sum[3 + CHANNELS + k], LOAD(float, to));
-    }
-#endif
-}
-
-// A layer, and what is known of it in a tile.
-typedef struct {
-    __global const float* planes;
-    const blur_params* p;
-    float layer;
-    bool follows, has_foreground;
-} layer_at;
-
-INLINE void lay(const layer_at* s, __global float* state, size_t at, const floatV* sum) {
-    const float middle = (float)s->p->middle;
-    const floatV own = LOAD(float, s->planes + at), alike = 2.0f * middle - own;
-    intV unknown = own < middle; // is it unknown what lies behind the pixel?
-#if BEHIND
-    unknown &= LOAD(float, s->planes + (1 + CHANNELS) * s->p->plane + at) < 0.0f;
-#endif
-    const floatV wide = select((floatV)0.0f, min(max(s->layer - alike + 1.0f, 0.0f), 1.0f), unknown);
-    composite(state + at, s->p->plane, s->follows, sum, s->has_foreground && s->layer > middle ? &wide : 0);
-}
 
 // What all sums of an item need.
 typedef struct {
@@ -218,13 +151,6 @@ INLINE bool any_around(const gather_from* from, const blur_params* p, const laye
 }
 #endif
 
-// Stores T for the next layer, which reads the T from before this layer. This layer adds nothing here.
-INLINE void keep_open(__global float* here, const blur_params* p) {
-    __global float* before = here + (2 * CHANNELS + 2) * p->plane;
-    for (int i = 0; i < ROWS; ++i)
-        *(__global float_lanes*)(before + i * p->stride) = LOAD(float, here + i * p->stride);
-}
-
 // Lays a layer over the rows from y on; false where nothing is left to see.
 INLINE bool lay_rows(const gather_from* from, __global const float* planes, __global float* state, const blur_params* p,
                      const layer_params* s, size_t at, int y, bool follows, bool has_foreground) {
@@ -236,7 +162,7 @@ INLINE bool lay_rows(const gather_from* from, __global const float* planes, __gl
         return false;
 #if !DIRECT
     if (!any_around(from, p, s, y)) {
-        keep_open(here, p);
+        keep_open(here, p, ROWS);
         return true;
     }
 #endif
@@ -284,7 +210,7 @@ __kernel void dof_gather(__global const float* planes, __global const uint* tile
         skipped = false;
     }
     if (skipped)
-        keep_open(state + at, &p);
+        keep_open(state + at, &p, ROWS);
 #else
     const size_t first = (size_t)(across - s.first_column) * s.strip_column + s.pad + x;
     const gather_from from = {source + first, tiles, starts, (__global const span_params*)spans, across};

@@ -9,16 +9,7 @@
 // The sums are restarted, and highlights are summed apart, because large values leave their rounding in a running sum.
 // Built for: FILL = 0 1; BRIGHT = 0 1; BEHIND = 0 1; MOMENT = 0 1
 
-#include "tiles.h"
-
-#if !defined(FILL) || !defined(BRIGHT)
-#error "FILL and BRIGHT are not defined: 1 to sum what lies behind, and what lies beyond the knee, 0 otherwise"
-#endif
-#if !defined(BEHIND) || !defined(MOMENT)
-#error "BEHIND and MOMENT are not defined: 1 where pixels have a second surface, and to sum columns, 0 otherwise"
-#endif
-#define HIGHLIGHTS (2 + CHANNELS + FILL * (2 + CHANNELS))
-#define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + MOMENT)
+#include "layer.h"
 
 // Sums over the lanes before each one, and over all of them, always in the same order.
 #ifdef __has_builtin
@@ -37,9 +28,6 @@
 #define LATER_8(v) (float16)((float8)0.0f, v.s01234567)
 #endif
 
-// 16 pixels at once, whatever V is: the order of a running sum decides its bits.
-typedef float16 __attribute__((aligned(4))) float16_anywhere;
-
 // Stores the running sums up to each pixel of `value`, continued from `sum`.
 INLINE void store_running(float16 value, float* sum, __global float* target) {
     float16 before = LATER_1(value);
@@ -49,22 +37,6 @@ INLINE void store_running(float16 value, float* sum, __global float* target) {
     before += LATER_8(before);
     *(__global float16_anywhere*)target = *sum + before;
     *sum += before.sf + value.sf;
-}
-
-// Adds a channel of a surface, weighted by `own`; the part beyond the knee is summed apart.
-INLINE void add_color(float16* value, int k, float16 own, float16 color, float knee) {
-#if BRIGHT
-    const float16 base = min(max(color, -knee), knee);
-    value[HIGHLIGHTS + k] = fma(own, color - base, value[HIGHLIGHTS + k]);
-#else
-    const float16 base = color;
-#endif
-    value[2 + k] = fma(own, base, value[2 + k]);
-}
-
-// The weight of a pixel that lies `off` layers behind this one, or in it.
-INLINE float16 behind_layer(float16 off) {
-    return min(max(off + 2.0f, 0.0f), 1.0f);
 }
 
 __kernel void dof_strips(__global const float* planes, __global const uint* tiles, __global const uint* list,
@@ -79,14 +51,8 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
     __global float* target = strips + (size_t)(across - s.first_column) * s.strip_column + (size_t)kept * s.strip_row;
     __global const float* source = planes + in_planes(&p, 0, 0, down * dof_tile_rows + row * s.pitch);
 
-#if MOMENT
-    const float16 columns =
+    const float16 columns = // used under MOMENT
         (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(across * dof_tile_columns);
-#endif
-
-#if FILL
-    const float alike = 2.0f * ((float)p.middle - s.layer); // layers on, circles are as large again
-#endif
 
     float sum[PLANES];
     for (int k = 0; k < PLANES; ++k)
@@ -113,49 +79,8 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
         for (int k = 0; k < PLANES; ++k)
             value[k] = 0.0f;
         if (x >= 0 && x < (int)p.columns) {
-            for (uint i = 0; i < s.pitch; ++i) {
-                __global const float* here = source + (size_t)i * p.stride + x;
-                const float16 off = *(__global const float16_anywhere*)here - s.layer;
-                const float16 own = max(1.0f - fabs(off), 0.0f);
-#if BEHIND
-                __global const float* second = here + (1 + CHANNELS) * p.plane;
-                const float16 off_second = *(__global const float16_anywhere*)second - s.layer;
-#if MOMENT
-                const float16 open = min(max((-off - JUMP) * (1.0f / SLOPE), 0.0f), 1.0f);
-#else
-                const float16 open = 1.0f;
-#endif
-                const float16 own_second = open * max(1.0f - fabs(off_second), 0.0f);
-                const float16 all = own + own_second;
-#else
-                const float16 all = own;
-#endif
-                value[0] += all;
-#if BEHIND
-                value[1] += max(behind_layer(off), open * behind_layer(off_second));
-#else
-                value[1] += behind_layer(off);
-#endif
-#if MOMENT
-                value[PLANES - 1] = fma(all, columns + (float)x, value[PLANES - 1]);
-#endif
-#if FILL
-                const float16 sharper = min(max(min(off - 1.0f, alike - off), 0.0f), 1.0f);
-                value[2 + CHANNELS] += sharper;
-                value[3 + 2 * CHANNELS] += min(max(off - alike + 1.0f, 0.0f), 1.0f);
-#endif
-                for (int k = 0; k < CHANNELS; ++k) {
-                    const float16 color = *(__global const float16_anywhere*)(here + (k + 1) * p.plane);
-                    add_color(value, k, own, color, p.knee);
-#if BEHIND
-                    add_color(value, k, own_second, *(__global const float16_anywhere*)(second + (k + 1) * p.plane),
-                               p.knee);
-#endif
-#if FILL
-                    value[3 + CHANNELS + k] = fma(sharper, color, value[3 + CHANNELS + k]);
-#endif
-                }
-            }
+            for (uint i = 0; i < s.pitch; ++i)
+                add_pixels(value, source + (size_t)i * p.stride + x, s.layer, columns + (float)x, &p);
         }
         for (int k = 0; k < PLANES; ++k)
             store_running(value[k], &sum[k], target + k * s.strip_plane);

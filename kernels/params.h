@@ -279,6 +279,10 @@ CONSTANT(dof_fractions, 256)
 // Pixels across and down of a block, of which the farthest layer is known.
 CONSTANT(dof_behind_block, 8)
 
+// Cells across and down of a block, which is an item of dof_cells.
+CONSTANT(dof_block_columns, 16)
+CONSTANT(dof_block_rows, 4)
+
 // An entry of a list of tiles: a tile's column, its row, and two flags.
 #define ENTRY_ROW_SHIFT 16
 #define ENTRY_COLUMN_MASK 0xffffu
@@ -317,6 +321,21 @@ typedef struct {
     int columns;      // and columns on either side
 } layer_params;
 PARAMS(layer_params, 52)
+
+// One layer whose pixels are summed into cells first, and what its launches compute. The blocks of cells that are kept go on
+// beyond the image, so that the aperture around every cell that is summed lies within them.
+typedef struct {
+    float layer;
+    u32 blocks, list;         // of cells: how many there are, and where the list of them begins
+    u32 sum_blocks, sum_list; // those around whose cells the aperture is summed
+    u32 tiles, tile_list;     // of pixels that the layer reaches
+    u32 starts;               // where the table of weights by row begins
+    int reach;                // cells that the aperture covers on every side
+    int across;               // blocks from row to row of those that are kept
+    int column, row;          // block of the first one, counted from the first pixel's
+    u32 plane;                // elements from plane to plane
+} cell_params;
+PARAMS(cell_params, 52)
 
 // Pixels from `low` to before `high` of a row, and what each counts.
 typedef struct {

@@ -245,6 +245,31 @@ TEST_CASE("dof: a straight edge is spread as the aperture says", "[dof]") {
     }
 }
 
+// Large apertures are summed over cells of up to 8 x 8 pixels: an edge lies anywhere in one.
+TEST_CASE("dof: a straight edge is as exact wherever it lies between the cells that are summed", "[dof]") {
+    std::printf("dof, edges in 8 places: radius: largest error, root mean square of the worst\n");
+    for (const auto& [quality_name, quality] : {qualities[0], qualities[1]}) {
+        std::printf("  %-8s", quality_name);
+        for (const double radius : {9.0, 14.0, 16.0, 19.0, 28.0, 33.0, 56.0, 71.0}) {
+            Off worst;
+            double rms = 0;
+            for (int place = 0; place < 8; ++place) {
+                const int reach = static_cast<int>(radius) + 2 + place;
+                const Stack edge{{everywhere(2 * radius, [place](double x) { return x > place ? 1 : 0; })}, 2 * reach};
+                const Off off = judge(edge, quality, reach);
+                worst.add(off);
+                rms = std::max(rms, off.rms());
+            }
+            std::printf("  %g: %.4f %.4f", radius, worst.largest, rms);
+            INFO(quality_name << ", radius " << radius);
+            CHECK(rms <= (quality == Quality::fast ? fast_rms_error : dof_edge_rms_error));
+            if (quality != Quality::fast)
+                CHECK(worst.largest <= dof_edge_error);
+        }
+        std::printf("\n");
+    }
+}
+
 TEST_CASE("dof: one layer before another bleeds nowhere", "[dof]") {
     const auto plain = [](double) { return 0.0; };
     for (const auto& [quality_name, quality] : qualities) {
@@ -740,6 +765,56 @@ TEST_CASE("dof: a tile with a halo equals the whole in its middle", "[dof]") {
                 INFO(name << (plated ? " with a clean plate" : "") << ", tile at " << left << ", " << top);
                 CHECK(differ == 0);
             }
+        }
+    }
+}
+
+TEST_CASE("dof: large circles have the same bits for any vector width, and in a tile with a halo", "[dof]") {
+    constexpr int width = 500, height = 330, left = 77, top = 43, across = 390, down = 270;
+    constexpr double most = 128;
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> any(0, 1);
+    const auto circle = [](int x, int y) {
+        return (x / 70 + y / 50) % 3 == 0 ? -most + 0.5 * y : (x / 70 + y / 50) % 3 == 1 ? 0.1 * y : 30 + 0.2 * x;
+    };
+    Picture picture(width, height, circle, [&](int, int) { return any(random); });
+    for (std::size_t i = 0; i < 3; ++i)
+        picture.color[3 * (165 * width + 250) + i] = 1e4f;
+    const Picture behind(
+        width, height, [](int x, int) { return 0.25 * x; }, [&](int, int) { return any(random); });
+    for (const auto& [name, quality] : {qualities[0], qualities[1]}) {
+        for (const bool plated : {false, true}) {
+            INFO(name << (plated ? " with a clean plate" : ""));
+            std::vector<float> whole;
+            for (const auto& [vector_width, group_size] : {std::pair{16, 64}, {8, 64}, {4, 7}, {1, 64}}) {
+                const Device device = Device::open("cpu", {Arithmetic::fp64, vector_width, group_size});
+                DofOptions options{.quality = quality, .max_coc_px = most};
+                if (plated)
+                    options.clean_plate = clean_plate_of(behind, device);
+                const auto got = blurred(picture, options, device);
+                if (whole.empty())
+                    whole = got;
+                INFO("vector width " << vector_width);
+                CHECK(same_bits(got, whole));
+            }
+            const auto part = [&](const Picture& of) {
+                const CleanPlate all = clean_plate_of(of);
+                return CleanPlate{all.color.region(left, top, across, down), all.depth.region(left, top, across, down)};
+            };
+            DofOptions options{.quality = quality, .max_coc_px = most};
+            if (plated)
+                options.clean_plate = part(behind);
+            const CleanPlate cut = part(picture);
+            const auto tile = floats(dof(cut.depth, cut.color, lens, options));
+            constexpr int aside = most / 2 + dof_halo_columns, above = most / 2 + dof_halo_rows;
+            long differ = 0, looked = 0;
+            for (int y = above; y < down - above; ++y) {
+                for (int x = 3 * aside; x < 3 * (across - aside); ++x, ++looked)
+                    differ += !same_bits(tile[static_cast<std::size_t>(3 * across * y + x)],
+                                         whole[static_cast<std::size_t>(3 * (width * (y + top) + left) + x)]);
+            }
+            CHECK(looked > 0);
+            CHECK(differ == 0);
         }
     }
 }

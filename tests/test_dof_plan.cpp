@@ -93,6 +93,52 @@ TEST_CASE("dof plan: spans add up to the aperture, which is upside down before t
     std::printf("dof, apertures as spans: area off by at most %.4f\n", worst);
 }
 
+// What comes out has the circle's variance along both axes: that of the cells' weights, of the pixels in a cell, and of the
+// interpolation between two cells, 1/6 of a cell's and 1/12.
+TEST_CASE("dof plan: cells have the variance of the circle, whichever of the rows at once they are for") {
+    double worst = 0;
+    for (const auto& [shape, across, up] : {std::tuple{Aperture{}, 0.25, 0.25},
+                                            {Aperture{6, 10}, 2.5 / 12, 2.5 / 12},
+                                            {Aperture{0, 0, 2}, 0.0625, 0.25}}) {
+        for (const int cell : {2, 4, 8}) {
+            for (const double circle : {32.0 * cell, -41.0 * cell}) {
+                for (const int rows : {2, 4}) {
+                    const ApertureCells cells = aperture_cells(shape, circle, 1, true, cell, rows);
+                    const double radius = std::abs(circle) / 2;
+                    for (int nth = 0; nth < rows; ++nth) {
+                        double sum = 0, x_sum = 0, y_sum = 0, x_square = 0, y_square = 0;
+                        for (int r = -cells.reach; r < cells.reach + rows; ++r) {
+                            const auto entry = static_cast<std::size_t>(2 * (r + cells.reach));
+                            const auto aside = static_cast<int>(cells.starts[entry]);
+                            for (int x = -aside; x <= aside; ++x) {
+                                const auto at =
+                                    cells.starts[entry + 1] + static_cast<params::u32>((x + aside) * rows + nth);
+                                const auto weight = static_cast<double>(cells.weights[at]);
+                                REQUIRE(weight >= 0);
+                                sum += weight;
+                                x_sum += weight * x;
+                                y_sum += weight * (r - nth);
+                                x_square += weight * x * x;
+                                y_square += weight * (r - nth) * (r - nth);
+                            }
+                        }
+                        const double square = cell * cell, inside = (square - 1) / 12, between = square / 6 + 1.0 / 12;
+                        const auto off = [&](double of_cells, double expected) {
+                            return std::abs(
+                                (of_cells * square + inside + between) / (expected * radius * radius + 1.0 / 12) - 1);
+                        };
+                        worst = std::max({worst, off(x_square / sum, across), off(y_square / sum, up)});
+                        CHECK(std::abs(x_sum / sum) < 1e-3);
+                        CHECK(std::abs(y_sum / sum) < 1e-3);
+                    }
+                }
+            }
+        }
+    }
+    std::printf("dof, apertures over cells: variance off by at most %.4f\n", worst);
+    CHECK(worst < 0.005); // 16 lines a row of cells
+}
+
 // A tile of a pass's list: its place, which of the pass's layers reach it, and which of these follow one that does, a bit each.
 struct Entry {
     int x, y;
@@ -102,8 +148,11 @@ struct Entry {
 std::vector<Entry> entries(const LayerPlan& plan, const LayerPass& pass) {
     std::vector<Entry> found;
     const std::size_t words = pass.direct ? 3 : 1;
-    for (std::size_t i = 0; i < pass.gather.tiles; ++i) {
-        const params::u32* entry = &plan.lists[pass.gather.list + words * i];
+    const bool of_cells = pass.cell > 1;
+    const params::u32 tiles = of_cells ? pass.cells.tiles : pass.gather.tiles;
+    const params::u32 list = of_cells ? pass.cells.tile_list : pass.gather.list;
+    for (std::size_t i = 0; i < tiles; ++i) {
+        const params::u32* entry = &plan.lists[list + words * i];
         const auto x = static_cast<int>(entry[0] & 0xffff), y = static_cast<int>(entry[0] >> 16 & 0x3fff);
         found.push_back(pass.direct ? Entry{x, y, entry[1], entry[2]} : Entry{x, y, 1, entry[0] >> 31});
     }
@@ -135,7 +184,7 @@ TEST_CASE("dof plan: every tile that a layer reaches is worked on, and no other"
             CHECK(entry.follow == 0);
             found.insert({entry.x, entry.y});
         }
-        CHECK(found.size() == pass.gather.tiles);
+        CHECK(found.size() == entries(plan, pass).size());
         for (int y = 0; y < down; ++y)
             for (int x = 0; x < across; ++x)
                 CHECK(found.contains({x, y}) == (std::abs(x - 3) <= columns && std::abs(y - 10) <= rows));
@@ -172,23 +221,26 @@ TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is 
     for (const auto& [name, quality, per_octave] :
          {std::tuple{"balanced", Quality::balanced, 8}, {"fast", Quality::fast, 3}}) {
         const LayerScale scale = layer_scale(per_octave, 512);
-        // Spans of a pixel, and columns summed for each of a tile's.
+        // What a pixel reads, two sums for each span, and columns summed for each of a tile's.
         const auto cost = [&, quality = quality](int layer) {
             std::vector<TileBits> tiles = none;
             tiles[40][static_cast<std::size_t>(layer / 32)] |= 1u << (layer % 32);
             const LayerPlan plan = layer_plan(tiles, 9, {.aperture = {}, .scale = scale, .quality = quality});
-            const params::layer_params& pass = plan.passes.front().gather;
-            return std::pair{static_cast<double>(plan.spans.size()) / pass.pitch,
-                             1 + 2.0 * pass.pad / params::dof_tile_columns};
+            const LayerPass& pass = plan.passes.front();
+            if (pass.cell > 1) // weights of a cell's aperture, for each of its pixels
+                return std::pair{static_cast<double>(plan.weights.size()) / (4.0 * pass.cell * pass.cell), 1.0};
+            return std::pair{2.0 * static_cast<double>(plan.spans.size()) / pass.gather.pitch,
+                             1 + 2.0 * pass.gather.pad / params::dof_tile_columns};
         };
-        CHECK(cost(scale.middle).first == 1);
-        std::printf("dof, %s, circle: spans that a pixel reads, columns summed for each:", name);
+        double most = cost(scale.middle + 2 * per_octave).first;
+        CHECK(cost(scale.middle).first == 2);
+        std::printf("dof, %s, circle: sums or cells that a pixel reads, columns summed for each:", name);
         for (int octave = 3; octave <= 9; ++octave) {
-            const auto [spans, columns] = cost(scale.middle + octave * per_octave);
-            const auto [spans_of_half, columns_of_half] = cost(scale.middle + (octave - 1) * per_octave);
-            std::printf("  %g: %.1f %.1f", scale.circle(scale.middle + octave * per_octave), spans, columns);
-            CHECK(spans <= 2 * spans_of_half + 1);
-            CHECK(columns <= 2 * columns_of_half);
+            const auto [read, columns] = cost(scale.middle + octave * per_octave);
+            std::printf("  %g: %.1f %.1f", scale.circle(scale.middle + octave * per_octave), read, columns);
+            CHECK(read <= 2 * most + 1);
+            CHECK(columns <= 2);
+            most = std::max(most, read);
         }
         std::printf("\n");
     }

@@ -203,7 +203,9 @@ void clear(const Blur& blur) {
 void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
     if (plan.passes.empty())
         return;
-    const auto table = [&](Element element, const auto& values) {
+    const auto table = [&](Element element, auto values) {
+        if (values.empty()) // no pass reads it
+            values.emplace_back();
         return runtime::table(blur.device, element, values).on(blur.device);
     };
     const Image lists = table(Element::u32, plan.lists);
@@ -212,11 +214,28 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
     const auto half_planes =
         blur.accurate() ? aperture_halves(blur.aperture, blur.upright) : std::vector<std::array<float, 4>>(1);
     const Image halves = table(Element::f32, half_planes);
-    const Image taps = plan.taps.empty() ? spans : table(Element::f32, plan.taps);
+    const Image taps = table(Element::f32, plan.taps);
     constexpr int row = 4096;
-    const Image strips =
-        scratch.image(Element::f32, {row, static_cast<int>((plan.strip_elements + row - 1) / row) + 1});
+    const Image weights = table(Element::f32, plan.weights);
+    const auto floats = [&](std::size_t count) {
+        return scratch.image(Element::f32, {row, static_cast<int>((count + row - 1) / row) + 1});
+    };
+    const Image strips = floats(plan.strip_elements), cells = floats(plan.cell_elements),
+                cell_sums = floats(plan.cell_elements);
     for (const LayerPass& pass : plan.passes) {
+        if (pass.cell > 1) {
+            const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", blur.behind()}, {"CELL", pass.cell}};
+            constexpr std::size_t pixels = 16; // of an item of dof_cell_layer
+            runtime::launch(blur.device, blur.kernel("dof_cells", cell), {pass.cells.blocks, 1}, blur.planes,
+                            blur.tiles, lists, cells, blur.p, pass.cells);
+            runtime::launch(blur.device, blur.kernel("dof_cell_sums", {{"FILL", pass.fill}}),
+                            {pass.cells.sum_blocks * (pass.fill ? 2u : 1u), 1}, cells, lists, starts, weights,
+                            cell_sums, pass.cells);
+            runtime::launch(blur.device, blur.kernel("dof_cell_layer", cell),
+                            {pass.cells.tiles * params::dof_tile_columns / pixels * params::dof_tile_rows, 1},
+                            blur.planes, cell_sums, lists, blur.state, blur.p, pass.cells);
+            continue;
+        }
         const runtime::Defines sums{{"FILL", pass.fill}, {"BRIGHT", pass.bright}};
         runtime::Defines stripped = sums;
         stripped.insert(stripped.end(), {{"BEHIND", blur.behind()}, {"MOMENT", blur.accurate()}});

@@ -137,8 +137,8 @@ Row row_of(const Placed& aperture, double top, int pitch) {
     return row;
 }
 
-// Nested spans whose weights add up to the fraction of each pixel that the chords cover.
-void add_coverage(const Row& row, int columns, double step, std::vector<params::span_params>& spans) {
+// The fraction of each pixel of a row that the chords cover, from before the first column to beyond the last.
+std::vector<double> coverage_of(const Row& row, int columns) {
     std::vector<double> coverage(static_cast<std::size_t>(2 * columns + 3), 0.0);
     for (const Interval& chord : row.chords) {
         for (int x = -columns; x <= columns; ++x) {
@@ -146,6 +146,12 @@ void add_coverage(const Row& row, int columns, double step, std::vector<params::
             coverage[static_cast<std::size_t>(x + columns + 1)] += std::max(covered, 0.0) / row.lines;
         }
     }
+    return coverage;
+}
+
+// Nested spans whose weights add up to the fraction of each pixel that the chords cover.
+void add_coverage(const Row& row, int columns, double step, std::vector<params::span_params>& spans) {
+    std::vector<double> coverage = coverage_of(row, columns);
     for (double& part : coverage)
         part = std::round(part / step) * step;
     if (columns <= 2) { // read pixel by pixel: each once
@@ -248,6 +254,71 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
         }
     }
     result.starts.push_back(static_cast<params::u32>(result.spans.size()));
+    return result;
+}
+
+namespace {
+
+// Of the unit polygon along any axis; a quarter along the half axes of an ellipse.
+double variance_of(const Aperture& aperture) {
+    return aperture.blades == 0 ? 0.25 : (2 + std::cos(2 * std::numbers::pi / aperture.blades)) / 12;
+}
+
+// The same shape with a variance that is less by this.
+ApertureShape narrowed(const Aperture& aperture, double variance) {
+    const double most = variance / variance_of(aperture);
+    ApertureShape result = aperture_shape_of(aperture);
+    const auto less = [most](double half_axis) { return std::sqrt(half_axis * half_axis - most); };
+    result.across = less(result.across);
+    result.up = less(result.up);
+    for (Point& corner : result.corners)
+        corner = {corner.x * less(1), corner.y * less(1)};
+    return result;
+}
+
+} // namespace
+
+double least_cells(const Aperture& aperture, Quality quality) {
+    const double round = quality == Quality::fast ? 4.5 : 7;
+    if (aperture.blades == 0)
+        return round;
+    // The error is greatest at the ends of an edge's ramp, along a side: in proportion to its part of the area.
+    const double side = 2 / (aperture.blades * std::cos(std::numbers::pi / aperture.blades));
+    return std::max(round, (quality == Quality::fast ? 16 : 32) * side);
+}
+
+ApertureCells aperture_cells(const Aperture& aperture, double circle, double aspect, bool upright, int cell, int rows) {
+    const double radius = std::abs(circle) / 2 / cell, height = radius * aspect;
+    // Of a cell: its pixels' places in it, the fractions of it that the aperture covers, and the interpolation; less a pixel's own.
+    const double wider = 1.0 / 3 - 1.0 / (12 * cell * cell);
+    const Placed placed{narrowed(aperture, wider / (radius * height)), radius, height, circle > 0, upright};
+    const Point far = reach_of(placed.aperture_shape);
+    const auto columns = static_cast<int>(std::ceil(radius * far.x - 0.5));
+    ApertureCells result{static_cast<int>(std::ceil(height * far.y - 0.5)), {}, {}};
+    const auto middle = static_cast<std::size_t>(columns + 1);
+    std::vector<std::vector<double>> coverage; // of rows from -reach on
+    for (int r = -result.reach; r <= result.reach; ++r)
+        coverage.push_back(coverage_of(row_of(placed, r - 0.5, 1), columns));
+    const std::vector<double> none(2 * middle + 1);
+    for (int r = 0; r < 2 * result.reach + rows; ++r) {
+        const auto of = [&](int i) -> const std::vector<double>& {
+            return r < i || r - i > 2 * result.reach ? none : coverage[static_cast<std::size_t>(r - i)];
+        };
+        std::size_t aside = middle;
+        const auto some = [&](std::size_t x) {
+            for (int i = 0; i < rows; ++i)
+                if (of(i)[middle - x] > 0 || of(i)[middle + x] > 0)
+                    return true;
+            return false;
+        };
+        while (aside > 0 && !some(aside))
+            --aside;
+        result.starts.push_back(static_cast<params::u32>(aside));
+        result.starts.push_back(static_cast<params::u32>(result.weights.size()));
+        for (std::size_t x = middle - aside; x <= middle + aside; ++x)
+            for (int i = 0; i < rows; ++i)
+                result.weights.push_back(static_cast<float>(of(i)[x]));
+    }
     return result;
 }
 

@@ -33,6 +33,23 @@ double thinnest(const Aperture& aperture);
 ApertureSpans aperture_spans(const Aperture& aperture, double circle, double aspect, bool upright, int pitch,
                              Quality quality = Quality::balanced);
 
+/// An aperture laid over cells of an image, `cell` pixels across and down: how much of each cell around one shows through it.
+///
+/// Weights are for `rows` neighbouring cells at a time, one below the other. For row r of cells from −reach to reach + rows − 1,
+/// counted from the first of them, stand at starts[2 (r + reach)] how many columns on either side the weights reach, and where
+/// they begin; then from column to column one for each of the neighbours.
+/// Summing into cells and interpolating between them widen what comes out. The aperture is smaller by so much that its
+/// variance is that of the circle.
+struct ApertureCells {
+    int reach;
+    std::vector<params::u32> starts;
+    std::vector<float> weights;
+};
+ApertureCells aperture_cells(const Aperture& aperture, double circle, double aspect, bool upright, int cell, int rows);
+
+/// How many cells wide the radius of an aperture has to be, so that the error of summing into cells is small.
+double least_cells(const Aperture& aperture, Quality quality);
+
 /// Parts across and down that a pixel is cut into, so that a small circle is resolved even if one pixel covers most of
 /// it.
 int parts_of_pixel(const Aperture& aperture, double circle, double aspect);

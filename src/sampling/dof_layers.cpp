@@ -15,36 +15,46 @@ using params::u32;
 // Floats that strips may take; a layer that needs more is done in bands of rows.
 constexpr std::size_t strip_budget = std::size_t{24} << 20;
 
+// And the same for cells, and for the sums around them.
+constexpr std::size_t cell_budget = std::size_t{6} << 20;
+
 // Up to this reach `accurate` reads pixels with their own places in the lens: in small circles the middle of a pixel's
 // part of the lens is not at the pixel's middle.
 constexpr int most_taps = 8;
 
 struct Grid {
     int across, down;
-    std::vector<bool> marked;
+    std::vector<unsigned char> marked;
 
     Grid(int across_, int down_)
         : across(across_), down(down_), marked(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_)) {}
     std::size_t index(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x);
     }
-    bool any() const { return std::ranges::find(marked, true) != marked.end(); }
+    bool any() const { return std::ranges::find(marked, 1) != marked.end(); }
 };
 
+// Marks every place of a line, `step` apart, that is within `reach` of a marked one.
+void widen_line(unsigned char* line, int count, int step, int reach, std::vector<int>& until) {
+    int last = -reach - 1;
+    for (int i = 0; i < count; ++i) // the last marked one up to here
+        until[static_cast<std::size_t>(i)] = last = line[i * step] ? i : last;
+    int next = count + reach;
+    for (int i = count - 1; i >= 0; --i) {
+        const int before = until[static_cast<std::size_t>(i)];
+        next = before == i ? i : next;
+        line[i * step] = i - before <= reach || next - i <= reach;
+    }
+}
+
 // Every tile within so many columns and rows of a marked one.
-Grid widened(const Grid& grid, int columns, int rows) {
-    Grid wide(grid.across, grid.down), result(grid.across, grid.down);
-    for (int y = 0; y < grid.down; ++y)
-        for (int x = 0; x < grid.across; ++x)
-            if (grid.marked[grid.index(x, y)])
-                for (int i = std::max(0, x - columns); i <= std::min(grid.across - 1, x + columns); ++i)
-                    wide.marked[wide.index(i, y)] = true;
-    for (int y = 0; y < grid.down; ++y)
-        for (int x = 0; x < grid.across; ++x)
-            if (wide.marked[wide.index(x, y)])
-                for (int i = std::max(0, y - rows); i <= std::min(grid.down - 1, y + rows); ++i)
-                    result.marked[result.index(x, i)] = true;
-    return result;
+Grid widened(Grid grid, int columns, int rows) {
+    std::vector<int> until(static_cast<std::size_t>(std::max(grid.across, grid.down)));
+    for (int y = 0; columns > 0 && y < grid.down; ++y)
+        widen_line(&grid.marked[grid.index(0, y)], grid.across, 1, columns, until);
+    for (int x = 0; rows > 0 && x < grid.across; ++x)
+        widen_line(&grid.marked[grid.index(x, 0)], grid.down, grid.across, rows, until);
+    return grid;
 }
 
 Grid with_bit(std::span<const TileBits> tiles, int across, int bit) {
@@ -57,11 +67,9 @@ Grid with_bit(std::span<const TileBits> tiles, int across, int bit) {
 // Tiles with pixels in layers before `end`.
 Grid with_any(std::span<const TileBits> tiles, int across, int end) {
     Grid grid(across, static_cast<int>(tiles.size()) / across);
-    for (int bit = 0; bit < end; ++bit) {
-        const Grid one = with_bit(tiles, across, bit);
-        for (std::size_t i = 0; i < tiles.size(); ++i)
-            grid.marked[i] = grid.marked[i] || one.marked[i];
-    }
+    for (std::size_t i = 0; i < tiles.size(); ++i)
+        for (int bit = 0; bit < end && !grid.marked[i]; ++bit)
+            grid.marked[i] = has_bit(tiles[i], bit);
     return grid;
 }
 
@@ -77,6 +85,20 @@ int pitch_for(double radius, Quality quality) {
     return radius >= 96 ? 4 : radius >= 48 ? 2 : 1;
 }
 
+// Pixels across and down that are summed into a cell; 1 where they are not.
+int cell_for(double radius, const LayerPlanOptions& options) {
+    const double least =
+        options.quality == Quality::accurate ? INFINITY : least_cells(options.aperture, options.quality);
+    int cell = 1;
+    while (cell < 8 && radius >= least * 2 * cell)
+        cell *= 2;
+    return cell;
+}
+
+// Rounded down, and up.
+int divided(int a, int b) {
+    return (a >= 0 ? a : a - b + 1) / b;
+}
 int divided_up(int a, int b) {
     return (a + b - 1) / b;
 }
@@ -85,7 +107,7 @@ int divided_up(int a, int b) {
 struct Layer {
     int number;
     double circle;
-    int pitch;
+    int pitch, cell;
     ApertureSpans spans;
     bool direct, fill;
     int tiles_up, tiles_aside; // that its aperture reaches
@@ -97,6 +119,7 @@ Layer layer_of(int number, const LayerPlanOptions& options) {
     layer.circle = number == options.scale.middle ? 1 : options.scale.circle(number);
     const double least = std::abs(layer.circle) / 2 * std::min(options.aspect, 1.0); // radius
     layer.pitch = pitch_for(least * thinnest(options.aperture), options.quality);
+    layer.cell = cell_for(least * thinnest(options.aperture), options);
     layer.spans =
         aperture_spans(options.aperture, layer.circle, options.aspect, options.upright, layer.pitch, options.quality);
     const bool accurate = options.quality == Quality::accurate;
@@ -119,6 +142,9 @@ public:
         const Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
         if (options_.quality != Quality::accurate && layer.direct) {
             add_to_group(layer, reached);
+        } else if (layer.cell > 1) {
+            end_group();
+            add_cells(layer, reached);
         } else {
             end_group();
             add_passes(layer, own, reached);
@@ -176,6 +202,7 @@ private:
             return;
         LayerPass pass{};
         pass.direct = true;
+        pass.cell = 1;
         pass.fill = group_->fill;
         pass.gather.layer = static_cast<float>(group_->first);
         pass.gather.list = static_cast<u32>(plan_.lists.size());
@@ -200,6 +227,7 @@ private:
     void add_passes(const Layer& layer, const Grid& own, const Grid& reached) {
         LayerPass pass{};
         pass.direct = layer.direct;
+        pass.cell = 1;
         pass.fill = layer.fill;
         for (std::size_t i = 0; i < own.marked.size(); ++i)
             pass.bright = pass.bright || (!layer.direct && own.marked[i] && bright_.marked[i]);
@@ -256,6 +284,69 @@ private:
                                                                       static_cast<std::size_t>(area.right - area.left));
         }
         plan_.passes.push_back(pass);
+    }
+
+    // The aperture is summed over cells, in bands of rows where these would need too much memory.
+    void add_cells(const Layer& layer, const Grid& reached) {
+        constexpr int columns = params::dof_block_columns, rows = params::dof_block_rows;
+        const int rows_at_once = layer.fill ? 2 : 4;
+        const ApertureCells aperture = aperture_cells(options_.aperture, layer.circle, options_.aspect,
+                                                      options_.upright, layer.cell, rows_at_once);
+        LayerPass pass{};
+        pass.cell = layer.cell;
+        pass.fill = layer.fill;
+        pass.cells.layer = static_cast<float>(layer.number);
+        pass.cells.starts = static_cast<u32>(plan_.starts.size());
+        pass.cells.reach = aperture.reach;
+        for (std::size_t i = 0; i < aperture.starts.size(); i += 2) {
+            plan_.starts.push_back(aperture.starts[i]);
+            plan_.starts.push_back(aperture.starts[i + 1] + static_cast<u32>(plan_.weights.size()));
+        }
+        plan_.weights.insert(plan_.weights.end(), aperture.weights.begin(), aperture.weights.end());
+
+        int aside = 0;
+        for (std::size_t i = 0; i < aperture.starts.size(); i += 2)
+            aside = std::max(aside, static_cast<int>(aperture.starts[i]));
+        const int blocks_aside = divided_up(aside, columns), blocks_up = divided_up(aperture.reach, rows);
+        const int wide = columns * layer.cell, high = rows * layer.cell; // pixels of a block
+        constexpr int tile_columns = params::dof_tile_columns, tile_rows = params::dof_tile_rows;
+        const int across = divided_up(near_.across * tile_columns, wide) + 2 * (blocks_aside + 1);
+        const int planes = (2 + options_.channels) * (1 + layer.fill);
+        const auto kept = static_cast<int>(cell_budget / static_cast<std::size_t>(planes * across * columns * rows));
+        const int band = std::max(kept - 2 * (blocks_up + 1), 1) * std::max(high / tile_rows, 1); // rows of tiles
+        for (int begin = 0; begin < near_.down; begin += band) {
+            const int end = std::min(begin + band, near_.down);
+            pass.cells.column = -blocks_aside - 1;
+            pass.cells.row = divided(begin * tile_rows, high) - blocks_up - 1;
+            pass.cells.across = across;
+            Grid wanted(across, divided_up(end * tile_rows, high) + blocks_up + 1 - pass.cells.row);
+            for (int y = begin; y < end; ++y)
+                for (int x = 0; x < near_.across; ++x)
+                    if (reached.marked[reached.index(x, y)]) // with the cells around its own
+                        for (int i = divided(y * tile_rows - 1, high); i <= (y * tile_rows + tile_rows) / high; ++i)
+                            for (int j = divided(x * tile_columns - 1, wide);
+                                 j <= (x * tile_columns + tile_columns) / wide; ++j)
+                                wanted.marked[wanted.index(j - pass.cells.column, i - pass.cells.row)] = 1;
+            if (!wanted.any())
+                continue;
+            pass.cells.plane = static_cast<u32>(wanted.across * wanted.down * columns * rows);
+            plan_.cell_elements = std::max(plan_.cell_elements,
+                                           static_cast<std::size_t>(planes) * pass.cells.plane + wanted.marked.size());
+            const auto list = [&](const Grid& grid, u32& first) {
+                first = static_cast<u32>(plan_.lists.size());
+                for (int y = 0; y < grid.down; ++y)
+                    for (int x = 0; x < grid.across; ++x)
+                        if (grid.marked[grid.index(x, y)])
+                            plan_.lists.push_back(static_cast<u32>(x) | static_cast<u32>(y) << ENTRY_ROW_SHIFT);
+                return static_cast<u32>(plan_.lists.size()) - first;
+            };
+            pass.cells.sum_blocks = list(wanted, pass.cells.sum_list);
+            pass.cells.blocks = list(widened(wanted, blocks_aside, blocks_up), pass.cells.list);
+            pass.cells.tile_list = static_cast<u32>(plan_.lists.size());
+            pass.cells.tiles = add_list({0, near_.across, begin, end}, before_,
+                                        [&](int x, int y) { return reached.marked[reached.index(x, y)] != 0; });
+            plan_.passes.push_back(pass);
+        }
     }
 
     params::part_params part(const Layer& layer) {

@@ -33,8 +33,13 @@ inline bool has_bit(const TileBits& tile, int bit) {
 /// directly and the quality is not accurate, a launch is of several layers, the first in `gather`: after its tile an entry of
 /// the list has a bit for each that reaches it, and a bit for each that follows one that does; at `starts` stand where a
 /// layer's own starts begin, and its reach.
+///
+/// Where an aperture is many pixels wide, it is summed over cells of pixels instead: a launch of kernels/dof_cells.cl,
+/// kernels/dof_cell_sums.cl and kernels/dof_cell_layer.cl.
 struct LayerPass {
     params::layer_params strips, gather;
+    params::cell_params cells;
+    int cell;                 ///< pixels across and down; 1: `strips` and `gather` are used
     params::part_params part; ///< accurate only
     bool direct, fill, bright;
 };
@@ -45,8 +50,9 @@ struct LayerPlan {
     std::vector<params::u32> lists; ///< tiles: column, and row in the high half
     std::vector<params::u32> starts;
     std::vector<params::span_params> spans;
-    std::vector<params::aperture_tap_params> taps; ///< accurate only
-    std::size_t strip_elements = 1;                ///< that the largest pass needs
+    std::vector<params::aperture_tap_params> taps;     ///< accurate only
+    std::vector<float> weights;                        ///< of cells
+    std::size_t strip_elements = 1, cell_elements = 1; ///< that the largest pass needs
 };
 
 struct LayerPlanOptions {
