@@ -331,8 +331,8 @@ StoredDepth part_of(const StoredDepth& stored, const Region& rows) {
 // The planes of the whole image. `depth` is its inverse depth, if that is there already: silhouettes need it.
 Planes split_into_planes(Call& call, const Image& depth) {
     const SsaoOptions& options = call.options;
-    const int plane_rows = to_u32(call.split.rows + 2);
-    const Planes planes{call.plane_rows(plane_rows), call.plane_rows(plane_rows), call.plane_rows(plane_rows)};
+    const std::size_t all_rows = call.split.rows + std::size_t{2};
+    const Planes planes{call.plane_rows(all_rows), call.plane_rows(all_rows), call.plane_rows(all_rows)};
     constexpr int halo = 1; // row of the planes, four of the image
     static_assert(4 * halo > params::depth_margin_rows, "fitted normals look so far");
     const std::size_t row_bytes = 4 * sizeof(float) * static_cast<std::size_t>(call.lattice.width);
@@ -340,8 +340,8 @@ Planes split_into_planes(Call& call, const Image& depth) {
         options.thickness_from_silhouette
             ? silhouette_thickness(call.scratch, depth, call.lattice, call.rays.perspective, call.occlusion)
             : Image();
-    for (const Band& band :
-         bands(plane_rows, halo, row_bytes, depth ? std::numeric_limits<std::size_t>::max() : band_bytes)) {
+    for (const Band& band : bands(static_cast<int>(all_rows), halo, row_bytes,
+                                  depth ? std::numeric_limits<std::size_t>::max() : band_bytes)) {
         runtime::Scratch scratch(call.device);
         const Region rows = rows_of(call, band.first, band.last);
         const StoredDepth part = part_of(call.stored, rows);
