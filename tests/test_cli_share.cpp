@@ -164,14 +164,15 @@ void check_made_once(const Shot& shot, const std::vector<Arguments>& before) {
                   << " frames\n";
 }
 
-// Stops a process while it has claims, and has made some frames.
+// Stops a process while it has claimed frames that it has not made, and has made some.
 void stop_with_claims(const Shot& shot, const Run& run) {
     await([&] { return fs::exists(shot.result(shot.count / 4)); });
     for (bool stopped = false; !stopped;) {
         await([&] { return shot.has_claim(); });
         run.send(SIGSTOP);
         std::this_thread::sleep_for(20ms);
-        stopped = shot.has_claim();
+        for (int frame = 1; frame <= shot.count; ++frame)
+            stopped |= fs::exists(shot.claim(frame)) && !fs::exists(shot.result(frame));
         if (!stopped)
             run.send(SIGCONT);
     }
