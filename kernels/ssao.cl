@@ -183,17 +183,31 @@ INLINE columnV column_at(const sideV* side, __global const float* fronts, __glob
     return column;
 }
 
-// May what a tap sees block a sector, wherever between its neighbours it ends?
-INLINE intV may_rise(floatV first, const columnV* column, __global const tap_params* tap) {
+// How high what a tap sees may rise, wherever between its neighbours it ends: (q - q_c) / s.
+INLINE floatV peak_of(const columnV* column, __global const tap_params* tap) {
     const floatV low = fma(column->tilt, (floatV)tap->low, column->front) * tap->inverse_low;
     const floatV high = fma(column->tilt, (floatV)tap->high, column->front) * tap->inverse_high;
-    return max(low, high) > first;
+    return max(low, high);
 }
 
 // And does its own pixel lie above the tangent plane?
 INLINE intV is_above(const sideV* side, const columnV* column, __global const tap_params* tap) {
     const floatV height = fma(side->across, (floatV)tap->aside, column->itself - side->q) - side->tangent * tap->distance;
     return height > -side->slack;
+}
+
+// The part of a tap's column that lies inside the sphere, (q - q_c) / s, and whether it may block a sector there.
+typedef struct {
+    floatV low, high;
+    intV counts;
+} boundsV;
+
+INLINE boundsV bounds_at(const sideV* side, floatV first, const columnV* column, __global const tap_params* tap) {
+    const sphereV sphere = sphere_at(side, tap);
+    boundsV within = {sphere.low * tap->inverse_distance, sphere.high * tap->inverse_distance, 0};
+    const floatV peak = min(peak_of(column, tap), within.high);
+    within.counts = (peak > first) & (peak > within.low) & is_above(side, column, tap);
+    return within;
 }
 
 // Two neighbouring samples meet in an outward edge if the surface of each, extended to the other sample, passes above it.
@@ -230,16 +244,15 @@ INLINE floatV inner_end_of(const sideV* side, const columnV* column, const edgeV
 
 // The sectors that a column blocks: from its back to the higher end of its front, inside the sphere. Each pixel counts only
 // the samples that could block a sector of its own, so that its result does not depend on the other pixels of the vector.
-INLINE intV sectors_of(const sideV* side, floatV first, const columnV* column, floatV back, floatV inner, floatV outer,
-                       __global const tap_params* tap) {
-    const sphereV sphere = sphere_at(side, tap);
-    const floatV low = sphere.low * tap->inverse_distance, high = sphere.high * tap->inverse_distance;
+INLINE intV sectors_of(const sideV* side, const boundsV* within, floatV first, const columnV* column, floatV back, floatV inner,
+                       floatV outer, __global const tap_params* tap) {
+    const floatV low = within->low, high = within->high;
     const floatV behind = (back + column->to_line) * tap->inverse_distance;
     const floatV top = max(min(max(inner, outer), high), low);
     const floatV bottom = max(min(min(min(inner, outer), behind), high), low);
     const intV from = max(sectors_to(fma(side->scale, bottom, side->offset), side), 0);
     const intV to = min(max(sectors_to(fma(side->scale, top, side->offset), side), from), (int)SECTORS);
-    const intV counts = may_rise(first, column, tap) & is_above(side, column, tap) & (max(inner, outer) > first);
+    const intV counts = within->counts & (max(inner, outer) > first);
     return select((intV)0, ((intV)1 << to) - ((intV)1 << from), counts);
 }
 
@@ -370,7 +383,7 @@ INLINE uint rising_taps(const sideV* side, const sourceV* from, const placeV* pl
         READ_NEXT(from->slopes + at);
         READ_NEXT(from->fronts + at);
         const columnV seen = column_at(side, from->fronts, from->slopes, at, tap + i);
-        rising |= select((intV)0, bit, may_rise(first, &seen, tap + i));
+        rising |= select((intV)0, bit, peak_of(&seen, tap + i) > first);
         bit += bit;
     }
     return (uint)bits_of_any(rising);
@@ -385,13 +398,18 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
         const int i = 31 - clz(rising & -rising);
         __global const tap_params* const tap = taps + i;
         const uint at = at_tap(place, from->split, tap);
-        if (i == known) {
+        if (i == known)
             seen = next;
+        else
+            seen = column_at(side, from->fronts, from->slopes, at, tap);
+        const boundsV within = bounds_at(side, first, &seen, tap);
+        if (!any_of(within.counts))
+            continue;
+        if (i == known) {
             before = after;
         } else {
             const columnV last =
                 column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap - 1), tap - 1);
-            seen = column_at(side, from->fronts, from->slopes, at, tap);
             before = edge_of(&last, &seen, tap);
         }
         known = i + 1;
@@ -400,7 +418,7 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
         after = edge_of(&seen, &next, tap + 1);
         const floatV inner = inner_end_of(side, &seen, &before, tap);
         const floatV outer = end_of(side, &seen, &after, tap[1].before, tap[1].inverse_inner);
-        covered |= sectors_of(side, first, &seen, LOAD(float, from->backs + at), inner, outer, tap);
+        covered |= sectors_of(side, &within, first, &seen, LOAD(float, from->backs + at), inner, outer, tap);
     }
     return covered;
 }
