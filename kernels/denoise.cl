@@ -33,26 +33,24 @@
 
 // The pixel of each lane, and its surroundings in inverse depth.
 typedef struct {
-    int x, y, v, column; // x in the split image's first plane
+    int x, y, column; // x in the split image's first plane
     floatV q, right, down;
     floatV inverse; // 1 / the distance that a neighbour may lie off the tangent plane
 } centreV;
 
-INLINE uint neighbour_at(const split_params* split, const centreV* c, int dx, int dy) {
-    return in_plane(split, ((c->v + dy) & 3) * 4 + ((c->x + dx) & 3), c->column + ((c->x + dx) >> 2), (c->v + dy) >> 2);
-}
-INLINE uint sums_at(const split_params* split, const band_params* rows, const centreV* c, int dx, int dy) {
-    return in_sums(split, rows, ((c->v + dy) & 3) * 4 + ((c->x + dx) & 3), c->column + ((c->x + dx) >> 2),
-                   (c->v + dy) >> 2);
-}
+// What the pixels of four neighbouring columns of V read, each once: row dy and column dx at [dy + REACH][dx + REACH].
+#define ACROSS (4 + 2 * REACH)
+#define DOWN (1 + 2 * REACH)
+typedef struct {
+    floatV front, slopes, sums[SUMS];
+} nearV;
 
 #if REACH
 // How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more.
-INLINE floatV off_at(__global const float* fronts, __global const float* slopes, const split_params* split,
-                     const centreV* c, uint at, int dx, int dy) {
-    const floatV between = LOAD(float, fronts + at) - c->q, its = LOAD(float, slopes + at);
+INLINE floatV off_at(const nearV* its, const split_params* split, const centreV* c, int dx, int dy) {
+    const floatV between = its->front - c->q;
     const floatV of_ours = fma(c->right, (floatV)(float)dx, c->down * (float)dy);
-    const floatV of_its = fma(slope_right(its), (floatV)(float)dx, slope_down(its) * (float)dy);
+    const floatV of_its = fma(slope_right(its->slopes), (floatV)(float)dx, slope_down(its->slopes) * (float)dy);
     const floatV off = max(fabs(between - of_ours), fabs(between - of_its));
 #if CLAMP
     const intV x = 4 * ((intV)c->column + LANE_INDEX(int)) + (c->x + dx - (int)(split->pixel_x & 3));
@@ -86,46 +84,52 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
     const uint which[SUMS] = {3 * rows.sums, 4 * rows.sums, 5 * rows.sums};
 #endif
 
+    const int v = y + (int)(split.pixel_y & 3);
+    nearV around[DOWN][ACROSS];
+    intV some = 0; // sums outside the image are undefined: a wrong "blocked" costs time and changes no bit
+    for (int dy = -REACH; dy <= REACH; ++dy) {
+        for (int dx = -REACH; dx < 4 + REACH; ++dx) {
+            nearV* const its = &around[dy + REACH][dx + REACH];
+            const int plane = ((v + dy) & 3) * 4 + (dx & 3), its_column = column + (dx >> 2), row = (v + dy) >> 2;
+            const uint at = in_plane(&split, plane, its_column, row);
+            const uint at_sums = in_sums(&split, &rows, plane, its_column, row);
+            its->front = LOAD(float, fronts + at);
+            its->slopes = LOAD(float, slopes + at);
+            for (int i = 0; i < SUMS; ++i)
+                its->sums[i] = LOAD(float, sums + which[i] + at_sums);
+            some |= its->sums[0] > 0.0f;
+        }
+    }
+    const bool open = OUTPUT == 0 && !any_of(some);
+
     floatV dealt[OUTPUT == 2 ? 3 : 1][4];
     for (int j = 0; j < 4; ++j) {
-        centreV c = {j, y, y + (int)(split.pixel_y & 3), column};
-        const uint here = neighbour_at(&split, &c, 0, 0);
-        c.q = LOAD(float, fronts + here);
+        const nearV* const here = &around[REACH][j + REACH];
+        centreV c = {j, y, column, here->front};
         floatV sum[SUMS];
         for (int i = 0; i < SUMS; ++i)
-            sum[i] = LOAD(float, sums + which[i] + sums_at(&split, &rows, &c, 0, 0));
+            sum[i] = here->sums[i];
 #if REACH
-        const floatV packed = LOAD(float, slopes + here);
-        c.right = slope_right(packed), c.down = slope_down(packed);
+        c.right = slope_right(here->slopes), c.down = slope_down(here->slopes);
         // A pixel's width on the surface, as inverse depth: what a face at 45 degrees would differ by.
         const floatV size = PERSPECTIVE ? fabs(c.q) * p.pixel : (floatV)p.pixel;
         const floatV steep = fma(c.right, c.right, c.down * c.down);
         c.inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * depth_error(&p, c.q));
-#if OUTPUT == 0
-        intV blocked = 0; // sums outside the image are undefined: a wrong "blocked" costs time and changes no bit
-        for (int dy = -REACH; dy <= REACH; ++dy) {
-            for (int dx = -REACH; dx <= REACH; ++dx)
-                blocked |= LOAD(float, sums + sums_at(&split, &rows, &c, dx, dy)) > 0.0f;
-        }
-        const bool open = !any_of(blocked);
-#else
-        const bool open = false;
-#endif
         for (int dy = PAIRS ? 0 : -REACH; !open && dy <= REACH; ++dy) {
             for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
                 if (dx == 0 && dy == 0)
                     continue;
-                const uint at = neighbour_at(&split, &c, dx, dy), its_sums = sums_at(&split, &rows, &c, dx, dy);
-                floatV off = off_at(fronts, slopes, &split, &c, at, dx, dy);
+                const nearV* const its = &around[dy + REACH][j + dx + REACH];
+                floatV off = off_at(its, &split, &c, dx, dy);
 #if PAIRS
-                const uint opposite = neighbour_at(&split, &c, -dx, -dy);
-                off = max(off, off_at(fronts, slopes, &split, &c, opposite, -dx, -dy));
+                const nearV* const opposite = &around[REACH - dy][j - dx + REACH];
+                off = max(off, off_at(opposite, &split, &c, -dx, -dy));
 #endif
                 const floatV weight = weight_of(&c, off, dx, dy);
                 for (int i = 0; i < SUMS; ++i) {
-                    floatV value = LOAD(float, sums + which[i] + its_sums);
+                    floatV value = its->sums[i];
 #if PAIRS
-                    value += LOAD(float, sums + which[i] + sums_at(&split, &rows, &c, -dx, -dy));
+                    value += opposite->sums[i];
 #endif
                     sum[i] += select((floatV)0.0f, weight * value, weight > 0.0f);
                 }
