@@ -45,7 +45,6 @@ typedef struct {
     floatV front, slopes, sums[SUMS];
 } nearV;
 
-#if REACH
 // How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more.
 INLINE floatV off_at(const nearV* its, const split_params* split, const centreV* c, int dx, int dy) {
     const floatV between = its->front - c->q;
@@ -66,7 +65,6 @@ INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
     const float fraction = (abs(dx) == REACH ? 0.5f : 1.0f) * (abs(dy) == REACH ? 0.5f : 1.0f);
     return fraction * max(fma(-off, c->inverse, (floatV)1.0f), 0.0f);
 }
-#endif
 
 __kernel void denoise(__global const float* fronts, __global const float* slopes, __global const float* sums,
                       __global float* target, const grid_params grid, const split_params split, const band_params rows,
@@ -109,7 +107,6 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
         floatV sum[SUMS];
         for (int i = 0; i < SUMS; ++i)
             sum[i] = here->sums[i];
-#if REACH
         c.right = slope_right(here->slopes), c.down = slope_down(here->slopes);
         // A pixel's width on the surface, as inverse depth: what a face at 45 degrees would differ by.
         const floatV size = PERSPECTIVE ? fabs(c.q) * p.pixel : (floatV)p.pixel;
@@ -135,7 +132,6 @@ __kernel void denoise(__global const float* fronts, __global const float* slopes
                 }
             }
         }
-#endif
         const intV known = c.q > 1.5f * NOTHING, surface = c.q > NOTHING;
 #if OUTPUT == 2
         const floatV length = sqrt(fma(sum[0], sum[0], fma(sum[1], sum[1], sum[2] * sum[2])));
