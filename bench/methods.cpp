@@ -279,6 +279,8 @@ const char* kind_name(Kind kind) {
         return "baseline";
     case Kind::opencv:
         return "opencv";
+    case Kind::blender:
+        return "blender";
     case Kind::floor:
         return "floor";
     }

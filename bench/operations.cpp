@@ -315,6 +315,8 @@ std::vector<Row> all_rows(Rows rows) {
     add_linearize(rows);
     rows.charted("spread", "spread");
     rows.charted("spread (control)", "spread");
+    rows.add("spread, streaming stores", "spread", rows.frames,
+             [&kernels = rows.streaming](Case& on) { kernels.launch("spread", on.stored().image, on.floats(3)); });
     add_points(rows);
     add_ssao(rows);
     add_masks(rows);
@@ -329,7 +331,7 @@ std::vector<Row> chosen(std::vector<Row> list, const std::string& text) {
     std::set<std::string> names;
     for (const Row& row : list)
         if (row.name.find(text) != std::string::npos)
-            names.insert({row.name, row.floor, row.floor + " (control)"});
+            names.insert({row.name, row.floor, row.floor + " (control)", row.floor + ", streaming stores"});
     std::erase_if(list, [&](const Row& row) { return !names.contains(row.name); });
     for (Row& row : list)
         row.every = 1;

@@ -108,10 +108,11 @@ typedef struct {
     float background_from;
     u32 missing;            // stored bits of what was not measured
     u32 missing_mask;       // all ones, or 0 where no value means that
+    u32 has_special;        // are there values of background_from or missing?
     u32 code_shift;         // uint24: bits below the code
     u32 byte_weights[3];    // rgb8
 } depth_params;
-PARAMS(depth_params, 176)
+PARAMS(depth_params, 184)
 
 // position = origin + w direction; w is the depth, or (z - centre_depth) / depth(x, y). Columns multiply (x, y, 1).
 typedef struct {

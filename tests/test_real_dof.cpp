@@ -3,6 +3,7 @@
 // 31.7 tuned to the truth, a gather with the centre's circle 35.9 and 31.2; the noise of the truth 48.4 and 45.3.
 
 #include "io_files.hpp"
+#include "path_traced.hpp"
 #include "real_inputs.hpp"
 
 #include <fathom/fathom.hpp>
@@ -25,94 +26,14 @@ namespace {
 constexpr double least_balanced = 39.0, least_balanced_near_edges = 34.5;
 constexpr double least_accurate = 40.3, least_accurate_near_edges = 35.9;
 
-struct Frame {
-    int width, height;
-    std::vector<float> values; // red, green, blue
-
-    std::size_t index(int x, int y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-    }
-};
-
-Frame read_frame(const fs::path& file) {
-    Frame frame{};
-    for (int c = 0; c < 3; ++c) {
-        const char* const names[] = {"ViewLayer.Combined.R", "ViewLayer.Combined.G", "ViewLayer.Combined.B"};
-        cv::Mat channel;
-        read_depth(file, {.channel = names[c]}).values.convertTo(channel, CV_32F);
-        frame.width = channel.cols;
-        frame.height = channel.rows;
-        frame.values.resize(3 * channel.total());
-        for (int y = 0; y < channel.rows; ++y)
-            for (int x = 0; x < channel.cols; ++x)
-                frame.values[3 * frame.index(x, y) + static_cast<std::size_t>(c)] = channel.at<float>(y, x);
-    }
-    return frame;
-}
-
-// Blender's frame: its depth, what the path tracer makes of it through the lens, and that lens.
-struct BlenderFrame {
-    fs::path folder;
-    cv::Mat depth;
-    Frame truth;
-    Camera camera;
-    CircleOfConfusion circle;
-};
-
-BlenderFrame blender_frame() {
-    const fs::path folder = data / "blender" / "perspective";
-    const cv::Mat depth = read_depth(folder / "sharp.exr").values;
-    const CameraFile file = read_camera(folder / "camera.json");
-    const Camera camera = camera_for(file, depth.cols, depth.rows);
-    return {folder, depth, read_frame(folder / "dof.exr"), camera,
-            circle_of_confusion({.f_number = file.lens.f_stop.value(),
-                                 .focus = file.lens.focus_distance.value(),
-                                 .focal_length_mm = file.lens.lens_mm,
-                                 .sensor_width_mm = file.lens.sensor_mm},
-                                camera)};
-}
-
-// Pixels within 12 of two neighbours of which one is more than 5 % farther away.
-std::vector<char> near_edges(const cv::Mat& depth) {
-    constexpr int reach = 12;
-    cv::Mat edges = cv::Mat::zeros(depth.size(), CV_8U);
-    const auto mark = [&](int x, int y, int dx, int dy) {
-        if (x + dx >= depth.cols || y + dy >= depth.rows)
-            return;
-        const float a = depth.at<float>(y, x), b = depth.at<float>(y + dy, x + dx);
-        if (std::abs(a - b) > 0.05f * std::min(a, b))
-            edges.at<uchar>(y, x) = edges.at<uchar>(y + dy, x + dx) = 1;
-    };
-    for (int y = 0; y < depth.rows; ++y) {
-        for (int x = 0; x < depth.cols; ++x) {
-            mark(x, y, 1, 0);
-            mark(x, y, 0, 1);
-        }
-    }
-    std::vector<char> near(depth.total());
-    for (int y = 0; y < depth.rows; ++y)
-        for (int x = 0; x < depth.cols; ++x)
-            for (int dy = -reach; dy <= reach && edges.at<uchar>(y, x); ++dy)
-                for (int dx = -reach; dx <= reach; ++dx)
-                    if (dx * dx + dy * dy <= reach * reach && y + dy >= 0 && y + dy < depth.rows && x + dx >= 0 &&
-                        x + dx < depth.cols)
-                        near[static_cast<std::size_t>((y + dy) * depth.cols + x + dx)] = 1;
-    return near;
-}
-
 double psnr(const std::vector<float>& got, const std::vector<float>& truth, const std::vector<char>* only) {
     double sum = 0;
-    long count = 0;
-    for (std::size_t i = 0; i < truth.size(); ++i) {
-        if (only && !(*only)[i / 3])
-            continue;
-        const double off =
-            static_cast<double>(std::clamp(got[i], 0.0f, 1.0f)) - static_cast<double>(std::clamp(truth[i], 0.0f, 1.0f));
+    const std::vector<double> errors = oracle::color_errors(got, truth, only);
+    for (const double off : errors) {
         REQUIRE(std::isfinite(off));
         sum += off * off;
-        ++count;
     }
-    return -10 * std::log10(sum / static_cast<double>(count));
+    return -10 * std::log10(sum / static_cast<double>(errors.size()));
 }
 
 } // namespace
@@ -120,22 +41,21 @@ double psnr(const std::vector<float>& got, const std::vector<float>& truth, cons
 TEST_CASE("real: the blur of Blender's frame against the path tracer's", "[dof][real]") {
     if (!there("blender/perspective"))
         return;
-    const auto [folder, depth, truth, camera, circle] = blender_frame();
-    const Frame sharp = read_frame(folder / "sharp.exr");
+    const auto [depth, sharp, truth, camera, circle] = oracle::path_traced(data / "blender" / "perspective");
     const Device device = Device::open("cpu");
     const Image stored = Image::from_host(device, Element::f32, depth.data, {depth.cols, depth.rows});
-    const Image color = Image::from_host(device, Element::f32, sharp.values.data(), {depth.cols, depth.rows, 3});
-    const std::vector<char> near = near_edges(depth);
-    const double untouched = psnr(sharp.values, truth.values, nullptr);
-    const double untouched_near = psnr(sharp.values, truth.values, &near);
+    const Image color = Image::from_host(device, Element::f32, sharp.data(), {depth.cols, depth.rows, 3});
+    const std::vector<char> near = oracle::near_edges(depth);
+    const double untouched = psnr(sharp, truth, nullptr);
+    const double untouched_near = psnr(sharp, truth, &near);
     std::cout << "blur, Blender perspective, dB over the frame and near edges: untouched " << untouched << " and "
               << untouched_near;
     CHECK(std::abs(untouched - 25.9) < 0.05); // the same pixels as in the figures above
     CHECK(std::abs(untouched_near - 21.6) < 0.05);
     for (const Quality quality : {Quality::balanced, Quality::fast, Quality::accurate}) {
-        std::vector<float> got(sharp.values.size());
+        std::vector<float> got(sharp.size());
         dof({stored, camera}, color, circle, {.quality = quality}).download(got.data());
-        const double whole = psnr(got, truth.values, nullptr), at_edges = psnr(got, truth.values, &near);
+        const double whole = psnr(got, truth, nullptr), at_edges = psnr(got, truth, &near);
         std::cout << (quality == Quality::fast       ? "; fast "
                       : quality == Quality::balanced ? "; balanced "
                                                      : "; accurate ")
@@ -150,7 +70,8 @@ TEST_CASE("real: the blur of Blender's frame against the path tracer's", "[dof][
 TEST_CASE("real: a photograph with relative depth is blurred as with the frame's own depth", "[dof][relative][real]") {
     if (!there("blender/perspective"))
         return;
-    const auto [folder, depth, truth, camera, lens] = blender_frame();
+    const fs::path folder = data / "blender" / "perspective";
+    const auto [depth, sharp, truth, camera, lens] = oracle::path_traced(folder);
     const test::TempFolder scratch;
     // The frame as a photograph: sRGB, 8 bits, JPEG of quality 98.
     Picture photo = read_picture(folder / "sharp.exr", {.layer = "ViewLayer.Combined"});
@@ -187,7 +108,7 @@ TEST_CASE("real: a photograph with relative depth is blurred as with the frame's
         dof(stored, color, circle, {.quality = Quality::balanced}).download(bgr.data());
         for (std::size_t i = 0; i < bgr.size(); i += 3)
             std::swap(bgr[i], bgr[i + 2]);
-        return psnr(bgr, truth.values, nullptr);
+        return psnr(bgr, truth, nullptr);
     };
     const StoredDepth own{Image::from_host(device, Element::f32, depth.data, {depth.cols, depth.rows}), camera};
     const double exact = figure(own, lens, 1);

@@ -3,6 +3,7 @@
 // the perspective frame, with the path tracer's normals, leaves 0.049 at the same thickness. Thickness from the silhouette
 // knows more of the scene than a constant.
 
+#include "path_traced.hpp"
 #include "real_inputs.hpp"
 
 #include <fathom/fathom.hpp>
@@ -31,7 +32,7 @@ constexpr Known known[] = {{"perspective", 0.069, 0.060, 0.052, 0.0434, 0.0400},
 
 double rms_error(const fs::path& folder, Quality quality, bool silhouette = false) {
     const DepthFile depth = read_depth(folder / "sharp.exr");
-    const cv::Mat truth = read_depth(folder / "sharp.exr", {.channel = "ViewLayer.AO.R"}).values;
+    const cv::Mat truth = oracle::path_traced_visibility(folder);
     const int width = depth.values.cols, height = depth.values.rows;
     const Camera camera = camera_for(read_camera(folder / "camera.json"), width, height);
     const Device device = Device::open("cpu");

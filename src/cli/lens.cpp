@@ -259,22 +259,33 @@ std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Lo
                                        const std::string& cure) {
     if (circle.k == 0 && circle.g == 0) // a pinhole
         return {};
-    const double at_sky = std::abs(static_cast<double>(coc_at(circle, std::numeric_limits<long double>::infinity())));
+    const auto width_at = [&](double z) {
+        return std::abs(static_cast<double>(coc_at(circle, static_cast<long double>(z))));
+    };
     std::size_t circles = 0, ended = 0;
     double widest = 0;
-    for (int y = 0; y < look.z.rows; ++y) {
-        const auto* row = look.z.ptr<float>(y);
-        for (int x = 0; x < look.z.cols; ++x) {
-            const bool is_sky = std::isinf(row[x]);
-            if (std::isnan(row[x]) || (is_sky && sky != Sky::blur))
-                continue;
-            const double coc =
-                is_sky ? at_sky : std::abs(static_cast<double>(coc_at(circle, static_cast<long double>(row[x]))));
-            if (std::isnan(coc))
-                continue;
-            ++circles;
-            ended += coc > max_coc_px;
-            widest = std::max(widest, coc);
+    if (const double at_sky = width_at(std::numeric_limits<double>::infinity());
+        sky == Sky::blur && look.background > 0 && !std::isnan(at_sky)) {
+        circles = look.background;
+        ended = at_sky > max_coc_px ? circles : 0;
+        widest = at_sky;
+    }
+    // Circles grow to either side of the focus, so that none is wider than those at the ends.
+    const double ends[] = {width_at(static_cast<double>(look.nearest)), width_at(static_cast<double>(look.farthest))};
+    if (look.surfaces() > 0 && std::max(ends[0], ends[1]) <= max_coc_px) {
+        circles += look.surfaces();
+        widest = std::max({widest, ends[0], ends[1]});
+    } else {
+        for (int y = 0; y < look.z.rows; ++y) {
+            const auto* row = look.z.ptr<float>(y);
+            for (int x = 0; x < look.z.cols; ++x) {
+                const double coc = std::isfinite(row[x]) ? width_at(static_cast<double>(row[x])) : std::nan("");
+                if (std::isnan(coc))
+                    continue;
+                ++circles;
+                ended += coc > max_coc_px;
+                widest = std::max(widest, coc);
+            }
         }
     }
     if (circles > 0 && widest < 1)

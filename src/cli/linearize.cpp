@@ -1,6 +1,7 @@
 // fathom linearize
 #include "command.hpp"
 #include "each_depth.hpp"
+#include "floats_on_host.hpp"
 
 #include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
@@ -23,7 +24,7 @@ std::function<int()> configure_linearize(CLI::App& app) {
         ->group("Output");
     return [options, product] {
         return each_depth(*options, product, [&](const StoredDepth& stored) {
-            return to_mat(linearize(stored, options->linearize).image);
+            return floats_on_host(stored.image, 1, [&](const Image& z) { linearize(stored, z, options->linearize); });
         });
     };
 }

@@ -2,6 +2,7 @@
 #include "look.hpp"
 
 #include "flat_surfaces.hpp"
+#include "floats_on_host.hpp"
 #include "messages.hpp"
 #include "photograph.hpp"
 
@@ -224,7 +225,7 @@ std::string reason(const DepthFile& depth, const StoredDepth& stored, const Stor
 } // namespace
 
 Look look_at(const StoredDepth& stored) {
-    Look look{.z = to_mat(linearize(stored).image)};
+    Look look{.z = floats_on_host(stored.image, 1, [&](const Image& z) { linearize(stored, z); })};
     const cv::Mat& z = look.z;
     look.pixels = z.total();
     const Values values = values_of(z);

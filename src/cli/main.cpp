@@ -13,6 +13,10 @@
 #include <cstdio>
 #include <new>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 namespace {
 
 using namespace fathom::cli;
@@ -85,7 +89,18 @@ int guarded_run(int argc, char** argv) {
 
 } // namespace
 
+// A frame takes the memory of the one before it. Otherwise each image would go back to the system and come again page by
+// page, which costs more than most operations.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+    mallopt(M_ARENA_MAX, 1); // what one thread frees, another one takes
+    mallopt(M_MMAP_MAX, 0);
+    mallopt(M_TRIM_THRESHOLD, -1); // none
+#endif
+}
+
 int main(int argc, char** argv) {
+    keep_freed_memory();
     prepare_streams();
     remember_command_line(argc, argv);
     return guarded_run(argc, argv);

@@ -1,6 +1,7 @@
 // fathom normals
 #include "command.hpp"
 #include "each_depth.hpp"
+#include "floats_on_host.hpp"
 #include "max_error.hpp"
 
 #include <fathom/normals.hpp>
@@ -52,7 +53,9 @@ std::function<int()> configure_normals(CLI::App& app) {
         return each_depth(*options, product, {}, [&](const StoredDepth& stored, Loaded& frame) {
             explain_method(fathom::Operation::normals, stored, frame, options->normals.max_error, options->explain);
             return std::vector<Result>{
-                directions_for(frame.outputs.front(), to_mat(normals(stored, options->normals)))};
+                directions_for(frame.outputs.front(), floats_on_host(stored.image, 3, [&](const Image& result) {
+                                   normals(stored, result, options->normals);
+                               }))};
         });
     };
 }

@@ -1,6 +1,7 @@
 // fathom unproject
 #include "command.hpp"
 #include "each_depth.hpp"
+#include "floats_on_host.hpp"
 #include "picture.hpp"
 
 #include <fathom/normals.hpp>
@@ -32,7 +33,8 @@ std::string parse_point(const std::string& text, Eigen::Vector3d& point) {
 }
 
 Result points(const UnprojectArguments& options, const StoredDepth& stored, const Loaded& frame) {
-    Result result = to_mat(unproject(stored, options.unproject));
+    Result result = floats_on_host(stored.image, options.unproject.channels,
+                                   [&](const Image& points) { unproject(stored, points, options.unproject); });
     if (!frame.companions.empty())
         result.colors = frame.images.get().picture.color;
     if (options.normals)

@@ -160,6 +160,7 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
         form.background_from && !decode ? *form.background_from : std::numeric_limits<float>::quiet_NaN();
     p.missing = form.missing.value_or(0);
     p.missing_mask = form.missing ? ~params::u32{0} : 0;
+    p.has_special = form.missing || (form.background_from && !decode);
     p.code_shift = storage == Storage::uint24_high ? 8 : 0;
     const bool first_is_highest = storage == Storage::rgb8_red_high || storage == Storage::bgr8_red_low;
     p.byte_weights[0] = first_is_highest ? 1u << 16 : 1u;
