@@ -1,5 +1,5 @@
 // Which layers a tile's pixels lie in, a bit each; under BEHIND also the layers of the surfaces behind them. The last
-// bit says whether some colour lies beyond the knee.
+// bit says whether some colour lies beyond the knee, the one before it whether something before the focus ends here.
 // Built for: BEHIND = 0 1
 
 #include "tiles.h"
@@ -8,6 +8,13 @@
 #error "BEHIND is not defined: 1 where pixels have a second surface, 0 otherwise"
 #endif
 
+#define STEP 0.5f // layers between neighbours, more than which no surface is taken to have
+
+// Does something before the focus end between two pixels?
+INLINE intV ends_between(floatV one, floatV other, float middle) {
+    return (min(one, other) >= 0.0f) & (min(one, other) < middle) & (fabs(one - other) > STEP);
+}
+
 __kernel void dof_tiles(__global const float* planes, __global uint* tiles, const blur_params p) {
     const uint across = p.columns / dof_tile_columns, tile = get_global_id(0), down = get_global_id(1);
     if (tile >= across)
@@ -15,10 +22,16 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
     uintV found[dof_tile_words];
     for (int word = 0; word < dof_tile_words; ++word)
         found[word] = 0;
-    intV bright = 0;
+    intV bright = 0, jump = 0;
     for (uint row = 0; row < dof_tile_rows; ++row) {
         for (uint column = 0; column < dof_tile_columns; column += V) {
             const size_t at = in_planes(&p, tile, column, down * dof_tile_rows + row);
+            const floatV here = LOAD(float, planes + at), right = LOAD(float, planes + at + 1);
+            const floatV below = LOAD(float, planes + at + (down * dof_tile_rows + row + 1 < p.rows ? p.stride : 0));
+            jump |= ends_between(here, right, (float)p.middle) | ends_between(here, below, (float)p.middle);
+#if BEHIND
+            jump |= LOAD(float, planes + (1 + CHANNELS) * p.plane + at) >= 0.0f;
+#endif
             for (uint surface = 0; surface <= BEHIND; ++surface) {
                 const floatV s = LOAD(float, planes + surface * (1 + CHANNELS) * p.plane + at);
                 const intV known = s >= 0.0f;
@@ -33,7 +46,8 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
             }
         }
     }
-    found[dof_tile_words - 1] |= select((uintV)0, (uintV)0x80000000u, as_uintV(bright));
+    found[dof_tile_words - 1] |= select((uintV)0, (uintV)TILE_BRIGHT, as_uintV(bright)) |
+                                  select((uintV)0, (uintV)TILE_JUMP, as_uintV(jump));
     for (int word = 0; word < dof_tile_words; ++word) {
         const uint_lanes lanes = found[word];
         uint all = 0;

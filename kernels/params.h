@@ -300,11 +300,13 @@ typedef struct {
     u32 stride;        // elements from row to row of a plane
     u32 plane;         // elements from plane to plane
     u32 middle;        // the layer of what is in focus
-    float per_octave;  // layers in which a circle doubles
+    float per_octave;  // layers in which a circle and `offset` double
+    float offset;      // pixels
+    float bend;        // of the layers' law within an octave: 0 for evenly spaced circles
     float largest;     // circle, pixels
     float knee;        // colours beyond this are summed apart
 } blur_params;
-PARAMS(blur_params, 48)
+PARAMS(blur_params, 56)
 
 // One layer of circle of confusion, or the first of several, and the tiles that one launch computes.
 typedef struct {

@@ -11,6 +11,11 @@
 #define JUMP 2.0f     // layers: a surface's neighbours in depth are not behind it
 #define SLOPE 4.0f    // layers more, over which what a slope hides of its own pixels comes into view
 
+// Bits of a tile's last word that are no layer: some colour lies beyond the knee; some neighbours of one another do not lie on
+// one surface, the nearer of them before the focus.
+#define TILE_BRIGHT 0x80000000u
+#define TILE_JUMP 0x40000000u
+
 #if !defined(CHANNELS) || CHANNELS < 3 || CHANNELS > 4
 #error "CHANNELS is not defined: 3 or 4, of a pixel's colour"
 #endif
@@ -39,7 +44,7 @@ INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint 
         if (words[k / 32] >> k % 32 & 1u)
             return 2;
         for (uint word = from / 32; word < dof_tile_words; ++word) {
-            const uint bits = word == dof_tile_words - 1 ? words[word] & 0x7fffffffu : words[word];
+            const uint bits = word == dof_tile_words - 1 ? words[word] & ~(TILE_BRIGHT | TILE_JUMP) : words[word];
             some |= word == from / 32 ? bits >> from % 32 : bits;
         }
     }

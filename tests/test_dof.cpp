@@ -561,13 +561,14 @@ TEST_CASE("dof: a clean plate that hides nothing changes no bit, and one that do
                       "the result shares memory with the clean plate");
 }
 
+// The images hold the largest layer around the circle, twice its radius.
 TEST_CASE("dof: a point's light becomes the aperture, all of it", "[dof]") {
     std::printf("dof, point: radius: energy - 1, variance across and down over the disc's\n");
     for (const auto& [quality_name, quality] : qualities) {
         std::printf("  %s:", quality_name);
         for (const double radius : {1.0, 2.7, 6.0, 11.0, 16.0, 23.0, 40.0, 64.0}) {
             for (const double sign : {1.0, -1.0}) {
-                const int half = 2 * static_cast<int>(radius) + 16, side = 2 * half + 1;
+                const int half = static_cast<int>(2.5 * radius) + 16, side = 2 * half + 1;
                 const Picture point(
                     side, side, [&](int, int) { return 2 * sign * radius; },
                     [&](int x, int y) { return x == half && y == half ? 1e4 : 0; });
@@ -601,7 +602,7 @@ TEST_CASE("dof: an ellipse's light has the ellipse's variance along both its axe
         for (const Aperture& aperture : {Aperture{0, 0, 2}, Aperture{0, 30, 0.4}}) {
             std::printf("  %s, %g turned by %g:", quality_name, aperture.ratio, aperture.rotation_degrees);
             for (const double radius : {5.0, 11.0, 40.0}) {
-                const int half = 2 * static_cast<int>(radius) + 16, side = 2 * half + 1;
+                const int half = static_cast<int>(2.5 * radius) + 16, side = 2 * half + 1;
                 const Picture point(
                     side, side, [&](int, int) { return 2 * radius; },
                     [&](int x, int y) { return x == half && y == half ? 1e4 : 0; });

@@ -40,29 +40,52 @@ double area(const Aperture& aperture, double radius) {
 } // namespace
 
 TEST_CASE("dof plan: layers are even within an octave, and the middle one is what is in focus") {
-    for (const int per_octave : {3, 8}) {
-        const LayerScale scale = layer_scale(per_octave, 512);
-        CHECK(scale.count() < 159); // the last bit of a tile is taken
+    for (const double per_octave : {3.0, 8.0}) {
+        const LayerScale scale = layer_scale({per_octave, 0, 0}, 512);
+        const auto octave = static_cast<int>(per_octave);
+        CHECK(scale.count() <= most_layers);
         CHECK(scale.circle(scale.middle) == 1);
-        CHECK(scale.circle(scale.middle + per_octave) == 2);
-        CHECK(scale.circle(scale.middle - 3 * per_octave) == -8);
+        CHECK(scale.circle(scale.middle + octave) == 2);
+        CHECK(scale.circle(scale.middle - 3 * octave) == -8);
         CHECK(scale.circle(scale.count() - 1) >= 512);
         for (int i = scale.middle; i + 1 < scale.count(); ++i) {
             CHECK(scale.circle(i + 1) > scale.circle(i));
-            CHECK(scale.circle(i + 1) <= scale.circle(i) * (1 + 1.0 / per_octave));
+            CHECK(scale.circle(i + 1) <= scale.circle(i) * (1 + 1.0 / per_octave) * (1 + 1e-12));
             CHECK(scale.circle(2 * scale.middle - i - 1) == -scale.circle(i + 1));
         }
     }
 }
 
+TEST_CASE("dof plan: of round apertures each layer's circle and an offset are as much larger as any other's") {
+    for (const Quality quality : {Quality::balanced, Quality::fast}) {
+        const LayerSpacing spacing = layer_spacing(quality, {});
+        const LayerScale scale = layer_scale(spacing, 512);
+        CHECK(scale.count() <= most_layers);
+        CHECK(scale.circle(scale.middle) == 1);
+        CHECK(scale.circle(scale.count() - 1) >= 512);
+        double least = INFINITY, most = 0;
+        for (int i = scale.middle; i + 1 < scale.count(); ++i) {
+            const double times = (scale.circle(i + 1) + spacing.offset) / (scale.circle(i) + spacing.offset);
+            least = std::min(least, times);
+            most = std::max(most, times);
+            CHECK(scale.circle(2 * scale.middle - i - 1) == -scale.circle(i + 1));
+        }
+        const double even = std::exp2(1 / spacing.per_octave);
+        std::printf("dof plan, layers: %.4f to %.4f times as large as the one before, %.4f if even\n", least, most, even);
+        CHECK(least > even - 0.01);
+        CHECK(most < even + 0.01);
+    }
+}
+
 TEST_CASE("dof plan: spans add up to the aperture, which is upside down before the focus") {
+    constexpr Quality exact = Quality::accurate;
     double worst = 0;
     for (const Aperture& shape : {Aperture{}, Aperture{3, 0}, Aperture{5, 17}, Aperture{6, 0}, Aperture{64, 1}}) {
         for (const double circle : {1.5, 2.0, 3.7, 9.0, 20.0, 31.0, 40.0, 97.0}) {
             for (const int pitch : {1, 2, 4}) {
-                const ApertureSpans behind = aperture_spans(shape, circle, 1, true, pitch);
-                const ApertureSpans before = aperture_spans(shape, -circle, 1, true, pitch);
-                const ApertureSpans turned = aperture_spans(shape, circle, 1, false, pitch);
+                const ApertureSpans behind = aperture_spans(shape, circle, 1, true, pitch, exact);
+                const ApertureSpans before = aperture_spans(shape, -circle, 1, true, pitch, exact);
+                const ApertureSpans turned = aperture_spans(shape, circle, 1, false, pitch, exact);
                 INFO(shape.blades << " corners, circle " << circle << ", pitch " << pitch);
                 for (int phase = 0; phase < pitch; ++phase) {
                     double sum = 0;
@@ -91,6 +114,44 @@ TEST_CASE("dof plan: spans add up to the aperture, which is upside down before t
         }
     }
     std::printf("dof, apertures as spans: area off by at most %.4f\n", worst);
+}
+
+// Where a pixel lies in its strip's row adds (pitch^2 - 1) / 12.
+TEST_CASE("dof plan: strips of several rows have the variance of the circle, however their spans are rounded") {
+    double worst = 0, worst_center = 0;
+    for (const auto& [shape, across, up] : {std::tuple{Aperture{}, 0.25, 0.25}, {Aperture{0, 0, 2}, 0.0625, 0.25}}) {
+        for (const double circle : {13.0, -20.5, 25.0, -31.0, 44.0}) {
+            for (const int pitch : {1, 2, 4}) {
+                const double radius = std::abs(circle) / 2;
+                if (radius < 5 * pitch)
+                    continue;
+                const ApertureSpans spans = aperture_spans(shape, circle, 1, true, pitch, Quality::balanced);
+                double x_square = 0, y_square = 0;
+                for (int phase = 0; phase < pitch; ++phase) {
+                    double sum = 0, x_sum = 0, y_sum = 0, x_part = 0, y_part = 0;
+                    for (const auto& [place, share] : shares(spans, phase, pitch)) {
+                        const auto& [x, y] = place;
+                        sum += share;
+                        x_sum += share * x;
+                        y_sum += share * y;
+                        x_part += share * x * x;
+                        y_part += share * y * y;
+                    }
+                    worst_center = std::max({worst_center, std::abs(x_sum / sum), std::abs(y_sum / sum)});
+                    x_square += x_part / sum / pitch;
+                    y_square += y_part / sum / pitch;
+                }
+                const auto off = [&](double found, double expected) {
+                    return std::abs(found / (expected * radius * radius + 1.0 / 12) - 1);
+                };
+                worst = std::max({worst, off(x_square, across), off(y_square, up)});
+                INFO("ratio " << shape.ratio << ", circle " << circle << ", pitch " << pitch);
+                CHECK(off(x_square, across) < 0.02);
+                CHECK(off(y_square, up) < 0.02);
+            }
+        }
+    }
+    std::printf("dof plan, strips: variance off by at most %.4f, centre by %.4f pixels\n", worst, worst_center);
 }
 
 // What comes out has the circle's variance along both axes: that of the cells' weights, of the pixels in a cell, and of the
@@ -165,13 +226,14 @@ void put(std::vector<TileBits>& tiles, std::size_t tile, int layer) {
 
 TEST_CASE("dof plan: every tile that a layer reaches is worked on, and no other") {
     constexpr int across = 7, down = 21;
-    const LayerScale scale = layer_scale(8, 512);
+    const LayerScale scale = layer_scale({8, 0, 0}, 512);
     for (const auto& [layer, columns, rows] : {std::tuple{scale.middle, 0, 0},
                                                {scale.middle + 8, 1, 1},
                                                {scale.middle - 8 * 5, 1, 2},    // 16 pixels up and down
                                                {scale.middle + 8 * 7, 1, 8}}) { // 64
         std::vector<TileBits> tiles(across * down);
         put(tiles, 10 * across + 3, layer);
+        put(tiles, 10 * across + 3, jump_bit);
         const LayerPlan plan = layer_plan(tiles, across, {.aperture = {}, .scale = scale});
         REQUIRE(plan.passes.size() == 1);
         const LayerPass& pass = plan.passes.front();
@@ -191,8 +253,35 @@ TEST_CASE("dof plan: every tile that a layer reaches is worked on, and no other"
     }
 }
 
+TEST_CASE("dof plan: what lies behind is summed within reach of where something ends, and nowhere else") {
+    constexpr int across = 7, down = 21;
+    const LayerScale scale = layer_scale({8, 0, 0}, 512);
+    for (const auto& [layer, columns, rows] : {std::tuple{scale.middle - 4, 1, 1}, // read directly
+                                               {scale.middle - 8 * 4, 1, 1},       // strips
+                                               {scale.middle - 8 * 6, 1, 4}}) {    // cells
+        std::vector<TileBits> tiles(across * down);
+        for (std::size_t i = 0; i < tiles.size(); ++i)
+            put(tiles, i, layer);
+        put(tiles, 5 * across + 2, jump_bit);
+        const LayerPlan plan = layer_plan(tiles, across, {.aperture = {}, .scale = scale});
+        REQUIRE(plan.passes.size() == 2);
+        std::set<std::pair<int, int>> filled, rest;
+        for (const LayerPass& pass : plan.passes)
+            for (const Entry& entry : entries(plan, pass))
+                (pass.fill ? filled : rest).insert({entry.x, entry.y});
+        CHECK(filled.size() + rest.size() == tiles.size());
+        for (int y = 0; y < down; ++y) {
+            for (int x = 0; x < across; ++x) {
+                const bool near = std::abs(x - 2) <= columns && std::abs(y - 5) <= rows;
+                CHECK(filled.contains({x, y}) == near);
+                CHECK(rest.contains({x, y}) == !near);
+            }
+        }
+    }
+}
+
 TEST_CASE("dof plan: a layer knows where the one just before it was") {
-    const LayerScale scale = layer_scale(8, 512);
+    const LayerScale scale = layer_scale({8, 0, 0}, 512);
     std::vector<TileBits> tiles(7 * 9);
     const int first = scale.middle + 20;
     for (const int layer : {first, first + 1, first + 3})
@@ -218,13 +307,12 @@ TEST_CASE("dof plan: a layer knows where the one just before it was") {
 
 TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is the pixel where it is in focus") {
     const std::vector<TileBits> none(9 * 9);
-    for (const auto& [name, quality, per_octave] :
-         {std::tuple{"balanced", Quality::balanced, 8}, {"fast", Quality::fast, 3}}) {
-        const LayerScale scale = layer_scale(per_octave, 512);
+    for (const auto& [name, quality] : {std::pair{"balanced", Quality::balanced}, {"fast", Quality::fast}}) {
+        const LayerScale scale = layer_scale(layer_spacing(quality, {}), 512);
         // What a pixel reads, two sums for each span, and columns summed for each of a tile's.
         const auto cost = [&, quality = quality](int layer) {
             std::vector<TileBits> tiles = none;
-            tiles[40][static_cast<std::size_t>(layer / 32)] |= 1u << (layer % 32);
+            put(tiles, 40, layer);
             const LayerPlan plan = layer_plan(tiles, 9, {.aperture = {}, .scale = scale, .quality = quality});
             const LayerPass& pass = plan.passes.front();
             if (pass.cell > 1) // weights of a cell's aperture, for each of its pixels
@@ -232,12 +320,19 @@ TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is 
             return std::pair{2.0 * static_cast<double>(plan.spans.size()) / pass.gather.pitch,
                              1 + 2.0 * pass.gather.pad / params::dof_tile_columns};
         };
-        double most = cost(scale.middle + 2 * per_octave).first;
+        const auto with_circle = [&](double circle) {
+            int layer = scale.middle;
+            while (scale.circle(layer) < circle)
+                ++layer;
+            return layer;
+        };
+        double most = cost(with_circle(4)).first;
         CHECK(cost(scale.middle).first == 2);
         std::printf("dof, %s, circle: sums or cells that a pixel reads, columns summed for each:", name);
-        for (int octave = 3; octave <= 9; ++octave) {
-            const auto [read, columns] = cost(scale.middle + octave * per_octave);
-            std::printf("  %g: %.1f %.1f", scale.circle(scale.middle + octave * per_octave), read, columns);
+        for (double circle = 8; circle <= 512; circle *= 2) {
+            const int layer = with_circle(circle);
+            const auto [read, columns] = cost(layer);
+            std::printf("  %g: %.1f %.1f", scale.circle(layer), read, columns);
             CHECK(read <= 2 * most + 1);
             CHECK(columns <= 2);
             most = std::max(most, read);

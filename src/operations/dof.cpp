@@ -4,6 +4,7 @@
 
 #include "camera/circle_form.hpp"
 #include "operations/cheapest.hpp"
+#include "operations/circle.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
@@ -75,7 +76,9 @@ params::blur_params blur_parameters(const StoredDepth& stored, const LayerScale&
             .stride = static_cast<u32>(stride),
             .plane = static_cast<u32>(stride * rows),
             .middle = static_cast<u32>(scale.middle),
-            .per_octave = static_cast<float>(scale.per_octave),
+            .per_octave = static_cast<float>(scale.spacing.per_octave),
+            .offset = static_cast<float>(scale.spacing.offset),
+            .bend = static_cast<float>(scale.spacing.bend),
             .largest = static_cast<float>(largest),
             .knee = knee};
 }
@@ -133,23 +136,11 @@ std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
 
 // The farthest layer that a pixel may lie in.
 int farthest_layer(std::span<const TileBits> tiles) {
-    for (int bit = 158; bit > 0; --bit)
+    for (int bit = most_layers - 1; bit > 0; --bit)
         for (const TileBits& tile : tiles)
             if (has_bit(tile, bit))
                 return bit;
     return 0;
-}
-
-// Does no pixel lie in any layer but the one in focus?
-bool all_in_focus(std::span<const TileBits> tiles, int middle) {
-    TileBits seen{};
-    for (const TileBits& tile : tiles)
-        for (std::size_t word = 0; word < seen.size(); ++word)
-            seen[word] |= tile[word];
-    for (int bit = 0; bit < 32 * params::dof_tile_words - 1; ++bit)
-        if (bit != middle && has_bit(seen, bit))
-            return false;
-    return true;
 }
 
 // Gives every pixel its second surface: what lies behind it.
@@ -168,11 +159,15 @@ void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
                     {blur.p.stride, blur.p.rows}, blur.planes, inner, blocks, blur.p, b);
 }
 
+DofMasksOptions circle_options(const DofOptions& options) {
+    return {.sky = options.sky, .max_coc_px = options.max_coc_px, .weights = false};
+}
+
 // The circles of a picture's pixels, as the options have them.
 Image circles_of(const StoredDepth& stored, const CircleOfConfusion& coc, const DofOptions& options,
                  runtime::Scratch& scratch) {
     const Image circles = scratch.image(Element::f32, {stored.image.width(), stored.image.height()});
-    dof_masks(stored, {.coc = circles}, coc, {.sky = options.sky, .max_coc_px = options.max_coc_px, .weights = false});
+    dof_masks(stored, {.coc = circles}, coc, circle_options(options));
     return circles;
 }
 
@@ -266,8 +261,7 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
 void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
           const DofOptions& options, const Image& circles, runtime::Scratch& scratch) {
     const Device& device = stored.image.device();
-    const bool fast = options.quality == Quality::fast;
-    const LayerScale scale = layer_scale(fast ? 3 : 8, options.max_coc_px);
+    const LayerScale scale = layer_scale(layer_spacing(options.quality, options.aperture), options.max_coc_px);
     const params::blur_params p = blur_parameters(stored, scale, options.max_coc_px);
     const auto planes = [&](int count) {
         return scratch.image(Element::f32, {static_cast<int>(p.stride), count * static_cast<int>(p.rows)});
@@ -290,10 +284,6 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
               {}};
     call.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * call.across() * call.down(), 1});
     const std::vector<TileBits> tiles = cut_into_tiles(call, circles, color, coc, options, scratch);
-    if (all_in_focus(tiles, scale.middle)) {
-        runtime::copy(color, result);
-        return;
-    }
     clear(call);
     run(call,
         layer_plan(tiles, call.across(),
@@ -330,6 +320,8 @@ void dof(const StoredDepth& stored, const Image& color, const Image& result, con
     runtime::Scratch scratch(device);
     if (coc.k == 0 && coc.g == 0) {
         check_circle(coc, depth_form(stored.camera, stored.storage));
+        runtime::copy(color, result);
+    } else if (largest_circle(stored, coc, circle_options(options)) <= 1) { // all is in focus
         runtime::copy(color, result);
     } else {
         blur(stored, color, result, coc, options, circles_of(stored, coc, options, scratch), scratch);

@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <tuple>
 #include <vector>
 
 namespace fathom {
@@ -95,29 +96,50 @@ DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, run
     return places;
 }
 
-void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
-                         DepthForm form, const DofMasks& masks) {
-    const Device& device = stored.image.device();
-    const Rays view = needs_rays(form) ? camera_rays(stored.camera) : Rays{};
-    count_from_lens(form, coc);
-    const Arithmetic arithmetic = device.options().arithmetic;
-    const int width = stored.image.width(), height = stored.image.height();
-    const int vector_width = vector_width_for(device, width);
-    runtime::Defines defines =
-        circle_defines(form, coc, view, stored.storage, vector_width, worth_streaming(masks.coc, vector_width));
-    defines.emplace_back("WEIGHTS", options.weights);
-    runtime::Kernel& kernel = runtime::kernel(device, "dof_masks", defines);
-    const runtime::Range range{static_cast<std::size_t>((width + vector_width - 1) / vector_width),
-                               static_cast<std::size_t>(height)};
-    const auto launch = [&](const auto&... results) { // which all have the same layout
-        runtime::launch(device, kernel, range, stored.image, results..., grid_parameters(stored, masks.coc, 0, width),
+// A kernel that computes circles from stored depth, and what it reads them with.
+struct CircleKernel {
+    const StoredDepth& stored;
+    DepthForm form;
+    Rays view;
+    const CircleOfConfusion& coc;
+    const DofMasksOptions& options;
+    int vector_width;
+
+    CircleKernel(const StoredDepth& depth, const DepthForm& decoded, const CircleOfConfusion& circle,
+                 const DofMasksOptions& asked)
+        : stored(depth), form(decoded), view(needs_rays(form) ? camera_rays(depth.camera) : Rays{}), coc(circle),
+          options(asked), vector_width(vector_width_for(depth.image.device(), depth.image.width())) {
+        count_from_lens(form, coc);
+    }
+
+    template <typename... Results>
+    void launch(const char* name, runtime::Defines defines, bool stream, runtime::Range range,
+                const Results&... results) const { // which all have the same layout
+        const Device& device = stored.image.device();
+        const Arithmetic arithmetic = device.options().arithmetic;
+        runtime::Defines all = circle_defines(form, coc, view, stored.storage, vector_width, stream);
+        all.insert(all.end(), defines.begin(), defines.end());
+        const Image& first = std::get<0>(std::tie(results...));
+        runtime::launch(device, runtime::kernel(device, name, all), range, stored.image, results...,
+                        grid_parameters(stored, first, 0, stored.image.width()),
                         depth_parameters(form, stored.storage, Background::inf, arithmetic),
                         ray_parameters(view, arithmetic), circle_parameters(form, coc, options, arithmetic));
-    };
+    }
+};
+
+void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
+                         const DepthForm& form, const DofMasks& masks) {
+    const CircleKernel kernel(stored, form, coc, options);
+    const runtime::Range range{
+        static_cast<std::size_t>((stored.image.width() + kernel.vector_width - 1) / kernel.vector_width),
+        static_cast<std::size_t>(stored.image.height())};
+    const bool stream = worth_streaming(masks.coc, kernel.vector_width);
+    const runtime::Defines weights{{"WEIGHTS", options.weights}};
     if (options.weights)
-        launch(masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight);
+        kernel.launch("dof_masks", weights, stream, range, masks.coc, masks.near_weight, masks.focus_weight,
+                      masks.far_weight);
     else
-        launch(masks.coc);
+        kernel.launch("dof_masks", weights, stream, range, masks.coc);
 }
 
 // Checks everything but the results.
@@ -129,6 +151,17 @@ DepthForm checked_form(const StoredDepth& stored, const CircleOfConfusion& coc, 
 }
 
 } // namespace
+
+float largest_circle(const StoredDepth& stored, const CircleOfConfusion& circle, const DofMasksOptions& options) {
+    const DepthForm form = checked_form(stored, circle, options);
+    runtime::Scratch scratch(stored.image.device());
+    const Image rows = scratch.image(Element::f32, {stored.image.height(), 1});
+    CircleKernel(stored, form, circle, options)
+        .launch("dof_largest", {}, false, {static_cast<std::size_t>(stored.image.height()), 1}, rows);
+    std::vector<float> largest(static_cast<std::size_t>(stored.image.height()));
+    rows.download(largest.data());
+    return std::ranges::max(largest);
+}
 
 void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
                const DofMasksOptions& options, const Launch& launch) {

@@ -20,10 +20,15 @@ int lines_per_pixel(double height) {
 // Sums of weights must stay below 2^24 steps of the product of a fraction (2^-7) and a weight.
 constexpr int bits_of_sum = 24 - 7;
 
-// From this area on spans are of whole pixels: that of a circle of radius 16, or 10.6 where fast; of polygons 16, since their
-// sides may lie along the rows.
-double least_whole(const Aperture& aperture, Quality quality) {
-    return quality == Quality::fast && aperture.blades == 0 ? 355 : 804;
+// Radii from which on the ends of spans are rounded, to a half of a pixel and to whole pixels. What rounding leaves over
+// averages out along a curve; the sides of polygons may lie along the rows.
+struct RoundedFrom {
+    double half, whole;
+};
+RoundedFrom rounded_from(const Aperture& aperture, Quality quality) {
+    if (aperture.blades != 0 || quality == Quality::accurate)
+        return {16, 16};
+    return {5.3, 10.6};
 }
 
 struct Interval {
@@ -186,8 +191,9 @@ struct Carried {
     double low = 0, high = 0;
 };
 
-// One span of whole pixels as long as the chords on average.
-void add_whole(const Row& row, Carried& carried, std::vector<params::span_params>& spans) {
+// One span as long as the chords on average, its ends rounded to multiples of 1 / `parts` of a pixel, 1 or 2; of halves, the mean
+// of two spans.
+void add_rounded(const Row& row, int parts, Carried& carried, std::vector<params::span_params>& spans) {
     double low = 0, high = 0, middle = 0, length = 0;
     for (const Interval& chord : row.chords) {
         length += chord.length() / row.lines;
@@ -197,10 +203,19 @@ void add_whole(const Row& row, Carried& carried, std::vector<params::span_params
         return;
     low = middle / length - length / 2 + 0.5 + carried.low;
     high = middle / length + length / 2 + 0.5 + carried.high;
-    const double first = std::round(low), end = std::round(high);
+    const double first = std::round(parts * low) / parts, end = std::round(parts * high) / parts;
     carried = {low - first, high - end};
-    if (first < end)
-        spans.push_back({static_cast<int>(first), static_cast<int>(end), 1});
+    const auto add = [&](double from, double to, float weight) {
+        if (from < to)
+            spans.push_back({static_cast<int>(from), static_cast<int>(to), weight});
+    };
+    const double outer = std::floor(first), outer_end = std::ceil(end);
+    if (outer == first && outer_end == end) {
+        add(first, end, 1);
+    } else if (first < end) {
+        add(outer, outer_end, 0.5F);
+        add(std::ceil(first), std::floor(end), 0.5F);
+    }
 }
 
 } // namespace
@@ -218,16 +233,21 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
     const double radius = std::abs(circle) / 2, height = radius * aspect;
     if (radius <= 0.5) // the circle is within the pixel
         return {0, 0, {0, 1}, {{0, 1, 1}}};
-    const Placed placed{aperture_shape_of(aperture), radius, height, circle > 0, upright};
-    const Point far = reach_of(placed.aperture_shape);
+    // A strip's rows widen what is summed by (pitch^2 - 1) / 6 in variance: the rows' places in it, and the aperture's in them.
+    const double wider = quality == Quality::accurate || aperture.blades != 0 ? 0 : (pitch * pitch - 1) / 6.0;
+    const ApertureShape shape = aperture_shape_of(aperture);
+    const Point far = reach_of(shape);
+    const Placed placed{shape, radius, std::sqrt(std::max(height * height - 4 * wider / (far.y * far.y), height * height / 4)), circle > 0, upright};
     ApertureSpans result{};
     result.columns = std::max(static_cast<int>(std::ceil(radius * far.x - 0.5)), 0);
-    const int rows = std::max(static_cast<int>(std::ceil(height * far.y - 0.5)), 0);
+    const int rows = std::max(static_cast<int>(std::ceil(placed.height * far.y - 0.5)), 0);
     result.reach = (rows + pitch - 1) / pitch;
     const double area = 4 * radius * far.x * height * far.y + 2 * radius + 1;
     const int bits = std::clamp(bits_of_sum - static_cast<int>(std::ceil(std::log2(area))), 0, 12);
     const double step = std::ldexp(1.0, -bits);
-    const bool whole = area_of(placed.aperture_shape) * radius * height >= least_whole(aperture, quality);
+    const double equal_radius = std::sqrt(area_of(placed.aperture_shape) * radius * height / std::numbers::pi);
+    const RoundedFrom from = rounded_from(aperture, quality);
+    const int parts = equal_radius >= from.whole ? 1 : 2;
 
     const int count = 2 * result.reach + 1;
     for (int phase = 0; phase < pitch; ++phase) {
@@ -236,13 +256,13 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
         const auto at = [&](int r) -> auto& {
             return spans[static_cast<std::size_t>(r + result.reach)];
         };
-        if (whole) { // from the middle outwards, so that what is symmetric stays so
+        if (equal_radius >= from.half) { // from the middle outwards, so that what is symmetric stays so
             Carried up, down;
-            add_whole(row(0), up, at(0));
+            add_rounded(row(0), parts, up, at(0));
             down = up;
             for (int r = 1; r <= result.reach; ++r) {
-                add_whole(row(-r), up, at(-r));
-                add_whole(row(r), down, at(r));
+                add_rounded(row(-r), parts, up, at(-r));
+                add_rounded(row(r), parts, down, at(r));
             }
         } else {
             for (int r = -result.reach; r <= result.reach; ++r)

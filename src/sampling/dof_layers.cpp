@@ -79,9 +79,11 @@ struct Area {
 };
 
 // Rows of pixels that are summed into a row of a strip.
-int pitch_for(double radius, Quality quality) {
-    if (quality == Quality::fast)
+int pitch_for(double radius, const LayerPlanOptions& options) {
+    if (options.quality == Quality::fast)
         return radius >= 24 ? 8 : radius >= 12 ? 4 : radius >= 5 ? 2 : 1;
+    if (options.quality == Quality::balanced && options.aperture.blades == 0)
+        return radius >= 10 ? 2 : 1;
     return radius >= 96 ? 4 : radius >= 48 ? 2 : 1;
 }
 
@@ -118,7 +120,7 @@ Layer layer_of(int number, const LayerPlanOptions& options) {
     layer.number = number;
     layer.circle = number == options.scale.middle ? 1 : options.scale.circle(number);
     const double least = std::abs(layer.circle) / 2 * std::min(options.aspect, 1.0); // radius
-    layer.pitch = pitch_for(least * thinnest(options.aperture), options.quality);
+    layer.pitch = pitch_for(least * thinnest(options.aperture), options);
     layer.cell = cell_for(least * thinnest(options.aperture), options);
     layer.spans =
         aperture_spans(options.aperture, layer.circle, options.aspect, options.upright, layer.pitch, options.quality);
@@ -134,20 +136,35 @@ Layer layer_of(int number, const LayerPlanOptions& options) {
 class Planner {
 public:
     Planner(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options)
-        : options_(options), bright_(with_bit(tiles, across, 159)),
+        : options_(options), bright_(with_bit(tiles, across, bright_bit)), jump_(with_bit(tiles, across, jump_bit)),
           near_(with_any(tiles, across, options.scale.middle)), none_(across, bright_.down), before_(none_) {}
 
     void add(int number, const Grid& own) {
-        const Layer layer = layer_of(number, options_);
+        Layer layer = layer_of(number, options_);
         const Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
-        if (options_.quality != Quality::accurate && layer.direct) {
-            add_to_group(layer, reached);
-        } else if (layer.cell > 1) {
-            end_group();
-            add_cells(layer, reached);
-        } else {
-            end_group();
-            add_passes(layer, own, reached);
+        const bool grouped = options_.quality != Quality::accurate && layer.direct;
+        if (!grouped)
+            end_groups();
+        // What lies behind is summed only around what ends. A group has one answer for all its layers, which reach one tile.
+        Grid filled = reached;
+        if (layer.fill) {
+            const Grid around = grouped ? widened(jump_, 1, 1) : widened(jump_, layer.tiles_aside, layer.tiles_up);
+            for (std::size_t i = 0; i < filled.marked.size(); ++i)
+                filled.marked[i] &= around.marked[i];
+        }
+        Grid rest = reached;
+        for (std::size_t i = 0; i < rest.marked.size(); ++i)
+            rest.marked[i] = layer.fill && !filled.marked[i] && reached.marked[i];
+        for (const Grid* part : {&filled, &rest}) {
+            if (!part->any())
+                continue;
+            layer.fill = layer.fill && part == &filled;
+            if (grouped)
+                add_to_group(groups_[layer.fill ? 0 : 1], layer, *part);
+            else if (layer.cell > 1)
+                add_cells(layer, *part);
+            else
+                add_passes(layer, own, *part);
         }
         before_ = reached;
     }
@@ -156,7 +173,7 @@ public:
     void skip() { before_ = none_; }
 
     LayerPlan plan() {
-        end_group();
+        end_groups();
         return std::move(plan_);
     }
 
@@ -178,49 +195,54 @@ private:
         return first_start;
     }
 
-    void add_to_group(const Layer& layer, const Grid& reached) {
-        if (group_ && (layer.fill != group_->fill || layer.number - group_->first >= 32))
-            end_group();
-        if (!group_)
-            group_ = Group{layer.number,
-                           layer.fill,
-                           std::vector<u32>(reached.marked.size()),
-                           std::vector<u32>(reached.marked.size()),
-                           {}};
-        const auto bit = static_cast<std::size_t>(layer.number - group_->first);
+    void add_to_group(std::optional<Group>& group, const Layer& layer, const Grid& reached) {
+        if (group && layer.number - group->first >= 32)
+            end_groups();
+        if (!group)
+            group = Group{layer.number,
+                          layer.fill,
+                          std::vector<u32>(reached.marked.size()),
+                          std::vector<u32>(reached.marked.size()),
+                          {}};
+        const auto bit = static_cast<std::size_t>(layer.number - group->first);
         for (std::size_t i = 0; i < reached.marked.size(); ++i) {
-            group_->reach[i] |= static_cast<u32>(reached.marked[i]) << bit;
-            group_->follow[i] |= static_cast<u32>(before_.marked[i]) << bit;
+            group->reach[i] |= static_cast<u32>(reached.marked[i]) << bit;
+            group->follow[i] |= static_cast<u32>(before_.marked[i]) << bit;
         }
-        group_->layers.resize(2 * bit);
-        group_->layers.push_back(add_spans(layer.spans));
-        group_->layers.push_back(static_cast<u32>(layer.spans.reach));
+        group->layers.resize(2 * bit);
+        group->layers.push_back(add_spans(layer.spans));
+        group->layers.push_back(static_cast<u32>(layer.spans.reach));
     }
 
-    void end_group() {
-        if (!group_)
-            return;
+    void end_groups() {
+        for (std::optional<Group>& group : groups_) {
+            if (group)
+                end(*group);
+            group.reset();
+        }
+    }
+
+    void end(const Group& group) {
         LayerPass pass{};
         pass.direct = true;
         pass.cell = 1;
-        pass.fill = group_->fill;
-        pass.gather.layer = static_cast<float>(group_->first);
+        pass.fill = group.fill;
+        pass.gather.layer = static_cast<float>(group.first);
         pass.gather.list = static_cast<u32>(plan_.lists.size());
         pass.gather.starts = static_cast<u32>(plan_.starts.size());
         pass.gather.pitch = 1;
         pass.gather.pad = params::dof_margin;
-        plan_.starts.insert(plan_.starts.end(), group_->layers.begin(), group_->layers.end());
+        plan_.starts.insert(plan_.starts.end(), group.layers.begin(), group.layers.end());
         for (int y = 0; y < near_.down; ++y) {
             for (int x = 0; x < near_.across; ++x) {
                 const std::size_t i = near_.index(x, y);
-                if (group_->reach[i] == 0)
+                if (group.reach[i] == 0)
                     continue;
-                plan_.lists.insert(plan_.lists.end(), {entry(x, y, none_), group_->reach[i], group_->follow[i]});
+                plan_.lists.insert(plan_.lists.end(), {entry(x, y, none_), group.reach[i], group.follow[i]});
                 ++pass.gather.tiles;
             }
         }
         plan_.passes.push_back(pass);
-        group_.reset();
     }
 
     // A launch, or several where the strips of all tiles would not fit.
@@ -386,22 +408,33 @@ private:
     }
 
     const LayerPlanOptions& options_;
-    Grid bright_, near_, none_;
+    Grid bright_, jump_, near_, none_;
     Grid before_; // tiles that the layer just before reached
     LayerPlan plan_;
-    std::optional<Group> group_;
+    std::array<std::optional<Group>, 2> groups_; // with what lies behind, and without
 };
 
 } // namespace
 
+LayerSpacing layer_spacing(Quality quality, const Aperture& aperture) {
+    constexpr double bend = 0.344; // log2 to 0.008
+    if (quality == Quality::accurate || !is_round(aperture))
+        return {quality == Quality::fast ? 3.0 : 8.0, 0, 0};
+    return quality == Quality::fast ? LayerSpacing{3, 1, bend} : LayerSpacing{6, 3, bend};
+}
+
 double LayerScale::circle(int layer) const {
-    const int away = std::abs(layer - middle), octave = away / per_octave;
-    const double size = std::ldexp(1 + static_cast<double>(away % per_octave) / per_octave, octave);
+    const double away = std::abs(layer - middle) + spacing.per_octave * std::log2(1 + spacing.offset);
+    const double whole = std::floor(away / spacing.per_octave), sum = 1 + spacing.bend;
+    const double part = (away - whole * spacing.per_octave) / spacing.per_octave;
+    // part = sum t - bend t^2
+    const double t = 2 * part / (sum + std::sqrt(sum * sum - 4 * spacing.bend * part));
+    const double size = std::ldexp(1 + t, static_cast<int>(whole)) - spacing.offset;
     return layer < middle ? -size : size;
 }
 
-LayerScale layer_scale(int per_octave, double max_coc_px) {
-    LayerScale scale{per_octave, 0};
+LayerScale layer_scale(const LayerSpacing& spacing, double max_coc_px) {
+    LayerScale scale{spacing, 0};
     while (scale.circle(2 * scale.middle) < max_coc_px)
         ++scale.middle;
     return scale;

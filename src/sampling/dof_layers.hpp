@@ -10,20 +10,31 @@
 
 namespace fathom {
 
-/// Layers of circle of confusion, evenly spaced within an octave: number `middle` has the circles up to one pixel.
+/// How layers are spaced: a circle c lies `per_octave` (L(|c| + offset) - L(1 + offset)) layers from the middle. Within an octave
+/// of x = 1 + t, L(x) is t + bend t (1 - t), nearly log2. `offset` is a power of two less 1.
+struct LayerSpacing {
+    double per_octave, offset, bend;
+};
+
+/// Polygons need more layers than what is round: the sides of an edge's ramp end abruptly.
+LayerSpacing layer_spacing(Quality quality, const Aperture& aperture);
+
+/// Layers of circle of confusion: number `middle` has the circles up to one pixel.
 struct LayerScale {
-    int per_octave;
+    LayerSpacing spacing;
     int middle;
 
     int count() const { return 2 * middle + 1; }
     double circle(int layer) const; ///< signed, in pixels; ±1 in the middle
 };
 
-/// The scale for circles of up to `max_coc_px`; at most 159 layers.
-LayerScale layer_scale(int per_octave, double max_coc_px);
+/// The scale for circles of up to `max_coc_px`; at most `most_layers`.
+LayerScale layer_scale(const LayerSpacing& spacing, double max_coc_px);
 
-/// Bits of the layers that a tile's pixels lie in; the last one: some colour is beyond the knee.
+/// Bits of the layers that a tile's pixels lie in; the last one: some colour is beyond the knee; the one before it: something
+/// before the focus ends here.
 using TileBits = std::array<params::u32, params::dof_tile_words>;
+inline constexpr int bright_bit = 32 * params::dof_tile_words - 1, jump_bit = bright_bit - 1, most_layers = jump_bit;
 
 inline bool has_bit(const TileBits& tile, int bit) {
     return (tile[static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0;
