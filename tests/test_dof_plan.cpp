@@ -71,7 +71,8 @@ TEST_CASE("dof plan: of round apertures each layer's circle and an offset are as
             CHECK(scale.circle(2 * scale.middle - i - 1) == -scale.circle(i + 1));
         }
         const double even = std::exp2(1 / spacing.per_octave);
-        std::printf("dof plan, layers: %.4f to %.4f times as large as the one before, %.4f if even\n", least, most, even);
+        std::printf("dof plan, layers: %.4f to %.4f times as large as the one before, %.4f if even\n", least, most,
+                    even);
         // The law of an octave is off by 0.008 of an octave.
         CHECK(least > even - 0.02);
         CHECK(most < even + 0.02);

@@ -191,8 +191,9 @@ std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, con
 
 void clear(const Blur& blur) {
     const int planes = state_planes(blur.channels, blur.quality);
-    runtime::launch(blur.device, blur.kernel("dof_clear", {{"PLANES", planes}, {"WIDE", !blur.accurate()}},
-                                             worth_streaming(blur.state, blur.vector_width)),
+    runtime::launch(blur.device,
+                    blur.kernel("dof_clear", {{"PLANES", planes}, {"WIDE", !blur.accurate()}},
+                                worth_streaming(blur.state, blur.vector_width)),
                     {blur.vectors(blur.p.stride), blur.p.rows}, blur.state, blur.p);
 }
 

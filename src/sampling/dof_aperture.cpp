@@ -237,7 +237,9 @@ ApertureSpans aperture_spans(const Aperture& aperture, double circle, double asp
     const double wider = quality == Quality::accurate || aperture.blades != 0 ? 0 : (pitch * pitch - 1) / 6.0;
     const ApertureShape shape = aperture_shape_of(aperture);
     const Point far = reach_of(shape);
-    const Placed placed{shape, radius, std::sqrt(std::max(height * height - 4 * wider / (far.y * far.y), height * height / 4)), circle > 0, upright};
+    const Placed placed{shape, radius,
+                        std::sqrt(std::max(height * height - 4 * wider / (far.y * far.y), height * height / 4)),
+                        circle > 0, upright};
     ApertureSpans result{};
     result.columns = std::max(static_cast<int>(std::ceil(radius * far.x - 0.5)), 0);
     const int rows = std::max(static_cast<int>(std::ceil(placed.height * far.y - 0.5)), 0);
