@@ -1,11 +1,11 @@
 // Which layers a tile's pixels lie in, a bit each; under BEHIND also the layers of the surfaces behind them. The last
-// bit says whether some colour lies beyond the knee.
-// Built for: BEHIND = 0 1
+// bit says whether some colour lies beyond the knee. Under HIDING only the pixels count that have a surface behind them.
+// Built for: BEHIND = 0 1; HIDING = 0 1
 
 #include "tiles.h"
 
-#ifndef BEHIND
-#error "BEHIND is not defined: 1 where pixels have a second surface, 0 otherwise"
+#if !defined(BEHIND) || !defined(HIDING)
+#error "BEHIND and HIDING are not defined: 1 where pixels have a second surface, and to count these only, 0 otherwise"
 #endif
 
 __kernel void dof_tiles(__global const float* planes, __global uint* tiles, const blur_params p) {
@@ -21,7 +21,11 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
             const size_t at = in_planes(&p, tile, column, down * dof_tile_rows + row);
             for (uint surface = 0; surface <= BEHIND; ++surface) {
                 const floatV s = LOAD(float, planes + surface * (1 + CHANNELS) * p.plane + at);
+#if HIDING
+                const intV known = LOAD(float, planes + (1 + CHANNELS) * p.plane + at) >= 0.0f;
+#else
                 const intV known = s >= 0.0f;
+#endif
                 const intV low = convert_intV(max(s, 0.0f)), high = low + select((intV)0, (intV)1, convert_floatV(low) < s);
                 for (int word = 0; word < dof_tile_words; ++word) {
                     const uintV one = select((uintV)0, (uintV)1 << as_uintV(low & 31), as_uintV(((low >> 5) == word) & known));

@@ -125,7 +125,7 @@ Layer layer_of(int number, const LayerPlanOptions& options) {
     const bool accurate = options.quality == Quality::accurate;
     const int direct_up_to = accurate ? most_taps : params::dof_direct_reach;
     layer.direct = layer.spans.columns <= direct_up_to && layer.spans.reach <= direct_up_to;
-    layer.fill = !accurate && number < options.scale.middle;
+    layer.fill = !accurate && options.fill && number < options.scale.middle;
     layer.tiles_up = divided_up(layer.spans.reach * layer.pitch, params::dof_tile_rows);
     layer.tiles_aside = divided_up(layer.spans.columns, params::dof_tile_columns);
     return layer;
@@ -135,11 +135,14 @@ class Planner {
 public:
     Planner(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options)
         : options_(options), bright_(with_bit(tiles, across, 159)),
-          near_(with_any(tiles, across, options.scale.middle)), none_(across, bright_.down), before_(none_) {}
+          near_(with_any(tiles, across, options.fill ? options.scale.middle : 0)), none_(across, bright_.down),
+          before_(none_) {}
 
     void add(int number, const Grid& own) {
         const Layer layer = layer_of(number, options_);
-        const Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
+        Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
+        for (std::size_t i = 0; i < options_.only.size(); ++i)
+            reached.marked[i] = reached.marked[i] && options_.only[i];
         if (options_.quality != Quality::accurate && layer.direct) {
             add_to_group(layer, reached);
         } else if (layer.cell > 1) {
@@ -234,8 +237,10 @@ private:
         const bool accurate = options_.quality == Quality::accurate;
         if (accurate)
             pass.part = part(layer);
+        pass.parts = accurate;
         const int channels = options_.channels;
-        const int planes = 2 + channels + pass.fill * (2 + channels) + pass.bright * channels + accurate;
+        const int planes = accurate ? (pass.bright ? 16 : 8) // WIDTH in kernels/parts.h
+                                    : 2 + channels + pass.fill * (2 + channels) + pass.bright * channels;
         const int pad = divided_up(layer.spans.columns + 2, 16) * 16;
         const int plane = divided_up(params::dof_tile_columns + 2 * pad + 1, 16) * 16;
         pass.gather.layer = static_cast<float>(layer.number);
@@ -405,6 +410,20 @@ LayerScale layer_scale(int per_octave, double max_coc_px) {
     while (scale.circle(2 * scale.middle) < max_coc_px)
         ++scale.middle;
     return scale;
+}
+
+std::vector<unsigned char> tiles_seeing(std::span<const TileBits> hiding, int across, const LayerPlanOptions& options) {
+    Grid seeing(across, static_cast<int>(hiding.size()) / across);
+    for (int number = 0; number < options.scale.count(); ++number) {
+        const Grid own = with_bit(hiding, across, number);
+        if (!own.any())
+            continue;
+        const Layer layer = layer_of(number, options);
+        const Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
+        for (std::size_t i = 0; i < seeing.marked.size(); ++i)
+            seeing.marked[i] |= reached.marked[i];
+    }
+    return seeing.marked;
 }
 
 LayerPlan layer_plan(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options) {

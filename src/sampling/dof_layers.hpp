@@ -41,6 +41,7 @@ struct LayerPass {
     params::cell_params cells;
     int cell;                 ///< pixels across and down; 1: `strips` and `gather` are used
     params::part_params part; ///< accurate only
+    bool parts;               ///< of the lens are kept: kernels/dof_parts.cl. Accurate only
     bool direct, fill, bright;
 };
 
@@ -62,7 +63,13 @@ struct LayerPlanOptions {
     bool upright = true;
     Quality quality = Quality::balanced;
     int channels = 3;
+    bool fill = true;                     ///< what a foreground hides, unless accurate
+    std::vector<unsigned char> only = {}; ///< the tiles to work on are not 0; all of them if empty
 };
+
+/// The tiles in whose pixels' apertures some pixel has a second surface; `hiding` has the layers of those pixels and of what is
+/// behind them.
+std::vector<unsigned char> tiles_seeing(std::span<const TileBits> hiding, int across, const LayerPlanOptions& options);
 
 /// Which tiles each layer reaches, front to back. Pure: no device.
 LayerPlan layer_plan(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options);
