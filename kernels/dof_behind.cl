@@ -97,12 +97,12 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
                 const float8 dx = (float8)((float)(SIDE * x - column)) + (float8)(0, 1, 2, 3, 4, 5, 6, 7);
                 const float8 squares = fma(dx, dx, (float8)(dy * dy));
                 const float8 all = *(__global const float8_anywhere*)(layers + others);
-                if (!any((all > layer + JUMP) & (squares <= nearest)))
+                if (!any((all > layer + JUMP) & (squares <= min(nearest, reach * reach))))
                     continue;
                 for (int i = 0; i < SIDE; ++i) {
                     const size_t other = others + i;
                     const float its = ((const float*)&all)[i], square = ((const float*)&squares)[i];
-                    if (!(its > layer + JUMP) || square > nearest || (square == nearest && other >= found))
+                    if (!(its > layer + JUMP) || square > min(nearest, reach * reach) || (square == nearest && other >= found))
                         continue;
                     const float its_reach = reach_of(circle_of(its, p), circle);
                     if (square <= its_reach * its_reach) {

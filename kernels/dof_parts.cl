@@ -42,6 +42,9 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
     const floatV size = sqrt(fma(u, u, v * v));
     const intV some = (left > LEAST) & (left < 1.0f - LEAST) & (size > 1e-6f);
     const floatV along_u = select((floatV)1.0f, u / size, some), along_v = select((floatV)0.0f, v / size, some);
+    lens_part open = {0.0f, along_u, along_v, 0.0f};
+    if (!any_of(some))
+        return open;
     float turn_u[V], turn_v[V], distance[V], greatest[V];
     const float_lanes us = along_u, vs = along_v, lefts = select((floatV)0.5f, left, some);
     for (int i = 0; i < V; ++i) {
@@ -62,7 +65,6 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
         greatest[i] = found.w;
     }
     const floatV c = *(const float_lanes*)turn_u, s = *(const float_lanes*)turn_v;
-    lens_part open;
     open.fraction = select((floatV)0.0f, min(size / *(const float_lanes*)greatest, 1.0f), some);
     open.n_u = along_u * c - along_v * s;
     open.n_v = along_u * s + along_v * c;
@@ -75,38 +77,59 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
 INLINE void add_pixels(__global const float* here, int x, int y, __global const aperture_tap_params* taps,
                        const blur_params* p, float layer, const part_params* part, const lens_part* open, bool second_surfaces,
                        bool halves, floatV* even, floatV* cut) {
-    for (uint i = 0; i < part->tap_count; ++i) {
-        const aperture_tap_params tap = taps[part->taps + i];
-        if (y + tap.row < 0 || y + tap.row >= (int)p->rows)
+    taps += part->taps;
+    for (uint i = 0, next; i < part->tap_count; i = next) {
+        const int column = taps[i].column, row = taps[i].row;
+        const bool inside_image = y + row >= 0 && y + row < (int)p->rows;
+        float weight = 0.0f, weight_u = 0.0f, weight_v = 0.0f; // of all parts of a pixel, and their moments
+        floatV open_weight = 0.0f, open_u = 0.0f, open_v = 0.0f;
+        for (next = i; next < part->tap_count && taps[next].column == column && taps[next].row == row; ++next) {
+            const aperture_tap_params tap = taps[next];
+            weight += tap.weight;
+            weight_u = fma(tap.weight, tap.u, weight_u);
+            weight_v = fma(tap.weight, tap.v, weight_v);
+            if (!halves)
+                continue;
+            const floatV inside = fma(open->n_u, (floatV)tap.u, fma(open->n_v, (floatV)tap.v, -open->d));
+            const floatV fraction =
+                tap.weight * min(max(fma(inside, (floatV)part->radius, (floatV)0.5f), 0.0f), 1.0f);
+            open_weight += fraction;
+            open_u = fma(fraction, (floatV)tap.u, open_u);
+            open_v = fma(fraction, (floatV)tap.v, open_v);
+        }
+        if (!inside_image)
             continue;
-        __global const float* from = here + (long)tap.row * (long)p->stride + tap.column;
-        const floatV off = LOAD(float, from) - layer, own = tap.weight * max(1.0f - fabs(off), 0.0f);
-        floatV value[PLANES], behind = min(max(off + 2.0f, 0.0f), 1.0f);
+        __global const float* from = here + (long)row * (long)p->stride + column;
+        const floatV off = LOAD(float, from) - layer, own = max(1.0f - fabs(off), 0.0f);
+        floatV value[MOMENT];
         value[0] = own;
+        value[1] = min(max(off + 2.0f, 0.0f), 1.0f);
+#pragma unroll
         for (int k = 0; k < CHANNELS; ++k)
             value[COLORS + k] = own * LOAD(float, from + (k + 1) * p->plane);
         if (second_surfaces) {
             __global const float* second = from + (1 + CHANNELS) * p->plane;
             const floatV off_second = LOAD(float, second) - layer;
             const floatV open_second = min(max((-off - JUMP) * (1.0f / SLOPE), 0.0f), 1.0f);
-            const floatV own_second = tap.weight * open_second * max(1.0f - fabs(off_second), 0.0f);
-            behind = max(behind, open_second * min(max(off_second + 2.0f, 0.0f), 1.0f));
+            const floatV own_second = open_second * max(1.0f - fabs(off_second), 0.0f);
             value[0] += own_second;
+            value[1] = max(value[1], open_second * min(max(off_second + 2.0f, 0.0f), 1.0f));
+#pragma unroll
             for (int k = 0; k < CHANNELS; ++k)
                 value[COLORS + k] = fma(own_second, LOAD(float, second + (k + 1) * p->plane), value[COLORS + k]);
         }
-        value[1] = tap.weight * behind;
-        value[MOMENT] = value[0] * tap.u;
-        for (int k = 0; k < PLANES; ++k)
-            even[k] += value[k];
-        even[MOMENT_DOWN] = fma(value[0], (floatV)tap.v, even[MOMENT_DOWN]);
+#pragma unroll
+        for (int k = 0; k < MOMENT; ++k)
+            even[k] = fma((floatV)weight, value[k], even[k]);
+        even[MOMENT] = fma((floatV)weight_u, value[0], even[MOMENT]);
+        even[MOMENT_DOWN] = fma((floatV)weight_v, value[0], even[MOMENT_DOWN]);
         if (!halves)
             continue;
-        const floatV inside = fma(open->n_u, (floatV)tap.u, fma(open->n_v, (floatV)tap.v, -open->d));
-        const floatV fraction = min(max(fma(inside, (floatV)part->radius, (floatV)0.5f), 0.0f), 1.0f);
-        for (int k = 0; k < PLANES; ++k)
-            cut[k] = fma(fraction, value[k], cut[k]);
-        cut[MOMENT_DOWN] = fma(fraction * value[0], (floatV)tap.v, cut[MOMENT_DOWN]);
+#pragma unroll
+        for (int k = 0; k < MOMENT; ++k)
+            cut[k] = fma(open_weight, value[k], cut[k]);
+        cut[MOMENT] = fma(open_u, value[0], cut[MOMENT]);
+        cut[MOMENT_DOWN] = fma(open_v, value[0], cut[MOMENT_DOWN]);
     }
 }
 #else
@@ -121,7 +144,16 @@ typedef struct {
 // Adds one row of strips whose middle lies `away` pixels down: over the whole aperture, and over the half-plane's part of it.
 INLINE void add_row(__global const float* from, __global const span_params* span, __global const span_params* last,
                     float away, float pitch, const part_params* part, const pixel_cut* open, floatW* even, floatW* cut) {
-    floatW whole = 0.0f, of_cut = 0.0f;
+    floatW whole = 0.0f, of_cut = 0.0f, scale = 1.0f;
+    ((float*)&scale)[MOMENT_DOWN] = away * part->down;
+    if (!open->some) {
+        for (; span < last; ++span) {
+            const floatW low = SUMS_AT(from + span->low * WIDTH), high = SUMS_AT(from + span->high * WIDTH);
+            whole = fma((floatW)span->weight, high - low, whole);
+        }
+        *even = fma(whole, scale, *even);
+        return;
+    }
     // Rounded with a different remainder on each line, so that their mean is not.
     const float4 lines = ((float4)(0.5f, 1.5f, 2.5f, 3.5f) / LINES - 0.5f) * pitch, rest = (float4)(0.5f, 2.5f, 1.5f, 3.5f) / LINES;
     const float4 down = ((float4)away + lines) * part->down;
@@ -130,15 +162,11 @@ INLINE void add_row(__global const float* from, __global const span_params* span
     for (; span < last; ++span) {
         const floatW low = SUMS_AT(from + span->low * WIDTH), high = SUMS_AT(from + span->high * WIDTH);
         whole = fma((floatW)span->weight, high - low, whole);
-        if (!open->some)
-            continue;
         const int4 at = min(max(border, (int4)span->low), (int4)span->high) * WIDTH;
         const floatW middle =
             ((SUMS_AT(from + at.x) + SUMS_AT(from + at.y)) + (SUMS_AT(from + at.z) + SUMS_AT(from + at.w))) * (1.0f / LINES);
         of_cut = fma((floatW)(open->right ? -span->weight : span->weight), middle - (open->right ? high : low), of_cut);
     }
-    floatW scale = 1.0f;
-    ((float*)&scale)[MOMENT_DOWN] = away * part->down;
     *even = fma(whole, scale, *even);
     *cut = fma(of_cut, scale, *cut);
 }
@@ -172,10 +200,10 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
 
 #if DIRECT
     __global const float* column = source + at - (size_t)y * p.stride;
-    const layer_range first = layers_within(column, &p, y - s.reach, y + s.reach + 1, s.columns, 1);
-    const layer_range second = layers_within(column + (1 + CHANNELS) * p.plane, &p, y - s.reach, y + s.reach + 1, s.columns, 1);
-    if (s.layer <= min(first.least, second.least) - 1.0f || s.layer >= max(first.greatest, second.greatest) + 1.0f)
+    const layer_range around = layers_within(column, &p, y - s.reach, y + s.reach + 1, s.columns, 2);
+    if (s.layer <= around.least - 1.0f || s.layer >= around.greatest + 1.0f)
         return;
+    const layer_range second = layers_within(column + (1 + CHANNELS) * p.plane, &p, y - s.reach, y + s.reach + 1, s.columns, 1);
 #else
     const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
     const int begin = max(y / pitch - s.reach, 0), end = min(y / pitch + s.reach + 1, rows);
@@ -191,6 +219,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
 #endif
 
     floatV even[SUMS], cut[SUMS];
+#pragma unroll
     for (int k = 0; k < SUMS; ++k)
         even[k] = cut[k] = 0.0f;
     lens_part open = part_left(left, left_u, left_v, (__global const float4*)halves, part.directions);
@@ -220,11 +249,13 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
                         spans + starts[entry_of_row + 1], away, (float)pitch, &part, &cut_here, &whole, &of_cut);
             }
         }
+#pragma unroll
         for (int k = 0; k < WIDTH; ++k) {
             even_of[k][i] = ((const float*)&whole)[k];
             cut_of[k][i] = ((const float*)&of_cut)[k];
         }
     }
+#pragma unroll
     for (int k = 0; k < SUMS; ++k) {
         even[k] = *(const float_lanes*)even_of[k];
         cut[k] = *(const float_lanes*)cut_of[k];
@@ -247,6 +278,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     *(__global float_lanes*)here = through - min(seen, through);
     *(__global float_lanes*)moment = u - fma(of_even, even[MOMENT], of_cut * cut[MOMENT]);
     *(__global float_lanes*)(moment + p.plane) = v - fma(of_even, even[MOMENT_DOWN], of_cut * cut[MOMENT_DOWN]);
+#pragma unroll
     for (int k = 0; k < CHANNELS; ++k) {
 #if BRIGHT
         const floatV light = even[COLORS + k] + even[HIGHLIGHTS + k],

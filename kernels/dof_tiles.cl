@@ -1,5 +1,6 @@
 // Which layers a tile's pixels lie in, a bit each; under BEHIND also the layers of the surfaces behind them. The last
-// bit says whether some colour lies beyond the knee. Under HIDING only the pixels count that have a surface behind them.
+// bit says whether some colour lies beyond the knee. Under HIDING
+// only the pixels count that have a surface behind them, and tiles are narrower.
 // Built for: BEHIND = 0 1; HIDING = 0 1
 
 #include "tiles.h"
@@ -8,8 +9,14 @@
 #error "BEHIND and HIDING are not defined: 1 where pixels have a second surface, and to count these only, 0 otherwise"
 #endif
 
+#if HIDING
+#define COLUMNS dof_hiding_columns
+#else
+#define COLUMNS dof_tile_columns
+#endif
+
 __kernel void dof_tiles(__global const float* planes, __global uint* tiles, const blur_params p) {
-    const uint across = p.columns / dof_tile_columns, tile = get_global_id(0), down = get_global_id(1);
+    const uint across = p.columns / COLUMNS, tile = get_global_id(0), down = get_global_id(1);
     if (tile >= across)
         return;
     uintV found[dof_tile_words];
@@ -17,8 +24,8 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
         found[word] = 0;
     intV bright = 0;
     for (uint row = 0; row < dof_tile_rows; ++row) {
-        for (uint column = 0; column < dof_tile_columns; column += V) {
-            const size_t at = in_planes(&p, tile, column, down * dof_tile_rows + row);
+        for (uint column = 0; column < COLUMNS; column += V) {
+            const size_t at = in_planes(&p, 0, tile * COLUMNS + column, down * dof_tile_rows + row);
             for (uint surface = 0; surface <= BEHIND; ++surface) {
                 const floatV s = LOAD(float, planes + surface * (1 + CHANNELS) * p.plane + at);
 #if HIDING

@@ -121,13 +121,25 @@ struct Blur {
     int down() const { return static_cast<int>(p.rows) / params::dof_tile_rows; }
 };
 
-std::vector<TileBits> tile_bits(const Blur& blur, bool behind, bool hiding = false) {
-    runtime::launch(blur.device, blur.kernel("dof_tiles", {{"BEHIND", behind}, {"HIDING", hiding}}),
-                    {static_cast<std::size_t>(blur.across()), static_cast<std::size_t>(blur.down())}, blur.planes,
-                    blur.tiles, blur.p);
-    std::vector<TileBits> bits(static_cast<std::size_t>(blur.across() * blur.down()));
-    blur.tiles.download(bits.data());
+std::vector<TileBits> tile_bits(const Blur& blur, const Image& tiles, int across, const runtime::Defines& which) {
+    const auto columns = static_cast<std::size_t>(across), rows = static_cast<std::size_t>(blur.down());
+    runtime::launch(blur.device, blur.kernel("dof_tiles", which), {columns, rows}, blur.planes, tiles, blur.p);
+    std::vector<TileBits> bits(columns * rows);
+    tiles.download(bits.data());
     return bits;
+}
+
+// Of the first surfaces, or of the second ones too.
+std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
+    return tile_bits(blur, blur.tiles, blur.across(), {{"BEHIND", behind}, {"HIDING", 0}});
+}
+
+// The tiles whose pixels see some surface that another one hides.
+std::vector<unsigned char> tiles_seeing_hidden(const Blur& blur, const LayerPlanOptions& options,
+                                               runtime::Scratch& scratch) {
+    const int across = static_cast<int>(blur.p.columns) / params::dof_hiding_columns;
+    const Image tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * across * blur.down(), 1});
+    return tiles_seeing(tile_bits(blur, tiles, across, {{"BEHIND", 1}, {"HIDING", 1}}), across, options);
 }
 
 // The farthest layer that a pixel may lie in.
@@ -293,7 +305,6 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
               {}};
     call.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * call.across() * call.down(), 1});
     cut_into_surfaces(call, circles, color, coc, options, scratch);
-    const std::vector<TileBits> hiding = accurate ? tile_bits(call, true, true) : std::vector<TileBits>{};
     const std::vector<TileBits> tiles = tile_bits(call, call.behind());
     if (all_in_focus(tiles, scale.middle)) {
         runtime::copy(color, result);
@@ -307,7 +318,7 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
                           .quality = options.quality,
                           .channels = channels};
     if (accurate) {
-        plan.only = tiles_seeing(hiding, call.across(), plan);
+        plan.only = tiles_seeing_hidden(call, plan, scratch);
         run(call, layer_plan(tiles, call.across(), plan), true, scratch);
         for (unsigned char& tile : plan.only)
             tile = !tile;

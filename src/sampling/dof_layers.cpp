@@ -82,6 +82,8 @@ struct Area {
 int pitch_for(double radius, Quality quality) {
     if (quality == Quality::fast)
         return radius >= 24 ? 8 : radius >= 12 ? 4 : radius >= 5 ? 2 : 1;
+    if (quality == Quality::accurate)
+        return radius >= 64 ? 4 : radius >= 16 ? 2 : 1;
     return radius >= 96 ? 4 : radius >= 48 ? 2 : 1;
 }
 
@@ -413,17 +415,23 @@ LayerScale layer_scale(int per_octave, double max_coc_px) {
 }
 
 std::vector<unsigned char> tiles_seeing(std::span<const TileBits> hiding, int across, const LayerPlanOptions& options) {
-    Grid seeing(across, static_cast<int>(hiding.size()) / across);
+    const int down = static_cast<int>(hiding.size()) / across;
+    Grid seeing(across, down);
     for (int number = 0; number < options.scale.count(); ++number) {
         const Grid own = with_bit(hiding, across, number);
         if (!own.any())
             continue;
         const Layer layer = layer_of(number, options);
-        const Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
+        const Grid reached = widened(own, divided_up(layer.spans.columns, params::dof_hiding_columns), layer.tiles_up);
         for (std::size_t i = 0; i < seeing.marked.size(); ++i)
             seeing.marked[i] |= reached.marked[i];
     }
-    return seeing.marked;
+    constexpr int parts = params::dof_tile_columns / params::dof_hiding_columns;
+    Grid tiles(across / parts, down);
+    for (int y = 0; y < down; ++y)
+        for (int x = 0; x < across; ++x)
+            tiles.marked[tiles.index(x / parts, y)] |= seeing.marked[seeing.index(x, y)];
+    return tiles.marked;
 }
 
 LayerPlan layer_plan(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options) {

@@ -68,7 +68,7 @@ struct LayerPlanOptions {
 };
 
 /// The tiles in whose pixels' apertures some pixel has a second surface; `hiding` has the layers of those pixels and of what is
-/// behind them.
+/// behind them, for tiles of dof_hiding_columns, `across` of them in a row.
 std::vector<unsigned char> tiles_seeing(std::span<const TileBits> hiding, int across, const LayerPlanOptions& options);
 
 /// Which tiles each layer reaches, front to back. Pure: no device.
