@@ -210,9 +210,10 @@ void clear(const Blur& blur) {
 }
 
 // `behind`: do the pixels that the plan's tiles see have a second surface?
-void run(const Blur& blur, const LayerPlan& plan, bool behind, runtime::Scratch& scratch) {
+void run(const Blur& blur, const LayerPlan& plan, bool behind) {
     if (plan.passes.empty())
         return;
+    runtime::Scratch scratch(blur.device); // the next plan's launches may take it again
     const auto table = [&](Element element, auto values) {
         if (values.empty()) // no pass reads it
             values.emplace_back();
@@ -317,16 +318,16 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
                           .upright = call.upright,
                           .quality = options.quality,
                           .channels = channels};
-    if (accurate) {
+    if (accurate) { // keeps parts of the lens where something hidden is seen, and there only
         plan.only = tiles_seeing_hidden(call, plan, scratch);
-        run(call, layer_plan(tiles, call.across(), plan), true, scratch);
+        run(call, layer_plan(tiles, call.across(), plan), true);
         for (unsigned char& tile : plan.only)
             tile = !tile;
         plan.quality = Quality::balanced;
         plan.fill = false;
-        run(call, layer_plan(tiles, call.across(), plan), false, scratch);
+        run(call, layer_plan(tiles, call.across(), plan), false);
     } else {
-        run(call, layer_plan(tiles, call.across(), plan), call.clean_plate, scratch);
+        run(call, layer_plan(tiles, call.across(), plan), call.clean_plate);
     }
     runtime::launch(device, call.kernel("dof", {{"ELEMENT", call.element}}), {call.vectors(p.columns), p.rows},
                     call.state, color, result, grid(color, result), p);
