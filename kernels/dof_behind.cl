@@ -102,7 +102,8 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
                 for (int i = 0; i < SIDE; ++i) {
                     const size_t other = others + i;
                     const float its = ((const float*)&all)[i], square = ((const float*)&squares)[i];
-                    if (!(its > layer + JUMP) || square > min(nearest, reach * reach) || (square == nearest && other >= found))
+                    if (!(its > layer + JUMP) || square > min(nearest, reach * reach) ||
+                        (square == nearest && other >= found))
                         continue;
                     const float its_reach = reach_of(circle_of(its, p), circle);
                     if (square <= its_reach * its_reach) {
@@ -163,8 +164,8 @@ __kernel void dof_behind(__global float* planes, __global const float* inner, __
         const float layer = planes[at];
         size_t border = at, found = at;
         if (within.left <= within.right && layer >= 0.0f && b.farthest > layer + JUMP) {
-            border = nearest_behind(planes, blocks + 2 * b.block_columns * b.block_rows, &p, &b, &within, column, row, at,
-                                    layer);
+            border = nearest_behind(planes, blocks + 2 * b.block_columns * b.block_rows, &p, &b, &within, column, row,
+                                    at, layer);
             if (border != at)
                 found = nearest_behind(inner, blocks, &p, &b, &within, column, row, at, layer);
             if (found == at || !mixed(planes, &p, border, found))
@@ -172,8 +173,8 @@ __kernel void dof_behind(__global float* planes, __global const float* inner, __
         }
         second[at] = found == at ? NOWHERE : planes[found];
         for (uint k = 1; k <= CHANNELS; ++k) {
-            const float color = fma(OF_BORDER, planes[k * p.plane + border] - planes[k * p.plane + found],
-                                    planes[k * p.plane + found]);
+            const float color =
+                fma(OF_BORDER, planes[k * p.plane + border] - planes[k * p.plane + found], planes[k * p.plane + found]);
             second[k * p.plane + at] = found == at ? 0.0f : color;
         }
     }

@@ -9,11 +9,12 @@
 // dof_part_strips.cl.
 // Built for: BRIGHT = 0 1; DIRECT = 0 1
 
-#include "tiles.h"
 #include "parts.h"
+#include "tiles.h"
 
 #if !defined(DIRECT) || !defined(BRIGHT)
-#error "DIRECT and BRIGHT are not defined: 1 to read pixels instead of strips, and where strips hold what lies beyond the\
+#error                                                                                                                 \
+    "DIRECT and BRIGHT are not defined: 1 to read pixels instead of strips, and where strips hold what lies beyond the\
  knee, 0 otherwise"
 #endif
 #define COLORS 2
@@ -75,8 +76,8 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
 #if DIRECT
 // Sums over the whole aperture and over the half-plane's part of it.
 INLINE void add_pixels(__global const float* here, int x, int y, __global const aperture_tap_params* taps,
-                       const blur_params* p, float layer, const part_params* part, const lens_part* open, bool second_surfaces,
-                       bool halves, floatV* even, floatV* cut) {
+                       const blur_params* p, float layer, const part_params* part, const lens_part* open,
+                       bool second_surfaces, bool halves, floatV* even, floatV* cut) {
     taps += part->taps;
     for (uint i = 0, next; i < part->tap_count; i = next) {
         const int column = taps[i].column, row = taps[i].row;
@@ -91,8 +92,7 @@ INLINE void add_pixels(__global const float* here, int x, int y, __global const 
             if (!halves)
                 continue;
             const floatV inside = fma(open->n_u, (floatV)tap.u, fma(open->n_v, (floatV)tap.v, -open->d));
-            const floatV fraction =
-                tap.weight * min(max(fma(inside, (floatV)part->radius, (floatV)0.5f), 0.0f), 1.0f);
+            const floatV fraction = tap.weight * min(max(fma(inside, (floatV)part->radius, (floatV)0.5f), 0.0f), 1.0f);
             open_weight += fraction;
             open_u = fma(fraction, (floatV)tap.u, open_u);
             open_v = fma(fraction, (floatV)tap.v, open_v);
@@ -143,7 +143,8 @@ typedef struct {
 
 // Adds one row of strips whose middle lies `away` pixels down: over the whole aperture, and over the half-plane's part of it.
 INLINE void add_row(__global const float* from, __global const span_params* span, __global const span_params* last,
-                    float away, float pitch, const part_params* part, const pixel_cut* open, floatW* even, floatW* cut) {
+                    float away, float pitch, const part_params* part, const pixel_cut* open, floatW* even,
+                    floatW* cut) {
     floatW whole = 0.0f, of_cut = 0.0f, scale = 1.0f;
     ((float*)&scale)[MOMENT_DOWN] = away * part->down;
     if (!open->some) {
@@ -155,16 +156,19 @@ INLINE void add_row(__global const float* from, __global const span_params* span
         return;
     }
     // Rounded with a different remainder on each line, so that their mean is not.
-    const float4 lines = ((float4)(0.5f, 1.5f, 2.5f, 3.5f) / LINES - 0.5f) * pitch, rest = (float4)(0.5f, 2.5f, 1.5f, 3.5f) / LINES;
+    const float4 lines = ((float4)(0.5f, 1.5f, 2.5f, 3.5f) / LINES - 0.5f) * pitch,
+                 rest = (float4)(0.5f, 2.5f, 1.5f, 3.5f) / LINES;
     const float4 down = ((float4)away + lines) * part->down;
-    const float4 edge = fma(fma((float4)(-open->n_v), down, (float4)open->d), (float4)open->inverse, (float4)0.5f) + rest;
+    const float4 edge =
+        fma(fma((float4)(-open->n_v), down, (float4)open->d), (float4)open->inverse, (float4)0.5f) + rest;
     const int4 border = convert_int4(floor(min(max(edge, (float4)-1e4f), (float4)1e4f)));
     for (; span < last; ++span) {
         const floatW low = SUMS_AT(from + span->low * WIDTH), high = SUMS_AT(from + span->high * WIDTH);
         whole = fma((floatW)span->weight, high - low, whole);
         const int4 at = min(max(border, (int4)span->low), (int4)span->high) * WIDTH;
         const floatW middle =
-            ((SUMS_AT(from + at.x) + SUMS_AT(from + at.y)) + (SUMS_AT(from + at.z) + SUMS_AT(from + at.w))) * (1.0f / LINES);
+            ((SUMS_AT(from + at.x) + SUMS_AT(from + at.y)) + (SUMS_AT(from + at.z) + SUMS_AT(from + at.w))) *
+            (1.0f / LINES);
         of_cut = fma((floatW)(open->right ? -span->weight : span->weight), middle - (open->right ? high : low), of_cut);
     }
     *even = fma(whole, scale, *even);
@@ -203,12 +207,14 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     const layer_range around = layers_within(column, &p, y - s.reach, y + s.reach + 1, s.columns, 2);
     if (s.layer <= around.least - 1.0f || s.layer >= around.greatest + 1.0f)
         return;
-    const layer_range second = layers_within(column + (1 + CHANNELS) * p.plane, &p, y - s.reach, y + s.reach + 1, s.columns, 1);
+    const layer_range second =
+        layers_within(column + (1 + CHANNELS) * p.plane, &p, y - s.reach, y + s.reach + 1, s.columns, 1);
 #else
     const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
     const int begin = max(y / pitch - s.reach, 0), end = min(y / pitch + s.reach + 1, rows);
     const int first = (int)(s.first * dof_tile_rows) / pitch;
-    __global const float* block = source + (size_t)(across - s.first_column) * s.strip_column + (size_t)(s.pad + x) * WIDTH;
+    __global const float* block =
+        source + (size_t)(across - s.first_column) * s.strip_column + (size_t)(s.pad + x) * WIDTH;
     bool own = false;
     for (int row = begin; row < end && !own; ++row) {
         __global const float* sum = block + (size_t)(row - first) * s.strip_row;
@@ -227,8 +233,8 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
         open.fraction = 0.0f;
     const bool any = any_of(open.fraction > 0.0f);
 #if DIRECT
-    add_pixels(source + at, (int)x, y, (__global const aperture_tap_params*)tables, &p, s.layer, &part, &open, second.greatest >= 0.0f, any, even,
-               cut);
+    add_pixels(source + at, (int)x, y, (__global const aperture_tap_params*)tables, &p, s.layer, &part, &open,
+               second.greatest >= 0.0f, any, even, cut);
 #else
     const float_lanes lefts = through, fractions = open.fraction, normals_u = open.n_u, normals_v = open.n_v,
                       distances = open.d;
@@ -281,8 +287,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
 #pragma unroll
     for (int k = 0; k < CHANNELS; ++k) {
 #if BRIGHT
-        const floatV light = even[COLORS + k] + even[HIGHLIGHTS + k],
-                     light_cut = cut[COLORS + k] + cut[HIGHLIGHTS + k];
+        const floatV light = even[COLORS + k] + even[HIGHLIGHTS + k], light_cut = cut[COLORS + k] + cut[HIGHLIGHTS + k];
 #else
         const floatV light = even[COLORS + k], light_cut = cut[COLORS + k];
 #endif

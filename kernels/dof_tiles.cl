@@ -33,10 +33,13 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
 #else
                 const intV known = s >= 0.0f;
 #endif
-                const intV low = convert_intV(max(s, 0.0f)), high = low + select((intV)0, (intV)1, convert_floatV(low) < s);
+                const intV low = convert_intV(max(s, 0.0f)),
+                           high = low + select((intV)0, (intV)1, convert_floatV(low) < s);
                 for (int word = 0; word < dof_tile_words; ++word) {
-                    const uintV one = select((uintV)0, (uintV)1 << as_uintV(low & 31), as_uintV(((low >> 5) == word) & known));
-                    const uintV two = select((uintV)0, (uintV)1 << as_uintV(high & 31), as_uintV(((high >> 5) == word) & known));
+                    const uintV one =
+                        select((uintV)0, (uintV)1 << as_uintV(low & 31), as_uintV(((low >> 5) == word) & known));
+                    const uintV two =
+                        select((uintV)0, (uintV)1 << as_uintV(high & 31), as_uintV(((high >> 5) == word) & known));
                     found[word] |= one | two;
                 }
                 for (uint k = 1; k <= CHANNELS; ++k)

@@ -15,6 +15,7 @@
 
 namespace fathom {
 namespace {
+
 using params::u32;
 
 // Running sums of colours up to this are off by 2^-24 of it times some hundred pixels at most.

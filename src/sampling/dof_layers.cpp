@@ -83,7 +83,7 @@ int pitch_for(double radius, Quality quality) {
     if (quality == Quality::fast)
         return radius >= 24 ? 8 : radius >= 12 ? 4 : radius >= 5 ? 2 : 1;
     if (quality == Quality::accurate)
-        return radius >= 64 ? 4 : radius >= 16 ? 2 : 1;
+        return radius >= 64 ? 4 : radius >= 20 ? 2 : 1;
     return radius >= 96 ? 4 : radius >= 48 ? 2 : 1;
 }
 
