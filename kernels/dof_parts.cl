@@ -231,10 +231,10 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     lens_part open = part_left(left, left_u, left_v, (__global const float4*)halves, part.directions);
     if (part.single)
         open.fraction = 0.0f;
-    const bool any = any_of(open.fraction > 0.0f);
 #if DIRECT
     add_pixels(source + at, (int)x, y, (__global const aperture_tap_params*)tables, &p, s.layer, &part, &open,
-               second.greatest >= 0.0f, any, even, cut);
+               second.greatest >= 0.0f,
+               any_of(open.fraction > 0.0f), even, cut);
 #else
     const float_lanes lefts = through, fractions = open.fraction, normals_u = open.n_u, normals_v = open.n_v,
                       distances = open.d;

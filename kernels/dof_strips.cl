@@ -11,34 +11,6 @@
 #include "layer.h"
 #include "running.h"
 
-// Sums over the lanes before each one, and over all of them, always in the same order.
-#ifdef __has_builtin
-#if __has_builtin(__builtin_shufflevector)
-#define LATER(v, ...) __builtin_shufflevector(v, (float16)0.0f, __VA_ARGS__)
-#define LATER_1(v) LATER(v, 16, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14)
-#define LATER_2(v) LATER(v, 16, 16, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13)
-#define LATER_4(v) LATER(v, 16, 16, 16, 16, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11)
-#define LATER_8(v) LATER(v, 16, 16, 16, 16, 16, 16, 16, 16, 0, 1, 2, 3, 4, 5, 6, 7)
-#endif
-#endif
-#ifndef LATER_1
-#define LATER_1(v) (float16)(0.0f, v.s0123, v.s4567, v.s89ab, v.sc, v.sd, v.se)
-#define LATER_2(v) (float16)((float2)0.0f, v.s01234567, v.s89ab, v.scd)
-#define LATER_4(v) (float16)((float4)0.0f, v.s01234567, v.s89ab)
-#define LATER_8(v) (float16)((float8)0.0f, v.s01234567)
-#endif
-
-// Stores the running sums up to each pixel of `value`, continued from `sum`.
-INLINE void store_running(float16 value, float* sum, __global float* target) {
-    float16 before = LATER_1(value);
-    before += LATER_1(before);
-    before += LATER_2(before);
-    before += LATER_4(before);
-    before += LATER_8(before);
-    *(__global float16_anywhere*)target = *sum + before;
-    *sum += before.sf + value.sf;
-}
-
 __kernel void dof_strips(__global const float* planes, __global const uint* tiles, __global const uint* list,
                          __global float* strips, const blur_params p, const layer_params s) {
     const uint index = get_global_id(0), row = get_global_id(1);
