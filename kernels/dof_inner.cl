@@ -1,5 +1,5 @@
 // The layers of the pixels that no neighbour lies before: what antialiasing mixes with nothing nearer. And the farthest layer in
-// every block, of these pixels and of all.
+// every block, of these pixels and of all, and its circle.
 
 #include "tiles.h"
 
@@ -28,7 +28,10 @@ __kernel void dof_inner(__global const float* planes, __global float* inner, __g
             farthest_inner = max(farthest_inner, layer);
         }
     }
-    const uint block = row * b.block_columns + column;
-    blocks[block] = farthest_inner;
-    blocks[b.block_columns * b.block_rows + block] = farthest;
+    __global float* block = blocks + row * b.block_columns + column;
+    const uint count = b.block_columns * b.block_rows;
+    block[0] = farthest_inner;
+    block[count] = circle_of(farthest_inner, &p);
+    block[2 * count] = farthest;
+    block[3 * count] = circle_of(farthest, &p);
 }

@@ -6,13 +6,15 @@
 // A straight edge before another is exact, whatever their circles. What is left in between, as before a pole, is between the
 // half-plane and the even spread.
 // Pixels have a second surface (dof_behind.cl), so that rays which pass an edge find what lies behind. It counts as in
-// dof_strips.cl.
+// dof_part_strips.cl.
 // Built for: BRIGHT = 0 1; DIRECT = 0 1
 
+#include "parts.h"
 #include "tiles.h"
 
 #if !defined(DIRECT) || !defined(BRIGHT)
-#error "DIRECT and BRIGHT are not defined: 1 to read pixels instead of strips, and where strips hold what lies beyond the\
+#error                                                                                                                 \
+    "DIRECT and BRIGHT are not defined: 1 to read pixels instead of strips, and where strips hold what lies beyond the\
  knee, 0 otherwise"
 #endif
 #define COLORS 2
@@ -41,6 +43,9 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
     const floatV size = sqrt(fma(u, u, v * v));
     const intV some = (left > LEAST) & (left < 1.0f - LEAST) & (size > 1e-6f);
     const floatV along_u = select((floatV)1.0f, u / size, some), along_v = select((floatV)0.0f, v / size, some);
+    lens_part open = {0.0f, along_u, along_v, 0.0f};
+    if (!any_of(some))
+        return open;
     float turn_u[V], turn_v[V], distance[V], greatest[V];
     const float_lanes us = along_u, vs = along_v, lefts = select((floatV)0.5f, left, some);
     for (int i = 0; i < V; ++i) {
@@ -61,7 +66,6 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
         greatest[i] = found.w;
     }
     const floatV c = *(const float_lanes*)turn_u, s = *(const float_lanes*)turn_v;
-    lens_part open;
     open.fraction = select((floatV)0.0f, min(size / *(const float_lanes*)greatest, 1.0f), some);
     open.n_u = along_u * c - along_v * s;
     open.n_v = along_u * s + along_v * c;
@@ -72,76 +76,103 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
 #if DIRECT
 // Sums over the whole aperture and over the half-plane's part of it.
 INLINE void add_pixels(__global const float* here, int x, int y, __global const aperture_tap_params* taps,
-                       const blur_params* p, float layer, const part_params* part, const lens_part* open, bool halves,
-                       floatV* even, floatV* cut) {
-    for (uint i = 0; i < part->tap_count; ++i) {
-        const aperture_tap_params tap = taps[part->taps + i];
-        if (y + tap.row < 0 || y + tap.row >= (int)p->rows)
+                       const blur_params* p, float layer, const part_params* part, const lens_part* open,
+                       bool second_surfaces, bool halves, floatV* even, floatV* cut) {
+    taps += part->taps;
+    for (uint i = 0, next; i < part->tap_count; i = next) {
+        const int column = taps[i].column, row = taps[i].row;
+        const bool inside_image = y + row >= 0 && y + row < (int)p->rows;
+        float weight = 0.0f, weight_u = 0.0f, weight_v = 0.0f; // of all parts of a pixel, and their moments
+        floatV open_weight = 0.0f, open_u = 0.0f, open_v = 0.0f;
+        for (next = i; next < part->tap_count && taps[next].column == column && taps[next].row == row; ++next) {
+            const aperture_tap_params tap = taps[next];
+            weight += tap.weight;
+            weight_u = fma(tap.weight, tap.u, weight_u);
+            weight_v = fma(tap.weight, tap.v, weight_v);
+            if (!halves)
+                continue;
+            const floatV inside = fma(open->n_u, (floatV)tap.u, fma(open->n_v, (floatV)tap.v, -open->d));
+            const floatV fraction = tap.weight * min(max(fma(inside, (floatV)part->radius, (floatV)0.5f), 0.0f), 1.0f);
+            open_weight += fraction;
+            open_u = fma(fraction, (floatV)tap.u, open_u);
+            open_v = fma(fraction, (floatV)tap.v, open_v);
+        }
+        if (!inside_image)
             continue;
-        __global const float* from = here + (long)tap.row * (long)p->stride + tap.column;
-        __global const float* second = from + (1 + CHANNELS) * p->plane;
-        const floatV off = LOAD(float, from) - layer, off_second = LOAD(float, second) - layer;
-        const floatV own = tap.weight * max(1.0f - fabs(off), 0.0f);
-        const floatV open_second = min(max((-off - JUMP) * (1.0f / SLOPE), 0.0f), 1.0f);
-        const floatV own_second = tap.weight * open_second * max(1.0f - fabs(off_second), 0.0f);
-        floatV value[PLANES];
-        value[0] = own + own_second;
-        value[1] = tap.weight * max(min(max(off + 2.0f, 0.0f), 1.0f), open_second * min(max(off_second + 2.0f, 0.0f), 1.0f));
+        __global const float* from = here + (long)row * (long)p->stride + column;
+        const floatV off = LOAD(float, from) - layer, own = max(1.0f - fabs(off), 0.0f);
+        floatV value[MOMENT];
+        value[0] = own;
+        value[1] = min(max(off + 2.0f, 0.0f), 1.0f);
+#pragma unroll
         for (int k = 0; k < CHANNELS; ++k)
-            value[COLORS + k] =
-                fma(own, LOAD(float, from + (k + 1) * p->plane), own_second * LOAD(float, second + (k + 1) * p->plane));
-        value[MOMENT] = value[0] * tap.u;
-        for (int k = 0; k < PLANES; ++k)
-            even[k] += value[k];
-        even[MOMENT_DOWN] = fma(value[0], (floatV)tap.v, even[MOMENT_DOWN]);
+            value[COLORS + k] = own * LOAD(float, from + (k + 1) * p->plane);
+        if (second_surfaces) {
+            __global const float* second = from + (1 + CHANNELS) * p->plane;
+            const floatV off_second = LOAD(float, second) - layer;
+            const floatV open_second = min(max((-off - JUMP) * (1.0f / SLOPE), 0.0f), 1.0f);
+            const floatV own_second = open_second * max(1.0f - fabs(off_second), 0.0f);
+            value[0] += own_second;
+            value[1] = max(value[1], open_second * min(max(off_second + 2.0f, 0.0f), 1.0f));
+#pragma unroll
+            for (int k = 0; k < CHANNELS; ++k)
+                value[COLORS + k] = fma(own_second, LOAD(float, second + (k + 1) * p->plane), value[COLORS + k]);
+        }
+#pragma unroll
+        for (int k = 0; k < MOMENT; ++k)
+            even[k] = fma((floatV)weight, value[k], even[k]);
+        even[MOMENT] = fma((floatV)weight_u, value[0], even[MOMENT]);
+        even[MOMENT_DOWN] = fma((floatV)weight_v, value[0], even[MOMENT_DOWN]);
         if (!halves)
             continue;
-        const floatV inside = fma(open->n_u, (floatV)tap.u, fma(open->n_v, (floatV)tap.v, -open->d));
-        const floatV fraction = min(max(fma(inside, (floatV)part->radius, (floatV)0.5f), 0.0f), 1.0f);
-        for (int k = 0; k < PLANES; ++k)
-            cut[k] = fma(fraction, value[k], cut[k]);
-        cut[MOMENT_DOWN] = fma(fraction * value[0], (floatV)tap.v, cut[MOMENT_DOWN]);
+#pragma unroll
+        for (int k = 0; k < MOMENT; ++k)
+            cut[k] = fma(open_weight, value[k], cut[k]);
+        cut[MOMENT] = fma(open_u, value[0], cut[MOMENT]);
+        cut[MOMENT_DOWN] = fma(open_v, value[0], cut[MOMENT_DOWN]);
     }
 }
 #else
-// One span of a row whose middle lies `row` pixels down.
-INLINE void add_span(__global const float* from, const span_params* span, uint plane, float row, float pitch,
-                     const part_params* part, const lens_part* open, bool halves, floatV* even, floatV* cut) {
-    const floatV weight = span->weight;
-    floatV low[PLANES], high[PLANES];
-    for (int k = 0; k < PLANES; ++k) {
-        low[k] = LOAD(float, from + span->low + k * plane);
-        high[k] = LOAD(float, from + span->high + k * plane);
-        even[k] = fma(weight, high[k] - low[k], even[k]);
-    }
-    if (!halves)
-        return;
-    const floatV slope = open->n_u * part->across;
-    const intV right = slope > 0.0f;
-    const floatV inverse = 1.0f / select(min(slope, -1e-9f), max(slope, 1e-9f), right);
-    floatV border[PLANES];
-    for (int k = 0; k < PLANES; ++k)
-        border[k] = 0.0f;
-    for (int line = 0; line < LINES; ++line) {
-        const float down = (row + ((line + 0.5f) / LINES - 0.5f) * pitch) * part->down;
-        const floatV edge = fma(fma(-open->n_v, (floatV)down, open->d), inverse, (floatV)0.5f);
-        // Rounded with a different remainder on each line, so that their mean is not.
-        const float rest = (2 * (line % 2) + line / 2 + 0.5f) / LINES;
-        float column[V];
-        *(float_lanes*)column = floor(min(max(edge + rest, (floatV)(float)span->low), (floatV)(float)span->high));
-        float found[PLANES][V];
-        for (int i = 0; i < V; ++i) {
-            __global const float* here = from + i + (int)column[i];
-            for (int k = 0; k < PLANES; ++k)
-                found[k][i] = here[k * plane];
+#define SUMS_AT(pointer) (*(__global const sums_of_pixel*)(pointer))
+
+// The half-plane of one pixel, as rows cut it.
+typedef struct {
+    bool some, right; // is there one, and does it open to the right?
+    float n_v, d, inverse;
+} pixel_cut;
+
+// Adds one row of strips whose middle lies `away` pixels down: over the whole aperture, and over the half-plane's part of it.
+INLINE void add_row(__global const float* from, __global const span_params* span, __global const span_params* last,
+                    float away, float pitch, const part_params* part, const pixel_cut* open, floatW* even,
+                    floatW* cut) {
+    floatW whole = 0.0f, of_cut = 0.0f, scale = 1.0f;
+    ((float*)&scale)[MOMENT_DOWN] = away * part->down;
+    if (!open->some) {
+        for (; span < last; ++span) {
+            const floatW low = SUMS_AT(from + span->low * WIDTH), high = SUMS_AT(from + span->high * WIDTH);
+            whole = fma((floatW)span->weight, high - low, whole);
         }
-        for (int k = 0; k < PLANES; ++k)
-            border[k] += *(const float_lanes*)found[k];
+        *even = fma(whole, scale, *even);
+        return;
     }
-    for (int k = 0; k < PLANES; ++k) {
-        const floatV middle = border[k] * (1.0f / LINES);
-        cut[k] = fma(weight, select(middle - low[k], high[k] - middle, right), cut[k]);
+    // Rounded with a different remainder on each line, so that their mean is not.
+    const float4 lines = ((float4)(0.5f, 1.5f, 2.5f, 3.5f) / LINES - 0.5f) * pitch,
+                 rest = (float4)(0.5f, 2.5f, 1.5f, 3.5f) / LINES;
+    const float4 down = ((float4)away + lines) * part->down;
+    const float4 edge =
+        fma(fma((float4)(-open->n_v), down, (float4)open->d), (float4)open->inverse, (float4)0.5f) + rest;
+    const int4 border = convert_int4(floor(min(max(edge, (float4)-1e4f), (float4)1e4f)));
+    for (; span < last; ++span) {
+        const floatW low = SUMS_AT(from + span->low * WIDTH), high = SUMS_AT(from + span->high * WIDTH);
+        whole = fma((floatW)span->weight, high - low, whole);
+        const int4 at = min(max(border, (int4)span->low), (int4)span->high) * WIDTH;
+        const floatW middle =
+            ((SUMS_AT(from + at.x) + SUMS_AT(from + at.y)) + (SUMS_AT(from + at.z) + SUMS_AT(from + at.w))) *
+            (1.0f / LINES);
+        of_cut = fma((floatW)(open->right ? -span->weight : span->weight), middle - (open->right ? high : low), of_cut);
     }
+    *even = fma(whole, scale, *even);
+    *cut = fma(of_cut, scale, *cut);
 }
 #endif
 
@@ -172,47 +203,68 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     *(__global float_lanes*)(moment_before + p.plane) = v;
 
 #if DIRECT
-    const layer_range around =
-        layers_within(source + at - (size_t)y * p.stride, &p, y - s.reach, y + s.reach + 1, s.columns, 2);
+    __global const float* column = source + at - (size_t)y * p.stride;
+    const layer_range around = layers_within(column, &p, y - s.reach, y + s.reach + 1, s.columns, 2);
     if (s.layer <= around.least - 1.0f || s.layer >= around.greatest + 1.0f)
         return;
+    const layer_range second =
+        layers_within(column + (1 + CHANNELS) * p.plane, &p, y - s.reach, y + s.reach + 1, s.columns, 1);
 #else
     const int pitch = (int)s.pitch, rows = (int)p.rows / pitch, height = 2 * s.reach + 1;
     const int begin = max(y / pitch - s.reach, 0), end = min(y / pitch + s.reach + 1, rows);
     const int first = (int)(s.first * dof_tile_rows) / pitch;
-    __global const float* block = source + (size_t)(across - s.first_column) * s.strip_column + s.pad + x;
+    __global const float* block =
+        source + (size_t)(across - s.first_column) * s.strip_column + (size_t)(s.pad + x) * WIDTH;
     bool own = false;
     for (int row = begin; row < end && !own; ++row) {
         __global const float* sum = block + (size_t)(row - first) * s.strip_row;
-        own = sum[V + s.columns] > sum[-s.columns];
+        own = sum[(V + s.columns) * WIDTH] > sum[-s.columns * WIDTH];
     }
     if (!own)
         return;
 #endif
 
     floatV even[SUMS], cut[SUMS];
+#pragma unroll
     for (int k = 0; k < SUMS; ++k)
         even[k] = cut[k] = 0.0f;
     lens_part open = part_left(left, left_u, left_v, (__global const float4*)halves, part.directions);
     if (part.single)
         open.fraction = 0.0f;
-    const bool any = any_of(open.fraction > 0.0f);
 #if DIRECT
-    add_pixels(source + at, (int)x, y, (__global const aperture_tap_params*)tables, &p, s.layer, &part, &open, any, even,
-               cut);
+    add_pixels(source + at, (int)x, y, (__global const aperture_tap_params*)tables, &p, s.layer, &part, &open,
+               second.greatest >= 0.0f,
+               any_of(open.fraction > 0.0f), even, cut);
 #else
-    for (int row = begin; row < end; ++row) {
-        const uint entry_of_row = s.starts + (uint)(y % pitch * height + row - y / pitch + s.reach);
-        const uint last = starts[entry_of_row + 1];
-        const float away = (float)(row * pitch - y) + 0.5f * (float)(pitch - 1);
-        const floatV even_before = even[0], cut_before = cut[0];
-        for (uint j = starts[entry_of_row]; j < last; ++j) {
-            const span_params span = ((__global const span_params*)tables)[j];
-            add_span(block + (size_t)(row - first) * s.strip_row, &span, s.strip_plane, away, (float)pitch, &part,
-                     &open, any, even, cut);
+    const float_lanes lefts = through, fractions = open.fraction, normals_u = open.n_u, normals_v = open.n_v,
+                      distances = open.d;
+    float even_of[WIDTH][V], cut_of[WIDTH][V];
+    for (int i = 0; i < V; ++i) {
+        floatW whole = 0.0f, of_cut = 0.0f;
+        const float slope = ((const float*)&normals_u)[i] * part.across;
+        const bool right = slope > 0.0f;
+        const pixel_cut cut_here = {((const float*)&fractions)[i] > 0.0f, right, ((const float*)&normals_v)[i],
+                                    ((const float*)&distances)[i],
+                                    1.0f / (right ? max(slope, 1e-9f) : min(slope, -1e-9f))};
+        if (((const float*)&lefts)[i] > 0.0f) {
+            for (int row = begin; row < end; ++row) {
+                const uint entry_of_row = s.starts + (uint)(y % pitch * height + row - y / pitch + s.reach);
+                __global const span_params* spans = (__global const span_params*)tables;
+                const float away = (float)(row * pitch - y) + 0.5f * (float)(pitch - 1);
+                add_row(block + (size_t)(row - first) * s.strip_row + i * WIDTH, spans + starts[entry_of_row],
+                        spans + starts[entry_of_row + 1], away, (float)pitch, &part, &cut_here, &whole, &of_cut);
+            }
         }
-        even[MOMENT_DOWN] = fma(even[0] - even_before, (floatV)(away * part.down), even[MOMENT_DOWN]);
-        cut[MOMENT_DOWN] = fma(cut[0] - cut_before, (floatV)(away * part.down), cut[MOMENT_DOWN]);
+#pragma unroll
+        for (int k = 0; k < WIDTH; ++k) {
+            even_of[k][i] = ((const float*)&whole)[k];
+            cut_of[k][i] = ((const float*)&of_cut)[k];
+        }
+    }
+#pragma unroll
+    for (int k = 0; k < SUMS; ++k) {
+        even[k] = *(const float_lanes*)even_of[k];
+        cut[k] = *(const float_lanes*)cut_of[k];
     }
     const floatV middle = vector_from(x) - 0.5f;
     even[MOMENT] = fma(-middle, even[0], even[MOMENT]) * part.across;
@@ -232,10 +284,10 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     *(__global float_lanes*)here = through - min(seen, through);
     *(__global float_lanes*)moment = u - fma(of_even, even[MOMENT], of_cut * cut[MOMENT]);
     *(__global float_lanes*)(moment + p.plane) = v - fma(of_even, even[MOMENT_DOWN], of_cut * cut[MOMENT_DOWN]);
+#pragma unroll
     for (int k = 0; k < CHANNELS; ++k) {
 #if BRIGHT
-        const floatV light = even[COLORS + k] + even[HIGHLIGHTS + k],
-                     light_cut = cut[COLORS + k] + cut[HIGHLIGHTS + k];
+        const floatV light = even[COLORS + k] + even[HIGHLIGHTS + k], light_cut = cut[COLORS + k] + cut[HIGHLIGHTS + k];
 #else
         const floatV light = even[COLORS + k], light_cut = cut[COLORS + k];
 #endif

@@ -3,41 +3,13 @@
 // certainly behind and sharper, its colour, and what is behind the focus and no sharper; under BRIGHT what of the layer's
 // colour lies beyond the knee. A pixel counts for layer k by 1 - |s - k|, as behind it by s - k up to 1, and as certainly
 // behind, which the other fraction of a surface between two layers is not, by s - k - 1 up to 1.
-// Under BEHIND a pixel has a second surface, which counts like the first. Under MOMENT there is a last sum: the columns
-// of the layer's own pixels; and the second surface counts only where the first lies some layers before this one. Otherwise
-// both are seen through nearly the same part of the lens, and of that the first has left nothing.
+// Under BEHIND a pixel has a second surface, which counts like the first.
 // The sums are restarted, and highlights are summed apart, because large values leave their rounding in a running sum.
-// Built for: FILL = 0 1; BRIGHT = 0 1; BEHIND = 0 1; MOMENT = 0 1
+// Built for: FILL = 0 1; BRIGHT = 0 1; BEHIND = 0 1
 
+#define MOMENT 0
 #include "layer.h"
-
-// Sums over the lanes before each one, and over all of them, always in the same order.
-#ifdef __has_builtin
-#if __has_builtin(__builtin_shufflevector)
-#define LATER(v, ...) __builtin_shufflevector(v, (float16)0.0f, __VA_ARGS__)
-#define LATER_1(v) LATER(v, 16, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14)
-#define LATER_2(v) LATER(v, 16, 16, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13)
-#define LATER_4(v) LATER(v, 16, 16, 16, 16, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11)
-#define LATER_8(v) LATER(v, 16, 16, 16, 16, 16, 16, 16, 16, 0, 1, 2, 3, 4, 5, 6, 7)
-#endif
-#endif
-#ifndef LATER_1
-#define LATER_1(v) (float16)(0.0f, v.s0123, v.s4567, v.s89ab, v.sc, v.sd, v.se)
-#define LATER_2(v) (float16)((float2)0.0f, v.s01234567, v.s89ab, v.scd)
-#define LATER_4(v) (float16)((float4)0.0f, v.s01234567, v.s89ab)
-#define LATER_8(v) (float16)((float8)0.0f, v.s01234567)
-#endif
-
-// Stores the running sums up to each pixel of `value`, continued from `sum`.
-INLINE void store_running(float16 value, float* sum, __global float* target) {
-    float16 before = LATER_1(value);
-    before += LATER_1(before);
-    before += LATER_2(before);
-    before += LATER_4(before);
-    before += LATER_8(before);
-    *(__global float16_anywhere*)target = *sum + before;
-    *sum += before.sf + value.sf;
-}
+#include "running.h"
 
 __kernel void dof_strips(__global const float* planes, __global const uint* tiles, __global const uint* list,
                          __global float* strips, const blur_params p, const layer_params s) {
@@ -50,9 +22,6 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
     const uint kept = (down - s.first) * (dof_tile_rows / s.pitch) + row;
     __global float* target = strips + (size_t)(across - s.first_column) * s.strip_column + (size_t)kept * s.strip_row;
     __global const float* source = planes + in_planes(&p, 0, 0, down * dof_tile_rows + row * s.pitch);
-
-    const float16 columns = // used under MOMENT
-        (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(across * dof_tile_columns);
 
     float sum[PLANES];
     for (int k = 0; k < PLANES; ++k)
@@ -67,7 +36,7 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
             float16 value = 0.0f;
             for (uint i = 0; i < s.pitch && x >= 0 && x < (int)p.columns; ++i)
                 value += behind_layer(*(__global const float16_anywhere*)(source + (size_t)i * p.stride + x) - s.layer);
-            store_running(value, &sum[1], target + s.strip_plane);
+            *(__global float16_anywhere*)(target + s.strip_plane) = running(value, &sum[1]);
         }
         target[s.strip_plane] = sum[1];
         return;
@@ -80,10 +49,10 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
             value[k] = 0.0f;
         if (x >= 0 && x < (int)p.columns) {
             for (uint i = 0; i < s.pitch; ++i)
-                add_pixels(value, source + (size_t)i * p.stride + x, s.layer, columns + (float)x, &p);
+                add_pixels(value, source + (size_t)i * p.stride + x, s.layer, 0.0f, &p);
         }
         for (int k = 0; k < PLANES; ++k)
-            store_running(value[k], &sum[k], target + k * s.strip_plane);
+            *(__global float16_anywhere*)(target + k * s.strip_plane) = running(value[k], &sum[k]);
     }
     for (int k = 0; k < PLANES; ++k)
         target[k * s.strip_plane] = sum[k];

@@ -268,6 +268,10 @@ CONSTANT(dof_tile_rows, 8)
 CONSTANT(dof_tile_words, 5)
 CONSTANT(dof_margin, 16)
 
+// Columns of what says where pixels hide something: half a tile's, so that the halo of a tile holds all that decides how it is
+// blurred.
+CONSTANT(dof_hiding_columns, 32)
+
 // Rows of pixels that an item of dof_gather works through at once: they read nearly the same strips.
 CONSTANT(dof_rows_at_once, 2)
 

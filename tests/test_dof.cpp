@@ -772,24 +772,25 @@ TEST_CASE("dof: a tile with a halo equals the whole in its middle", "[dof]") {
 
 TEST_CASE("dof: large circles have the same bits for any vector width, and in a tile with a halo", "[dof]") {
     constexpr int width = 500, height = 330, left = 77, top = 43, across = 390, down = 270;
-    constexpr double most = 128;
-    std::mt19937 random(5);
-    std::uniform_real_distribution<double> any(0, 1);
-    const auto circle = [](int x, int y) {
-        return (x / 70 + y / 50) % 3 == 0 ? -most + 0.5 * y : (x / 70 + y / 50) % 3 == 1 ? 0.1 * y : 30 + 0.2 * x;
-    };
-    Picture picture(width, height, circle, [&](int, int) { return any(random); });
-    for (std::size_t i = 0; i < 3; ++i)
-        picture.color[3 * (165 * width + 250) + i] = 1e4f;
-    const Picture behind(
-        width, height, [](int x, int) { return 0.25 * x; }, [&](int, int) { return any(random); });
-    for (const auto& [name, quality] : {qualities[0], qualities[1]}) {
+    for (const auto& [name, quality] : qualities) {
+        const bool accurate = quality == Quality::accurate;
+        const int most = accurate ? 40 : 128;
+        std::mt19937 random(5);
+        std::uniform_real_distribution<double> any(0, 1);
+        const auto circle = [most](int x, int y) {
+            return (x / 70 + y / 50) % 3 == 0 ? -most + 0.5 * y : (x / 70 + y / 50) % 3 == 1 ? 0.1 * y : 30 + 0.2 * x;
+        };
+        Picture picture(width, height, circle, [&](int, int) { return any(random); });
+        for (std::size_t i = 0; i < 3; ++i)
+            picture.color[3 * (165 * width + 250) + i] = 1e4f;
+        const Picture behind(
+            width, height, [](int x, int) { return 0.25 * x; }, [&](int, int) { return any(random); });
         for (const bool plated : {false, true}) {
             INFO(name << (plated ? " with a clean plate" : ""));
             std::vector<float> whole;
             for (const auto& [vector_width, group_size] : {std::pair{16, 64}, {8, 64}, {4, 7}, {1, 64}}) {
                 const Device device = Device::open("cpu", {Arithmetic::fp64, vector_width, group_size});
-                DofOptions options{.quality = quality, .max_coc_px = most};
+                DofOptions options{.quality = quality, .max_coc_px = static_cast<double>(most)};
                 if (plated)
                     options.clean_plate = clean_plate_of(behind, device);
                 const auto got = blurred(picture, options, device);
@@ -802,12 +803,13 @@ TEST_CASE("dof: large circles have the same bits for any vector width, and in a 
                 const CleanPlate all = clean_plate_of(of);
                 return CleanPlate{all.color.region(left, top, across, down), all.depth.region(left, top, across, down)};
             };
-            DofOptions options{.quality = quality, .max_coc_px = most};
+            DofOptions options{.quality = quality, .max_coc_px = static_cast<double>(most)};
             if (plated)
                 options.clean_plate = part(behind);
             const CleanPlate cut = part(picture);
             const auto tile = floats(dof(cut.depth, cut.color, lens, options));
-            constexpr int aside = most / 2 + dof_halo_columns, above = most / 2 + dof_halo_rows;
+            const int reach = accurate ? 3 * most / 2 + 1 : most / 2;
+            const int aside = reach + dof_halo_columns, above = reach + dof_halo_rows;
             long differ = 0, looked = 0;
             for (int y = above; y < down - above; ++y) {
                 for (int x = 3 * aside; x < 3 * (across - aside); ++x, ++looked)
@@ -817,6 +819,58 @@ TEST_CASE("dof: large circles have the same bits for any vector width, and in a 
             CHECK(looked > 0);
             CHECK(differ == 0);
         }
+    }
+}
+
+// Where nothing hides anything, accurate blurs as balanced does, tile by tile. One edge between two colours lies in
+// tiles of either kind.
+TEST_CASE("dof: no seam shows where accurate has nothing hidden to keep apart", "[dof]") {
+    std::printf("dof, accurate, an edge that runs away from a nearer object: largest error, largest step along it\n ");
+    for (const double radius : {3.0, 6.0, 9.0, 14.0, 16.0, 20.0, 32.0}) {
+        const int reach = static_cast<int>(radius) + 2, half = 2 * reach, width = 2 * reach + 330;
+        const Picture picture(
+            width, 2 * half, [&](int x, int) { return x < reach ? 0 : 2 * radius; },
+            [&](int, int y) { return y >= half ? 1 : 0; });
+        const auto got = blurred(picture, {.quality = Quality::accurate});
+        double worst = 0, step = 0;
+        for (int y = half - reach; y < half + reach; ++y) {
+            for (int x = 2 * reach; x < width - reach; ++x) {
+                const double value = first_channel(got, width, x, y);
+                worst = std::max(worst, std::abs(value - half_plane((y + 0.5 - half) / radius)));
+                step = std::max(step, std::abs(value - first_channel(got, width, x - 1, y)));
+            }
+        }
+        std::printf("  %g: %.4f %.4f", radius, worst, step);
+        INFO("radius " << radius);
+        CHECK(worst <= dof_edge_error);
+        CHECK(step <= dof_edge_error);
+    }
+    std::printf("\n");
+}
+
+// A tile's pixels are blurred alike, and what decides how lies within its halo, however far a tile reaches beyond it.
+TEST_CASE("dof: a tile with a halo is blurred as in the whole, whatever hides something beyond its halo", "[dof]") {
+    constexpr int width = 512, height = 96, radius = 4;
+    std::mt19937 random(9);
+    std::uniform_real_distribution<double> any(0, 1);
+    for (int at = 192; at < 448; at += 8) { // a sharp post, the only thing that hides another
+        const Picture picture(
+            width, height, [at](int x, int) { return x >= at && x < at + 4 ? 0 : 2 * radius; },
+            [&](int, int) { return any(random); });
+        const CleanPlate all = clean_plate_of(picture);
+        const DofOptions options{.quality = Quality::accurate, .max_coc_px = 2.0 * radius};
+        const auto whole = floats(dof(all.depth, all.color, lens, options));
+        constexpr int reach = 3 * radius + 1, across = 240, aside = reach + dof_halo_columns,
+                      above = reach + dof_halo_rows;
+        const auto part =
+            floats(dof(all.depth.region(0, 0, across, height), all.color.region(0, 0, across, height), lens, options));
+        long differ = 0;
+        for (int y = above; y < height - above; ++y)
+            for (int x = 0; x < 3 * (across - aside); ++x)
+                differ += !same_bits(part[static_cast<std::size_t>(3 * across * y + x)],
+                                     whole[static_cast<std::size_t>(3 * width * y + x)]);
+        INFO("post at column " << at);
+        CHECK(differ == 0);
     }
 }
 

@@ -307,6 +307,31 @@ TEST_CASE("dof plan: a layer knows where the one just before it was") {
     CHECK(entries(direct, direct.passes[1]).front().follow == 1);
 }
 
+TEST_CASE("dof plan: a tile sees what is hidden if its aperture reaches the half of a tile that hides it") {
+    constexpr int across = 14, down = 21; // halves of tiles
+    const LayerScale scale = layer_scale(layer_spacing(Quality::accurate, {}), 512);
+    for (const auto& [layer, rows] : {std::pair{scale.middle, 0},
+                                      {scale.middle + 8, 1},
+                                      {scale.middle - 8 * 5, 2},    // 16 pixels on every side
+                                      {scale.middle + 8 * 6, 4},    // 32
+                                      {scale.middle + 8 * 7, 8}}) { // 64
+        for (const int half : {6, 7}) {
+            std::vector<TileBits> hiding(across * down);
+            put(hiding, 10 * across + static_cast<std::size_t>(half), layer);
+            const auto seeing = tiles_seeing(hiding, across, {.aperture = {}, .scale = scale});
+            const int halves = (4 * rows + 15) / 16; // that a radius of 8 x rows reaches
+            for (int y = 0; y < down; ++y) {
+                for (int x = 0; x < across / 2; ++x) {
+                    const bool near = std::min(std::abs(2 * x - half), std::abs(2 * x + 1 - half)) <= halves;
+                    INFO("layer " << layer - scale.middle << ", half " << half << ", tile " << x << ", " << y);
+                    CHECK((seeing[static_cast<std::size_t>(y * across / 2 + x)] != 0) ==
+                          (near && std::abs(y - 10) <= rows));
+                }
+            }
+        }
+    }
+}
+
 TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is the pixel where it is in focus") {
     const std::vector<TileBits> none(9 * 9);
     for (const auto& [name, quality] : {std::pair{"balanced", Quality::balanced}, {"fast", Quality::fast}}) {

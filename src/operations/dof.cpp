@@ -125,13 +125,25 @@ struct Blur {
     int down() const { return static_cast<int>(p.rows) / params::dof_tile_rows; }
 };
 
-std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
-    runtime::launch(blur.device, blur.kernel("dof_tiles", {{"BEHIND", behind}}),
-                    {static_cast<std::size_t>(blur.across()), static_cast<std::size_t>(blur.down())}, blur.planes,
-                    blur.tiles, blur.p);
-    std::vector<TileBits> bits(static_cast<std::size_t>(blur.across() * blur.down()));
-    blur.tiles.download(bits.data());
+std::vector<TileBits> tile_bits(const Blur& blur, const Image& tiles, int across, const runtime::Defines& which) {
+    const auto columns = static_cast<std::size_t>(across), rows = static_cast<std::size_t>(blur.down());
+    runtime::launch(blur.device, blur.kernel("dof_tiles", which), {columns, rows}, blur.planes, tiles, blur.p);
+    std::vector<TileBits> bits(columns * rows);
+    tiles.download(bits.data());
     return bits;
+}
+
+// Of the first surfaces, or of the second ones too.
+std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
+    return tile_bits(blur, blur.tiles, blur.across(), {{"BEHIND", behind}, {"HIDING", 0}});
+}
+
+// The tiles whose pixels see some surface that another one hides.
+std::vector<unsigned char> tiles_seeing_hidden(const Blur& blur, const LayerPlanOptions& options,
+                                               runtime::Scratch& scratch) {
+    const int across = static_cast<int>(blur.p.columns) / params::dof_hiding_columns;
+    const Image tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * across * blur.down(), 1});
+    return tiles_seeing(tile_bits(blur, tiles, across, {{"BEHIND", 1}, {"HIDING", 1}}), across, options);
 }
 
 // The farthest layer that a pixel may lie in.
@@ -151,12 +163,12 @@ void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
                                   .farthest = static_cast<float>(farthest),
                                   .vertical = 1 / blur.aspect};
     const Image blocks =
-        scratch.image(Element::f32, {static_cast<int>(b.block_columns), 2 * static_cast<int>(b.block_rows)});
+        scratch.image(Element::f32, {static_cast<int>(b.block_columns), 4 * static_cast<int>(b.block_rows)});
     const Image inner = scratch.image(Element::f32, {static_cast<int>(blur.p.stride), static_cast<int>(blur.p.rows)});
     runtime::launch(blur.device, blur.kernel("dof_inner", {}), {b.block_columns, b.block_rows}, blur.planes, inner,
                     blocks, blur.p, b);
     runtime::launch(blur.device, blur.kernel("dof_behind", {{"CLEAN_PLATE", blur.clean_plate}}),
-                    {blur.p.stride, blur.p.rows}, blur.planes, inner, blocks, blur.p, b);
+                    {blur.p.stride / side, b.block_rows}, blur.planes, inner, blocks, blur.p, b);
 }
 
 DofMasksOptions circle_options(const DofOptions& options) {
@@ -177,16 +189,14 @@ void cut_into_planes(const Blur& blur, const Image& circles, const Image& color,
                     circles, color, blur.planes, grid(circles, circles), grid(color, color), blur.p);
 }
 
-std::vector<TileBits> cut_into_tiles(const Blur& blur, const Image& circles, const Image& color,
-                                     const CircleOfConfusion& coc, const DofOptions& options,
-                                     runtime::Scratch& scratch) {
+void cut_into_surfaces(const Blur& blur, const Image& circles, const Image& color, const CircleOfConfusion& coc,
+                       const DofOptions& options, runtime::Scratch& scratch) {
     cut_into_planes(blur, circles, color, false);
     if (options.clean_plate)
         cut_into_planes(blur, circles_of(options.clean_plate->depth, coc, options, scratch), options.clean_plate->color,
                         true);
     if (blur.accurate())
         look_behind(blur, farthest_layer(tile_bits(blur, false)), scratch);
-    return tile_bits(blur, blur.behind());
 }
 
 void clear(const Blur& blur) {
@@ -197,9 +207,11 @@ void clear(const Blur& blur) {
                     {blur.vectors(blur.p.stride), blur.p.rows}, blur.state, blur.p);
 }
 
-void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
+// `behind`: do the pixels that the plan's tiles see have a second surface?
+void run(const Blur& blur, const LayerPlan& plan, bool behind) {
     if (plan.passes.empty())
         return;
+    runtime::Scratch scratch(blur.device); // the next plan's launches may take it again
     const auto table = [&](Element element, auto values) {
         if (values.empty()) // no pass reads it
             values.emplace_back();
@@ -221,7 +233,7 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
                 cell_sums = floats(plan.cell_elements);
     for (const LayerPass& pass : plan.passes) {
         if (pass.cell > 1) {
-            const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", blur.behind()}, {"CELL", pass.cell}};
+            const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", behind}, {"CELL", pass.cell}};
             constexpr std::size_t pixels = 16; // of an item of dof_cell_layer
             runtime::launch(blur.device, blur.kernel("dof_cells", cell), {pass.cells.blocks, 1}, blur.planes,
                             blur.tiles, lists, cells, blur.p, pass.cells);
@@ -234,13 +246,18 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
             continue;
         }
         const runtime::Defines sums{{"FILL", pass.fill}, {"BRIGHT", pass.bright}};
-        runtime::Defines stripped = sums;
-        stripped.insert(stripped.end(), {{"BEHIND", blur.behind()}, {"MOMENT", blur.accurate()}});
-        if (!pass.direct)
-            runtime::launch(blur.device, blur.kernel("dof_strips", stripped),
-                            {pass.strips.tiles, static_cast<std::size_t>(params::dof_tile_rows) / pass.strips.pitch},
-                            blur.planes, blur.tiles, lists, strips, blur.p, pass.strips);
-        if (blur.accurate()) {
+        const runtime::Range strips_range{pass.strips.tiles, static_cast<std::size_t>(params::dof_tile_rows) /
+                                                                 std::max(pass.strips.pitch, 1u)};
+        if (!pass.direct && pass.parts) {
+            runtime::launch(blur.device, blur.kernel("dof_part_strips", {{"BRIGHT", pass.bright}}), strips_range,
+                            blur.planes, lists, strips, blur.p, pass.strips);
+        } else if (!pass.direct) {
+            runtime::Defines stripped = sums;
+            stripped.emplace_back("BEHIND", behind);
+            runtime::launch(blur.device, blur.kernel("dof_strips", stripped), strips_range, blur.planes, blur.tiles,
+                            lists, strips, blur.p, pass.strips);
+        }
+        if (pass.parts) {
             runtime::launch(blur.device, blur.kernel("dof_parts", {{"DIRECT", pass.direct}, {"BRIGHT", pass.bright}}),
                             {pass.gather.tiles * blur.vectors(params::dof_tile_columns) * params::dof_tile_rows, 1},
                             pass.direct ? blur.planes : strips, lists, starts, pass.direct ? taps : spans, halves,
@@ -249,7 +266,7 @@ void run(const Blur& blur, const LayerPlan& plan, runtime::Scratch& scratch) {
         }
         runtime::Defines gathered = sums;
         gathered.emplace_back("DIRECT", pass.direct);
-        gathered.emplace_back("BEHIND", blur.clean_plate);
+        gathered.emplace_back("BEHIND", behind);
         runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
                         {pass.gather.tiles * blur.vectors(params::dof_tile_columns) * params::dof_tile_rows /
                              params::dof_rows_at_once,
@@ -285,17 +302,25 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
               planes(state_planes(channels, options.quality)),
               {}};
     call.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * call.across() * call.down(), 1});
-    const std::vector<TileBits> tiles = cut_into_tiles(call, circles, color, coc, options, scratch);
+    cut_into_surfaces(call, circles, color, coc, options, scratch);
+    const std::vector<TileBits> tiles = tile_bits(call, call.behind());
     clear(call);
-    run(call,
-        layer_plan(tiles, call.across(),
-                   {.aperture = options.aperture,
-                    .scale = scale,
-                    .aspect = static_cast<double>(pixels.y / pixels.x),
-                    .upright = call.upright,
-                    .quality = options.quality,
-                    .channels = channels}),
-        scratch);
+    LayerPlanOptions plan{.aperture = options.aperture,
+                          .scale = scale,
+                          .aspect = static_cast<double>(pixels.y / pixels.x),
+                          .upright = call.upright,
+                          .quality = options.quality,
+                          .channels = channels};
+    if (accurate) { // keeps parts of the lens where something hidden is seen, and there only
+        plan.only = tiles_seeing_hidden(call, plan, scratch);
+        run(call, layer_plan(tiles, call.across(), plan), true);
+        for (unsigned char& tile : plan.only)
+            tile = !tile;
+        plan.open = true;
+        run(call, layer_plan(tiles, call.across(), plan), false);
+    } else {
+        run(call, layer_plan(tiles, call.across(), plan), call.clean_plate);
+    }
     runtime::launch(device, call.kernel("dof", {{"ELEMENT", call.element}}), {call.vectors(p.columns), p.rows},
                     call.state, color, result, grid(color, result), p);
 }

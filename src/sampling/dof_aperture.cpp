@@ -387,6 +387,7 @@ std::vector<params::aperture_tap_params> aperture_taps(const Aperture& aperture,
                                 static_cast<float>(u / weight), static_cast<float>(v / weight)});
         }
     }
+    std::ranges::stable_sort(taps, {}, [](const auto& tap) { return std::pair{tap.row, tap.column}; });
     for (params::aperture_tap_params& tap : taps)
         tap.weight = static_cast<float>(static_cast<double>(tap.weight) / sum);
     return taps;

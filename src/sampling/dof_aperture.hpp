@@ -54,7 +54,7 @@ double least_cells(const Aperture& aperture, Quality quality);
 /// it.
 int parts_of_pixel(const Aperture& aperture, double circle, double aspect);
 
-/// Parts of the pixels of a small aperture, row by row: weights that sum to 1, and the middle of the part of the lens
+/// Parts of the pixels of a small aperture, pixel by pixel: weights that sum to 1, and the middle of the part of the lens
 /// that each shows through.
 /// Lens coordinates go from -1 to 1, to the right and down an image of what lies behind the focus.
 std::vector<params::aperture_tap_params> aperture_taps(const Aperture& aperture, double circle, double aspect,

@@ -83,6 +83,8 @@ int pitch_for(double radius, const LayerPlanOptions& options) {
     const bool polygon = options.aperture.blades != 0;
     if (options.quality == Quality::fast)
         return radius >= 24 ? 8 : radius >= 12 ? 4 : radius >= (polygon ? 5 : 4) ? 2 : 1;
+    if (keeps_parts(options))
+        return radius >= 64 ? 4 : radius >= 20 ? 2 : 1;
     if (options.quality == Quality::balanced && !polygon)
         return radius >= 10 ? 2 : 1;
     return radius >= 96 ? 4 : radius >= 48 ? 2 : 1;
@@ -90,8 +92,7 @@ int pitch_for(double radius, const LayerPlanOptions& options) {
 
 // Pixels across and down that are summed into a cell; 1 where they are not.
 int cell_for(double radius, const LayerPlanOptions& options) {
-    const double least =
-        options.quality == Quality::accurate ? INFINITY : least_cells(options.aperture, options.quality);
+    const double least = keeps_parts(options) ? INFINITY : least_cells(options.aperture, options.quality);
     int cell = 1;
     while (cell < 8 && radius >= least * 2 * cell)
         cell *= 2;
@@ -125,10 +126,9 @@ Layer layer_of(int number, const LayerPlanOptions& options) {
     layer.cell = cell_for(least * thinnest(options.aperture), options);
     layer.spans =
         aperture_spans(options.aperture, layer.circle, options.aspect, options.upright, layer.pitch, options.quality);
-    const bool accurate = options.quality == Quality::accurate;
-    const int direct_up_to = accurate ? most_taps : params::dof_direct_reach;
+    const int direct_up_to = keeps_parts(options) ? most_taps : params::dof_direct_reach;
     layer.direct = layer.spans.columns <= direct_up_to && layer.spans.reach <= direct_up_to;
-    layer.fill = !accurate && number < options.scale.middle;
+    layer.fill = options.quality != Quality::accurate && number < options.scale.middle;
     layer.tiles_up = divided_up(layer.spans.reach * layer.pitch, params::dof_tile_rows);
     layer.tiles_aside = divided_up(layer.spans.columns, params::dof_tile_columns);
     return layer;
@@ -138,12 +138,15 @@ class Planner {
 public:
     Planner(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options)
         : options_(options), bright_(with_bit(tiles, across, bright_bit)), jump_(with_bit(tiles, across, jump_bit)),
-          near_(with_any(tiles, across, options.scale.middle)), none_(across, bright_.down), before_(none_) {}
+          near_(with_any(tiles, across, options.open ? 0 : options.scale.middle)), none_(across, bright_.down),
+          before_(none_) {}
 
     void add(int number, const Grid& own) {
         Layer layer = layer_of(number, options_);
-        const Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
-        const bool grouped = options_.quality != Quality::accurate && layer.direct;
+        Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
+        for (std::size_t i = 0; i < options_.only.size(); ++i)
+            reached.marked[i] = reached.marked[i] && options_.only[i];
+        const bool grouped = !keeps_parts(options_) && layer.direct;
         if (!grouped)
             end_groups();
         // What lies behind is summed only around what ends. A group has one answer for all its layers, which reach one tile.
@@ -254,11 +257,12 @@ private:
         pass.fill = layer.fill;
         for (std::size_t i = 0; i < own.marked.size(); ++i)
             pass.bright = pass.bright || (!layer.direct && own.marked[i] && bright_.marked[i]);
-        const bool accurate = options_.quality == Quality::accurate;
-        if (accurate)
+        pass.parts = keeps_parts(options_);
+        if (pass.parts)
             pass.part = part(layer);
         const int channels = options_.channels;
-        const int planes = 2 + channels + pass.fill * (2 + channels) + pass.bright * channels + accurate;
+        const int planes = pass.parts ? (pass.bright ? 16 : 8) // WIDTH in kernels/parts.h
+                                      : 2 + channels + pass.fill * (2 + channels) + pass.bright * channels;
         const int pad = divided_up(layer.spans.columns + 2, 16) * 16;
         const int plane = divided_up(params::dof_tile_columns + 2 * pad + 1, 16) * 16;
         pass.gather.layer = static_cast<float>(layer.number);
@@ -444,6 +448,26 @@ LayerScale layer_scale(const LayerSpacing& spacing, double max_coc_px) {
     while (scale.circle(2 * scale.middle) < max_coc_px)
         ++scale.middle;
     return scale;
+}
+
+std::vector<unsigned char> tiles_seeing(std::span<const TileBits> hiding, int across, const LayerPlanOptions& options) {
+    const int down = static_cast<int>(hiding.size()) / across;
+    Grid seeing(across, down);
+    for (int number = 0; number < options.scale.count(); ++number) {
+        const Grid own = with_bit(hiding, across, number);
+        if (!own.any())
+            continue;
+        const Layer layer = layer_of(number, options);
+        const Grid reached = widened(own, divided_up(layer.spans.columns, params::dof_hiding_columns), layer.tiles_up);
+        for (std::size_t i = 0; i < seeing.marked.size(); ++i)
+            seeing.marked[i] |= reached.marked[i];
+    }
+    constexpr int parts = params::dof_tile_columns / params::dof_hiding_columns;
+    Grid tiles(across / parts, down);
+    for (int y = 0; y < down; ++y)
+        for (int x = 0; x < across; ++x)
+            tiles.marked[tiles.index(x / parts, y)] |= seeing.marked[seeing.index(x, y)];
+    return tiles.marked;
 }
 
 LayerPlan layer_plan(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options) {

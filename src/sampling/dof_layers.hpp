@@ -55,6 +55,7 @@ struct LayerPass {
     params::cell_params cells;
     int cell;                 ///< pixels across and down; 1: `strips` and `gather` are used
     params::part_params part; ///< accurate only
+    bool parts;               ///< of the lens are kept: kernels/dof_parts.cl. Accurate only
     bool direct, fill, bright;
 };
 
@@ -76,7 +77,19 @@ struct LayerPlanOptions {
     bool upright = true;
     Quality quality = Quality::balanced;
     int channels = 3;
+    bool open =
+        false; ///< accurate only: in tiles that see nothing hidden all of the lens is open, and no parts are kept
+    std::vector<unsigned char> only = {}; ///< the tiles to work on are not 0; all of them if empty
 };
+
+/// Does a plan keep parts of the lens?
+inline bool keeps_parts(const LayerPlanOptions& options) {
+    return options.quality == Quality::accurate && !options.open;
+}
+
+/// The tiles in whose pixels' apertures some pixel has a second surface; `hiding` has the layers of those pixels and of what is
+/// behind them, for tiles of dof_hiding_columns, `across` of them in a row.
+std::vector<unsigned char> tiles_seeing(std::span<const TileBits> hiding, int across, const LayerPlanOptions& options);
 
 /// Which tiles each layer reaches, front to back. Pure: no device.
 LayerPlan layer_plan(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options);
