@@ -199,14 +199,16 @@ Regime motion(const Device& device) {
         regime.boundaries.push_back(fast ? Boundary{jump(of_ssao), way.name, most_jump, 0, none, why}
                                          : Boundary{jump(of_ssao), way.name, most_jump, 0.2, 0.4, why});
         regime.boundaries.push_back({jump(of_near_edge), way.name, most_jump, 0, none, why});
-        regime.boundaries.push_back({flicker(of_focus_pull), way.name, most_flicker, 0.2, 0.1, why});
-        regime.boundaries.push_back(fast ? Boundary{jump(of_focus_pull), way.name, most_jump, 0, none, why}
-                                         : Boundary{jump(of_focus_pull), way.name, most_jump, 0.2, 0.4, why});
+        regime.boundaries.push_back(
+            {flicker(of_focus_pull), way.name, most_flicker, fast ? 0.4 : 0.2, fast ? 0.2 : 0.1, why});
+        regime.boundaries.push_back(way.quality == Quality::accurate
+                                        ? Boundary{jump(of_focus_pull), way.name, most_jump, 0.2, 0.4, why}
+                                        : Boundary{jump(of_focus_pull), way.name, most_jump, 0, none, why});
     }
     regime.boundaries.push_back({flicker(of_near_edge), exact, most_flicker, 0.4, 0.2, why});
     regime.boundaries.push_back({flicker(of_near_edge), "accurate", 4, 0.4, 0.2, "measured"});
-    regime.boundaries.push_back({flicker(of_near_edge), "balanced", 15, 0.4, 0.2, "measured"});
-    regime.boundaries.push_back({flicker(of_near_edge), "fast", 11, 0.4, 0.2, "measured"});
+    regime.boundaries.push_back({flicker(of_near_edge), "balanced", 12, 0.4, 0.2, "measured"});
+    regime.boundaries.push_back({flicker(of_near_edge), "fast", 13, 0.4, 0.2, "measured"});
     return regime;
 }
 
