@@ -348,7 +348,7 @@ void dof(const StoredDepth& stored, const Image& color, const Image& result, con
     if (coc.k == 0 && coc.g == 0) {
         check_circle(coc, depth_form(stored.camera, stored.storage));
         runtime::copy(color, result);
-    } else if (static_cast<double>(largest_circle(stored, coc, circle_options(options))) <=
+    } else if (static_cast<double>(widest_coc(stored, coc, circle_options(options))) <=
                largest_in_focus(layer_spacing(options.quality, options.aperture))) {
         runtime::copy(color, result);
     } else {

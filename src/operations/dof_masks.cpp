@@ -152,7 +152,7 @@ DepthForm checked_form(const StoredDepth& stored, const CircleOfConfusion& coc, 
 
 } // namespace
 
-float largest_circle(const StoredDepth& stored, const CircleOfConfusion& circle, const DofMasksOptions& options) {
+float widest_coc(const StoredDepth& stored, const CircleOfConfusion& circle, const DofMasksOptions& options) {
     const DepthForm form = checked_form(stored, circle, options);
     runtime::Scratch scratch(stored.image.device());
     const Image rows = scratch.image(Element::f32, {stored.image.height(), 1});
