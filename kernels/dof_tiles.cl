@@ -1,5 +1,6 @@
 // Which layers a tile's pixels lie in, a bit each; under BEHIND also the layers of the surfaces behind them. The last
-// bit says whether some colour lies beyond the knee, the one before it whether something before the focus ends here. Under
+// bit says whether some colour lies beyond the knee, the two before it whether something before the focus ends in either half of
+// its columns, of dof_hiding_columns each. Under
 // HIDING only the pixels count that have a surface behind them, and tiles are narrower.
 // Built for: BEHIND = 0 1; HIDING = 0 1
 
@@ -29,15 +30,16 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
     uintV found[dof_tile_words];
     for (int word = 0; word < dof_tile_words; ++word)
         found[word] = 0;
-    intV bright = 0, jump = 0;
+    intV bright = 0, jump[dof_tile_columns / dof_hiding_columns] = {0, 0};
     for (uint row = 0; row < dof_tile_rows; ++row) {
         for (uint column = 0; column < COLUMNS; column += V) {
             const size_t at = in_planes(&p, 0, tile * COLUMNS + column, down * dof_tile_rows + row);
             const floatV here = LOAD(float, planes + at), right = LOAD(float, planes + at + 1);
             const floatV below = LOAD(float, planes + at + (down * dof_tile_rows + row + 1 < p.rows ? p.stride : 0));
-            jump |= ends_between(here, right, (float)p.middle) | ends_between(here, below, (float)p.middle);
+            const uint half_of = column / dof_hiding_columns;
+            jump[half_of] |= ends_between(here, right, (float)p.middle) | ends_between(here, below, (float)p.middle);
 #if BEHIND
-            jump |= LOAD(float, planes + (1 + CHANNELS) * p.plane + at) >= 0.0f;
+            jump[half_of] |= LOAD(float, planes + (1 + CHANNELS) * p.plane + at) >= 0.0f;
 #endif
             for (uint surface = 0; surface <= BEHIND; ++surface) {
                 const floatV s = LOAD(float, planes + surface * (1 + CHANNELS) * p.plane + at);
@@ -61,7 +63,8 @@ __kernel void dof_tiles(__global const float* planes, __global uint* tiles, cons
         }
     }
     found[dof_tile_words - 1] |= select((uintV)0, (uintV)TILE_BRIGHT, as_uintV(bright)) |
-                                  select((uintV)0, (uintV)TILE_JUMP, as_uintV(jump));
+                                  select((uintV)0, (uintV)TILE_JUMP, as_uintV(jump[0])) |
+                                  select((uintV)0, (uintV)(TILE_JUMP << 1), as_uintV(jump[1]));
     for (int word = 0; word < dof_tile_words; ++word) {
         const uint_lanes lanes = found[word];
         uint all = 0;

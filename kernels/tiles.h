@@ -14,7 +14,7 @@
 // Bits of a tile's last word that are no layer: some colour lies beyond the knee; some neighbours of one another do not lie on
 // one surface, the nearer of them before the focus.
 #define TILE_BRIGHT 0x80000000u
-#define TILE_JUMP 0x40000000u
+#define TILE_JUMP 0x20000000u // in the first half of its columns; the next bit is the second half's
 
 #if !defined(CHANNELS) || CHANNELS < 3 || CHANNELS > 4
 #error "CHANNELS is not defined: 3 or 4, of a pixel's colour"
@@ -44,7 +44,7 @@ INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint 
         if (words[k / 32] >> k % 32 & 1u)
             return 2;
         for (uint word = from / 32; word < dof_tile_words; ++word) {
-            const uint bits = word == dof_tile_words - 1 ? words[word] & ~(TILE_BRIGHT | TILE_JUMP) : words[word];
+            const uint bits = word == dof_tile_words - 1 ? words[word] & ~(TILE_BRIGHT | TILE_JUMP | TILE_JUMP << 1) : words[word];
             some |= word == from / 32 ? bits >> from % 32 : bits;
         }
     }

@@ -874,6 +874,36 @@ TEST_CASE("dof: a tile with a halo is blurred as in the whole, whatever hides so
     }
 }
 
+TEST_CASE("dof: what a foreground hides is the same in a tile with a halo, whatever ends beyond its halo", "[dof]") {
+    constexpr int width = 512, height = 96, across = 240;
+    std::mt19937 random(10);
+    std::uniform_real_distribution<double> any(0, 1);
+    for (const auto& [name, quality] : {qualities[0], qualities[1]}) {
+        for (const double radius : {2.0, 4.0, 20.0}) {
+            for (int at = 192; at < 448; at += 8) { // where a foreground, steep and blurred, ends
+                const Picture picture(
+                    width, height,
+                    [at, radius](int x, int y) { return x == at ? 0 : -2 * radius + 0.4 * radius * ((x + y) % 5) / 5; },
+                    [&](int, int) { return any(random); });
+                const CleanPlate all = clean_plate_of(picture);
+                const DofOptions options{.quality = quality, .max_coc_px = 2.0 * radius};
+                const auto whole = floats(dof(all.depth, all.color, lens, options));
+                const int aside = static_cast<int>(radius) + dof_halo_columns,
+                          above = static_cast<int>(radius) + dof_halo_rows;
+                const auto part = floats(
+                    dof(all.depth.region(0, 0, across, height), all.color.region(0, 0, across, height), lens, options));
+                long differ = 0;
+                for (int y = std::min(above, height / 2 - 1); y < std::max(height - above, height / 2 + 1); ++y)
+                    for (int x = 0; x < 3 * (across - aside); ++x)
+                        differ += !same_bits(part[static_cast<std::size_t>(3 * across * y + x)],
+                                             whole[static_cast<std::size_t>(3 * width * y + x)]);
+                INFO(name << ", radius " << radius << ", an end at column " << at);
+                CHECK(differ == 0);
+            }
+        }
+    }
+}
+
 TEST_CASE("dof: a pinhole changes no bit, and neither do circles up to a pixel", "[dof]") {
     const Picture picture = mixed();
     const Device& device = default_device();

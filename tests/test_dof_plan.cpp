@@ -235,7 +235,8 @@ TEST_CASE("dof plan: every tile that a layer reaches is worked on, and no other"
                                                {scale.middle + 8 * 7, 1, 8}}) { // 64
         std::vector<TileBits> tiles(across * down);
         put(tiles, 10 * across + 3, layer);
-        put(tiles, 10 * across + 3, jump_bit);
+        for (const int half : {0, 1})
+            put(tiles, 10 * across + 3, jump_bit + half);
         const LayerPlan plan = layer_plan(tiles, across, {.aperture = {}, .scale = scale});
         REQUIRE(plan.passes.size() == 1);
         const LayerPass& pass = plan.passes.front();
@@ -258,13 +259,16 @@ TEST_CASE("dof plan: every tile that a layer reaches is worked on, and no other"
 TEST_CASE("dof plan: what lies behind is summed within reach of where something ends, and nowhere else") {
     constexpr int across = 7, down = 21;
     const LayerScale scale = layer_scale({8, 0, 0}, 512);
-    for (const auto& [layer, columns, rows] : {std::tuple{scale.middle - 4, 1, 1}, // read directly
-                                               {scale.middle - 8 * 4, 1, 1},       // strips
-                                               {scale.middle - 8 * 6, 1, 4}}) {    // cells
+    for (const auto& [layer, rows, half] : {std::tuple{scale.middle - 4, 1, 0}, // read directly
+                                            {scale.middle - 4, 1, 1},
+                                            {scale.middle - 8 * 4, 1, 0}, // strips
+                                            {scale.middle - 8 * 4, 1, 1},
+                                            {scale.middle - 8 * 6, 4, 0}, // cells, 32 pixels aside
+                                            {scale.middle - 8 * 6, 4, 1}}) {
         std::vector<TileBits> tiles(across * down);
         for (std::size_t i = 0; i < tiles.size(); ++i)
             put(tiles, i, layer);
-        put(tiles, 5 * across + 2, jump_bit);
+        put(tiles, 5 * across + 2, jump_bit + half);
         const LayerPlan plan = layer_plan(tiles, across, {.aperture = {}, .scale = scale});
         REQUIRE(plan.passes.size() == 2);
         std::set<std::pair<int, int>> filled, rest;
@@ -274,7 +278,7 @@ TEST_CASE("dof plan: what lies behind is summed within reach of where something 
         CHECK(filled.size() + rest.size() == tiles.size());
         for (int y = 0; y < down; ++y) {
             for (int x = 0; x < across; ++x) {
-                const bool near = std::abs(x - 2) <= columns && std::abs(y - 5) <= rows;
+                const bool near = (x == 2 || x == 1 + 2 * half) && std::abs(y - 5) <= rows;
                 CHECK(filled.contains({x, y}) == near);
                 CHECK(rest.contains({x, y}) == !near);
             }

@@ -73,6 +73,24 @@ Grid with_any(std::span<const TileBits> tiles, int across, int end) {
     return grid;
 }
 
+// The tiles that have a marked half.
+Grid tiles_of_halves(const Grid& halves) {
+    Grid tiles(halves.across / 2, halves.down);
+    for (int y = 0; y < halves.down; ++y)
+        for (int x = 0; x < halves.across; ++x)
+            tiles.marked[tiles.index(x / 2, y)] |= halves.marked[halves.index(x, y)];
+    return tiles;
+}
+
+// The halves of tiles in which something before the focus ends.
+Grid jumps_in_halves(std::span<const TileBits> tiles, int across) {
+    Grid halves(2 * across, static_cast<int>(tiles.size()) / across);
+    for (std::size_t i = 0; i < halves.marked.size(); ++i)
+        halves.marked[i] = has_bit(tiles[i / 2], jump_bit + static_cast<int>(i % 2));
+    return halves;
+}
+static_assert(params::dof_tile_columns == 2 * params::dof_hiding_columns);
+
 // Tiles in columns [left, right) and rows [begin, end).
 struct Area {
     int left, right, begin, end;
@@ -137,9 +155,9 @@ Layer layer_of(int number, const LayerPlanOptions& options) {
 class Planner {
 public:
     Planner(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options)
-        : options_(options), bright_(with_bit(tiles, across, bright_bit)), jump_(with_bit(tiles, across, jump_bit)),
+        : options_(options), bright_(with_bit(tiles, across, bright_bit)),
           near_(with_any(tiles, across, options.open ? 0 : options.scale.middle)), none_(across, bright_.down),
-          before_(none_) {}
+          jumps_(jumps_in_halves(tiles, across)), before_(none_) {}
 
     void add(int number, const Grid& own) {
         Layer layer = layer_of(number, options_);
@@ -152,7 +170,8 @@ public:
         // What lies behind is summed only around what ends. A group has one answer for all its layers, which reach one tile.
         Grid filled = reached;
         if (layer.fill) {
-            const Grid around = grouped ? widened(jump_, 1, 1) : widened(jump_, layer.tiles_aside, layer.tiles_up);
+            const int halves = grouped ? 1 : divided_up(layer.spans.columns, params::dof_hiding_columns);
+            const Grid around = tiles_of_halves(widened(jumps_, halves, grouped ? 1 : layer.tiles_up));
             for (std::size_t i = 0; i < filled.marked.size(); ++i)
                 filled.marked[i] &= around.marked[i];
         }
@@ -413,7 +432,8 @@ private:
     }
 
     const LayerPlanOptions& options_;
-    Grid bright_, jump_, near_, none_;
+    Grid bright_, near_, none_;
+    Grid jumps_;  // in halves of tiles, for whole ones would look beyond the halo of a region
     Grid before_; // tiles that the layer just before reached
     LayerPlan plan_;
     std::array<std::optional<Group>, 2> groups_; // with what lies behind, and without
@@ -462,12 +482,7 @@ std::vector<unsigned char> tiles_seeing(std::span<const TileBits> hiding, int ac
         for (std::size_t i = 0; i < seeing.marked.size(); ++i)
             seeing.marked[i] |= reached.marked[i];
     }
-    constexpr int parts = params::dof_tile_columns / params::dof_hiding_columns;
-    Grid tiles(across / parts, down);
-    for (int y = 0; y < down; ++y)
-        for (int x = 0; x < across; ++x)
-            tiles.marked[tiles.index(x / parts, y)] |= seeing.marked[seeing.index(x, y)];
-    return tiles.marked;
+    return tiles_of_halves(seeing).marked;
 }
 
 LayerPlan layer_plan(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options) {
