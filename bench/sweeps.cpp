@@ -2,11 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <map>
 #include <set>
 
 namespace fathom::bench {
+
+bool Comparison::takes(int& i, int argc, char** argv) {
+    const std::string option = argv[i];
+    if (option == "--processor-time") {
+        effort.clock = Clock::processor;
+        return true;
+    }
+    const char* const value = i + 1 < argc ? argv[i + 1] : "";
+    const bool taken = (option == "--size" && std::sscanf(value, "%dx%d", &width, &height) == 2) ||
+                       (option == "--rounds" && (effort.rounds = std::atoi(value)) > 0) ||
+                       (option == "--seconds" && (effort.seconds = std::atof(value)) > 0) ||
+                       (option == "--csv" && !(csv = value).empty());
+    i += taken;
+    return taken;
+}
 namespace {
 
 double radius_of(const Method& method, const Case& on) {

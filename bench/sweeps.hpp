@@ -19,6 +19,16 @@ struct Effort {
     std::function<void(const Figures&)> report = {}; ///< told of every row as soon as it is there
 };
 
+/// What the programs that compare others with fathom take, and its standard values.
+struct Comparison {
+    Effort effort;
+    int width = 1920, height = 1080;
+    std::string csv = {};
+
+    /// Is argument `i` one of --size, --rounds, --seconds, --processor-time and --csv? If so it is taken, and `i` is its last.
+    bool takes(int& i, int argc, char** argv);
+};
+
 inline constexpr double longest_run = 2.5; ///< seconds
 
 inline constexpr double largest_accurate_px = 128;

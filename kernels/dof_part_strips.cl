@@ -30,19 +30,16 @@ __kernel void dof_part_strips(__global const float* planes, __global const uint*
     const uint index = get_global_id(0), row = get_global_id(1);
     if (index >= s.tiles)
         return;
-    const uint across = ENTRY_ACROSS(list[s.list + index]), down = ENTRY_DOWN(list[s.list + index]);
-    const int first = (int)(across * dof_tile_columns) - (int)s.pad;
-    const int end = (int)(across * dof_tile_columns + dof_tile_columns + s.pad);
-    const uint kept = (down - s.first) * (dof_tile_rows / s.pitch) + row;
-    __global float* target = strips + (size_t)(across - s.first_column) * s.strip_column + (size_t)kept * s.strip_row;
-    __global const float* source = planes + in_planes(&p, 0, 0, down * dof_tile_rows + row * s.pitch);
+    const strip_row strip = strip_row_of(planes, list, strips, &p, &s, index, row);
+    __global const float* const source = strip.source;
+    __global float* target = strip.target;
     const float16 columns =
-        (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(across * dof_tile_columns);
+        (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - (float)(strip.across * dof_tile_columns);
 
     float sum[PLANES];
     for (int k = 0; k < PLANES; ++k)
         sum[k] = 0.0f;
-    for (int x = first; x < end; x += 16, target += 16 * WIDTH) {
+    for (int x = strip.first; x < strip.end; x += 16, target += 16 * WIDTH) {
         float16 value[PLANES], before[WIDTH];
         for (int k = 0; k < PLANES; ++k)
             value[k] = 0.0f;

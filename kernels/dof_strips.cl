@@ -16,23 +16,20 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
     const uint index = get_global_id(0), row = get_global_id(1);
     if (index >= s.tiles)
         return;
-    const uint across = ENTRY_ACROSS(list[s.list + index]), down = ENTRY_DOWN(list[s.list + index]);
-    const int first = (int)(across * dof_tile_columns) - (int)s.pad;
-    const int end = (int)(across * dof_tile_columns + dof_tile_columns + s.pad);
-    const uint kept = (down - s.first) * (dof_tile_rows / s.pitch) + row;
-    __global float* target = strips + (size_t)(across - s.first_column) * s.strip_column + (size_t)kept * s.strip_row;
-    __global const float* source = planes + in_planes(&p, 0, 0, down * dof_tile_rows + row * s.pitch);
+    const strip_row strip = strip_row_of(planes, list, strips, &p, &s, index, row);
+    __global const float* const source = strip.source;
+    __global float* target = strip.target;
 
     float sum[PLANES];
     for (int k = 0; k < PLANES; ++k)
         sum[k] = 0.0f;
 #if !BEHIND
-    const uint found = found_around(tiles, &p, across, down, s.pad, (uint)s.layer);
+    const uint found = found_around(tiles, &p, strip.across, strip.down, s.pad, (uint)s.layer);
     if (found == 0) // and nobody reads it
         return;
 #if !FILL
     if (found == 1) {
-        for (int x = first; x < end; x += 16, target += 16) {
+        for (int x = strip.first; x < strip.end; x += 16, target += 16) {
             float16 value = 0.0f;
             for (uint i = 0; i < s.pitch && x >= 0 && x < (int)p.columns; ++i)
                 value += behind_layer(*(__global const float16_anywhere*)(source + (size_t)i * p.stride + x) - s.layer);
@@ -43,7 +40,7 @@ __kernel void dof_strips(__global const float* planes, __global const uint* tile
     }
 #endif
 #endif
-    for (int x = first; x < end; x += 16, target += 16) {
+    for (int x = strip.first; x < strip.end; x += 16, target += 16) {
         float16 value[PLANES];
         for (int k = 0; k < PLANES; ++k)
             value[k] = 0.0f;

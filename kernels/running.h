@@ -1,9 +1,9 @@
-// Running sums of 16 pixels.
+// Running sums of 16 pixels, and the rows of strips that they fill.
 
 #ifndef FATHOM_RUNNING_H
 #define FATHOM_RUNNING_H
 
-#include "vector.h"
+#include "tiles.h"
 
 // Sums over the lanes before each one, and over all of them, always in the same order.
 #ifdef __has_builtin
@@ -32,6 +32,24 @@ INLINE float16 running(float16 value, float* sum) {
     const float16 sums = *sum + before;
     *sum += before.sf + value.sf;
     return sums;
+}
+
+// The row of a tile's strip that a work-item fills: from pixels [first, end) of the rows at `source`.
+typedef struct {
+    uint across, down;
+    int first, end;
+    __global const float* source;
+    __global float* target;
+} strip_row;
+
+INLINE strip_row strip_row_of(__global const float* planes, __global const uint* list, __global float* strips,
+                              const blur_params* p, const layer_params* s, uint index, uint row) {
+    const uint across = ENTRY_ACROSS(list[s->list + index]), down = ENTRY_DOWN(list[s->list + index]);
+    const uint kept = (down - s->first) * (dof_tile_rows / s->pitch) + row;
+    return (strip_row){across, down, (int)(across * dof_tile_columns) - (int)s->pad,
+                       (int)(across * dof_tile_columns + dof_tile_columns + s->pad),
+                       planes + in_planes(p, 0, 0, down * dof_tile_rows + row * s->pitch),
+                       strips + (size_t)(across - s->first_column) * s->strip_column + (size_t)kept * s->strip_row};
 }
 
 #endif

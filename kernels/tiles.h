@@ -57,24 +57,6 @@ INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint 
 #define ENTRY_FOREGROUND (1u << ENTRY_FOREGROUND_BIT)
 #define ENTRY_FOLLOWS (1u << ENTRY_FOLLOWS_BIT)
 
-// The least of all lanes, none of which is NaN.
-INLINE float least_of(floatV a) {
-#if V == 1
-    return a;
-#else
-#if V == 16
-    const float8 half_of = min(a.lo, a.hi);
-    const float4 quarter = min(half_of.lo, half_of.hi);
-#elif V == 8
-    const float4 quarter = min(a.lo, a.hi);
-#else
-    const float4 quarter = a;
-#endif
-    const float2 two = min(quarter.lo, quarter.hi);
-    return min(two.x, two.y);
-#endif
-}
-
 // The range of layers that the pixels of rows [begin, end) lie in, up to `aside` columns beside V pixels.
 typedef struct {
     float least, greatest;

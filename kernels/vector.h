@@ -121,21 +121,30 @@ INLINE bool any_of(intV condition) {
     return bits_of_any(condition) != 0;
 }
 
-INLINE int greatest(intV a) {
+// OP, min or max, of all lanes of `a`, as TYPE.
 #if V == 1
-    return a;
+#define FOLD_LANES(TYPE, OP, a) return a
 #else
 #if V == 16
-    const int8 half_of = max(a.lo, a.hi);
-    const int4 quarter = max(half_of.lo, half_of.hi);
+#define QUARTER_OF(OP, a) OP(OP((a).lo.lo, (a).hi.lo), OP((a).lo.hi, (a).hi.hi))
 #elif V == 8
-    const int4 quarter = max(a.lo, a.hi);
+#define QUARTER_OF(OP, a) OP((a).lo, (a).hi)
 #else
-    const int4 quarter = a;
+#define QUARTER_OF(OP, a) (a)
 #endif
-    const int2 two = max(quarter.lo, quarter.hi);
-    return max(two.x, two.y);
+#define FOLD_LANES(TYPE, OP, a)                                                                                        \
+    const TYPE##4 quarter = QUARTER_OF(OP, a);                                                                   \
+    const TYPE##2 two = OP(quarter.lo, quarter.hi);                                                                    \
+    return OP(two.x, two.y)
 #endif
+
+INLINE int greatest(intV a) {
+    FOLD_LANES(int, max, a);
+}
+
+// The least of all lanes, none of which is NaN.
+INLINE float least_of(floatV a) {
+    FOLD_LANES(float, min, a);
 }
 
 // Sum of two floats and its rounding error, exactly (Knuth 1969).

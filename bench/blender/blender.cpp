@@ -249,25 +249,14 @@ constexpr const char* help =
 } // namespace
 
 int main(int argc, char** argv) {
-    Effort effort{.report = print_row};
-    int width = 1920, height = 1080;
-    std::string csv, program = "blender";
+    Comparison asked{.effort = {.report = print_row}};
+    std::string program = "blender";
     for (int i = 1; i < argc; ++i) {
+        if (asked.takes(i, argc, argv))
+            continue;
         const std::string option = argv[i];
-        const char* value = i + 1 < argc ? argv[i + 1] : "";
-        if (option == "--processor-time") {
-            effort.clock = Clock::processor;
-            continue;
-        }
-        ++i;
-        if (option == "--size" && std::sscanf(value, "%dx%d", &width, &height) == 2)
-            continue;
-        if (option == "--rounds" && (effort.rounds = std::atoi(value)) > 0)
-            continue;
-        if (option == "--seconds" && (effort.seconds = std::atof(value)) > 0)
-            continue;
-        if ((option == "--csv" || option == "--blender") && *value) {
-            (option == "--csv" ? csv : program) = value;
+        if (option == "--blender" && i + 1 < argc) {
+            program = argv[++i];
             continue;
         }
         std::fputs(help, option == "--help" ? stdout : stderr);
@@ -277,6 +266,7 @@ int main(int argc, char** argv) {
         std::printf("skipped: there is no Blender called %s\n", program.c_str());
         return 0;
     }
+    const auto& [effort, width, height, csv] = asked;
     try {
         const Device device = Device::open("cpu");
         Baselines kernels(device, false);
