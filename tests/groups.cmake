@@ -11,6 +11,9 @@ set(slow_tags [slow] [stability] [same-bits] [real])
 set(long_files cli_dof cli_dof_masks cli_mistakes cli_program cli_resume cli_sequences cli_share cli_ssao dof dof_masks fog inverse_depth io_claim linearize normals ssao
   ssao_brute_force ssao_cameras ssao_half ssao_options unproject)
 
+# Files that measure times, which nothing may run beside.
+set(serial_files cli_cost)
+
 # Sets a variable to the specification of a tier, narrowed to a file by its tag. The three hold every case once.
 function(spec_of variable tier file)
   if(tier STREQUAL exhaustive)
@@ -64,6 +67,10 @@ foreach(tier quick slow exhaustive)
     if(tier STREQUAL quick AND name IN_LIST long_files)
       set(label standard)
     endif()
+    set(serial)
+    if(name IN_LIST serial_files)
+      set(serial "RUN_SERIAL ON")
+    endif()
     if(NOT tier STREQUAL quick)
       string(APPEND name "_${tier}")
     endif()
@@ -71,7 +78,7 @@ foreach(tier quick slow exhaustive)
       set(cost "COST 100") # long ones first, so that no core waits for the last of them
     endif()
     string(APPEND text "add_test([[${name}]] [[${PROGRAM}]] --filenames-as-tags --durations yes [=[${spec}]=])\n"
-      "set_tests_properties([[${name}]] PROPERTIES LABELS ${label} TIMEOUT 1800 ${cost} ${environment})\n")
+      "set_tests_properties([[${name}]] PROPERTIES LABELS ${label} TIMEOUT 1800 ${cost} ${serial} ${environment})\n")
   endforeach()
 endforeach()
 

@@ -270,8 +270,12 @@ struct Work {
     std::optional<ExrSource> source;
     std::vector<std::string> channel_doubts;
     std::shared_future<std::vector<std::string>> option_doubts;
-    // Computed.
+    // Looked at.
+    std::optional<StoredDepth> stored; // on the device
+    Look look;
+    std::vector<std::string> value_doubts, camera_doubts;
     Held held;
+    // Computed.
     bool doubtful_values = false;
     std::vector<Result> results;
 
@@ -374,11 +378,12 @@ nlohmann::ordered_json log_line(const std::vector<Output>& outputs, const Work& 
 }
 
 // The steps of an input. Only `compute` goes from input to input in order; the others see nothing but their own.
+// `apart`: the device waits while files are read.
 class Steps {
 public:
     Steps(const DepthOptions& options, const std::vector<Output>& outputs, const More& more, const Operation& operation,
-          const Device& device)
-        : options_(options), outputs_(outputs), more_(more), operation_(operation), device_(device) {
+          const Device& device, bool apart)
+        : options_(options), outputs_(outputs), more_(more), operation_(operation), device_(device), apart_(apart) {
         if (options.resume || options.share)
             records_.emplace(options, outputs_, more.companions, device);
     }
@@ -393,6 +398,7 @@ public:
 private:
     bool is_relative() const { return options_.relative.order.has_value(); }
     void load(Work& work) const;
+    void examine(Work& work) const;
     bool is_finished(Work& work) const;
     void check_append(const Work& work) const;
     void warn(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) const;
@@ -403,6 +409,7 @@ private:
     const More& more_;
     const Operation& operation_;
     Device device_;
+    bool apart_;
     std::optional<Records> records_;
     std::set<std::string> told_; // warnings that are no input's own
 };
@@ -424,8 +431,11 @@ void Steps::read(Work& work) const {
         if (work.kept)
             work.claim.reset();
     }
-    if (!work.is_idle())
-        load(work);
+    if (work.is_idle())
+        return;
+    load(work);
+    if (!apart_)
+        examine(work);
 }
 
 // Takes the hashes of what the input is read from before it is read: a file that changes meanwhile has another one next time.
@@ -466,31 +476,47 @@ void Steps::load(Work& work) const {
     frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
 }
 
+// Looks at what was read, while other inputs are computed: the device need not wait for the host's part of it.
+void Steps::examine(Work& work) const {
+    const DepthFile& depth = work.depth;
+    const StoredDepth& stored = work.stored.emplace(
+        StoredDepth{.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage});
+    work.look = look_at(stored);
+    if (is_relative()) {
+        work.held = held(work.relative->input);
+        work.value_doubts = work.relative->doubts;
+        return;
+    }
+    work.held = held(depth.channel, work.look);
+    work.value_doubts = doubts(depth, stored, work.look);
+    work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), depth.windows.display.width,
+                                        depth.windows.display.height);
+}
+
 void Steps::compute(Work& work) {
     if (work.is_idle())
         return;
+    if (apart_) {
+        const Stopwatch watch(work.times.read);
+        examine(work);
+    }
     const Stopwatch watch(work.times.compute);
     Loaded& frame = work.frame;
     set_values(options_.animations, frame.values);
-    const StoredDepth stored{
-        .image = to_device(device_, work.depth.values), .camera = work.seen, .storage = work.depth.storage};
-    const Look look = look_at(stored);
-    work.held = is_relative() ? held(work.relative->input) : held(work.depth.channel, look);
-    work.doubtful_values =
-        warn_once(work, frame.input, is_relative() ? work.relative->doubts : doubts(work.depth, stored, look));
+    work.doubtful_values = warn_once(work, frame.input, work.value_doubts);
     bool doubtful_camera = false;
     if (!is_relative()) {
-        const cv::Size& display = work.depth.windows.display;
         const std::filesystem::path described = camera_name(options_, frame);
         warn_once(work, frame.input, work.channel_doubts);
         doubtful_camera |= warn_once(work, described, work.camera.warnings);
-        doubtful_camera |= warn_once(
-            work, described, io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height));
+        doubtful_camera |= warn_once(work, described, work.camera_doubts);
     }
     warn_once(work, frame.input, work.option_doubts.get());
     if (more_.length_doubts && !work.doubtful_values && !doubtful_camera) // or one mistake would be told twice
-        warn_once(work, frame.input, more_.length_doubts(stored, look, frame));
-    work.results = operation_(stored, frame);
+        warn_once(work, frame.input, more_.length_doubts(*work.stored, work.look, frame));
+    work.look.z.release();
+    work.results = operation_(*work.stored, frame);
+    work.stored.reset();
     frame.images = {};
     work.depth.values.release();
 }
@@ -537,7 +563,7 @@ std::size_t Steps::bytes(const Work& work) const {
                of(images.normals) + of(images.thickness);
     } catch (...) { // is told when the frame is computed
     }
-    std::size_t values = 0; // a pixel
+    std::size_t values = 1; // a pixel: what it looks at
     for (const Output& output : outputs_)
         values += 2 * output.product.channels.size(); // the result and its file
     return sum + values * sizeof(float) * work.depth.values.total();
@@ -687,7 +713,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     const bool apart = options.device.takes_turns(device);
     if (apart)
         options.device.share_among(jobs.size());
-    Steps steps(options, outputs, more, operation, device);
+    Steps steps(options, outputs, more, operation, device, apart);
     RunLog log(options.log); // an empty one would say of no run
     if (options.resume || options.share)
         remove_abandoned(jobs);

@@ -41,7 +41,8 @@ struct Course {
     double rise, here;
 };
 
-Course course(const std::function<double(int, int)>& value, int x, int y, int step) {
+template <typename Value>
+Course course(const Value& value, int x, int y, int step) {
     double bent = 0, rise = 0;
     for (const auto& [dx, dy] : {std::pair{step, 0}, std::pair{0, step}}) {
         std::array<double, 5> q{};
@@ -133,7 +134,7 @@ std::optional<std::string> flat_surfaces_doubt(const DepthFile& depth, const Sto
     std::vector<Description> others = alternatives(stored, perspective, value);
     const float quantum = step_of(values, depth);
     std::size_t places = 0;
-    const auto look_at_places = [&](int apart) {
+    const auto look_at_places = [&](int apart, bool count_bent) {
         places = 0;
         for (Description& other : others)
             other.flat = other.bent = 0;
@@ -145,19 +146,22 @@ std::optional<std::string> flat_surfaces_doubt(const DepthFile& depth, const Sto
                     continue;
                 const double noise = 4 * rounding / stored_here.rise + 0x1p-21 * std::abs(here.here) / here.rise;
                 ++places;
+                const bool is_bent = here.bend > noise;
+                if (!is_bent && !count_bent)
+                    continue;
                 for (Description& other : others) {
                     const double there = course(other.value, x, y, step).bend;
-                    other.flat += here.bend > noise && there < std::min(flat, flatter * here.bend);
+                    other.flat += is_bent && there < std::min(flat, flatter * here.bend);
                     other.bent += here.bend < flatter * there;
                 }
             }
         return std::ranges::max_element(others, {}, &Description::flat);
     };
     // Every fourth place tells of most images that nothing is wrong: not half of what has to speak against the camera does.
-    const auto rough = look_at_places(2);
+    const auto rough = look_at_places(2, false);
     if (rough == others.end() || 8 * rough->flat < few_places || 100 * rough->flat < places)
         return std::nullopt;
-    const auto best = look_at_places(1);
+    const auto best = look_at_places(1, true);
     if (best->flat < few_places || 50 * best->flat < places || best->flat <= to_one * best->bent)
         return std::nullopt;
     return fmt::format(
