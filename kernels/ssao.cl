@@ -242,18 +242,48 @@ INLINE floatV inner_end_of(const sideV* side, const columnV* column, const edgeV
     return select(max(level, column->front * tap->inverse_distance), edge->place, edge->outward);
 }
 
-// The sectors that a column blocks: from its back to the higher end of its front, inside the sphere. Each pixel counts only
-// the samples that could block a sector of its own, so that its result does not depend on the other pixels of the vector.
-INLINE intV sectors_of(const sideV* side, const boundsV* within, floatV first, const columnV* column, floatV back, floatV inner,
-                       floatV outer, __global const tap_params* tap) {
+// A part of a side, as (q - q_c) / s. It is empty where it ends before it begins.
+typedef struct {
+    floatV bottom, top;
+} partV;
+
+INLINE partV no_part(void) {
+    return (partV){(floatV)INFINITY, (floatV)-INFINITY};
+}
+
+// The sectors of a part.
+INLINE intV sectors_of(const sideV* side, const partV* part) {
+    const intV from = max(sectors_to(fma(side->scale, part->bottom, side->offset), side), 0);
+    const intV to = min(max(sectors_to(fma(side->scale, part->top, side->offset), side), from), (int)SECTORS);
+    return ((intV)1 << to) - ((intV)1 << from);
+}
+
+// The part that a column blocks: from its back to the higher end of its front, inside the sphere. Each pixel counts only the
+// samples that could block a sector of its own, so that its result does not depend on the other pixels of the vector.
+INLINE partV part_of(const boundsV* within, floatV first, const columnV* column, floatV back, floatV inner, floatV outer,
+                     __global const tap_params* tap) {
     const floatV low = within->low, high = within->high;
     const floatV behind = (back + column->to_line) * tap->inverse_distance;
-    const floatV top = max(min(max(inner, outer), high), low);
-    const floatV bottom = max(min(min(min(inner, outer), behind), high), low);
-    const intV from = max(sectors_to(fma(side->scale, bottom, side->offset), side), 0);
-    const intV to = min(max(sectors_to(fma(side->scale, top, side->offset), side), from), (int)SECTORS);
     const intV counts = within->counts & (max(inner, outer) > first);
-    return select((intV)0, ((intV)1 << to) - ((intV)1 << from), counts);
+    const partV none = no_part();
+    return (partV){select(none.bottom, max(min(min(min(inner, outer), behind), high), low), counts),
+                   select(none.top, max(min(max(inner, outer), high), low), counts)};
+}
+
+// Neighbouring columns mostly block parts that overlap. One that lies apart sets the sectors of those before it.
+INLINE intV join(const sideV* side, partV* parts, const partV* next) {
+    const intV apart = (next->top >= next->bottom) & (parts->top >= parts->bottom) &
+                       ((next->bottom > parts->top) | (next->top < parts->bottom));
+    intV covered = 0;
+    if (any_of(apart)) {
+        const partV none = no_part();
+        covered = select((intV)0, sectors_of(side, parts), apart);
+        parts->bottom = select(parts->bottom, none.bottom, apart);
+        parts->top = select(parts->top, none.top, apart);
+    }
+    parts->bottom = min(parts->bottom, next->bottom);
+    parts->top = max(parts->top, next->top);
+    return covered;
 }
 
 INLINE pixelV pixel_at(__global const float* fronts, __global const float* slopes, const split_params* split,
@@ -392,6 +422,7 @@ INLINE uint rising_taps(const sideV* side, const sourceV* from, const placeV* pl
 INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV* place, floatV first,
                             __global const tap_params* taps, uint rising) {
     intV covered = 0;
+    partV parts = no_part();
     columnV seen, next;
     edgeV before, after;
     for (int known = -1; rising != 0; rising &= rising - 1) {
@@ -418,9 +449,10 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
         after = edge_of(&seen, &next, tap + 1);
         const floatV inner = inner_end_of(side, &seen, &before, tap);
         const floatV outer = end_of(side, &seen, &after, tap[1].before, tap[1].inverse_inner);
-        covered |= sectors_of(side, &within, first, &seen, LOAD(float, from->backs + at), inner, outer, tap);
+        const partV part = part_of(&within, first, &seen, LOAD(float, from->backs + at), inner, outer, tap);
+        covered |= join(side, &parts, &part);
     }
-    return covered;
+    return covered | select((intV)0, sectors_of(side, &parts), parts.top >= parts.bottom);
 }
 
 #if CONFIDENCE
