@@ -20,7 +20,21 @@ INLINE floatV load_every(__global const float* first) {
 #endif
 }
 
-// The same at (x, y), NaN beyond the image.
+// The same from pixel (x, y) of all pixels on; NaN beyond the image.
+INLINE floatV pixels_at(__global const float* image, const grid_params* pixels, int x, int y) {
+    const int width = (int)pixels->x_end, height = (int)pixels->height;
+    if (y < 0 || y >= height || x >= width || x + EVERY * V <= 0)
+        return (floatV)NAN;
+    __global const float* const row = image + pixels->source_offset + (size_t)y * pixels->source_stride;
+    if (x >= 0 && x + EVERY * V <= width)
+        return load_every(row + x);
+    float lanes[V];
+    for (int i = 0; i < V; ++i)
+        lanes[i] = x + EVERY * i >= 0 && x + EVERY * i < width ? row[x + EVERY * i] : NAN;
+    return *(const float_lanes*)lanes;
+}
+
+// The same from pixel (x, y) of the lattice on.
 INLINE floatV inside_at(__global const float* image, const grid_params* grid, int x, int y) {
     const int width = (int)grid->x_end, height = (int)grid->height;
     if (y < 0 || y >= height || x >= width || x + V <= 0)

@@ -43,9 +43,10 @@ INLINE floatV row_at(__global const float* image, const grid_params* grid, int e
 }
 
 #if GIVEN_NORMALS != 1
-// The same without the border's repetition: slopes are one-sided there.
-INLINE floatV neighbours_at(__global const float* image, const grid_params* grid, int x, int y) {
-    return surface_only(inside_at(image, grid, x, y));
+// The pixels that lie (dx, dy) beside V of the work-item's, without the border's repetition: slopes are one-sided there. These
+// are pixels of the image, also where the work-item's are every second one.
+INLINE floatV neighbours_at(__global const float* image, const grid_params* pixels, int x, int y) {
+    return surface_only(pixels_at(image, pixels, x, y));
 }
 
 // The slope where the pixels next to this one are missing, as in every second row of a frame: from those beyond them.
@@ -93,7 +94,7 @@ INLINE void slopes_of(__global const float* normals, const source_params* source
 
 __kernel void ssao_planes(__global const float* depth, __global const float* extra, __global const float* normals,
                           __global float* fronts, __global float* backs, __global float* slopes, const grid_params grid,
-                          const grid_params extra_grid, const source_params normals_source, const split_params split,
+                          const grid_params pixels, const grid_params extra_grid, const source_params normals_source, const split_params split,
                           const occlusion_params occlusion) {
     const int column = (int)get_global_id(0) * V - split_margin;
     const int v = (int)(get_global_id(1) + grid.y_begin) - 4; // rows of the split image, its margins included
@@ -134,18 +135,23 @@ __kernel void ssao_planes(__global const float* depth, __global const float* ext
 #endif
 #if GIVEN_NORMALS != 1
         const floatV tolerance = 4.0f * depth_error(&occlusion, q);
-        const floatV across[4] = {neighbours_at(depth, &grid, x - 2, y), neighbours_at(depth, &grid, x - 1, y),
-                                  neighbours_at(depth, &grid, x + 1, y), neighbours_at(depth, &grid, x + 2, y)};
-        const floatV along[4] = {neighbours_at(depth, &grid, x, y - 2), neighbours_at(depth, &grid, x, y - 1),
-                                 neighbours_at(depth, &grid, x, y + 1), neighbours_at(depth, &grid, x, y + 2)};
+        const int ix = EVERY * (x + (int)grid.pixel_x) - (int)pixels.pixel_x; // of the image
+        const int iy = EVERY * (y + (int)grid.pixel_y) - (int)pixels.pixel_y;
+        const floatV across[4] = {neighbours_at(depth, &pixels, ix - 2, iy), neighbours_at(depth, &pixels, ix - 1, iy),
+                                  neighbours_at(depth, &pixels, ix + 1, iy), neighbours_at(depth, &pixels, ix + 2, iy)};
+        const floatV along[4] = {neighbours_at(depth, &pixels, ix, iy - 2), neighbours_at(depth, &pixels, ix, iy - 1),
+                                 neighbours_at(depth, &pixels, ix, iy + 1), neighbours_at(depth, &pixels, ix, iy + 2)};
+#if GIVEN_NORMALS
+        right *= 1.0f / EVERY, down *= 1.0f / EVERY;
+#endif
 #if !GIVEN_NORMALS
         right = slope(across[0], across[1], q, across[2], across[3], tolerance);
         down = slope(along[0], along[1], q, along[2], along[3], tolerance);
 #endif
         const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
                                 (floatV)(THIN * occlusion.radius), tolerance);
-        right = unless_thin(across_gaps(right, across, q, step), across, q, step);
-        down = unless_thin(across_gaps(down, along, q, step), along, q, step);
+        right = EVERY * unless_thin(across_gaps(right, across, q, step), across, q, step);
+        down = EVERY * unless_thin(across_gaps(down, along, q, step), along, q, step);
 #endif
         slopes_here[j] = select((floatV)0.0f, packed_slopes(right, down), surface);
     }

@@ -123,6 +123,30 @@ TEST_CASE("ssao at half resolution: a plane is open at every tilt under five cam
     CHECK(pixels > 500000);
 }
 
+TEST_CASE("ssao at half resolution: strips of a plane two or three pixels wide are open", "[ssao][half]") {
+    for (const Camera& camera : cameras()) {
+        const auto plane = scene::render({scene::Plane{{0, 0, -4}, {0.5, 0.3, 1}}}, camera).stored;
+        for (const int wide : {2, 3}) {
+            for (int phase = 0; phase < 8; ++phase) {
+                for (const bool columns : {false, true}) {
+                    std::vector<float> values(plane.size(), 1); // the background
+                    for (int y = 0; y < height; ++y)
+                        for (int x = 0; x < width; ++x)
+                            if (((columns ? x : y) + phase) % 8 < wide)
+                                values[index(x, y)] = plane[index(x, y)];
+                    const auto got = visibility_of(stored_of(values, camera), half(1));
+                    float least = 1;
+                    for (int y = 8; y < height - 8; ++y) // strips that the border cuts have no slope
+                        for (int x = 8; x < width - 8; ++x)
+                            least = std::min(least, got[index(x, y)]);
+                    INFO(name_of(camera) << ", " << wide << " pixels, phase " << phase << (columns ? ", upright" : ""));
+                    CHECK(least >= 1 - ssao_plane_error);
+                }
+            }
+        }
+    }
+}
+
 TEST_CASE("ssao at half resolution: nothing leaks over an edge", "[ssao][half]") {
     // Something open before or behind something dark, whose edges lie on even and odd pixels.
     const scene::Scene plate_before_crease{scene::Plane{{0, -3, -20}, {0, 1, 0.5}},
@@ -385,12 +409,12 @@ const std::pair<const char*, Change> changes[] = {
     {"thickness map", [](auto& o, const Inputs& in) { o.thickness_map = in.map; }},
     {"thickness from the silhouette", [](auto& o, const auto&) { o.thickness_from_silhouette = true; }},
     {"back layer", [](auto& o, const Inputs& in) { o.back_depth = in.behind; }},
-    {"given normals", [](auto& o, const Inputs& in) { o.normals = in.normal_image; }},
     {"seed", [](auto& o, const auto&) { o.seed = 5; }},
 };
 
 } // namespace
 
+// With given normals: those from depth come from all pixels.
 TEST_CASE("ssao at half resolution: every second pixel has what its image alone has, for every option",
           "[ssao][half]") {
     std::printf("ssao at half resolution, every second pixel, against the image of these alone\n");
@@ -399,9 +423,11 @@ TEST_CASE("ssao at half resolution: every second pixel has what its image alone 
         for (const auto& [what, change] : changes) {
             SsaoCall options = half(0.8);
             options.confidence = options.bent_normal = true;
+            options.normals = all.normal_image;
             change(options, all);
             const Occlusion got = ssao(all.stored, options);
             options.half_resolution = false;
+            options.normals = few.normal_image;
             change(options, few);
             const Occlusion truth = ssao(few.stored, options);
             const Difference off = difference(picked(floats(got.visibility)), floats(truth.visibility));

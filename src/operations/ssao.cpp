@@ -361,8 +361,8 @@ Planes split_into_planes(Call& call, const Image& depth) {
         }
         const Image given = normals_for(part, options), normals = given ? given : here;
         call.occlusion.slope_errors = options.normals ? 0
-                                      : given         ? slope_errors_fitted * static_cast<float>(call.lattice.every)
-                                                      : slope_errors_neighbours;
+                                      : static_cast<float>(call.lattice.every) *
+                                            (given ? slope_errors_fitted : slope_errors_neighbours);
         params::grid_params from = lattice_grid(here, call.lattice, rows.y);
         from.y_begin = 4 * to_u32(band.begin);
         runtime::launch(call.device,
@@ -373,8 +373,8 @@ Planes split_into_planes(Call& call, const Image& depth) {
                                                     {"CLAMP", options.border == Border::clamp},
                                                     {"EVERY", call.lattice.every}}),
                         {call.vectors(call.split.plane), 4 * static_cast<std::size_t>(band.end - band.begin)}, here,
-                        extra, normals, planes.fronts, planes.backs, planes.slopes, from, extra_grid,
-                        source(normals, call.lattice, options.normals ? 0 : rows.y), call.split, call.occlusion);
+                        extra, normals, planes.fronts, planes.backs, planes.slopes, from,
+                        lattice_grid(here, pixel_lattice(call.stored), rows.y), extra_grid, source(normals, call.lattice, options.normals ? 0 : rows.y), call.split, call.occlusion);
     }
     return planes;
 }
