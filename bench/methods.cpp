@@ -208,9 +208,10 @@ void add_ssao(std::vector<Method>& list) {
         for (const auto& [name, quality] :
              {std::pair{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}})
             for (const bool silhouette : {false, true})
-                list.push_back(
-                    occlusion(text(name, suffix, silhouette ? silhouette_suffix : ""),
-                              {.quality = quality, .thickness_from_silhouette = silhouette, .half_resolution = half}));
+                list.push_back(occlusion(text(name, suffix, silhouette ? silhouette_suffix : ""),
+                                         {.quality = quality,
+                                          .thickness_from_silhouette = silhouette,
+                                          .half_resolution = half ? std::optional(true) : std::nullopt}));
         std::vector<std::pair<int, int>> explicit_counts{{1, 8}, {1, 16}, {2, 32}, {4, 32}, {4, 64}};
         if (half)
             explicit_counts = {{1, 16}, {1, 64}, {4, 64}};

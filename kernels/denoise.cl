@@ -7,6 +7,7 @@
 // the neighbour's tangent plane, both in inverse depth. So nothing is mixed across an edge.
 // Built for: PERSPECTIVE = 0 1; REACH = 0 1 2; OUTPUT = 0 1 2; CLAMP = 0 1
 
+#include "blocks.h"
 #include "ray.h"
 #include "split.h"
 
@@ -67,11 +68,14 @@ INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
 }
 
 __kernel void denoise(__global const float* fronts, __global const float* slopes, __global const float* sums,
-                      __global float* target, const grid_params grid, const split_params split, const band_params rows,
+                      __global const uint* blocks, __global float* target, const grid_params grid,
+                      const split_params split, const band_params rows, const block_params work,
                       const occlusion_params p) {
     const int column = (int)get_global_id(0) * V;
     const int y = (int)get_global_id(1) + (int)grid.y_begin;
     if (column >= (int)split.columns)
+        return;
+    if (!is_needed(blocks, &work, (int)(split.pixel_x & ~3u) + 4 * column, 4 * V, y + (int)split.pixel_y))
         return;
 
 #if OUTPUT == 0

@@ -5,6 +5,7 @@
 // Kopf et al. 2007, "Joint Bilateral Upsampling"; the plane, and what may lie off it, are those of denoise.cl.
 // Built for: OUTPUT = 0 1 2
 
+#include "blocks.h"
 #include "ray.h"
 #include "slope.h"
 #include "window.h"
@@ -112,37 +113,86 @@ INLINE void finish(const centreV* c, floatV q, floatV* values) {
 #endif
 }
 
-// 2 V pixels of the region, whose first column is x_begin.
-INLINE void store_columns(__global float* to, const grid_params* grid, int x, int channel, floatV even, floatV odd) {
-    floatV row[2];
-#if V == 1
-    row[0] = even, row[1] = odd;
-#else
-    row[0].even = even.lo, row[0].odd = odd.lo;
-    row[1].even = even.hi, row[1].odd = odd.hi;
-#endif
-    const int first = (int)grid->x_begin, end = (int)grid->x_end;
-    for (int j = 0; j < 2; ++j, x += V) {
-        if (CHANNELS == 1 && x >= first && x + V <= end) {
-            *(__global float_lanes*)(to + (x - first)) = row[j];
-            continue;
+// Beside a block at half resolution a block of all pixels passes over into it, so that no seam shows. SEAM_END pixels from it
+// the block has its own results. Up to SEAM_BEGIN pixels it has those of half resolution: its filter lacks what lies beyond.
+#define SEAM_BEGIN 2
+#define SEAM_END 10
+
+// The fraction of half resolution for V pixels of a block of all pixels, in column `ix` and row `iy` of the block.
+INLINE floatV half_weight(__global const uint* blocks, const block_params* p, int column, int row, int ix, int iy) {
+    const int last = (1 << ssao_block_shift) - 1;
+    const intV from_left = (intV)ix + LANE_INDEX(int), from_right = last - from_left;
+    floatV weight = 0.0f;
+    for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+            if (block_at(blocks, p, column + dx, row + dy) == WHOLE)
+                continue;
+            const intV across = dx < 0 ? from_left : dx > 0 ? from_right : (intV)0;
+            const floatV away = convert_floatV(max(across, (intV)(dy < 0 ? iy : dy > 0 ? last - iy : 0)));
+            weight = max(weight, (SEAM_END - away) * (1.0f / (SEAM_END - SEAM_BEGIN)));
         }
-        const float_lanes values = row[j];
-        for (int lane = 0; lane < V; ++lane) {
-            if (x + lane >= first && x + lane < end)
-                to[CHANNELS * (x + lane - first) + channel] = ((const float*)&values)[lane];
-        }
+    }
+    return min(weight, 1.0f);
+}
+
+// V values of a row of the region, and the same from memory.
+INLINE void store_row(__global float* to, int begin, int end, const floatV* values) {
+    if (CHANNELS == 1 && begin == 0 && end == V) {
+        *(__global float_lanes*)to = values[0];
+        return;
+    }
+    for (int c = 0; c < CHANNELS; ++c) {
+        const float_lanes lanes = values[c];
+        for (int i = begin; i < end; ++i)
+            to[CHANNELS * i + c] = ((const float*)&lanes)[i];
+    }
+}
+INLINE void load_row(__global const float* from, int begin, int end, floatV* values) {
+    for (int c = 0; c < CHANNELS; ++c) {
+        float lanes[V];
+        for (int i = 0; i < V; ++i)
+            lanes[i] = i >= begin && i < end ? from[CHANNELS * i + c] : 0.0f;
+        values[c] = *(const float_lanes*)lanes;
     }
 }
 
-__kernel void joint_upsample(__global const float* depth, __global const float* results, __global float* target,
-                             const grid_params grid, const grid_params results_grid, const grid_params target_grid,
-                             const occlusion_params p) {
+// Replaces results by those that lie in memory, but for the fraction `weight`.
+INLINE void blend(__global const float* whole, int begin, int end, floatV weight, floatV* values) {
+    floatV own[CHANNELS], square = 0.0f;
+    load_row(whole, begin, end, own);
+    for (int c = 0; c < CHANNELS; ++c) {
+        const floatV between = fma(weight, values[c] - own[c], own[c]);
+        values[c] = select(select(own[c], between, weight > 0.0f), values[c], weight >= 1.0f);
+        square = fma(values[c], values[c], square);
+    }
+#if OUTPUT == 2
+    const floatV length = sqrt(square);
+    const intV mixed = (weight > 0.0f) & (weight < 1.0f) & (length > 0.0f);
+    for (int c = 0; c < CHANNELS; ++c)
+        values[c] = select(values[c], values[c] / length, mixed);
+#endif
+}
+
+__kernel void joint_upsample(__global const float* depth, __global const float* results, __global const uint* blocks,
+                             __global float* target, const grid_params grid, const grid_params results_grid,
+                             const grid_params target_grid, const block_params work, const occlusion_params p) {
+    // Work-items begin at multiples of 2 V of the camera's columns: each lies in one block.
     const int left = (int)(grid.pixel_x & 1), top = (int)(grid.pixel_y & 1);
-    const int column = (int)get_global_id(0) * V, x = 2 * column - left;
+    const int x = 2 * V * (int)get_global_id(0) - (int)(grid.pixel_x & (2 * V - 1)), column = (x + left) >> 1;
     const int y = (int)get_global_id(1) + (int)target_grid.y_begin;
     if (x >= (int)target_grid.x_end || x + 2 * V <= (int)target_grid.x_begin)
         return;
+    floatV weights[2] = {1.0f, 1.0f};
+    bool mixed = false;
+    if (work.columns > 0) {
+        const int camera_x = x + (int)grid.pixel_x, camera_y = y + (int)grid.pixel_y, last = (1 << ssao_block_shift) - 1;
+        const int block_x = block_column(&work, camera_x), block_y = block_row(&work, camera_y);
+        mixed = block_at(blocks, &work, block_x, block_y) == WHOLE;
+        for (int j = 0; j < 2 && mixed; ++j)
+            weights[j] = half_weight(blocks, &work, block_x, block_y, (camera_x & last) + j * V, camera_y & last);
+        if (!any_of((weights[0] > 0.0f) | (weights[1] > 0.0f)))
+            return;
+    }
     const window w = window_at(depth, &grid, x, y);
     const columnsV here = columns_at(&w, 0, 0);
     const columnsV surface = {surface_only(here.even), surface_only(here.odd)};
@@ -175,8 +225,23 @@ __kernel void joint_upsample(__global const float* depth, __global const float* 
     floatV to_even[CHANNELS], to_odd[CHANNELS];
     finish(&even, here.even, to_even);
     finish(&odd, here.odd, to_odd);
-    __global float* const to =
-        target + target_grid.target_offset + (size_t)get_global_id(1) * target_grid.target_stride;
-    for (int c = 0; c < CHANNELS; ++c)
-        store_columns(to, &target_grid, x, c, between ? to_even[c] : of_left[c], to_odd[c]);
+    const int first = (int)target_grid.x_begin, end = (int)target_grid.x_end;
+    __global float* const row = target + target_grid.target_offset + (size_t)get_global_id(1) * target_grid.target_stride;
+    for (int j = 0; j < 2; ++j) {
+        floatV values[CHANNELS];
+        for (int c = 0; c < CHANNELS; ++c) {
+            const floatV in_even = between ? to_even[c] : of_left[c];
+#if V == 1
+            values[c] = j == 0 ? in_even : to_odd[c];
+#else
+            values[c].even = j == 0 ? in_even.lo : in_even.hi;
+            values[c].odd = j == 0 ? to_odd[c].lo : to_odd[c].hi;
+#endif
+        }
+        const int from = x + j * V, begin = clamp(first - from, 0, V), until = clamp(end - from, 0, V);
+        __global float* const to = row + CHANNELS * (from - first);
+        if (mixed)
+            blend(to, begin, until, weights[j], values);
+        store_row(to, begin, until, values);
+    }
 }

@@ -173,6 +173,21 @@ typedef struct {
 } band_params;
 PARAMS(band_params, 16)
 
+// Blocks of 64 x 64 pixels of the camera's image, see kernels/blocks.h.
+CONSTANT(ssao_block_shift, 6)
+
+// The blocks of an image, and those that a pass works for.
+typedef struct {
+    int first_column, first_row; // of the camera's image, in blocks
+    u32 columns, rows;           // 0: the pass works for all pixels
+    u32 every;                   // pixels from one of the pass to the next, in a row and from row to row
+    u32 wanted;                  // the word of the blocks that it works for
+    u32 margin;                  // pixels around them that it works for too
+    float least;                 // inverse depth of the farthest surface on which the radius is long enough
+    u32 smooth;                  // may not have low steps and thin objects?
+} block_params;
+PARAMS(block_params, 36)
+
 // A sample of one jitter pattern along a slice: the pixel nearest to it, and the stretch of the slice that this pixel
 // represents. Distances are in pixels along the slice, from the centre pixel unless said otherwise.
 typedef struct {

@@ -10,6 +10,7 @@
 // weighted to be uniform around the view ray, not on the screen.
 // Built for: PERSPECTIVE = 0 1; CONFIDENCE = 0 1; BENT = 0 1
 
+#include "blocks.h"
 #include "ray.h"
 #include "split.h"
 
@@ -495,10 +496,14 @@ INLINE void add_open(const sideV* side, const sliceV* slice, const pixelV* c, co
 
 __kernel void ssao(__global const float* fronts, __global const float* backs, __global const float* slopes,
                    __global const float* taps, __global const float* turns, __global const uint* counts,
-                   __global float* sums, const split_params split, const band_params rows, const occlusion_params p) {
+                   __global const uint* blocks, __global float* sums, const split_params split, const band_params rows,
+                   const block_params work, const occlusion_params p) {
     const itemV item = item_of(&rows);
     const int pattern = item.pattern, column = item.column, row = item.row;
     if (column >= (int)split.columns)
+        return;
+    const int x = (int)(split.pixel_x & ~3u) + 4 * column + pattern % 4;
+    if (!is_needed(blocks, &work, x, 4 * V - 3, (int)(split.pixel_y & ~3u) + 4 * row + pattern / 4))
         return;
 
     const uint here = in_plane(&split, pattern, column, row);

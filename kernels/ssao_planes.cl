@@ -5,6 +5,7 @@
 // Outside the image there is nothing, or the border's pixels again.
 // Built for: THICKNESS = 0 1 2 3; GIVEN_NORMALS = 0 1 2; CLAMP = 0 1
 
+#include "blocks.h"
 #include "lattice.h"
 #include "ray.h"
 #include "slope.h"
@@ -93,12 +94,12 @@ INLINE void slopes_of(__global const float* normals, const source_params* source
 #endif
 
 __kernel void ssao_planes(__global const float* depth, __global const float* extra, __global const float* normals,
-                          __global float* fronts, __global float* backs, __global float* slopes, const grid_params grid,
+                          __global const uint* blocks, __global float* fronts, __global float* backs, __global float* slopes, const grid_params grid,
                           const grid_params pixels, const grid_params extra_grid, const source_params normals_source, const split_params split,
-                          const occlusion_params occlusion) {
+                          const block_params work, const occlusion_params occlusion) {
     const int column = (int)get_global_id(0) * V - split_margin;
     const int v = (int)(get_global_id(1) + grid.y_begin) - 4; // rows of the split image, its margins included
-    if (column >= (int)split.columns + split_margin)
+    if (column >= (int)split.columns + split_margin || !is_any_needed(blocks, &work))
         return;
     const int y = v - (int)(split.pixel_y & 3);
     const int left = 4 * column - (int)(split.pixel_x & 3);

@@ -41,8 +41,10 @@ struct SsaoOptions {
     std::uint32_t seed = 0; ///< turns the jitter
 
     /// Computes every second pixel of every second row of the camera's image and interpolates the others along their tangent
-    /// planes. For large radii. A pixel without a valid computed neighbour is open, with a confidence of 0.
-    bool half_resolution = false;
+    /// planes. A pixel without a valid computed neighbour is open, with a confidence of 0. true: everywhere; false: nowhere.
+    /// Default: a quality chooses it for each block of 64 x 64 pixels of the camera's image, where the radius covers many
+    /// pixels and the quality's error does not grow. With `slices`, `samples` or `jitter` the default is false.
+    std::optional<bool> half_resolution = {};
 
     std::optional<Region> region = {}; ///< part that is computed; samples still come from the whole image
 

@@ -23,8 +23,10 @@ constexpr std::string_view half_resolution = ", half resolution"; // follows the
 
 // Sets the options that stand for a method of the table: a preset, or "2 x 16" for 2 slices of 16 samples.
 void set(const std::string& method, SsaoOptions& options) {
-    options.half_resolution = method.ends_with(half_resolution);
-    const std::string of = method.substr(0, method.size() - (options.half_resolution ? half_resolution.size() : 0));
+    const bool half = method.ends_with(half_resolution);
+    if (half)
+        options.half_resolution = true;
+    const std::string of = method.substr(0, method.size() - (half ? half_resolution.size() : 0));
     const auto quality =
         named<Quality>(of, {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}});
     options.quality = quality.value_or(Quality::balanced);

@@ -40,6 +40,17 @@ struct Sampling {
     int slices, samples, jitter;
 };
 
+// How a quality chooses blocks of half resolution, and samples there. docs/research/ambient-occlusion.md has the measurements.
+struct HalfResolution {
+    int samples;
+    double least_px; // radius on every surface of such a block, pixels
+    bool smooth;     // no low steps and thin objects: kernels/ssao_blocks.cl
+};
+constexpr HalfResolution half_of_quality[] = {{16, 64, false}, {64, 128, true}, {45, 64, true}};
+
+// A block at half resolution needs results so many pixels beyond it: a seam, one more to interpolate, and the filter.
+constexpr params::u32 half_margin = 16;
+
 void check_size(const Image& image, const StoredDepth& stored, const char* what) {
     check_device(stored, {what, image});
     const int width = stored.image.width(), height = stored.image.height();
@@ -106,7 +117,7 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
         require(options.normals_space == Space::view || stored.camera.view,
                 "normals in the world need the camera's view matrix, and it has none");
     }
-    if (options.half_resolution) {
+    if (options.half_resolution.value_or(false)) {
         const PixelLattice half = pixel_lattice(stored, 2);
         require(half.width > 0 && half.height > 0, "half_resolution looks from even columns and rows, and the depth's ",
                 ImageSize{stored.image.width(), stored.image.height()}, " pixels at (", stored.x, ", ", stored.y,
@@ -275,10 +286,12 @@ struct Call {
     std::shared_ptr<const DeviceSlices> table;
     params::occlusion_params occlusion;
     runtime::Scratch scratch;
+    Image blocks;               // what each block is computed at,
+    params::block_params work{}; // and which of them this call works for: all, unless it is told
 
     Call(const StoredDepth& depth, double length, const SsaoOptions& asked)
         : stored(depth), radius(length), options(asked), device(depth.image.device()),
-          rays(centre_rays(camera_rays(depth.camera))), lattice(pixel_lattice(depth, asked.half_resolution ? 2 : 1)),
+          rays(centre_rays(camera_rays(depth.camera))), lattice(pixel_lattice(depth, asked.half_resolution.value_or(false) ? 2 : 1)),
           split(split_parameters(lattice)), chosen(sampling_of(asked)),
           table(slices_on(device, {std::bit_cast<std::uint64_t>(asked.falloff),
                                    chosen.slices,
@@ -287,7 +300,7 @@ struct Call {
                                    chosen.jitter,
                                    asked.seed,
                                    {static_cast<int>(split.stride), static_cast<int>(split.plane)}})),
-          occlusion(parameters(lattice)), scratch(device) {}
+          occlusion(parameters(lattice)), scratch(device), blocks(table->counts.on(device)) {}
 
     params::occlusion_params parameters(const PixelLattice& pixels) const {
         return occlusion_parameters(stored.camera, rays_of(rays, pixels),
@@ -302,6 +315,15 @@ struct Call {
 
     std::size_t vectors(params::u32 columns) const {
         return columns / static_cast<std::size_t>(device.options().vector_width);
+    }
+
+    /// Works for the blocks that have this word, and for a margin around them.
+    void work_for(const Image& words, params::block_params chosen, params::u32 wanted, params::u32 margin) {
+        blocks = words;
+        work = chosen;
+        work.every = to_u32(lattice.every);
+        work.wanted = wanted;
+        work.margin = margin;
     }
 
     /// Rows of all planes.
@@ -373,8 +395,8 @@ Planes split_into_planes(Call& call, const Image& depth) {
                                                     {"CLAMP", options.border == Border::clamp},
                                                     {"EVERY", call.lattice.every}}),
                         {call.vectors(call.split.plane), 4 * static_cast<std::size_t>(band.end - band.begin)}, here,
-                        extra, normals, planes.fronts, planes.backs, planes.slopes, from,
-                        lattice_grid(here, pixel_lattice(call.stored), rows.y), extra_grid, source(normals, call.lattice, options.normals ? 0 : rows.y), call.split, call.occlusion);
+                        extra, normals, call.blocks, planes.fronts, planes.backs, planes.slopes, from,
+                        lattice_grid(here, pixel_lattice(call.stored), rows.y), extra_grid, source(normals, call.lattice, options.normals ? 0 : rows.y), call.split, call.work, call.occlusion);
     }
     return planes;
 }
@@ -394,19 +416,19 @@ void filter(const Call& call, const Planes& planes, const Image& sums, const par
                                             {"OUTPUT", static_cast<int>(output)},
                                             {"CLAMP", call.options.border == Border::clamp}}),
                     {call.vectors(call.split.columns), static_cast<std::size_t>(region.height)}, planes.fronts,
-                    planes.slopes, sums, result, grid(result, region), call.split, rows, call.occlusion);
+                    planes.slopes, sums, call.blocks, result, grid(result, region), call.split, rows, call.work,
+                    call.occlusion);
 }
 
 void upsample(const Call& call, const Image& depth, const Image& found, Output output, const Image& result,
               const Region& region) {
     const PixelLattice all = pixel_lattice(call.stored);
-    const std::size_t vector_width = static_cast<std::size_t>(call.device.options().vector_width);
-    const std::size_t columns = static_cast<std::size_t>(depth.width() + call.lattice.x);
+    const std::size_t wide = 2 * static_cast<std::size_t>(call.device.options().vector_width); // of a work-item
+    const std::size_t columns = static_cast<std::size_t>(depth.width()) + static_cast<std::size_t>(call.stored.x) % wide;
     runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
-                    {(columns + 2 * vector_width - 1) / (2 * vector_width), static_cast<std::size_t>(region.height)},
-                    depth, found, result, lattice_grid(depth, all),
-                    lattice_grid(found, pixel_lattice({found, call.stored.camera})), grid(result, region),
-                    call.parameters(all));
+                    {(columns + wide - 1) / wide, static_cast<std::size_t>(region.height)}, depth, found, call.blocks,
+                    result, lattice_grid(depth, all), lattice_grid(found, pixel_lattice({found, call.stored.camera})),
+                    grid(result, region), call.work, call.parameters(all));
 }
 
 // What is asked for, where it goes, and how messages name it.
@@ -427,6 +449,13 @@ std::vector<Wanted> wanted(const SsaoOptions& options, const Occlusion& results)
 
 Region region_of(const StoredDepth& stored, const SsaoOptions& options) {
     return options.region.value_or(Region{0, 0, stored.image.width(), stored.image.height()});
+}
+
+// What the presets do: a quality alone, and an image that has even columns and rows.
+bool chooses_blocks(const StoredDepth& stored, const SsaoOptions& options) {
+    const PixelLattice half = pixel_lattice(stored, 2);
+    return !options.half_resolution && !options.slices && !options.samples && !options.jitter && half.width > 0 &&
+           half.height > 0;
 }
 
 // The slices of a region's pixels, and the means of their sums, in bands of rows of the planes.
@@ -456,8 +485,8 @@ void add_up(Call& call, const Planes& planes, const std::vector<Wanted>& results
         const params::band_params here{to_u32(begin), to_u32(next - begin), to_u32(kept - 1),
                                        to_u32(in_memory * split.stride)};
         runtime::launch(call.device, slices, {call.vectors(to_u32(columns)) * params::split_planes * here.rows, 1},
-                        planes.fronts, planes.backs, planes.slopes, taps, turns, counts, sums, split, here,
-                        call.occlusion);
+                        planes.fronts, planes.backs, planes.slopes, taps, turns, counts, call.blocks, sums, split,
+                        here, call.work, call.occlusion);
         const int until = next == last ? end : std::min(4 * (next - 1) - offset, end);
         if (until <= filtered)
             continue;
@@ -486,33 +515,99 @@ void check_results(const StoredDepth& stored, const SsaoOptions& options, const 
 
 } // namespace
 
+namespace {
+
+// All pixels of a region that the call works for.
+void whole_resolution(Call& call, const Image& depth, const std::vector<Wanted>& results) {
+    const Planes planes = split_into_planes(call, depth);
+    add_up(call, planes, results, region_of(call.stored, call.options));
+}
+
+// Every second pixel of every second row, and those between.
+void half_resolution(Call& call, const Image& depth, const std::vector<Wanted>& results) {
+    const Planes planes = split_into_planes(call, depth);
+    const Region region = region_of(call.stored, call.options);
+    const int rows = call.lattice.height;
+    // Rows that the region's pixels lie between, and one more for where it has an odd row alone.
+    const int first = std::clamp((region.y - call.lattice.y) / 2 - 1, 0, rows - 1);
+    const int last = std::clamp((region.y + region.height - call.lattice.y) / 2 + 2, first + 1, rows);
+    const Region needed{0, first, call.lattice.width, last - first};
+    std::vector<Image> found;
+    for (const Wanted& result : results)
+        found.push_back(
+            call.scratch.image(Element::f32, {call.lattice.width, call.lattice.height, channels_of(result.output)}));
+    std::vector<Image> parts;
+    for (const Image& image : found)
+        parts.push_back(image.region(needed.x, needed.y, needed.width, needed.height));
+    std::vector<Wanted> halves;
+    for (std::size_t i = 0; i < found.size(); ++i)
+        halves.push_back({results[i].output, results[i].name, parts[i]});
+    add_up(call, planes, halves, needed);
+    for (std::size_t i = 0; i < found.size(); ++i)
+        upsample(call, depth, found[i], results[i].output, results[i].image, region);
+}
+
+// Which blocks of the camera's image are computed at all pixels, see kernels/blocks.h.
+std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& depth, const HalfResolution& half) {
+    const PixelLattice all = pixel_lattice(call.stored);
+    const int x = call.stored.x >> params::ssao_block_shift, y = call.stored.y >> params::ssao_block_shift;
+    const params::occlusion_params occlusion = call.parameters(all);
+    // A radius of that many pixels, as inverse depth; without perspective it has them everywhere or nowhere.
+    const auto least = static_cast<float>(half.least_px) * occlusion.pixel / occlusion.radius;
+    const float none = std::numeric_limits<float>::infinity();
+    const params::block_params chosen{
+        .first_column = x,
+        .first_row = y,
+        .columns = to_u32(((call.stored.x + all.width - 1) >> params::ssao_block_shift) - x + 1),
+        .rows = to_u32(((call.stored.y + all.height - 1) >> params::ssao_block_shift) - y + 1),
+        .every = 1,
+        .wanted = 0,
+        .margin = 0,
+        .least = call.rays.perspective ? least : least > 1 ? none : -none,
+        .smooth = half.smooth};
+    const Image blocks =
+        call.scratch.image(Element::u32, {static_cast<int>(chosen.columns * chosen.rows) + 2, 1}); // and two kinds
+    runtime::launch(call.device, call.kernel("ssao_blocks", {}), {chosen.columns, chosen.rows}, depth, blocks,
+                    lattice_grid(depth, all), chosen, occlusion);
+    runtime::launch(call.device, call.kernel("ssao_kinds", {}), {1, 1}, blocks, chosen);
+    return {blocks, chosen};
+}
+
+} // namespace
+
 void ssao(const StoredDepth& stored, const Occlusion& results, double radius, const SsaoOptions& options,
           const Launch& launch) {
     check(stored, radius, options);
     if (options.max_error)
         return ssao(stored, results, radius, chosen(stored, options), launch);
     check_results(stored, options, wanted(options, results));
-    Call call(stored, radius, options);
-    const runtime::Launched launched(call.device, launch);
-    const bool needs_whole_depth = options.half_resolution || options.thickness_from_silhouette;
-    const Image depth = needs_whole_depth ? inverse_depth(call.scratch, stored, call.rays) : Image();
-    const Planes planes = split_into_planes(call, depth);
     const std::vector<Wanted> results_wanted = wanted(options, results);
-    if (!options.half_resolution) {
-        add_up(call, planes, results_wanted, region_of(stored, options));
-    } else {
-        const Region all{0, 0, call.lattice.width, call.lattice.height};
-        std::vector<Image> found;
-        std::vector<Wanted> halves;
-        for (const auto& [output, name, result] : results_wanted)
-            found.push_back(call.scratch.image(Element::f32, {all.width, all.height, channels_of(output)}));
-        for (std::size_t i = 0; i < found.size(); ++i)
-            halves.push_back({results_wanted[i].output, results_wanted[i].name, found[i]});
-        add_up(call, planes, halves, all);
-        for (std::size_t i = 0; i < found.size(); ++i)
-            upsample(call, depth, found[i], results_wanted[i].output, results_wanted[i].image,
-                     region_of(stored, options));
+    const Device& device = stored.image.device();
+    const bool is_half = options.half_resolution.value_or(false);
+    if (!chooses_blocks(stored, options)) {
+        Call call(stored, radius, options);
+        const runtime::Launched launched(device, launch);
+        const bool needs_whole_depth = is_half || options.thickness_from_silhouette;
+        const Image depth = needs_whole_depth ? inverse_depth(call.scratch, stored, call.rays) : Image();
+        (is_half ? half_resolution : whole_resolution)(call, depth, results_wanted);
+        launched.done();
+        return;
     }
+    const HalfResolution& half = half_of_quality[static_cast<int>(options.quality)];
+    SsaoOptions few_options = options;
+    few_options.half_resolution = true;
+    few_options.samples = half.samples;
+    Call few(stored, radius, few_options);
+    const runtime::Launched launched(device, launch);
+    const Image depth = inverse_depth(few.scratch, stored, few.rays);
+    const auto [blocks, chosen] = chosen_blocks(few, depth, half);
+    {
+        Call all(stored, radius, options);
+        all.work_for(blocks, chosen, 1, 0);
+        whole_resolution(all, depth, results_wanted);
+    }
+    few.work_for(blocks, chosen, 0, half_margin);
+    half_resolution(few, depth, results_wanted);
     launched.done();
 }
 
