@@ -11,8 +11,8 @@
 #include "window.h"
 
 #define AROUND 8       // pixels around a block that count as well; 64 + 2 * 8 is a multiple of V
-#define LEAST_STEP 1.0f // widths of a pixel: a step beside which visibility changes
-#define THIN_PIXELS 2.0f // widths of a pixel that neither side's plane may miss a pixel by
+#define LEAST_STEP 0.5f // widths of a pixel: a step beside which visibility changes
+#define THIN_PIXELS 1.0f // widths of a pixel that neither side may predict a pixel wrong by
 #define MOST_STEPS 160 // pixels beside a step in a block and around it: bars have many
 
 // How far the surface jumps from a pixel to the next; 0 if it does not, or if one of the four is no surface.

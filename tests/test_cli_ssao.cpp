@@ -87,6 +87,11 @@ TEST_CASE("ssao program: every option reaches the library") {
              o.half_resolution = true;
              o.quality = Quality::fast;
          }},
+        {{"--full-resolution", "--quality", "fast"},
+         [](SsaoCall& o) {
+             o.half_resolution = false;
+             o.quality = Quality::fast;
+         }},
         {{"--slices", "5"}, [](SsaoCall& o) { o.slices = 5; }},
         {{"--samples", "3"}, [](SsaoCall& o) { o.samples = 3; }},
         {{"--jitter", "1"}, [](SsaoCall& o) { o.jitter = 1; }},

@@ -119,8 +119,12 @@ nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number
                    const Number& tolerance, const Pixels& normals, const Word<Space>& normals_space,
                    const Flag& bent_normal, const Flag& confidence, const Word<Storage>& storage, const Target& out,
                    const DeviceChoice& device) {
-    SsaoOptions options{
-        .slices = slices, .samples = samples, .jitter = jitter, .max_error = max_error, .thickness = thickness};
+    SsaoOptions options{.slices = slices,
+                        .samples = samples,
+                        .jitter = jitter,
+                        .max_error = max_error,
+                        .thickness = thickness,
+                        .half_resolution = half_resolution};
     quality.set(options.quality, "quality");
     set(options.falloff, falloff);
     border.set(options.border, "border");
@@ -128,7 +132,6 @@ nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number
         throw std::invalid_argument("seed = " + std::to_string(*seed) + " must be 0 to 4294967295");
     options.seed = static_cast<std::uint32_t>(seed.value_or(options.seed));
     set(options.thickness_from_silhouette, thickness_from_silhouette);
-    set(options.half_resolution, half_resolution);
     set(options.tolerance, tolerance);
     normals_space.set(options.normals_space, "normals_space");
     set(options.bent_normal, bent_normal);
@@ -390,7 +393,8 @@ thickness: of surfaces along their rays, scene units; inf suits terrain (default
 same for each pixel, (H, W) float32. thickness_from_silhouette=True: each pixel's object is as thick as it is wide in the
 image. back_depth: where solids end, a second layer of depth.
 falloff: fraction of the radius over which occluders fade out, 0 to 1 (default 0). border: 'open' (default) or 'clamp'.
-half_resolution: compute a quarter of the pixels. region: the part (x, y, width, height) that is computed. seed: turns the
+half_resolution: True computes a quarter of the pixels, False all (default: the quality chooses for each block of 64 x 64
+pixels; with slices, samples or jitter all). region: the part (x, y, width, height) that is computed. seed: turns the
 jitter. tolerance: how far depth may be off, in half steps of its storage (default 1).
 normals: (H, W, 3) float32 of unit length, which nobody checks, with the axes normals_space: 'view' (default) or 'world'
 (default: normals from depth).

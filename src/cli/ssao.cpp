@@ -101,11 +101,15 @@ void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
     add("--tolerance", "T", is_a_number("number above 0", [](double t) { return t > 0; }), ssao.tolerance,
         "how far depth may be off, in half steps of its storage. Raise\n"
         "it for a noisy sensor (default: 1)");
-    app.add_flag("--half-resolution", ssao.half_resolution,
-                 "compute every second pixel of every second row, and interpolate\n"
-                 "along the surfaces. Takes a third of the time. For radii of\n"
-                 "many pixels")
-        ->group("Occlusion");
+    CLI::Option* half = app.add_flag_callback(
+        "--half-resolution", [&ssao] { ssao.half_resolution = true; },
+        "compute every second pixel of every second row, and interpolate\n"
+        "along the surfaces. Default: the quality chooses it for blocks\n"
+        "where its error does not grow");
+    CLI::Option* full = app.add_flag_callback(
+        "--full-resolution", [&ssao] { ssao.half_resolution = false; }, "compute all pixels");
+    half->group("Occlusion");
+    full->excludes(half)->group("Occlusion");
     add("--seed", "N", is_whole(0, 4294967295.0), ssao.seed, "turns the jitter (default: 0)");
 }
 
@@ -238,7 +242,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, *options);
     add_max_error(app, options->ssao.max_error, options->explain, "rms of visibility",
-                  {"--quality", "--slices", "--samples", "--jitter", "--half-resolution"}, "Occlusion");
+                  {"--quality", "--slices", "--samples", "--jitter", "--half-resolution", "--full-resolution"}, "Occlusion");
     CLI::Option* normals = app.add_option("--normals", options->normals,
                                           "use these normals, as `fathom normals` writes them: EXR, PNG,\n"
                                           "TIFF or PFM (default: from the depth)");

@@ -46,7 +46,7 @@ struct HalfResolution {
     double least_px; // radius on every surface of such a block, pixels
     bool smooth;     // no low steps and thin objects: kernels/ssao_blocks.cl
 };
-constexpr HalfResolution half_of_quality[] = {{16, 64, false}, {64, 128, true}, {45, 64, true}};
+constexpr HalfResolution half_of_quality[] = {{16, 48, false}, {48, 128, true}, {36, 48, true}};
 
 // A block at half resolution needs results so many pixels beyond it: a seam, one more to interpolate, and the filter.
 constexpr params::u32 half_margin = 16;

@@ -1,0 +1,346 @@
+// Which blocks of 64 x 64 pixels a quality of ssao computes at half resolution: each block is one or the other, they pass over
+// into each other without a seam, and the same bits come out for every vector width, region and tile.
+
+#include "catch.hpp"
+#include "images.hpp"
+#include "judge.hpp"
+#include "scene/scene.hpp"
+#include "ssao_call.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace fathom;
+using namespace fathom::images;
+
+namespace {
+
+constexpr int width = 400, height = 300, block = 64, seam = 10;
+constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
+constexpr const char* names[] = {"fast", "balanced", "accurate"};
+constexpr int half_samples[] = {16, 48, 36}; // as src/operations/ssao.cpp has them
+
+std::size_t index(int x, int y, int row = width) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
+}
+
+Camera perspective_camera() {
+    Camera camera;
+    camera.width = width;
+    camera.height = height;
+    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 500});
+    return camera;
+}
+
+Camera orthographic_camera() {
+    Camera camera = perspective_camera();
+    const double y = 1.95, x = y * width / height;
+    camera.projection = orthographic({-x, x, -y, y}, {0.5, 500});
+    return camera;
+}
+
+StoredDepth stored_of(const std::vector<float>& values, const Camera& camera,
+                      const Device& device = oracle::device(Arithmetic::fp64)) {
+    return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
+}
+
+SsaoCall by_quality(Quality quality, double radius) {
+    SsaoCall call;
+    call.quality = quality;
+    call.radius = radius;
+    return call;
+}
+
+SsaoCall whole(Quality quality, double radius) {
+    SsaoCall call = by_quality(quality, radius);
+    call.half_resolution = false;
+    return call;
+}
+
+SsaoCall half(Quality quality, double radius) {
+    SsaoCall call = by_quality(quality, radius);
+    call.half_resolution = true;
+    call.samples = half_samples[static_cast<int>(quality)];
+    return call;
+}
+
+std::vector<float> visibility_of(const StoredDepth& stored, const SsaoCall& options) {
+    return floats(ssao(stored, options).visibility);
+}
+
+/// A floor before a wall, and a box on it: far and near, smooth and with edges.
+std::vector<float> yard(const Camera& camera, double forward = 0) {
+    return scene::render({scene::Plane{{0, -1.5, 0}, {0, 1, 0}}, scene::Plane{{0, 0, -14 + forward}, {0.1, 0, 1}},
+                          scene::Box{{-1.5, -1, -6 + forward}, {0.7, 0.6, 0.7}}},
+                         camera)
+        .stored;
+}
+
+// 39 to 200 pixels, and 104 to 530: the qualities ask for 48 and 128.
+double yard_radius(Quality quality) {
+    return quality == Quality::balanced ? 5.3 : 2;
+}
+
+/// Pixels that have the bits of both, of one only, and of neither.
+struct Kinds {
+    long whole = 0, half = 0, neither = 0;
+};
+Kinds kinds_of(const std::vector<float>& got, const std::vector<float>& all, const std::vector<float>& few) {
+    Kinds kinds;
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        const bool as_all = same_bits(got[i], all[i]), as_few = same_bits(got[i], few[i]);
+        kinds.whole += as_all && !as_few;
+        kinds.half += as_few && !as_all;
+        kinds.neither += !as_all && !as_few;
+    }
+    return kinds;
+}
+
+} // namespace
+
+TEST_CASE("ssao in blocks: near surfaces have half resolution, far ones all pixels, and nothing else comes between them",
+          "[ssao][blocks]") {
+    const Camera camera = perspective_camera();
+    const std::vector<float> values = yard(camera);
+    const StoredDepth stored = stored_of(values, camera);
+    for (const Quality quality : qualities) {
+        const auto got = visibility_of(stored, by_quality(quality, yard_radius(quality)));
+        const auto all = visibility_of(stored, whole(quality, yard_radius(quality)));
+        const auto few = visibility_of(stored, half(quality, yard_radius(quality)));
+        const Kinds kinds = kinds_of(got, all, few);
+        INFO(names[static_cast<int>(quality)]);
+        std::printf("ssao in blocks, %s: %ld pixels of all, %ld of half resolution, %ld between them\n",
+                    names[static_cast<int>(quality)], kinds.whole, kinds.half, kinds.neither);
+        CHECK(kinds.whole > 1000);
+        CHECK(kinds.half > 1000);
+        double worst = 0; // beyond the two results, and beyond the steepest passage from one to the other
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                const auto at = [&](const std::vector<float>& of, int dx, int dy) {
+                    return static_cast<double>(of[index(x + dx, y + dy)]);
+                };
+                const double least = std::min(at(all, 0, 0), at(few, 0, 0)), greatest = std::max(at(all, 0, 0), at(few, 0, 0));
+                worst = std::max({worst, least - at(got, 0, 0), at(got, 0, 0) - greatest});
+                for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}}) {
+                    if (x + dx >= width || y + dy >= height)
+                        continue;
+                    const auto step = [&](const std::vector<float>& of) { return at(of, dx, dy) - at(of, 0, 0); };
+                    const double apart = std::max(std::abs(at(few, 0, 0) - at(all, 0, 0)),
+                                                  std::abs(at(few, dx, dy) - at(all, dx, dy)));
+                    const double most = std::max(std::abs(step(all)), std::abs(step(few))) + apart / 8;
+                    worst = std::max(worst, std::abs(step(got)) - most);
+                }
+            }
+        }
+        std::printf("  largest step beyond those of both, and an eighth of their difference: %.1e\n", worst);
+        CHECK(worst <= 1e-6);
+    }
+}
+
+TEST_CASE("ssao in blocks: orthographic radii are long everywhere or nowhere", "[ssao][blocks]") {
+    const Camera camera = orthographic_camera(); // 77 pixels a unit
+    const std::vector<float> values = yard(camera);
+    const StoredDepth stored = stored_of(values, camera);
+    for (const auto& [radius, is_half] : {std::pair{0.5, false}, {0.7, true}}) {
+        const auto got = visibility_of(stored, by_quality(Quality::fast, radius));
+        CHECK(same_bits(got, visibility_of(stored, (is_half ? half : whole)(Quality::fast, radius))));
+    }
+}
+
+TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blocks]") {
+    const Camera camera = perspective_camera();
+    constexpr double radius = 2.6; // 130 pixels and more
+    // A wall with a crease; bars, or a step, stand before its left part.
+    const auto stored_with = [&](const scene::Scene& more) {
+        scene::Scene scene{scene::Plane{{0, -1, -4}, {0, 0.4, 1}}, scene::Plane{{0, -1, -4}, {0, 1, 0.1}}};
+        scene.insert(scene.end(), more.begin(), more.end());
+        return scene::render(scene, camera).stored;
+    };
+    scene::Scene bars;
+    for (int i = 0; i < 9; ++i)
+        bars.push_back(scene::Box{{-2 + 0.18 * i, 0, -3.4}, {0.009, 5, 0.009}}); // 2 pixels wide
+    const scene::Scene step{scene::Box{{-3, 0, -4}, {2.5, 5, 0.1}}};
+    for (const auto& [what, more] : {std::pair{"bars", bars}, {"a step", step}}) {
+        const auto values = stored_with(more), bare = stored_with({});
+        for (const Quality quality : {Quality::balanced, Quality::accurate}) {
+            const StoredDepth stored = stored_of(values, camera);
+            const auto got = visibility_of(stored, by_quality(quality, radius));
+            const auto all = visibility_of(stored, whole(quality, radius));
+            const Kinds kinds = kinds_of(got, all, visibility_of(stored, half(quality, radius)));
+            long differ = 0, beside = 0;
+            for (int y = seam; y < height - seam; ++y) {
+                for (int x = 1; x < width - 1; ++x) {
+                    const bool is_bar = values[index(x, y)] != bare[index(x, y)];
+                    const bool is_edge = is_bar != (values[index(x + 1, y)] != bare[index(x + 1, y)]);
+                    // In the last pixels of a block it may already pass over.
+                    if (!is_edge || x % block < seam || x % block >= block - seam || y % block < seam ||
+                        y % block >= block - seam)
+                        continue;
+                    ++beside;
+                    differ += !same_bits(got[index(x, y)], all[index(x, y)]);
+                }
+            }
+            INFO(what << ", " << names[static_cast<int>(quality)]);
+            CHECK(beside > 50);
+            CHECK(differ == 0);
+            CHECK(kinds.half > 5000); // the bare part
+        }
+    }
+}
+
+TEST_CASE("ssao in blocks: numbers of slices, samples and jitter keep all pixels", "[ssao][blocks]") {
+    const Camera camera = perspective_camera();
+    const std::vector<float> values = yard(camera);
+    const StoredDepth stored = stored_of(values, camera);
+    for (const bool without : {false, true}) {
+        SsaoCall slices = by_quality(Quality::fast, yard_radius(Quality::fast)), samples = slices, jitter = slices;
+        slices.slices = 1, samples.samples = 6, jitter.jitter = 16;
+        const auto all = visibility_of(stored, whole(Quality::fast, yard_radius(Quality::fast)));
+        for (SsaoCall* call : {&slices, &samples, &jitter}) {
+            if (without)
+                call->half_resolution = false;
+            CHECK(same_bits(visibility_of(stored, *call), all));
+        }
+    }
+}
+
+TEST_CASE("ssao in blocks: the same bits whatever the vector width and the groups", "[ssao][blocks]") {
+    const Camera camera = perspective_camera();
+    const auto values = yard(camera);
+    for (const Quality quality : {Quality::fast, Quality::accurate}) {
+        std::vector<float> first[3];
+        for (const auto& [vector_width, group] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}}) {
+            const Device device = Device::open("cpu", {Arithmetic::fp64, vector_width, group});
+            SsaoCall call = by_quality(quality, yard_radius(quality));
+            call.confidence = call.bent_normal = vector_width % 15 == 1; // these kernels are long to build
+            const Occlusion results = ssao(stored_of(values, camera, device), call);
+            int which = 0;
+            for (const Image& image : {results.visibility, results.confidence, results.bent_normal}) {
+                if (!image)
+                    continue;
+                const auto got = floats(image);
+                if (first[which].empty())
+                    first[which] = got;
+                INFO(names[static_cast<int>(quality)] << ", vector width " << vector_width << ", groups of " << group
+                                                      << ", output " << which);
+                CHECK(same_bits(got, first[which]));
+                ++which;
+            }
+        }
+        double length = 0;
+        for (std::size_t i = 0; i < first[2].size(); i += 3)
+            length = std::max(length, std::abs(std::hypot(first[2][i], first[2][i + 1], first[2][i + 2]) - 1.0));
+        CHECK(length <= 1e-6);
+    }
+}
+
+TEST_CASE("ssao in blocks: a region is the crop of the whole, bit for bit", "[ssao][blocks]") {
+    const Camera camera = perspective_camera();
+    const std::vector<float> values = yard(camera);
+    const StoredDepth stored = stored_of(values, camera);
+    for (const Quality quality : {Quality::fast, Quality::accurate}) {
+        SsaoCall call = by_quality(quality, yard_radius(quality));
+        call.confidence = call.bent_normal = quality == Quality::fast;
+        const Occlusion all = ssao(stored, call);
+        for (const Region& r :
+             {Region{0, 0, 1, 1}, {width - 1, height - 1, 1, 1}, {37, 25, 117, 119}, {63, 61, 2, 140}, {150, 63, 200, 1}}) {
+            call.region = r;
+            const Occlusion part = ssao(stored, call);
+            INFO(names[static_cast<int>(quality)]
+                 << ", region " << r.width << " x " << r.height << " at " << r.x << ", " << r.y);
+            CHECK(same_bits(floats(part.visibility), floats(all.visibility.region(r.x, r.y, r.width, r.height))));
+            if (!call.confidence)
+                continue;
+            CHECK(same_bits(floats(part.confidence), floats(all.confidence.region(r.x, r.y, r.width, r.height))));
+            CHECK(same_bits(floats(part.bent_normal), floats(all.bent_normal.region(r.x, r.y, r.width, r.height))));
+        }
+    }
+}
+
+TEST_CASE("ssao in blocks: a tile with a halo equals the whole in its middle", "[ssao][blocks]") {
+    const Camera camera = perspective_camera();
+    // A crease, nearer on the left; the radius has 35 to 86 pixels.
+    const auto values =
+        scene::render({scene::Plane{{0, 0, -5}, {0.3, 0, 1}}, scene::Plane{{0, -0.3, -5}, {0, 1, 0.6}}}, camera).stored;
+    const StoredDepth stored = stored_of(values, camera);
+    constexpr double radius = 0.9;
+    constexpr int halo = ssao_block_halo, across = 330, down = 260;
+    for (const Quality quality : {Quality::fast, Quality::accurate}) {
+        const auto all = visibility_of(stored, by_quality(quality, radius));
+        const Kinds kinds = kinds_of(all, visibility_of(stored, whole(quality, radius)),
+                                     visibility_of(stored, half(quality, radius)));
+        CHECK(kinds.whole > 1000);
+        CHECK(kinds.half > 1000);
+        for (const auto& [left, top] : {std::pair{0, 0}, {1, 0}, {0, 1}, {13, 7}, {37, 15}, {70, 40}}) {
+            const auto tile = visibility_of(stored.region(left, top, across, down), by_quality(quality, radius));
+            long differ = 0;
+            for (int y = halo; y < down - halo; ++y)
+                for (int x = halo; x < across - halo; ++x)
+                    differ += !same_bits(tile[index(x, y, across)], all[index(left + x, top + y)]);
+            INFO(names[static_cast<int>(quality)] << ", tile at " << left << ", " << top);
+            CHECK(differ == 0);
+        }
+    }
+}
+
+// Largest root of the mean square of what a frame changes where blocks change their resolution.
+TEST_CASE("ssao in blocks: a camera that moves sees no block pop", "[ssao][blocks]") {
+    const Camera camera = perspective_camera();
+    constexpr double bars[] = {0.044, 0.0167, 0.0135}; // the qualities' own errors in the scene that each is worst in
+    for (const Quality quality : qualities) {
+        std::vector<float> last, last_whole;
+        double worst = 0;
+        long changed_blocks = 0;
+        std::vector<bool> last_half;
+        for (int frame = 0; frame < 24; ++frame) {
+            const std::vector<float> values = yard(camera, 0.05 * frame);
+            const StoredDepth stored = stored_of(values, camera);
+            const auto got = visibility_of(stored, by_quality(quality, yard_radius(quality)));
+            const auto all = visibility_of(stored, whole(quality, yard_radius(quality)));
+            std::vector<bool> is_half;
+            double frame_worst = 0;
+            for (int top = 0; top < height; top += block) {
+                for (int left = 0; left < width; left += block) {
+                    const int x = std::min(left + block / 2, width - 1), y = std::min(top + block / 2, height - 1);
+                    long differ = 0;
+                    double square = 0;
+                    int count = 0;
+                    for (int dy = -8; dy < 8 && y + dy < height; ++dy) {
+                        for (int dx = -8; dx < 8 && x + dx < width; ++dx) {
+                            const std::size_t i = index(x + dx, y + dy);
+                            differ += !same_bits(got[i], all[i]);
+                            if (last.empty())
+                                continue;
+                            // Beyond what moves in the whole image.
+                            const double change = static_cast<double>(got[i]) - static_cast<double>(last[i]) -
+                                                  (static_cast<double>(all[i]) - static_cast<double>(last_whole[i]));
+                            square += change * change;
+                            ++count;
+                        }
+                    }
+                    is_half.push_back(differ > 0);
+                    if (count > 0)
+                        frame_worst = std::max(frame_worst, std::sqrt(square / count));
+                }
+            }
+            for (std::size_t i = 0; i < last_half.size(); ++i)
+                changed_blocks += is_half[i] != last_half[i];
+            worst = std::max(worst, frame_worst);
+            last = got;
+            last_whole = all;
+            last_half = is_half;
+        }
+        std::printf("ssao in blocks, %s: 24 frames, %ld changes of a block, which change its middle by at most %.4f rms\n",
+                    names[static_cast<int>(quality)], changed_blocks, worst);
+        INFO(names[static_cast<int>(quality)]);
+        CHECK(changed_blocks > 0);
+        CHECK(worst <= bars[static_cast<int>(quality)]);
+    }
+}
