@@ -105,8 +105,9 @@ Kinds kinds_of(const std::vector<float>& got, const std::vector<float>& all, con
 
 } // namespace
 
-TEST_CASE("ssao in blocks: near surfaces have half resolution, far ones all pixels, and nothing else comes between them",
-          "[ssao][blocks]") {
+TEST_CASE(
+    "ssao in blocks: near surfaces have half resolution, far ones all pixels, and nothing else comes between them",
+    "[ssao][blocks]") {
     const Camera camera = perspective_camera();
     const std::vector<float> values = yard(camera);
     const StoredDepth stored = stored_of(values, camera);
@@ -126,14 +127,15 @@ TEST_CASE("ssao in blocks: near surfaces have half resolution, far ones all pixe
                 const auto at = [&](const std::vector<float>& of, int dx, int dy) {
                     return static_cast<double>(of[index(x + dx, y + dy)]);
                 };
-                const double least = std::min(at(all, 0, 0), at(few, 0, 0)), greatest = std::max(at(all, 0, 0), at(few, 0, 0));
+                const double least = std::min(at(all, 0, 0), at(few, 0, 0)),
+                             greatest = std::max(at(all, 0, 0), at(few, 0, 0));
                 worst = std::max({worst, least - at(got, 0, 0), at(got, 0, 0) - greatest});
                 for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}}) {
                     if (x + dx >= width || y + dy >= height)
                         continue;
                     const auto step = [&](const std::vector<float>& of) { return at(of, dx, dy) - at(of, 0, 0); };
-                    const double apart = std::max(std::abs(at(few, 0, 0) - at(all, 0, 0)),
-                                                  std::abs(at(few, dx, dy) - at(all, dx, dy)));
+                    const double apart =
+                        std::max(std::abs(at(few, 0, 0) - at(all, 0, 0)), std::abs(at(few, dx, dy) - at(all, dx, dy)));
                     const double most = std::max(std::abs(step(all)), std::abs(step(few))) + apart / 8;
                     worst = std::max(worst, std::abs(step(got)) - most);
                 }
@@ -249,12 +251,15 @@ TEST_CASE("ssao in blocks: a region is the crop of the whole, bit for bit", "[ss
         SsaoCall call = by_quality(quality, yard_radius(quality));
         call.confidence = call.bent_normal = quality == Quality::fast;
         const Occlusion all = ssao(stored, call);
-        for (const Region& r :
-             {Region{0, 0, 1, 1}, {width - 1, height - 1, 1, 1}, {37, 25, 117, 119}, {63, 61, 2, 140}, {150, 63, 200, 1}}) {
+        for (const Region& r : {Region{0, 0, 1, 1},
+                                {width - 1, height - 1, 1, 1},
+                                {37, 25, 117, 119},
+                                {63, 61, 2, 140},
+                                {150, 63, 200, 1}}) {
             call.region = r;
             const Occlusion part = ssao(stored, call);
-            INFO(names[static_cast<int>(quality)]
-                 << ", region " << r.width << " x " << r.height << " at " << r.x << ", " << r.y);
+            INFO(names[static_cast<int>(quality)] << ", region " << r.width << " x " << r.height << " at " << r.x
+                                                  << ", " << r.y);
             CHECK(same_bits(floats(part.visibility), floats(all.visibility.region(r.x, r.y, r.width, r.height))));
             if (!call.confidence)
                 continue;
@@ -274,8 +279,8 @@ TEST_CASE("ssao in blocks: a tile with a halo equals the whole in its middle", "
     constexpr int halo = ssao_block_halo, across = 330, down = 260;
     for (const Quality quality : {Quality::fast, Quality::accurate}) {
         const auto all = visibility_of(stored, by_quality(quality, radius));
-        const Kinds kinds = kinds_of(all, visibility_of(stored, whole(quality, radius)),
-                                     visibility_of(stored, half(quality, radius)));
+        const Kinds kinds =
+            kinds_of(all, visibility_of(stored, whole(quality, radius)), visibility_of(stored, half(quality, radius)));
         CHECK(kinds.whole > 1000);
         CHECK(kinds.half > 1000);
         for (const auto& [left, top] : {std::pair{0, 0}, {1, 0}, {0, 1}, {13, 7}, {37, 15}, {70, 40}}) {
@@ -337,8 +342,9 @@ TEST_CASE("ssao in blocks: a camera that moves sees no block pop", "[ssao][block
             last_whole = all;
             last_half = is_half;
         }
-        std::printf("ssao in blocks, %s: 24 frames, %ld changes of a block, which change its middle by at most %.4f rms\n",
-                    names[static_cast<int>(quality)], changed_blocks, worst);
+        std::printf(
+            "ssao in blocks, %s: 24 frames, %ld changes of a block, which change its middle by at most %.4f rms\n",
+            names[static_cast<int>(quality)], changed_blocks, worst);
         INFO(names[static_cast<int>(quality)]);
         CHECK(changed_blocks > 0);
         CHECK(worst <= bars[static_cast<int>(quality)]);

@@ -242,7 +242,8 @@ std::function<int()> configure_ssao(CLI::App& app) {
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, *options);
     add_max_error(app, options->ssao.max_error, options->explain, "rms of visibility",
-                  {"--quality", "--slices", "--samples", "--jitter", "--half-resolution", "--full-resolution"}, "Occlusion");
+                  {"--quality", "--slices", "--samples", "--jitter", "--half-resolution", "--full-resolution"},
+                  "Occlusion");
     CLI::Option* normals = app.add_option("--normals", options->normals,
                                           "use these normals, as `fathom normals` writes them: EXR, PNG,\n"
                                           "TIFF or PFM (default: from the depth)");

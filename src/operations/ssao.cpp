@@ -286,12 +286,13 @@ struct Call {
     std::shared_ptr<const DeviceSlices> table;
     params::occlusion_params occlusion;
     runtime::Scratch scratch;
-    Image blocks;               // what each block is computed at,
+    Image blocks;                // what each block is computed at,
     params::block_params work{}; // and which of them this call works for: all, unless it is told
 
     Call(const StoredDepth& depth, double length, const SsaoOptions& asked)
         : stored(depth), radius(length), options(asked), device(depth.image.device()),
-          rays(centre_rays(camera_rays(depth.camera))), lattice(pixel_lattice(depth, asked.half_resolution.value_or(false) ? 2 : 1)),
+          rays(centre_rays(camera_rays(depth.camera))),
+          lattice(pixel_lattice(depth, asked.half_resolution.value_or(false) ? 2 : 1)),
           split(split_parameters(lattice)), chosen(sampling_of(asked)),
           table(slices_on(device, {std::bit_cast<std::uint64_t>(asked.falloff),
                                    chosen.slices,
@@ -383,8 +384,8 @@ Planes split_into_planes(Call& call, const Image& depth) {
         }
         const Image given = normals_for(part, options), normals = given ? given : here;
         call.occlusion.slope_errors = options.normals ? 0
-                                      : static_cast<float>(call.lattice.every) *
-                                            (given ? slope_errors_fitted : slope_errors_neighbours);
+                                                      : static_cast<float>(call.lattice.every) *
+                                                            (given ? slope_errors_fitted : slope_errors_neighbours);
         params::grid_params from = lattice_grid(here, call.lattice, rows.y);
         from.y_begin = 4 * to_u32(band.begin);
         runtime::launch(call.device,
@@ -396,7 +397,9 @@ Planes split_into_planes(Call& call, const Image& depth) {
                                                     {"EVERY", call.lattice.every}}),
                         {call.vectors(call.split.plane), 4 * static_cast<std::size_t>(band.end - band.begin)}, here,
                         extra, normals, call.blocks, planes.fronts, planes.backs, planes.slopes, from,
-                        lattice_grid(here, pixel_lattice(call.stored), rows.y), extra_grid, source(normals, call.lattice, options.normals ? 0 : rows.y), call.split, call.work, call.occlusion);
+                        lattice_grid(here, pixel_lattice(call.stored), rows.y), extra_grid,
+                        source(normals, call.lattice, options.normals ? 0 : rows.y), call.split, call.work,
+                        call.occlusion);
     }
     return planes;
 }
@@ -424,7 +427,8 @@ void upsample(const Call& call, const Image& depth, const Image& found, Output o
               const Region& region) {
     const PixelLattice all = pixel_lattice(call.stored);
     const std::size_t wide = 2 * static_cast<std::size_t>(call.device.options().vector_width); // of a work-item
-    const std::size_t columns = static_cast<std::size_t>(depth.width()) + static_cast<std::size_t>(call.stored.x) % wide;
+    const std::size_t columns =
+        static_cast<std::size_t>(depth.width()) + static_cast<std::size_t>(call.stored.x) % wide;
     runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
                     {(columns + wide - 1) / wide, static_cast<std::size_t>(region.height)}, depth, found, call.blocks,
                     result, lattice_grid(depth, all), lattice_grid(found, pixel_lattice({found, call.stored.camera})),
@@ -485,8 +489,8 @@ void add_up(Call& call, const Planes& planes, const std::vector<Wanted>& results
         const params::band_params here{to_u32(begin), to_u32(next - begin), to_u32(kept - 1),
                                        to_u32(in_memory * split.stride)};
         runtime::launch(call.device, slices, {call.vectors(to_u32(columns)) * params::split_planes * here.rows, 1},
-                        planes.fronts, planes.backs, planes.slopes, taps, turns, counts, call.blocks, sums, split,
-                        here, call.work, call.occlusion);
+                        planes.fronts, planes.backs, planes.slopes, taps, turns, counts, call.blocks, sums, split, here,
+                        call.work, call.occlusion);
         const int until = next == last ? end : std::min(4 * (next - 1) - offset, end);
         if (until <= filtered)
             continue;
@@ -563,7 +567,9 @@ std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& de
         .every = 1,
         .wanted = 0,
         .margin = 0,
-        .least = call.rays.perspective ? least : least > 1 ? none : -none,
+        .least = call.rays.perspective ? least
+                 : least > 1           ? none
+                                       : -none,
         .smooth = half.smooth};
     const Image blocks =
         call.scratch.image(Element::u32, {static_cast<int>(chosen.columns * chosen.rows) + 2, 1}); // and two kinds
