@@ -1,6 +1,6 @@
 // Circles become layers and colours become planes, cut into tiles: what the passes of dof read.
 //   s = middle + sign(c) n (L(|c| + o) - L(1 + o)),  L(2^i (1 + t)) = i + t + b t (1 - t),  n layers an octave
-// A pixel lies in the two layers around s, the nearer one the more; s is a multiple of 1/128, so that the two fractions,
+// A pixel lies in the two layers around s, the nearer one the more; s is a multiple of 1/512, so that the two fractions,
 // and any sum of them, are exact. A pixel without a circle, or with a colour that is NaN, takes part in no layer.
 // Under CLEAN_PLATE the circles and colours are those of a clean plate: where it lies behind the picture, it is the
 // pixel's second surface.
@@ -44,7 +44,7 @@ __kernel void dof_planes(__global const float* circles, __global const ELEMENT_T
     const floatV part = convert_floatV(as_intV(size) & 0x7fffff) * 0x1p-23f; // of an octave
     const floatV whole = convert_floatV(as_intV(size) - as_intV((floatV)(1.0f + p.offset))) * 0x1p-23f;
     const floatV octaves = fma(p.bend * part, 1.0f - part, whole);
-    const floatV away = convert_floatV(convert_intV(fma(octaves, (floatV)(128.0f * p.per_octave), (floatV)0.5f))) * 0x1p-7f;
+    const floatV away = convert_floatV(convert_intV(fma(octaves, (floatV)(512.0f * p.per_octave), (floatV)0.5f))) * 0x1p-9f;
     const floatV layer = (float)p.middle + select(away, -away, c < 0.0f);
 #if CLEAN_PLATE
     const floatV front = LOAD(float, planes + here);

@@ -17,8 +17,8 @@ int lines_per_pixel(double height) {
     return height < 8 ? 64 : 16;
 }
 
-// Sums of weights must stay below 2^24 steps of the product of a fraction (2^-7) and a weight.
-constexpr int bits_of_sum = 24 - 7;
+// Sums of weights must stay below 2^24 steps of the product of a fraction (2^-9) and a weight.
+constexpr int bits_of_sum = 24 - 9;
 
 // Radii from which on the ends of spans are rounded, to a half of a pixel and to whole pixels. What rounding leaves over
 // averages out along a curve; the sides of polygons may lie along the rows.

@@ -13,7 +13,7 @@ namespace fathom {
 ///
 /// Rows are those of strips, `pitch` rows of pixels each. For a pixel that is the n-th of its strip's, row r from −reach to
 /// reach, entries starts[n (2 reach + 1) + r + reach] to before the next are spans of columns around the pixel. Weights are
-/// multiples of 2^-bits, so that sums of them and of fractions of 1/128 are exact in a float.
+/// multiples of 2^-bits, so that sums of them and of fractions of 1/512 are exact in a float.
 struct ApertureSpans {
     int reach;   ///< rows of strips above and below
     int columns; ///< on either side

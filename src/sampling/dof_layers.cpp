@@ -449,7 +449,7 @@ LayerSpacing layer_spacing(Quality quality, const Aperture& aperture) {
 }
 
 double largest_in_focus(const LayerSpacing& spacing) {
-    constexpr double least = 0.99 / 256; // of a layer; layers are multiples of 1/128
+    constexpr double least = 0.99 / 1024; // of a layer; layers are multiples of 1/512
     return 1 + least * (1 + spacing.offset) / (spacing.per_octave * (1 + spacing.bend));
 }
 

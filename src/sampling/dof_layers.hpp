@@ -16,7 +16,7 @@ struct LayerSpacing {
     double per_octave, offset, bend;
 };
 
-/// Circles up to this lie in the middle layer alone: the first layer is less than 1/256 away.
+/// Circles up to this lie in the middle layer alone: the first layer is less than 1/1024 away.
 double largest_in_focus(const LayerSpacing& spacing);
 
 /// Polygons need more layers than what is round: the sides of an edge's ramp end abruptly.
