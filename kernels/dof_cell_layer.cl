@@ -52,14 +52,15 @@ __kernel void dof_cell_layer(__global const float* planes, __global const float*
     const int place = 2 * (y % CELL) + 1 - CELL; // of CELL
     const long next = place < 0 ? -stride : stride;
     const float part = fabs((float)place) * (0.5f / CELL);
-    bool own = any(LOAD_16(state + at) > 0.0f);
+    __global float* of_pixels = state + in_state(&p, at);
+    bool own = any(LOAD_16(of_pixels) > 0.0f);
     if (own) {
         sum[0] = at_pixels(here, next, part);
         own = any(sum[0] > 0.0f);
     }
     if (!own) {
         for (uint i = 0; i < 16; i += V)
-            keep_open(state + at + i, &p, 1);
+            keep_open(of_pixels + i, &p, 1);
         return;
     }
     for (int k = 1; k < PLANES; ++k)

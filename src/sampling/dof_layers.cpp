@@ -12,12 +12,6 @@ namespace {
 
 using params::u32;
 
-// Floats that strips may take; a layer that needs more is done in bands of rows.
-constexpr std::size_t strip_budget = std::size_t{24} << 20;
-
-// And the same for cells, and for the sums around them.
-constexpr std::size_t cell_budget = std::size_t{6} << 20;
-
 // Up to this reach `accurate` reads pixels with their own places in the lens: in small circles the middle of a pixel's
 // part of the lens is not at the pixel's middle.
 constexpr int most_taps = 8;
@@ -32,6 +26,13 @@ struct Grid {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x);
     }
     bool any() const { return std::ranges::find(marked, 1) != marked.end(); }
+    int row_of(std::size_t place) const { return static_cast<int>(place / static_cast<std::size_t>(across)); }
+    // Rows from the first marked one, and to beyond the last.
+    int first_row() const { return row_of(static_cast<std::size_t>(std::ranges::find(marked, 1) - marked.begin())); }
+    int end_row() const {
+        const auto after = std::find(marked.rbegin(), marked.rend(), 1).base();
+        return row_of(static_cast<std::size_t>(after - marked.begin()) + static_cast<std::size_t>(across) - 1);
+    }
 };
 
 // Marks every place of a line, `step` apart, that is within `reach` of a marked one.
@@ -292,13 +293,15 @@ private:
         pass.gather.strip_row = static_cast<u32>(planes * plane);
         pass.gather.reach = layer.spans.reach;
         pass.gather.columns = layer.spans.columns;
-        const int down = near_.down, across = near_.across, per_tile = params::dof_tile_rows / layer.pitch;
+        const int begin_row = reached.first_row(), end_row = reached.end_row(), down = end_row - begin_row;
+        const int across = near_.across, per_tile = params::dof_tile_rows / layer.pitch;
         const std::size_t tile = pass.gather.strip_row * static_cast<std::size_t>(per_tile);
         const auto kept = static_cast<int>(std::min<std::size_t>(strip_budget / tile, 1u << 15)); // tiles
-        const int high = layer.direct || kept >= down ? down : std::max(kept - 2 * layer.tiles_up, 1);
-        for (int begin = 0; begin < down; begin += high) {
-            const int end = std::min(begin + high, down);
-            const int first = std::max(begin - layer.tiles_up, 0), last = std::min(end + layer.tiles_up, down);
+        const int read = std::min(end_row + layer.tiles_up, near_.down) - std::max(begin_row - layer.tiles_up, 0);
+        const int high = layer.direct || kept >= read ? down : std::max(kept - 2 * layer.tiles_up, 1);
+        for (int begin = begin_row; begin < end_row; begin += high) {
+            const int end = std::min(begin + high, end_row);
+            const int first = std::max(begin - layer.tiles_up, 0), last = std::min(end + layer.tiles_up, near_.down);
             const int wide = layer.direct ? across : std::max(kept / (last - first), 1);
             for (int left = 0; left < across; left += wide) {
                 const int right = std::min(left + wide, across);
@@ -360,8 +363,8 @@ private:
         const int planes = (2 + options_.channels) * (1 + layer.fill);
         const auto kept = static_cast<int>(cell_budget / static_cast<std::size_t>(planes * across * columns * rows));
         const int band = std::max(kept - 2 * (blocks_up + 1), 1) * std::max(high / tile_rows, 1); // rows of tiles
-        for (int begin = 0; begin < near_.down; begin += band) {
-            const int end = std::min(begin + band, near_.down);
+        for (int begin = reached.first_row(), end_row = reached.end_row(); begin < end_row; begin += band) {
+            const int end = std::min(begin + band, end_row);
             pass.cells.column = -blocks_aside - 1;
             pass.cells.row = divided(begin * tile_rows, high) - blocks_up - 1;
             pass.cells.across = across;
@@ -461,6 +464,13 @@ double LayerScale::circle(int layer) const {
     const double t = 2 * part / (sum + std::sqrt(sum * sum - 4 * spacing.bend * part));
     const double size = std::ldexp(1 + t, static_cast<int>(whole)) - spacing.offset;
     return layer < middle ? -size : size;
+}
+
+double LayerScale::farthest_circle(double largest) const {
+    int layer = middle;
+    while (layer + 1 < count() && circle(layer) < largest)
+        ++layer;
+    return circle(layer);
 }
 
 LayerScale layer_scale(const LayerSpacing& spacing, double max_coc_px) {
