@@ -210,14 +210,14 @@ struct Entry {
 
 std::vector<Entry> entries(const LayerPlan& plan, const LayerPass& pass) {
     std::vector<Entry> found;
-    const std::size_t words = pass.direct ? 3 : 1;
-    const bool of_cells = pass.cell > 1;
+    const bool of_cells = pass.cell > 1, grouped = pass.direct || of_cells;
+    const std::size_t words = grouped ? 3 : 1;
     const params::u32 tiles = of_cells ? pass.cells.tiles : pass.gather.tiles;
     const params::u32 list = of_cells ? pass.cells.tile_list : pass.gather.list;
     for (std::size_t i = 0; i < tiles; ++i) {
         const params::u32* entry = &plan.lists[list + words * i];
         const auto x = static_cast<int>(entry[0] & 0xffff), y = static_cast<int>(entry[0] >> 16 & 0x3fff);
-        found.push_back(pass.direct ? Entry{x, y, entry[1], entry[2]} : Entry{x, y, 1, entry[0] >> 31});
+        found.push_back(grouped ? Entry{x, y, entry[1], entry[2]} : Entry{x, y, 1, entry[0] >> 31});
     }
     return found;
 }

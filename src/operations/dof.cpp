@@ -239,8 +239,8 @@ void run(const Blur& blur, const LayerPlan& plan, bool behind) {
     const auto room = [&](std::size_t needed, std::size_t budget) {
         return floats(blur.alone || needed == 1 ? needed : std::max(needed, budget));
     };
-    const Image strips = room(plan.strip_elements, strip_budget), cells = room(plan.cell_elements, cell_budget),
-                cell_sums = room(plan.cell_elements, cell_budget);
+    const Image strips = room(std::max(plan.strip_elements, plan.cell_elements), std::max(strip_budget, cell_budget)),
+                cells = strips, cell_sums = room(plan.cell_elements, cell_budget);
     for (const LayerPass& pass : plan.passes) {
         if (pass.cell > 1) {
             const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", behind}, {"CELL", pass.cell}};
