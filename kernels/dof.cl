@@ -9,7 +9,7 @@
 __kernel void dof(__global const float* state, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
                   const grid_params grid, const blur_params p) {
     const uint column = get_global_id(0) * V, row = get_global_id(1);
-    const int x = (int)column - (int)p.left, y = (int)row - (int)p.top;
+    const int x = (int)column - (int)p.left, y = (int)(p.state_row + row) - (int)p.top;
     if (column >= p.columns || y < 0 || y >= (int)p.height || x + V <= 0 || x >= (int)p.width)
         return;
     __global const float* here = state + in_planes(&p, 0, column, row);
@@ -17,18 +17,18 @@ __kernel void dof(__global const float* state, __global const ELEMENT_TYPE* colo
     const intV unknown = through >= 1.0f;
     floatV result[CHANNELS];
     if (any_of(through != 0.0f)) {
-        const floatV hidden = LOAD(float, here + (CHANNELS + 1) * p.plane);
+        const floatV hidden = LOAD(float, here + (CHANNELS + 1) * p.state_plane);
         const intV filled = hidden > 0.0f;
         const floatV of_hidden = select((floatV)0.0f, through / hidden, filled);
         const floatV whole = select(1.0f / (1.0f - through), (floatV)1.0f, filled);
         for (int k = 0; k < CHANNELS; ++k) {
-            const floatV seen = LOAD(float, here + (k + 1) * p.plane) * whole;
-            const floatV of_behind = of_hidden * LOAD(float, here + (CHANNELS + 2 + k) * p.plane);
+            const floatV seen = LOAD(float, here + (k + 1) * p.state_plane) * whole;
+            const floatV of_behind = of_hidden * LOAD(float, here + (CHANNELS + 2 + k) * p.state_plane);
             result[k] = seen + select((floatV)0.0f, of_behind, filled);
         }
     } else {
         for (int k = 0; k < CHANNELS; ++k)
-            result[k] = LOAD(float, here + (k + 1) * p.plane);
+            result[k] = LOAD(float, here + (k + 1) * p.state_plane);
     }
     const size_t row_target = grid.target_offset + (size_t)y * grid.target_stride;
 #if ELEMENT == ELEMENT_FLOAT

@@ -1,4 +1,4 @@
-// Lays one layer whose aperture was summed around cells. A pixel's sums are interpolated between those of the four cells
+// Lays layers whose apertures were summed around cells, one after the other. A pixel's sums are interpolated between those of the four cells
 // around it, so no light is lost, and none is negative. What is left of T is each pixel's own.
 // Built for: CELL = 2 4 8; FILL = 0 1; BEHIND = 0 1
 
@@ -41,10 +41,11 @@ __kernel void dof_cell_layer(__global const float* planes, __global const float*
     const uint index = item / (dof_tile_columns / 16) / dof_tile_rows;
     if (index >= s.tiles)
         return;
-    const uint entry = list[s.tile_list + index], across = ENTRY_ACROSS(entry);
+    const uint entry = list[s.tile_list + 3 * index], across = ENTRY_ACROSS(entry);
+    const uint reach = list[s.tile_list + 3 * index + 1], follow = list[s.tile_list + 3 * index + 2];
     const int y = (int)(ENTRY_DOWN(entry) * dof_tile_rows + item / (dof_tile_columns / 16) % dof_tile_rows);
     const size_t at = in_planes(&p, across, x, y);
-    float16 sum[PLANES];
+    __global float* of_pixels = state + in_state(&p, at);
     const long stride = (long)s.across * dof_block_columns;
     const int column = (int)(across * dof_tile_columns + x) / CELL - s.column * dof_block_columns;
     const int row = y / CELL - s.row * dof_block_rows;
@@ -52,23 +53,26 @@ __kernel void dof_cell_layer(__global const float* planes, __global const float*
     const int place = 2 * (y % CELL) + 1 - CELL; // of CELL
     const long next = place < 0 ? -stride : stride;
     const float part = fabs((float)place) * (0.5f / CELL);
-    bool own = any(LOAD_16(state + at) > 0.0f);
-    if (own) {
+    for (uint nth = 0; nth < 32 && reach >> nth; ++nth, here += s.one) {
+        if (!(reach >> nth & 1u))
+            continue;
+        if (!any(LOAD_16(of_pixels) > 0.0f))
+            return;
+        float16 sum[PLANES];
         sum[0] = at_pixels(here, next, part);
-        own = any(sum[0] > 0.0f);
-    }
-    if (!own) {
-        for (uint i = 0; i < 16; i += V)
-            keep_open(state + at + i, &p, 1);
-        return;
-    }
-    for (int k = 1; k < PLANES; ++k)
-        sum[k] = at_pixels(here + (size_t)k * s.plane, next, part);
-    const layer_at layer = {planes, &p, s.layer, entry & ENTRY_FOLLOWS, entry & ENTRY_FOREGROUND};
-    for (uint i = 0; i < 16; i += V) {
-        floatV of_lanes[PLANES];
-        for (int k = 0; k < PLANES; ++k)
-            of_lanes[k] = *(const float_lanes*)((const float*)&sum[k] + i);
-        lay(&layer, state, at + i, of_lanes);
+        if (!any(sum[0] > 0.0f)) {
+            for (uint i = 0; i < 16; i += V)
+                keep_open(of_pixels + i, &p, 1);
+            continue;
+        }
+        for (int k = 1; k < PLANES; ++k)
+            sum[k] = at_pixels(here + (size_t)k * s.plane, next, part);
+        const layer_at layer = {planes, &p, s.layer + (float)nth, follow >> nth & 1u, entry & ENTRY_FOREGROUND};
+        for (uint i = 0; i < 16; i += V) {
+            floatV of_lanes[PLANES];
+            for (int k = 0; k < PLANES; ++k)
+                of_lanes[k] = *(const float_lanes*)((const float*)&sum[k] + i);
+            lay(&layer, state, at + i, of_lanes);
+        }
     }
 }

@@ -1,4 +1,4 @@
-// Sums over the aperture around every cell of one layer. A block's rows share what they read.
+// Sums over the aperture around every cell of layers. A block's rows share what they read.
 // Built for: FILL = 0 1
 
 #define BRIGHT 0
@@ -23,7 +23,11 @@ __kernel void dof_cell_sums(__global const float* cells, __global const uint* li
     const uint item = get_global_id(0), index = item / (dof_block_rows / ROWS);
     if (index >= s.sum_blocks)
         return;
-    const uint entry = list[s.sum_list + index];
+    const uint entry = list[s.sum_list + 2 * index], nth = list[s.sum_list + 2 * index + 1];
+    const uint first = starts[s.layers + 2 * nth];
+    const int reach = (int)starts[s.layers + 2 * nth + 1];
+    cells += (size_t)nth * s.one;
+    sums += (size_t)nth * s.one;
     const int column = (int)ENTRY_ACROSS(entry), stride = s.across * dof_block_columns;
     const int row = (int)ENTRY_DOWN(entry) * dof_block_rows + (int)(item % (dof_block_rows / ROWS)) * ROWS;
     const size_t at = (size_t)row * stride + column * dof_block_columns;
@@ -32,9 +36,9 @@ __kernel void dof_cell_sums(__global const float* cells, __global const uint* li
     for (int i = 0; i < ROWS; ++i)
         for (int k = 0; k < PLANES; ++k)
             sum[i][k] = 0.0f;
-    for (int other = row - s.reach; other < row + ROWS + s.reach; ++other) {
+    for (int other = row - reach; other < row + ROWS + reach; ++other) {
         // Of a row: how many columns of the aperture, and where the weights of these for each of ROWS rows begin.
-        __global const uint* start = starts + s.starts + 2 * (other - row + s.reach);
+        __global const uint* start = starts + first + 2 * (other - row + reach);
         const int aside = (int)start[0];
         const float holds = found_beside(found + other / dof_block_rows * s.across + column, -aside, aside);
         if (holds == 0.0f)

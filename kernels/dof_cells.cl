@@ -1,4 +1,4 @@
-// Cells of one layer: the sums of what their pixels count for it. A cell is a square of 2, 4 or 8 pixels. Where the aperture
+// Cells of layers: the sums of what their pixels count for it. A cell is a square of 2, 4 or 8 pixels. Where the aperture
 // is many cells wide, it is summed over them instead of pixels.
 // After the planes of sums stands for every block what it holds: 2: pixels of the layer; 1: only pixels behind it; 0: none.
 // Built for: CELL = 2 4 8; FILL = 0 1; BEHIND = 0 1
@@ -32,10 +32,12 @@ __kernel void dof_cells(__global const float* planes, __global const uint* tiles
     const uint index = get_global_id(0);
     if (index >= s.blocks)
         return;
-    const uint entry = list[s.list + index];
+    const uint entry = list[s.list + 2 * index], nth = list[s.list + 2 * index + 1];
+    const float layer = s.layer + (float)nth;
+    cells += (size_t)nth * s.one;
     const int column = (int)ENTRY_ACROSS(entry), row = (int)ENTRY_DOWN(entry);
     const int x = (column + s.column) * CELL * dof_block_columns, y = (row + s.row) * CELL * dof_block_rows;
-    const uint holds = found_in_block(tiles, &p, x, y, (uint)s.layer);
+    const uint holds = found_in_block(tiles, &p, x, y, (uint)layer);
     cells[PLANES * s.plane + row * s.across + column] = (float)holds;
     const int stride = s.across * dof_block_columns;
     __global float* target = cells + (size_t)(row * dof_block_rows) * stride + column * dof_block_columns;
@@ -49,8 +51,13 @@ __kernel void dof_cells(__global const float* planes, __global const uint* tiles
                 continue;
             for (int j = 0; j < CELL; ++j) {
                 const int across = x + dof_block_columns * j;
-                if (across >= 0 && across < (int)p.columns)
-                    add_pixels(value[j], planes + in_planes(&p, 0, (uint)across, (uint)down), s.layer, 0.0f, &p);
+                if (across < 0 || across >= (int)p.columns)
+                    continue;
+                __global const float* here = planes + in_planes(&p, 0, (uint)across, (uint)down);
+                if (FILL | BEHIND | (holds == 2))
+                    add_pixels(value[j], here, layer, 0.0f, &p);
+                else
+                    value[j][1] += behind_layer(LOAD_16(here) - layer);
             }
         }
         for (int count = CELL / 2; count > 0; count /= 2)

@@ -15,8 +15,8 @@ __kernel void dof_clear(__global float* state, const blur_params p) {
     __global float* here = state + (size_t)row * p.stride + column;
     store_float(1.0f, here);
     for (int k = 1; k < PLANES - WIDE; ++k)
-        store_float(0.0f, here + k * p.plane);
+        store_float(0.0f, here + k * p.state_plane);
 #if WIDE
-    store_float(INFINITY, here + (PLANES - 1) * p.plane);
+    store_float(INFINITY, here + (PLANES - 1) * p.state_plane);
 #endif
 }

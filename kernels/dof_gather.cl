@@ -154,7 +154,7 @@ INLINE bool any_around(const gather_from* from, const blur_params* p, const laye
 // Lays a layer over the rows from y on; false where nothing is left to see.
 INLINE bool lay_rows(const gather_from* from, __global const float* planes, __global float* state, const blur_params* p,
                      const layer_params* s, size_t at, int y, bool follows, bool has_foreground) {
-    __global float* here = state + at;
+    __global float* here = state + in_state(p, at);
     intV open = 0;
     for (int i = 0; i < ROWS; ++i)
         open |= LOAD(float, here + i * p->stride) > 0.0f;
@@ -210,7 +210,7 @@ __kernel void dof_gather(__global const float* planes, __global const uint* tile
         skipped = false;
     }
     if (skipped)
-        keep_open(state + at, &p, ROWS);
+        keep_open(state + in_state(&p, at), &p, ROWS);
 #else
     const size_t first = (size_t)(across - s.first_column) * s.strip_column + s.pad + x;
     const gather_from from = {source + first, tiles, starts, (__global const span_params*)spans, across};

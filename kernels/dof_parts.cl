@@ -186,21 +186,21 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     const uint entry = list[s.list + index], across = ENTRY_ACROSS(entry), down = ENTRY_DOWN(entry);
     const int y = (int)(down * dof_tile_rows + item / (dof_tile_columns / V) % dof_tile_rows);
     const size_t at = in_planes(&p, across, x, y);
-    __global float* here = state + at;
-    __global float* before = here + (2 * CHANNELS + 2) * p.plane;
-    __global float* moment = before + p.plane;
-    __global float* moment_before = moment + 2 * p.plane;
+    __global float* here = state + in_state(&p, at);
+    __global float* before = here + (2 * CHANNELS + 2) * p.state_plane;
+    __global float* moment = before + p.state_plane;
+    __global float* moment_before = moment + 2 * p.state_plane;
 
     const bool follows = entry & ENTRY_FOLLOWS;
-    const floatV through = LOAD(float, here), u = LOAD(float, moment), v = LOAD(float, moment + p.plane);
+    const floatV through = LOAD(float, here), u = LOAD(float, moment), v = LOAD(float, moment + p.state_plane);
     if (!any_of(through > 0.0f))
         return;
     const floatV left = follows ? LOAD(float, before) : through;
     const floatV left_u = follows ? LOAD(float, moment_before) : u;
-    const floatV left_v = follows ? LOAD(float, moment_before + p.plane) : v;
+    const floatV left_v = follows ? LOAD(float, moment_before + p.state_plane) : v;
     *(__global float_lanes*)before = through;
     *(__global float_lanes*)moment_before = u;
-    *(__global float_lanes*)(moment_before + p.plane) = v;
+    *(__global float_lanes*)(moment_before + p.state_plane) = v;
 
 #if DIRECT
     __global const float* column = source + at - (size_t)y * p.stride;
@@ -283,7 +283,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
     const floatV of_cut = select((floatV)0.0f, seen_cut * scale / cut[0], some_cut);
     *(__global float_lanes*)here = through - min(seen, through);
     *(__global float_lanes*)moment = u - fma(of_even, even[MOMENT], of_cut * cut[MOMENT]);
-    *(__global float_lanes*)(moment + p.plane) = v - fma(of_even, even[MOMENT_DOWN], of_cut * cut[MOMENT_DOWN]);
+    *(__global float_lanes*)(moment + p.state_plane) = v - fma(of_even, even[MOMENT_DOWN], of_cut * cut[MOMENT_DOWN]);
 #pragma unroll
     for (int k = 0; k < CHANNELS; ++k) {
 #if BRIGHT
@@ -291,7 +291,7 @@ __kernel void dof_parts(__global const float* source, __global const uint* list,
 #else
         const floatV light = even[COLORS + k], light_cut = cut[COLORS + k];
 #endif
-        __global float* to = here + (k + 1) * p.plane;
+        __global float* to = here + (k + 1) * p.state_plane;
         *(__global float_lanes*)to = fma(of_even, light, fma(of_cut, light_cut, LOAD(float, to)));
     }
 }

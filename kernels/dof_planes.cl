@@ -2,6 +2,7 @@
 //   s = middle + sign(c) n (L(|c| + o) - L(1 + o)),  L(2^i (1 + t)) = i + t + b t (1 - t),  n layers an octave
 // A pixel lies in the two layers around s, the nearer one the more; s is a multiple of 1/512, so that the two fractions,
 // and any sum of them, are exact. A pixel without a circle, or with a colour that is NaN, takes part in no layer.
+// The circles stand where the layers will.
 // Under CLEAN_PLATE the circles and colours are those of a clean plate: where it lies behind the picture, it is the
 // pixel's second surface.
 // Built for: CLEAN_PLATE = 0 1
@@ -15,26 +16,31 @@
 #endif
 #define LARGEST_COLOR 1e30f // running sums of it stay finite
 
-__kernel void dof_planes(__global const float* circles, __global const ELEMENT_TYPE* color, __global float* planes,
-                         const grid_params circle_grid, const grid_params color_grid, const blur_params p) {
+__kernel void dof_planes(__global const ELEMENT_TYPE* color, __global float* planes, const grid_params color_grid,
+                         const blur_params p) {
     const uint column = get_global_id(0) * V, row = get_global_id(1);
     if (column >= p.stride)
         return;
     const int x = (int)column - dof_margin - (int)p.left, y = (int)row - (int)p.top;
     const size_t here = (size_t)row * p.stride + column;
-    float circle[V], channel[CHANNELS][V];
+#if CLEAN_PLATE
+    __global float* target = planes + (1 + CHANNELS) * p.plane + here;
+#else
+    __global float* target = planes + here;
+#endif
+    uint in_image[V];
+    float channel[CHANNELS][V];
     for (int i = 0; i < V; ++i) {
         const bool there = y >= 0 && y < (int)p.height && x + i >= 0 && x + i < (int)p.width;
         const size_t nth = there ? x + i : 0, line = there ? y : 0;
-        const float c = circles[circle_grid.source_offset + line * circle_grid.source_stride + nth];
-        circle[i] = there ? c : NAN;
+        in_image[i] = there ? ~0u : 0;
         const size_t at = color_grid.source_offset + line * color_grid.source_stride + CHANNELS * nth;
         for (int k = 0; k < CHANNELS; ++k)
             channel[k][i] = read_element(color, at + k);
     }
 
-    const floatV c = *(const float_lanes*)circle;
-    intV known = c == c;
+    const floatV c = LOAD(float, target);
+    intV known = (c == c) & as_intV(*(const uint_lanes*)in_image);
     floatV value[CHANNELS];
     for (int k = 0; k < CHANNELS; ++k) {
         value[k] = *(const float_lanes*)channel[k];
@@ -49,9 +55,6 @@ __kernel void dof_planes(__global const float* circles, __global const ELEMENT_T
 #if CLEAN_PLATE
     const floatV front = LOAD(float, planes + here);
     known &= (front >= 0.0f) & (layer > front + JUMP);
-    __global float* target = planes + (1 + CHANNELS) * p.plane + here;
-#else
-    __global float* target = planes + here;
 #endif
     *(__global float_lanes*)target = select((floatV)NOWHERE, layer, known);
     for (int k = 0; k < CHANNELS; ++k)

@@ -138,12 +138,12 @@ INLINE void lay(const layer_at* s, __global float* state, size_t at, const float
     unknown &= LOAD(float, s->planes + (1 + CHANNELS) * s->p->plane + at) < 0.0f;
 #endif
     const floatV wide = select((floatV)0.0f, min(max(s->layer - alike + 1.0f, 0.0f), 1.0f), unknown);
-    composite(state + at, s->p->plane, s->follows, sum, s->has_foreground && s->layer > middle ? &wide : 0);
+    composite(state + in_state(s->p, at), s->p->state_plane, s->follows, sum, s->has_foreground && s->layer > middle ? &wide : 0);
 }
 
 // Stores T for the next layer, which reads the T from before this layer. This layer adds nothing here.
 INLINE void keep_open(__global float* here, const blur_params* p, int rows) {
-    __global float* before = here + (2 * CHANNELS + 2) * p->plane;
+    __global float* before = here + (2 * CHANNELS + 2) * p->state_plane;
     for (int i = 0; i < rows; ++i)
         *(__global float_lanes*)(before + i * p->stride) = LOAD(float, here + i * p->stride);
 }

@@ -324,8 +324,10 @@ typedef struct {
     float bend;        // of the layers' law within an octave: 0 for evenly spaced circles
     float largest;     // circle, pixels
     float knee;        // colours beyond this are summed apart
+    u32 state_row;     // row of the planes that the state's first row belongs to
+    u32 state_plane;   // elements from plane to plane of the state
 } blur_params;
-PARAMS(blur_params, 56)
+PARAMS(blur_params, 64)
 
 // One layer of circle of confusion, or the first of several, and the tiles that one launch computes.
 typedef struct {
@@ -344,18 +346,19 @@ typedef struct {
 } layer_params;
 PARAMS(layer_params, 52)
 
-// One layer whose pixels are summed into cells first, and what its launches compute. The blocks of cells that are kept go on
+// Layers whose pixels are summed into cells first, and what their launches compute. The blocks of cells that are kept go on
 // beyond the image, so that the aperture around every cell that is summed lies within them.
 typedef struct {
-    float layer;
+    float layer;              // the first
     u32 blocks, list;         // of cells: how many there are, and where the list of them begins
     u32 sum_blocks, sum_list; // those around whose cells the aperture is summed
-    u32 tiles, tile_list;     // of pixels that the layer reaches
-    u32 starts;               // where the table of weights by row begins
-    int reach;                // cells that the aperture covers on every side
+    u32 tiles, tile_list;     // of pixels that the layers reach
+    u32 layers;               // where in a table stands for each layer where its weights by row begin, and the cells that
+                              // its aperture covers on every side
     int across;               // blocks from row to row of those that are kept
     int column, row;          // block of the first one, counted from the first pixel's
     u32 plane;                // elements from plane to plane
+    u32 one;                  // and from layer to layer
 } cell_params;
 PARAMS(cell_params, 52)
 

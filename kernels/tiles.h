@@ -25,6 +25,11 @@ INLINE size_t in_planes(const blur_params* p, uint across, uint x, uint y) {
     return (size_t)y * p->stride + dof_margin + across * dof_tile_columns + x;
 }
 
+// The element of the state's first plane that belongs to an element of the planes' first one.
+INLINE size_t in_state(const blur_params* p, size_t at) {
+    return at - (size_t)p->state_row * p->stride;
+}
+
 // The signed circle of a layer, or between two, pixels; 0 in focus.
 INLINE float circle_of(float layer, const blur_params* p) {
     const float away = fabs(layer - (float)p->middle) / p->per_octave, octave = floor(away);

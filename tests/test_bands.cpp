@@ -5,6 +5,7 @@
 #include "images.hpp"
 #include "judge.hpp"
 #include "operations/bands.hpp"
+#include "operations/dof.hpp"
 #include "runtime/state.hpp"
 #include "ssao_call.hpp"
 
@@ -14,6 +15,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <random>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -61,23 +64,25 @@ struct Steps {
 } // namespace
 
 TEST_CASE("bands make every row once and read what lies within their halo", "[bands]") {
-    for (const int rows : {1, 2, 7, 100, 1001}) {
-        for (const int halo : {0, 1, 5}) {
-            for (const std::size_t budget :
-                 {std::size_t{1}, std::size_t{640}, std::size_t{6400}, std::size_t{1} << 40}) {
-                constexpr std::size_t row_bytes = 64;
-                int made = 0;
-                for (const Band& band : bands(rows, halo, row_bytes, budget)) {
-                    REQUIRE(band.begin == made);
-                    REQUIRE(band.end > band.begin);
-                    made = band.end;
-                    CHECK(band.first == std::max(band.begin - halo, 0));
-                    CHECK(band.last == std::min(band.end + halo, rows));
-                    const auto reads = static_cast<std::size_t>(band.last - band.first);
-                    CHECK((reads * row_bytes <= budget || band.end == band.begin + 1));
-                }
-                CHECK(made == rows);
+    for (const auto& [rows, halo, made_bytes, least] :
+         {std::tuple{1, 0, 0, 1}, {2, 1, 0, 1}, {7, 5, 0, 2}, {100, 5, 0, 1}, {1001, 1, 0, 1}, {540, 36, 160, 18}}) {
+        for (const std::size_t budget : {std::size_t{1}, std::size_t{640}, std::size_t{6400}, std::size_t{1} << 40}) {
+            const RowBytes row{64, static_cast<std::size_t>(made_bytes)};
+            int made = 0;
+            const std::vector<Band> all = bands(rows, halo, row, budget, least);
+            for (const Band& band : all) {
+                REQUIRE(band.begin == made);
+                REQUIRE(band.end > band.begin);
+                made = band.end;
+                CHECK(band.first == std::max(band.begin - halo, 0));
+                CHECK(band.last == std::min(band.end + halo, rows));
+                const std::size_t bytes = static_cast<std::size_t>(band.last - band.first) * row.read +
+                                          static_cast<std::size_t>(band.end - band.begin) * row.made;
+                CHECK((bytes <= budget || band.end - band.begin <= least));
+                CHECK((band.end - band.begin >= least || band.end == rows));
             }
+            CHECK(made == rows);
+            CHECK((all.size() == 1 || static_cast<std::size_t>(rows) * (row.read + row.made) > budget));
         }
     }
 }
@@ -109,6 +114,105 @@ TEST_CASE("ssao: bands keep the bits", "[ssao][bands]") {
     }
 }
 
+namespace {
+
+// What the pool of scratch memory has grown to.
+double scratch_bytes(const Device& device) {
+    double bytes = 0;
+    for (const runtime::ScratchBuffer& each : device.state().scratch)
+        bytes += static_cast<double>(each.size);
+    return bytes;
+}
+
+// A picture whose circles go from -`most` to `most`, in steps and slopes, with a few invalid pixels and highlights.
+struct Blurred {
+    std::vector<float> depth, rgb;
+    StoredDepth stored;
+    Image color;
+    static constexpr CircleOfConfusion lens{.k = 1000, .g = 1000};
+
+    Blurred(const Device& device, int width, int height, double most, unsigned seed) {
+        Camera camera;
+        camera.projection = perspective(1.0, 1.0 * width / height, {0.01, 100});
+        camera.width = width;
+        camera.height = height;
+        camera.encoding = Encoding::view_z;
+        std::minstd_rand random(seed);
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                const int which = (x / 70 + y / 50) % 4;
+                const double slope = 1.0 * y / height, circle = which == 0   ? most * (0.4 * slope - 1)
+                                                                : which == 1 ? most * slope
+                                                                : which == 2 ? most * (x % 500) / 500
+                                                                             : 0;
+                const bool hole = (x * 31 + y * 17) % 997 == 0;
+                depth.push_back(hole ? std::nanf("") : static_cast<float>(lens.g / (lens.k - circle)));
+                for (int k = 0; k < 3; ++k)
+                    rgb.push_back(static_cast<float>(random() % 1024) / 1024.0f);
+                if ((x * 13 + y * 7) % 4999 == 0)
+                    rgb.back() = 1e4f;
+            }
+        }
+        stored = {Image::from_host(device, Element::f32, depth.data(), {width, height}), camera};
+        color = Image::from_host(device, Element::f32, rgb.data(), {width, height, 3});
+    }
+};
+
+} // namespace
+
+TEST_CASE("dof: bands keep the bits", "[dof][bands]") {
+    constexpr int width = 200, height = 420, left = 3, top = 5;
+    const Device device = oracle::device(Arithmetic::fp64);
+    for (const auto& [quality, most] : {std::pair{Quality::fast, 12.0},
+                                        {Quality::fast, 90.0},
+                                        {Quality::balanced, 12.0},
+                                        {Quality::balanced, 90.0},
+                                        {Quality::accurate, 3.0},
+                                        {Quality::accurate, 40.0}}) {
+        const Blurred all(device, width, height, most, 3), hidden(device, width, height, most, 4);
+        const auto part = [](const auto& image) { return image.region(left, top, width - left, height - top); };
+        const StoredDepth stored = part(all.stored);
+        const Image color = part(all.color);
+        for (const Aperture& aperture : {Aperture{}, Aperture{.blades = 5, .rotation_degrees = 10}}) {
+            for (const bool plated : {false, true}) {
+                DofOptions options{.aperture = aperture, .quality = quality};
+                if (plated)
+                    options.clean_plate = CleanPlate{part(hidden.color), part(hidden.stored)};
+                const auto banded = [&](std::size_t bytes) {
+                    const Image result(device, Element::f32, {color.width(), color.height(), 3});
+                    dof_in_bands(stored, color, result, Blurred::lens, options, bytes);
+                    return floats(result);
+                };
+                const std::vector<float> whole = floats(dof(stored, color, Blurred::lens, options));
+                CHECK(same_bits(banded(std::size_t{1} << 40), whole));
+                for (const std::size_t bytes : {std::size_t{1}, std::size_t{2} << 20, std::size_t{4} << 20}) {
+                    INFO("quality " << static_cast<int>(quality) << ", circles to " << most << " px, "
+                                    << aperture.blades << " blades, " << (plated ? "clean plate, " : "") << bytes
+                                    << " bytes");
+                    CHECK(same_bits(banded(bytes), whole));
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("dof: what lies between its passes at 7680 x 4320", "[dof][bands][slow]") {
+    constexpr int width = 7680, height = 4320;
+    for (const auto& [quality, name, circle, most] : {std::tuple{Quality::fast, "fast", 512.0, 300e6},
+                                                      {Quality::balanced, "balanced", 512.0, 300e6},
+                                                      {Quality::accurate, "accurate", 64.0, 300e6}}) {
+        const Device device = Device::open("cpu");
+        const Blurred all(device, width, height, circle, 3);
+        const Image result = dof(all.stored, all.color, Blurred::lens, {.quality = quality});
+        device.finish();
+        CHECK(result.width() == width);
+        const double bytes = scratch_bytes(device);
+        std::printf("dof %s, scratch at %d x %d with circles to %.0f px: %.0f MB, %.1f bytes a pixel\n", name, width,
+                    height, circle, bytes / 1e6, bytes / (1.0 * width * height));
+        CHECK(bytes < most);
+    }
+}
+
 TEST_CASE("ssao: what lies between its passes at 7680 x 4320", "[ssao][bands][slow]") {
     constexpr int width = 7680, height = 4320;
     constexpr double most = 500e6; // bytes, of scratch and tables
@@ -121,9 +225,7 @@ TEST_CASE("ssao: what lies between its passes at 7680 x 4320", "[ssao][bands][sl
     const Occlusion done = ssao(stored, options);
     device.finish();
     CHECK(done.visibility.width() == width);
-    double bytes = 0;
-    for (const runtime::ScratchBuffer& each : device.state().scratch)
-        bytes += static_cast<double>(each.size);
+    const double bytes = scratch_bytes(device);
     std::printf("scratch at %d x %d: %.0f MB, %.1f bytes a pixel\n", width, height, bytes / 1e6,
                 bytes / (1.0 * width * height));
     CHECK(bytes < most);

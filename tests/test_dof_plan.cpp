@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <map>
 #include <numbers>
+#include <random>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -210,14 +211,14 @@ struct Entry {
 
 std::vector<Entry> entries(const LayerPlan& plan, const LayerPass& pass) {
     std::vector<Entry> found;
-    const std::size_t words = pass.direct ? 3 : 1;
-    const bool of_cells = pass.cell > 1;
+    const bool of_cells = pass.cell > 1, grouped = pass.direct || of_cells;
+    const std::size_t words = grouped ? 3 : 1;
     const params::u32 tiles = of_cells ? pass.cells.tiles : pass.gather.tiles;
     const params::u32 list = of_cells ? pass.cells.tile_list : pass.gather.list;
     for (std::size_t i = 0; i < tiles; ++i) {
         const params::u32* entry = &plan.lists[list + words * i];
         const auto x = static_cast<int>(entry[0] & 0xffff), y = static_cast<int>(entry[0] >> 16 & 0x3fff);
-        found.push_back(pass.direct ? Entry{x, y, entry[1], entry[2]} : Entry{x, y, 1, entry[0] >> 31});
+        found.push_back(grouped ? Entry{x, y, entry[1], entry[2]} : Entry{x, y, 1, entry[0] >> 31});
     }
     return found;
 }
@@ -309,6 +310,67 @@ TEST_CASE("dof plan: a layer knows where the one just before it was") {
     CHECK(group.reach == (1u | 1u << 1 | 1u << 3 | 1u << 17));
     CHECK(group.follow == 1u << 1);
     CHECK(entries(direct, direct.passes[1]).front().follow == 1);
+}
+
+TEST_CASE("dof plan: layers over cells share launches") {
+    const LayerScale scale = layer_scale({8, 0, 0}, 512);
+    std::vector<TileBits> tiles(7 * 21);
+    const int first = scale.middle + 8 * 7; // 64 pixels on every side
+    for (const int layer : {first, first + 1, first + 3})
+        put(tiles, 10 * 7 + 3, layer);
+    const LayerPlan plan = layer_plan(tiles, 7, {.aperture = {}, .scale = scale});
+    REQUIRE(plan.passes.size() == 1);
+    for (const Entry& entry : entries(plan, plan.passes.front())) {
+        if (entry.x != 3 || entry.y != 10)
+            continue;
+        CHECK(entry.reach == (1u | 1u << 1 | 1u << 3));
+        CHECK(entry.follow == 1u << 1);
+    }
+    CHECK(plan.cell_elements == 4 * plan.passes.front().cells.one);
+}
+
+TEST_CASE("dof plan: a tile's layers come front to back, each once, within the memory that there is") {
+    std::minstd_rand random(7);
+    for (const auto& [across, down] : {std::pair{5, 40}, {30, 135}, {120, 90}}) {
+        for (const Quality quality : {Quality::fast, Quality::balanced}) {
+            const LayerScale scale = layer_scale(layer_spacing(quality, {}), 512);
+            std::vector<TileBits> tiles(static_cast<std::size_t>(across * down));
+            for (int patch = 0; patch < 60; ++patch) {
+                const auto below = [&](int end) { return static_cast<int>(random() % static_cast<unsigned>(end)); };
+                const int left = below(across), top = below(down), layer = below(scale.count());
+                for (int y = top; y < std::min(top + 12, down); ++y)
+                    for (int x = left; x < std::min(left + 3, across); ++x)
+                        put(tiles, static_cast<std::size_t>(y * across + x), layer);
+                put(tiles, static_cast<std::size_t>(top * across + left), jump_bit + patch % 2);
+            }
+            const LayerPlan plan = layer_plan(tiles, across, {.aperture = {}, .scale = scale, .quality = quality});
+            std::map<std::pair<int, int>, int> last;
+            std::set<std::tuple<int, int, int>> reached;
+            bool in_order = true;
+            for (const LayerPass& pass : plan.passes) {
+                const auto layer = static_cast<int>(pass.cell > 1 ? pass.cells.layer : pass.gather.layer);
+                for (const Entry& entry : entries(plan, pass)) {
+                    int& before = last.try_emplace({entry.x, entry.y}, -1).first->second;
+                    for (int i = 0; i < 32; ++i) {
+                        if (!(entry.reach >> i & 1u))
+                            continue;
+                        in_order = in_order && layer + i > before;
+                        before = layer + i;
+                        reached.insert({entry.x, entry.y, layer + i});
+                    }
+                }
+            }
+            INFO(across << " x " << down << " tiles, quality " << static_cast<int>(quality));
+            CHECK(in_order);
+            for (int y = 0; y < down; ++y)
+                for (int x = 0; x < across; ++x)
+                    for (int layer = 0; layer < scale.count(); ++layer)
+                        if (has_bit(tiles[static_cast<std::size_t>(y * across + x)], layer))
+                            REQUIRE(reached.contains({x, y, layer}));
+            CHECK(plan.strip_elements <= strip_budget);
+            CHECK(plan.cell_elements <= cell_budget);
+        }
+    }
 }
 
 TEST_CASE("dof plan: a tile sees what is hidden if its aperture reaches the half of a tile that hides it") {

@@ -6,10 +6,13 @@
 
 namespace fathom {
 
-std::vector<Band> bands(int rows, int halo, std::size_t row_bytes, std::size_t budget) {
-    const std::size_t reads =
-        std::min(budget / row_bytes, static_cast<std::size_t>(rows) + 2 * static_cast<std::size_t>(halo));
-    const int height = std::max(static_cast<int>(reads) - 2 * halo, 1);
+std::vector<Band> bands(int rows, int halo, RowBytes row, std::size_t budget, int least) {
+    const std::size_t whole = row.read + row.made, in_halo = 2 * static_cast<std::size_t>(halo) * row.read;
+    const std::size_t fit = budget / whole >= static_cast<std::size_t>(rows) ? static_cast<std::size_t>(rows)
+                            : budget > in_halo                               ? (budget - in_halo) / whole
+                                                                             : 0;
+    const int highest = std::clamp(static_cast<int>(fit), std::min(least, rows), rows);
+    const int count = (rows + highest - 1) / highest, height = (rows + count - 1) / count;
     std::vector<Band> all;
     for (int begin = 0; begin < rows; begin += height) {
         const int end = std::min(begin + height, rows);

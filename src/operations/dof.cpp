@@ -1,8 +1,9 @@
-// Depth of field: circles, planes of layer and colour, then layer by layer from front to back.
+// Depth of field, in bands of rows: circles, planes of layer and colour, then layer by layer from front to back.
 
-#include <fathom/dof.hpp>
+#include "operations/dof.hpp"
 
 #include "camera/circle_form.hpp"
+#include "operations/bands.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/circle.hpp"
 #include "operations/parameters.hpp"
@@ -12,6 +13,7 @@
 #include "runtime/table.hpp"
 #include "sampling/dof_layers.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace fathom {
@@ -80,7 +82,9 @@ params::blur_params blur_parameters(const StoredDepth& stored, const LayerScale&
             .offset = static_cast<float>(scale.spacing.offset),
             .bend = static_cast<float>(scale.spacing.bend),
             .largest = static_cast<float>(largest),
-            .knee = knee};
+            .knee = knee,
+            .state_row = 0,
+            .state_plane = static_cast<u32>(stride * rows)};
 }
 
 params::grid_params grid(const Image& source, const Image& target) {
@@ -102,7 +106,7 @@ int state_planes(int channels, Quality quality) {
     return 2 * channels + 3 + (quality == Quality::accurate ? 4 : 1);
 }
 
-// The device's images of one call, and what every kernel of it is built for.
+// The device's images of one band, which all bands use in turn, and what every kernel of a call is built for.
 struct Blur {
     Device device;
     params::blur_params p;
@@ -112,7 +116,9 @@ struct Blur {
     Aperture aperture;
     float aspect; // of a circle: its height over its width
     bool upright;
+    bool alone; // is there one band only?
     Image planes, state, tiles;
+    Image inner, blocks, hiding; // accurate only
 
     runtime::Kernel& kernel(const char* name, runtime::Defines defines, bool stream = false) const {
         defines.insert(defines.end(), {{"V", vector_width}, {"STREAM", stream}, {"CHANNELS", channels}});
@@ -121,15 +127,21 @@ struct Blur {
     bool behind() const { return clean_plate || accurate(); } // have pixels a second surface?
     bool accurate() const { return quality == Quality::accurate; }
     std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(vector_width); }
+    int surfaces() const { return behind() ? 2 : 1; }
     int across() const { return static_cast<int>(p.columns) / params::dof_tile_columns; }
     int down() const { return static_cast<int>(p.rows) / params::dof_tile_rows; }
+    int state_rows() const { return static_cast<int>(p.state_plane / p.stride); }
 };
+
+int words_of(int tiles_across, int tiles_down) {
+    return static_cast<int>(TileBits{}.size()) * tiles_across * tiles_down;
+}
 
 std::vector<TileBits> tile_bits(const Blur& blur, const Image& tiles, int across, const runtime::Defines& which) {
     const auto columns = static_cast<std::size_t>(across), rows = static_cast<std::size_t>(blur.down());
     runtime::launch(blur.device, blur.kernel("dof_tiles", which), {columns, rows}, blur.planes, tiles, blur.p);
     std::vector<TileBits> bits(columns * rows);
-    tiles.download(bits.data());
+    tiles.region(0, 0, words_of(across, blur.down()), 1).download(bits.data());
     return bits;
 }
 
@@ -139,11 +151,9 @@ std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
 }
 
 // The tiles whose pixels see some surface that another one hides.
-std::vector<unsigned char> tiles_seeing_hidden(const Blur& blur, const LayerPlanOptions& options,
-                                               runtime::Scratch& scratch) {
+std::vector<unsigned char> tiles_seeing_hidden(const Blur& blur, const LayerPlanOptions& options) {
     const int across = static_cast<int>(blur.p.columns) / params::dof_hiding_columns;
-    const Image tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * across * blur.down(), 1});
-    return tiles_seeing(tile_bits(blur, tiles, across, {{"BEHIND", 1}, {"HIDING", 1}}), across, options);
+    return tiles_seeing(tile_bits(blur, blur.hiding, across, {{"BEHIND", 1}, {"HIDING", 1}}), across, options);
 }
 
 // The farthest layer that a pixel may lie in.
@@ -156,47 +166,43 @@ int farthest_layer(std::span<const TileBits> tiles) {
 }
 
 // Gives every pixel its second surface: what lies behind it.
-void look_behind(const Blur& blur, int farthest, runtime::Scratch& scratch) {
+void look_behind(const Blur& blur, int farthest) {
     constexpr u32 side = params::dof_behind_block;
     const params::behind_params b{.block_columns = blur.p.columns / side,
                                   .block_rows = blur.p.rows / side,
                                   .farthest = static_cast<float>(farthest),
                                   .vertical = 1 / blur.aspect};
-    const Image blocks =
-        scratch.image(Element::f32, {static_cast<int>(b.block_columns), 4 * static_cast<int>(b.block_rows)});
-    const Image inner = scratch.image(Element::f32, {static_cast<int>(blur.p.stride), static_cast<int>(blur.p.rows)});
-    runtime::launch(blur.device, blur.kernel("dof_inner", {}), {b.block_columns, b.block_rows}, blur.planes, inner,
-                    blocks, blur.p, b);
+    runtime::launch(blur.device, blur.kernel("dof_inner", {}), {b.block_columns, b.block_rows}, blur.planes, blur.inner,
+                    blur.blocks, blur.p, b);
     runtime::launch(blur.device, blur.kernel("dof_behind", {{"CLEAN_PLATE", blur.clean_plate}}),
-                    {blur.p.stride / side, b.block_rows}, blur.planes, inner, blocks, blur.p, b);
+                    {blur.p.stride / side, b.block_rows}, blur.planes, blur.inner, blur.blocks, blur.p, b);
 }
 
 DofMasksOptions circle_options(const DofOptions& options) {
     return {.sky = options.sky, .max_coc_px = options.max_coc_px, .weights = false};
 }
 
-// The circles of a picture's pixels, as the options have them.
-Image circles_of(const StoredDepth& stored, const CircleOfConfusion& coc, const DofOptions& options,
-                 runtime::Scratch& scratch) {
-    const Image circles = scratch.image(Element::f32, {stored.image.width(), stored.image.height()});
+// The circles of a picture's pixels, as the options have them, and its planes, which take their places.
+void cut_into_planes(const Blur& blur, const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc,
+                     const DofOptions& options, bool clean_plate) {
+    const params::blur_params& p = blur.p;
+    const int surface = clean_plate ? (1 + blur.channels) * static_cast<int>(p.rows) : 0;
+    const Image circles =
+        blur.planes.region(params::dof_margin + static_cast<int>(p.left), surface + static_cast<int>(p.top),
+                           stored.image.width(), stored.image.height());
     dof_masks(stored, {.coc = circles}, coc, circle_options(options));
-    return circles;
-}
-
-void cut_into_planes(const Blur& blur, const Image& circles, const Image& color, bool clean_plate) {
     const runtime::Defines defines{{"ELEMENT", element_define(color.element())}, {"CLEAN_PLATE", clean_plate}};
-    runtime::launch(blur.device, blur.kernel("dof_planes", defines), {blur.vectors(blur.p.stride), blur.p.rows},
-                    circles, color, blur.planes, grid(circles, circles), grid(color, color), blur.p);
+    runtime::launch(blur.device, blur.kernel("dof_planes", defines), {blur.vectors(p.stride), p.rows}, color,
+                    blur.planes, grid(color, color), p);
 }
 
-void cut_into_surfaces(const Blur& blur, const Image& circles, const Image& color, const CircleOfConfusion& coc,
-                       const DofOptions& options, runtime::Scratch& scratch) {
-    cut_into_planes(blur, circles, color, false);
+void cut_into_surfaces(const Blur& blur, const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc,
+                       const DofOptions& options) {
+    cut_into_planes(blur, stored, color, coc, options, false);
     if (options.clean_plate)
-        cut_into_planes(blur, circles_of(options.clean_plate->depth, coc, options, scratch), options.clean_plate->color,
-                        true);
+        cut_into_planes(blur, options.clean_plate->depth, options.clean_plate->color, coc, options, true);
     if (blur.accurate())
-        look_behind(blur, farthest_layer(tile_bits(blur, false)), scratch);
+        look_behind(blur, farthest_layer(tile_bits(blur, false)));
 }
 
 void clear(const Blur& blur) {
@@ -204,7 +210,7 @@ void clear(const Blur& blur) {
     runtime::launch(blur.device,
                     blur.kernel("dof_clear", {{"PLANES", planes}, {"WIDE", !blur.accurate()}},
                                 worth_streaming(blur.state, blur.vector_width)),
-                    {blur.vectors(blur.p.stride), blur.p.rows}, blur.state, blur.p);
+                    {blur.vectors(blur.p.stride), static_cast<std::size_t>(blur.state_rows())}, blur.state, blur.p);
 }
 
 // `behind`: do the pixels that the plan's tiles see have a second surface?
@@ -229,8 +235,12 @@ void run(const Blur& blur, const LayerPlan& plan, bool behind) {
     const auto floats = [&](std::size_t count) {
         return scratch.image(Element::f32, {row, static_cast<int>((count + row - 1) / row) + 1});
     };
-    const Image strips = floats(plan.strip_elements), cells = floats(plan.cell_elements),
-                cell_sums = floats(plan.cell_elements);
+    // What each band needs differs. With as much for all of them, the pool keeps no other sizes.
+    const auto room = [&](std::size_t needed, std::size_t budget) {
+        return floats(blur.alone || needed == 1 ? needed : std::max(needed, budget));
+    };
+    const Image strips = room(std::max(plan.strip_elements, plan.cell_elements), std::max(strip_budget, cell_budget)),
+                cells = strips, cell_sums = room(plan.cell_elements, cell_budget);
     for (const LayerPass& pass : plan.passes) {
         if (pass.cell > 1) {
             const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", behind}, {"CELL", pass.cell}};
@@ -276,20 +286,51 @@ void run(const Blur& blur, const LayerPlan& plan, bool behind) {
     }
 }
 
-// Blurs a picture that has a circle somewhere.
+// Blurs the rows that belong to the state, of an image that holds what they need besides.
+void blur_band(const Blur& call, const StoredDepth& stored, const Image& color, const Image& result,
+               const CircleOfConfusion& coc, const DofOptions& options, LayerPlanOptions plan) {
+    cut_into_surfaces(call, stored, color, coc, options);
+    const std::vector<TileBits> tiles = tile_bits(call, call.behind());
+    clear(call);
+    std::vector<unsigned char> made(tiles.size());
+    const auto across = static_cast<std::ptrdiff_t>(call.across());
+    const auto first = made.begin() + across * (call.p.state_row / params::dof_tile_rows);
+    std::fill(first, first + across * (call.state_rows() / params::dof_tile_rows), 1);
+    const auto lay = [&](bool behind) { run(call, layer_plan(tiles, call.across(), plan), behind); };
+    plan.only = made;
+    if (call.accurate()) { // keeps parts of the lens where something hidden is seen, and there only
+        const std::vector<unsigned char> seeing = tiles_seeing_hidden(call, plan);
+        std::ranges::transform(made, seeing, plan.only.begin(), [](bool own, bool sees) { return own && sees; });
+        lay(true);
+        std::ranges::transform(made, seeing, plan.only.begin(), [](bool own, bool sees) { return own && !sees; });
+        plan.open = true;
+        lay(false);
+    } else {
+        lay(call.clean_plate);
+    }
+    runtime::launch(call.device, call.kernel("dof", {{"ELEMENT", call.element}}),
+                    {call.vectors(call.p.columns), static_cast<std::size_t>(call.state_rows())}, call.state, color,
+                    result, grid(color, result), call.p);
+}
+
+// Rows of tiles beyond a band that decide on its bits, if no circle is larger than `widest`.
+int halo_of(const LayerScale& scale, double widest, const Blur& call) {
+    // Accurate: what lies behind a pixel is looked for as far as a ray moves between the largest circles, and a pixel.
+    const double behind = call.accurate() ? widest + 1 : 0;
+    const double pixels = (scale.farthest_circle(widest) / 2 + behind) * static_cast<double>(call.aspect);
+    return static_cast<int>(std::ceil((pixels + dof_halo_rows) / params::dof_tile_rows));
+}
+
+// Blurs a picture that has a circle somewhere, `widest` the widest one.
 void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
-          const DofOptions& options, const Image& circles, runtime::Scratch& scratch) {
+          const DofOptions& options, double widest, std::size_t band_bytes) {
     const Device& device = stored.image.device();
     const LayerScale scale = layer_scale(layer_spacing(options.quality, options.aperture), options.max_coc_px);
-    const params::blur_params p = blur_parameters(stored, scale, options.max_coc_px);
-    const auto planes = [&](int count) {
-        return scratch.image(Element::f32, {static_cast<int>(p.stride), count * static_cast<int>(p.rows)});
-    };
+    const params::blur_params whole = blur_parameters(stored, scale, options.max_coc_px);
     const int channels = color.channels();
     const PixelScale pixels = pixel_scale(stored.camera);
-    const bool accurate = options.quality == Quality::accurate;
     Blur call{device,
-              p,
+              whole,
               channels,
               element_define(color.element()),
               device.options().vector_width,
@@ -298,31 +339,64 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
               options.aperture,
               static_cast<float>(pixels.y / pixels.x),
               stored.camera.rows == Rows::top_down,
-              planes((accurate || options.clean_plate ? 2 : 1) * (channels + 1)),
-              planes(state_planes(channels, options.quality)),
+              true,
+              {},
+              {},
+              {},
+              {},
+              {},
               {}};
-    call.tiles = scratch.image(Element::u32, {static_cast<int>(TileBits{}.size()) * call.across() * call.down(), 1});
-    cut_into_surfaces(call, circles, color, coc, options, scratch);
-    const std::vector<TileBits> tiles = tile_bits(call, call.behind());
-    clear(call);
-    LayerPlanOptions plan{.aperture = options.aperture,
-                          .scale = scale,
-                          .aspect = static_cast<double>(pixels.y / pixels.x),
-                          .upright = call.upright,
-                          .quality = options.quality,
-                          .channels = channels};
-    if (accurate) { // keeps parts of the lens where something hidden is seen, and there only
-        plan.only = tiles_seeing_hidden(call, plan, scratch);
-        run(call, layer_plan(tiles, call.across(), plan), true);
-        for (unsigned char& tile : plan.only)
-            tile = !tile;
-        plan.open = true;
-        run(call, layer_plan(tiles, call.across(), plan), false);
-    } else {
-        run(call, layer_plan(tiles, call.across(), plan), call.clean_plate);
+    constexpr int tile_rows = params::dof_tile_rows;
+    const int surface_planes = call.surfaces() * (channels + 1), behind_planes = call.accurate() ? 1 : 0;
+    const int laid_planes = state_planes(channels, options.quality);
+    const auto bytes = [&](int planes) {
+        return sizeof(float) * whole.stride * tile_rows * static_cast<std::size_t>(planes);
+    };
+    const int halo = halo_of(scale, widest, call);
+    const std::vector<Band> all = bands(call.down(), halo, {bytes(surface_planes + behind_planes), bytes(laid_planes)},
+                                        band_bytes, std::max(halo / 2, 1));
+    call.alone = all.size() == 1;
+    int read = 0, made = 0; // rows of tiles, the most of any band
+    for (const Band& band : all) {
+        read = std::max(read, band.last - band.first);
+        made = std::max(made, band.end - band.begin);
     }
-    runtime::launch(device, call.kernel("dof", {{"ELEMENT", call.element}}), {call.vectors(p.columns), p.rows},
-                    call.state, color, result, grid(color, result), p);
+
+    runtime::Scratch scratch(device);
+    const auto planes = [&](int count, int tiles_down) {
+        return scratch.image(Element::f32, {static_cast<int>(whole.stride), count * tile_rows * tiles_down});
+    };
+    call.planes = planes(surface_planes, read);
+    call.state = planes(laid_planes, made);
+    call.tiles = scratch.image(Element::u32, {words_of(call.across(), read), 1});
+    if (call.accurate()) {
+        call.inner = planes(1, read);
+        constexpr int block = params::dof_behind_block;
+        call.blocks =
+            scratch.image(Element::f32, {static_cast<int>(whole.columns) / block, 4 * tile_rows * read / block});
+        call.hiding = scratch.image(Element::u32,
+                                    {words_of(static_cast<int>(whole.columns) / params::dof_hiding_columns, read), 1});
+    }
+    const LayerPlanOptions plan{.aperture = options.aperture,
+                                .scale = scale,
+                                .aspect = static_cast<double>(pixels.y / pixels.x),
+                                .upright = call.upright,
+                                .quality = options.quality,
+                                .channels = channels};
+    const auto top = static_cast<int>(whole.top), height = stored.image.height();
+    for (const Band& band : all) {
+        const int first = std::max(tile_rows * band.first - top, 0),
+                  rows = std::min(tile_rows * band.last - top, height) - first;
+        const auto part = [&](const auto& image) { return image.region(0, first, color.width(), rows); };
+        const StoredDepth here = part(stored);
+        DofOptions here_options = options;
+        if (options.clean_plate)
+            here_options.clean_plate = CleanPlate{part(options.clean_plate->color), part(options.clean_plate->depth)};
+        call.p = blur_parameters(here, scale, options.max_coc_px);
+        call.p.state_row = to_u32(tile_rows * (band.begin - band.first));
+        call.p.state_plane = whole.stride * to_u32(tile_rows * (band.end - band.begin));
+        blur_band(call, here, part(color), part(result), coc, here_options, plan);
+    }
 }
 
 void check_dof_result(const StoredDepth& stored, const Image& color, const Image& result, const DofOptions& options) {
@@ -336,24 +410,30 @@ void check_dof_result(const StoredDepth& stored, const Image& color, const Image
 
 } // namespace
 
+void dof_in_bands(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+                  const DofOptions& options, std::size_t band_bytes) {
+    if (coc.k == 0 && coc.g == 0) {
+        check_circle(coc, depth_form(stored.camera, stored.storage));
+        return runtime::copy(color, result);
+    }
+    const auto widest = [&](const StoredDepth& depth) {
+        return static_cast<double>(widest_coc(depth, coc, circle_options(options)));
+    };
+    const double seen = widest(stored);
+    if (seen <= largest_in_focus(layer_spacing(options.quality, options.aperture)))
+        return runtime::copy(color, result);
+    blur(stored, color, result, coc, options,
+         options.clean_plate ? std::max(seen, widest(options.clean_plate->depth)) : seen, band_bytes);
+}
+
 void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
          const DofOptions& options, const Launch& launch) {
     check(stored, color, options);
     if (options.max_error)
         return dof(stored, color, result, coc, chosen(stored, options), launch);
     check_dof_result(stored, color, result, options);
-    const Device& device = stored.image.device();
-    const runtime::Launched launched(device, launch);
-    runtime::Scratch scratch(device);
-    if (coc.k == 0 && coc.g == 0) {
-        check_circle(coc, depth_form(stored.camera, stored.storage));
-        runtime::copy(color, result);
-    } else if (static_cast<double>(widest_coc(stored, coc, circle_options(options))) <=
-               largest_in_focus(layer_spacing(options.quality, options.aperture))) {
-        runtime::copy(color, result);
-    } else {
-        blur(stored, color, result, coc, options, circles_of(stored, coc, options, scratch), scratch);
-    }
+    const runtime::Launched launched(stored.image.device(), launch);
+    dof_in_bands(stored, color, result, coc, options, dof_band_bytes);
     launched.done();
 }
 

@@ -363,7 +363,7 @@ Planes split_into_planes(Call& call, const Image& depth) {
         options.thickness_from_silhouette
             ? silhouette_thickness(call.scratch, depth, call.lattice, call.rays.perspective, call.occlusion)
             : Image();
-    for (const Band& band : bands(static_cast<int>(all_rows), halo, row_bytes,
+    for (const Band& band : bands(static_cast<int>(all_rows), halo, {row_bytes},
                                   depth ? std::numeric_limits<std::size_t>::max() : band_bytes)) {
         runtime::Scratch scratch(call.device);
         const Region rows = rows_of(call, band.first, band.last);

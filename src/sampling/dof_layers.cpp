@@ -12,12 +12,6 @@ namespace {
 
 using params::u32;
 
-// Floats that strips may take; a layer that needs more is done in bands of rows.
-constexpr std::size_t strip_budget = std::size_t{24} << 20;
-
-// And the same for cells, and for the sums around them.
-constexpr std::size_t cell_budget = std::size_t{6} << 20;
-
 // Up to this reach `accurate` reads pixels with their own places in the lens: in small circles the middle of a pixel's
 // part of the lens is not at the pixel's middle.
 constexpr int most_taps = 8;
@@ -32,6 +26,13 @@ struct Grid {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x);
     }
     bool any() const { return std::ranges::find(marked, 1) != marked.end(); }
+    int row_of(std::size_t place) const { return static_cast<int>(place / static_cast<std::size_t>(across)); }
+    // Rows from the first marked one, and to beyond the last.
+    int first_row() const { return row_of(static_cast<std::size_t>(std::ranges::find(marked, 1) - marked.begin())); }
+    int end_row() const {
+        const auto after = std::find(marked.rbegin(), marked.rend(), 1).base();
+        return row_of(static_cast<std::size_t>(after - marked.begin()) + static_cast<std::size_t>(across) - 1);
+    }
 };
 
 // Marks every place of a line, `step` apart, that is within `reach` of a marked one.
@@ -167,6 +168,8 @@ public:
         const bool grouped = !keeps_parts(options_) && layer.direct;
         if (!grouped)
             end_groups();
+        if (layer.cell == 1)
+            end_cell_groups();
         // What lies behind is summed only around what ends. A group has one answer for all its layers, which reach one tile.
         Grid filled = reached;
         if (layer.fill) {
@@ -197,6 +200,7 @@ public:
 
     LayerPlan plan() {
         end_groups();
+        end_cell_groups();
         return std::move(plan_);
     }
 
@@ -207,6 +211,59 @@ private:
         bool fill;
         std::vector<u32> reach, follow; // a bit a layer
         std::vector<u32> layers;        // where its spans begin, and its rows
+    };
+
+    // A layer that is summed over cells: where the rows of its aperture begin and how many there are on either side, the blocks
+    // that it takes aside and up, and its tiles.
+    struct CellLayer {
+        int number;
+        std::array<u32, 2> start_and_reach;
+        int aside, up;
+        Grid reached, before;
+    };
+
+    // Blocks of cells in a rectangle, and the first one's place.
+    struct Blocks {
+        int column, row, across, down;
+    };
+
+    // Layers whose cells and sums are made by one launch each, and that are laid by one.
+    struct CellGroup {
+        int cell;
+        bool fill;
+        std::vector<CellLayer> layers;
+
+        u32 nth(const CellLayer& layer) const { return static_cast<u32>(layer.number - layers.front().number); }
+        int block_width() const { return params::dof_block_columns * cell; }
+        int block_height() const { return params::dof_block_rows * cell; }
+        bool overlaps(const Grid& reached) const {
+            for (const CellLayer& layer : layers)
+                for (std::size_t i = 0; i < reached.marked.size(); ++i)
+                    if (reached.marked[i] && layer.reached.marked[i])
+                        return true;
+            return false;
+        }
+        // Where its tiles are.
+        Area area() const {
+            Area all{0, layers.front().reached.across, layers.front().reached.down, 0};
+            for (const CellLayer& layer : layers) {
+                all.begin = std::min(all.begin, layer.reached.first_row());
+                all.end = std::max(all.end, layer.reached.end_row());
+            }
+            return all;
+        }
+        // The blocks that these rows of tiles read.
+        Blocks blocks(int begin, int end) const {
+            int aside = 0, up = 0;
+            for (const CellLayer& layer : layers) {
+                aside = std::max(aside, layer.aside);
+                up = std::max(up, layer.up);
+            }
+            const int columns = layers.front().reached.across * params::dof_tile_columns;
+            const int row = divided(begin * params::dof_tile_rows, block_height()) - up - 1;
+            return {-aside - 1, row, divided_up(columns, block_width()) + 2 * (aside + 1),
+                    divided_up(end * params::dof_tile_rows, block_height()) + up + 1 - row};
+        }
     };
 
     u32 add_spans(const ApertureSpans& spans) {
@@ -292,13 +349,15 @@ private:
         pass.gather.strip_row = static_cast<u32>(planes * plane);
         pass.gather.reach = layer.spans.reach;
         pass.gather.columns = layer.spans.columns;
-        const int down = near_.down, across = near_.across, per_tile = params::dof_tile_rows / layer.pitch;
+        const int begin_row = reached.first_row(), end_row = reached.end_row(), down = end_row - begin_row;
+        const int across = near_.across, per_tile = params::dof_tile_rows / layer.pitch;
         const std::size_t tile = pass.gather.strip_row * static_cast<std::size_t>(per_tile);
         const auto kept = static_cast<int>(std::min<std::size_t>(strip_budget / tile, 1u << 15)); // tiles
-        const int high = layer.direct || kept >= down ? down : std::max(kept - 2 * layer.tiles_up, 1);
-        for (int begin = 0; begin < down; begin += high) {
-            const int end = std::min(begin + high, down);
-            const int first = std::max(begin - layer.tiles_up, 0), last = std::min(end + layer.tiles_up, down);
+        const int read = std::min(end_row + layer.tiles_up, near_.down) - std::max(begin_row - layer.tiles_up, 0);
+        const int high = layer.direct || kept >= read ? down : std::max(kept - 2 * layer.tiles_up, 1);
+        for (int begin = begin_row; begin < end_row; begin += high) {
+            const int end = std::min(begin + high, end_row);
+            const int first = std::max(begin - layer.tiles_up, 0), last = std::min(end + layer.tiles_up, near_.down);
             const int wide = layer.direct ? across : std::max(kept / (last - first), 1);
             for (int left = 0; left < across; left += wide) {
                 const int right = std::min(left + wide, across);
@@ -332,67 +391,143 @@ private:
         plan_.passes.push_back(pass);
     }
 
-    // The aperture is summed over cells, in bands of rows where these would need too much memory.
+    // The aperture is summed over cells, for as many layers at once as there is room for.
     void add_cells(const Layer& layer, const Grid& reached) {
-        constexpr int columns = params::dof_block_columns, rows = params::dof_block_rows;
-        const int rows_at_once = layer.fill ? 2 : 4;
+        std::optional<CellGroup>& group = cell_groups_[layer.fill ? 0 : 1];
         const ApertureCells aperture = aperture_cells(options_.aperture, layer.circle, options_.aspect,
-                                                      options_.upright, layer.cell, rows_at_once);
-        LayerPass pass{};
-        pass.cell = layer.cell;
-        pass.fill = layer.fill;
-        pass.cells.layer = static_cast<float>(layer.number);
-        pass.cells.starts = static_cast<u32>(plan_.starts.size());
-        pass.cells.reach = aperture.reach;
+                                                      options_.upright, layer.cell, layer.fill ? 2 : 4);
+        int aside = 0;
+        for (std::size_t i = 0; i < aperture.starts.size(); i += 2)
+            aside = std::max(aside, static_cast<int>(aperture.starts[i]));
+        CellLayer one{layer.number,
+                      {static_cast<u32>(plan_.starts.size()), static_cast<u32>(aperture.reach)},
+                      divided_up(aside, params::dof_block_columns),
+                      divided_up(aperture.reach, params::dof_block_rows),
+                      reached,
+                      before_};
         for (std::size_t i = 0; i < aperture.starts.size(); i += 2) {
             plan_.starts.push_back(aperture.starts[i]);
             plan_.starts.push_back(aperture.starts[i + 1] + static_cast<u32>(plan_.weights.size()));
         }
         plan_.weights.insert(plan_.weights.end(), aperture.weights.begin(), aperture.weights.end());
 
-        int aside = 0;
-        for (std::size_t i = 0; i < aperture.starts.size(); i += 2)
-            aside = std::max(aside, static_cast<int>(aperture.starts[i]));
-        const int blocks_aside = divided_up(aside, columns), blocks_up = divided_up(aperture.reach, rows);
-        const int wide = columns * layer.cell, high = rows * layer.cell; // pixels of a block
+        if (group &&
+            (layer.cell != group->cell || layer.number - group->layers.front().number >= 32 || !fits(*group, one)))
+            end_cell_groups();
+        // A group with what lies behind is laid before the one without.
+        if (layer.fill && cell_groups_[1] && cell_groups_[1]->overlaps(reached))
+            end_cell_groups();
+        if (!group)
+            group = CellGroup{layer.cell, layer.fill, {}};
+        group->layers.push_back(std::move(one));
+    }
+
+    std::size_t planes_of(const CellGroup& group) const {
+        return static_cast<std::size_t>((2 + options_.channels) * (1 + group.fill));
+    }
+
+    // Elements of a group in these rows of tiles.
+    std::size_t elements(const CellGroup& group, int begin, int end) const {
+        const Blocks blocks = group.blocks(begin, end);
+        return (group.nth(group.layers.back()) + std::size_t{1}) *
+               (planes_of(group) * params::dof_block_columns * params::dof_block_rows + 1) *
+               static_cast<std::size_t>(blocks.across) * static_cast<std::size_t>(blocks.down);
+    }
+
+    bool fits(CellGroup group, const CellLayer& one) const {
+        group.layers.push_back(one);
+        const Area area = group.area();
+        return elements(group, area.begin, area.end) <= cell_budget;
+    }
+
+    void end_cell_groups() {
+        for (std::optional<CellGroup>& group : cell_groups_) {
+            if (group)
+                end(*group);
+            group.reset();
+        }
+    }
+
+    // In bands of rows where one layer alone needs too much memory.
+    void end(const CellGroup& group) {
+        LayerPass pass{};
+        pass.cell = group.cell;
+        pass.fill = group.fill;
+        pass.cells.layer = static_cast<float>(group.layers.front().number);
+        pass.cells.layers = static_cast<u32>(plan_.starts.size());
+        plan_.starts.resize(plan_.starts.size() + 2 * static_cast<std::size_t>(group.nth(group.layers.back()) + 1));
+        for (const CellLayer& layer : group.layers)
+            std::ranges::copy(layer.start_and_reach, plan_.starts.begin() + pass.cells.layers + 2 * group.nth(layer));
+        const Area area = group.area();
+        const int step = std::max(params::dof_block_rows * group.cell / params::dof_tile_rows, 1);
+        int band = (area.end - area.begin + step - 1) / step * step;
+        while (band > step && elements(group, area.begin, area.begin + band) > cell_budget)
+            band -= step;
+        for (int begin = area.begin; begin < area.end; begin += band)
+            add_cells(pass, group, begin, std::min(begin + band, area.end));
+    }
+
+    void add_cells(LayerPass pass, const CellGroup& group, int begin, int end) {
         constexpr int tile_columns = params::dof_tile_columns, tile_rows = params::dof_tile_rows;
-        const int across = divided_up(near_.across * tile_columns, wide) + 2 * (blocks_aside + 1);
-        const int planes = (2 + options_.channels) * (1 + layer.fill);
-        const auto kept = static_cast<int>(cell_budget / static_cast<std::size_t>(planes * across * columns * rows));
-        const int band = std::max(kept - 2 * (blocks_up + 1), 1) * std::max(high / tile_rows, 1); // rows of tiles
-        for (int begin = 0; begin < near_.down; begin += band) {
-            const int end = std::min(begin + band, near_.down);
-            pass.cells.column = -blocks_aside - 1;
-            pass.cells.row = divided(begin * tile_rows, high) - blocks_up - 1;
-            pass.cells.across = across;
-            Grid wanted(across, divided_up(end * tile_rows, high) + blocks_up + 1 - pass.cells.row);
+        const int wide = group.block_width(), high = group.block_height();
+        const Blocks blocks = group.blocks(begin, end);
+        pass.cells.column = blocks.column;
+        pass.cells.row = blocks.row;
+        pass.cells.across = blocks.across;
+        pass.cells.plane =
+            static_cast<u32>(blocks.across * blocks.down * params::dof_block_columns * params::dof_block_rows);
+        pass.cells.one =
+            static_cast<u32>(planes_of(group) * pass.cells.plane) + static_cast<u32>(blocks.across * blocks.down);
+        std::vector<Grid> wanted, read;
+        for (const CellLayer& layer : group.layers) {
+            Grid own(blocks.across, blocks.down);
             for (int y = begin; y < end; ++y)
                 for (int x = 0; x < near_.across; ++x)
-                    if (reached.marked[reached.index(x, y)]) // with the cells around its own
+                    if (layer.reached.marked[layer.reached.index(x, y)]) // with the cells around its own
                         for (int i = divided(y * tile_rows - 1, high); i <= (y * tile_rows + tile_rows) / high; ++i)
                             for (int j = divided(x * tile_columns - 1, wide);
                                  j <= (x * tile_columns + tile_columns) / wide; ++j)
-                                wanted.marked[wanted.index(j - pass.cells.column, i - pass.cells.row)] = 1;
-            if (!wanted.any())
-                continue;
-            pass.cells.plane = static_cast<u32>(wanted.across * wanted.down * columns * rows);
-            plan_.cell_elements = std::max(plan_.cell_elements,
-                                           static_cast<std::size_t>(planes) * pass.cells.plane + wanted.marked.size());
-            const auto list = [&](const Grid& grid, u32& first) {
-                first = static_cast<u32>(plan_.lists.size());
-                for (int y = 0; y < grid.down; ++y)
-                    for (int x = 0; x < grid.across; ++x)
-                        if (grid.marked[grid.index(x, y)])
-                            plan_.lists.push_back(static_cast<u32>(x) | static_cast<u32>(y) << ENTRY_ROW_SHIFT);
-                return static_cast<u32>(plan_.lists.size()) - first;
-            };
-            pass.cells.sum_blocks = list(wanted, pass.cells.sum_list);
-            pass.cells.blocks = list(widened(wanted, blocks_aside, blocks_up), pass.cells.list);
-            pass.cells.tile_list = static_cast<u32>(plan_.lists.size());
-            pass.cells.tiles = add_list({0, near_.across, begin, end}, before_,
-                                        [&](int x, int y) { return reached.marked[reached.index(x, y)] != 0; });
-            plan_.passes.push_back(pass);
+                                own.marked[own.index(j - blocks.column, i - blocks.row)] = 1;
+            read.push_back(widened(own, layer.aside, layer.up));
+            wanted.push_back(std::move(own));
         }
+        const auto size = [&] { return static_cast<u32>(plan_.lists.size()); };
+        const auto list = [&](const Grid& grid, std::size_t i, u32 nth) {
+            if (!grid.marked[i])
+                return 0u;
+            const u32 x = static_cast<u32>(i) % static_cast<u32>(grid.across),
+                      y = static_cast<u32>(i) / static_cast<u32>(grid.across);
+            plan_.lists.insert(plan_.lists.end(), {x | y << ENTRY_ROW_SHIFT, nth});
+            return 1u;
+        };
+        pass.cells.list = size();
+        for (std::size_t i = 0; i < read.front().marked.size(); ++i) // layers in turn read the same pixels
+            for (std::size_t k = 0; k < read.size(); ++k)
+                pass.cells.blocks += list(read[k], i, group.nth(group.layers[k]));
+        pass.cells.sum_list = size();
+        for (std::size_t k = 0; k < wanted.size(); ++k)
+            for (std::size_t i = 0; i < wanted[k].marked.size(); ++i)
+                pass.cells.sum_blocks += list(wanted[k], i, group.nth(group.layers[k]));
+        pass.cells.tile_list = size();
+        for (int y = begin; y < end; ++y) {
+            for (int x = 0; x < near_.across; ++x) {
+                const std::size_t i = near_.index(x, y);
+                u32 reach = 0, follow = 0;
+                for (const CellLayer& layer : group.layers) {
+                    reach |= static_cast<u32>(layer.reached.marked[i]) << group.nth(layer);
+                    follow |= static_cast<u32>(layer.before.marked[i]) << group.nth(layer);
+                }
+                if (reach == 0)
+                    continue;
+                plan_.lists.insert(plan_.lists.end(), {entry(x, y, none_), reach, follow});
+                ++pass.cells.tiles;
+            }
+        }
+        if (pass.cells.tiles == 0)
+            return;
+        const std::size_t last = group.nth(group.layers.back()) + std::size_t{1};
+        plan_.cell_elements = std::max(plan_.cell_elements, last * pass.cells.one);
+        plan_.passes.push_back(pass);
     }
 
     params::part_params part(const Layer& layer) {
@@ -437,6 +572,7 @@ private:
     Grid before_; // tiles that the layer just before reached
     LayerPlan plan_;
     std::array<std::optional<Group>, 2> groups_; // with what lies behind, and without
+    std::array<std::optional<CellGroup>, 2> cell_groups_;
 };
 
 } // namespace
@@ -461,6 +597,13 @@ double LayerScale::circle(int layer) const {
     const double t = 2 * part / (sum + std::sqrt(sum * sum - 4 * spacing.bend * part));
     const double size = std::ldexp(1 + t, static_cast<int>(whole)) - spacing.offset;
     return layer < middle ? -size : size;
+}
+
+double LayerScale::farthest_circle(double largest) const {
+    int layer = middle;
+    while (layer + 1 < count() && circle(layer) < largest)
+        ++layer;
+    return circle(layer);
 }
 
 LayerScale layer_scale(const LayerSpacing& spacing, double max_coc_px) {

@@ -10,6 +10,10 @@
 
 namespace fathom {
 
+/// Floats that strips may take, and those that cells and the sums around them may take each. A layer that needs more is done
+/// in bands of rows.
+inline constexpr std::size_t strip_budget = std::size_t{8} << 20, cell_budget = strip_budget;
+
 /// How layers are spaced: a circle c lies `per_octave` (L(|c| + offset) - L(1 + offset)) layers from the middle. Within an octave
 /// of x = 1 + t, L(x) is t + bend t (1 - t), nearly log2. `offset` is a power of two less 1.
 struct LayerSpacing {
@@ -28,7 +32,8 @@ struct LayerScale {
     int middle;
 
     int count() const { return 2 * middle + 1; }
-    double circle(int layer) const; ///< signed, in pixels; ±1 in the middle
+    double circle(int layer) const;               ///< signed, in pixels; ±1 in the middle
+    double farthest_circle(double largest) const; ///< of the layers that pixels of circles up to ± `largest` lie in
 };
 
 /// The scale for circles of up to `max_coc_px`; at most `most_layers`.
@@ -49,7 +54,8 @@ inline bool has_bit(const TileBits& tile, int bit) {
 /// layer's own starts begin, and its reach.
 ///
 /// Where an aperture is many pixels wide, it is summed over cells of pixels instead: a launch of kernels/dof_cells.cl,
-/// kernels/dof_cell_sums.cl and kernels/dof_cell_layer.cl.
+/// kernels/dof_cell_sums.cl and kernels/dof_cell_layer.cl, of several layers where there is room for their cells. Entries of
+/// its lists of blocks have the layer's number after them, counted from the first; those of tiles have bits as above.
 struct LayerPass {
     params::layer_params strips, gather;
     params::cell_params cells;
