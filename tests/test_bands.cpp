@@ -114,6 +114,32 @@ TEST_CASE("ssao: bands keep the bits", "[ssao][bands]") {
     }
 }
 
+TEST_CASE("ssao: inverse depth in bands keeps the bits of blocks at half resolution", "[ssao][bands]") {
+    // So large that each pass makes its own inverse depth; a strip of rows shares one.
+    constexpr int width = 8192, height = 2304, strip = 1000, halo = ssao_block_halo;
+    const Device device = oracle::device(Arithmetic::fp64);
+    const Steps steps(width, height);
+    const StoredDepth stored = steps.stored(device, Storage::float32);
+    SsaoCall options;
+    options.radius = 0.11; // about as many pixels as decide
+    options.quality = Quality::fast;
+    const Occlusion whole = ssao(stored, options);
+    for (int y = 0; y < height; y += strip) {
+        const int rows = std::min(strip, height - y), first = std::max(y - halo, 0),
+                  last = std::min(y + rows + halo, height);
+        SsaoCall part = options;
+        part.region = Region{0, y - first, width, rows};
+        const Occlusion piece = ssao(stored.region(0, first, width, last - first), part);
+        INFO("rows from " << y << " on");
+        CHECK(same_bits(floats(piece.visibility), floats(whole.visibility.region(0, y, width, rows))));
+    }
+    SsaoCall all = options;
+    all.half_resolution = false;
+    CHECK_FALSE(same_bits(floats(ssao(stored, all).visibility), floats(whole.visibility)));
+    all.half_resolution = true;
+    CHECK_FALSE(same_bits(floats(ssao(stored, all).visibility), floats(whole.visibility)));
+}
+
 namespace {
 
 // What the pool of scratch memory has grown to.

@@ -31,7 +31,10 @@ constexpr float slope_errors_fitted = 0.6f; // as slope_errors_neighbours, for a
 constexpr float filter_edge = 0.5f;
 
 // Inverse depth and the slices' sums, which lie between the passes, are made in bands of rows that take at most so much.
-constexpr std::size_t band_bytes = std::size_t{32} << 20;
+constexpr std::size_t band_bytes = std::size_t{24} << 20;
+
+// Inverse depth that takes no more than this is made once for all passes that read it.
+constexpr std::size_t shared_bytes = std::size_t{64} << 20;
 
 // Lengths are squared in floats. Every visible surface is nearer than this.
 constexpr double longest_length = 1e18;
@@ -351,6 +354,24 @@ StoredDepth part_of(const StoredDepth& stored, const Region& rows) {
     return stored.region(rows.x, rows.y, rows.width, rows.height);
 }
 
+// Inverse depth of some rows, which begins with row `top` of the image.
+struct DepthRows {
+    Image image;
+    int top;
+};
+
+// Those of the whole image, if that is there already.
+DepthRows depth_of(const Call& call, runtime::Scratch& scratch, const Image& whole, const Region& rows) {
+    return whole ? DepthRows{whole, 0}
+                 : DepthRows{inverse_depth(scratch, part_of(call.stored, rows), call.rays), rows.y};
+}
+
+// Bands for a pass that reads inverse depth; one where all of it is there already.
+std::vector<Band> depth_bands(const Call& call, const Image& whole, int count, int halo, int rows_each) {
+    const std::size_t row_bytes = sizeof(float) * static_cast<std::size_t>(call.stored.image.width() * rows_each);
+    return bands(count, halo, {row_bytes}, whole ? std::numeric_limits<std::size_t>::max() : band_bytes);
+}
+
 // The planes of the whole image. `depth` is its inverse depth, if that is there already: silhouettes need it.
 Planes split_into_planes(Call& call, const Image& depth) {
     const SsaoOptions& options = call.options;
@@ -358,17 +379,15 @@ Planes split_into_planes(Call& call, const Image& depth) {
     const Planes planes{call.plane_rows(all_rows), call.plane_rows(all_rows), call.plane_rows(all_rows)};
     constexpr int halo = 1; // row of the planes, four of the image
     static_assert(4 * halo > params::depth_margin_rows, "fitted normals look so far");
-    const std::size_t row_bytes = 4 * sizeof(float) * static_cast<std::size_t>(call.lattice.width);
     const Image silhouettes =
         options.thickness_from_silhouette
             ? silhouette_thickness(call.scratch, depth, call.lattice, call.rays.perspective, call.occlusion)
             : Image();
-    for (const Band& band : bands(static_cast<int>(all_rows), halo, {row_bytes},
-                                  depth ? std::numeric_limits<std::size_t>::max() : band_bytes)) {
+    for (const Band& band : depth_bands(call, depth, static_cast<int>(all_rows), halo, 4 * call.lattice.every)) {
         runtime::Scratch scratch(call.device);
         const Region rows = rows_of(call, band.first, band.last);
         const StoredDepth part = part_of(call.stored, rows);
-        const Image here = depth ? depth : inverse_depth(scratch, part, call.rays);
+        const Image here = depth_of(call, scratch, depth, rows).image;
         Image extra = here;
         params::grid_params extra_grid = lattice_grid(here, call.lattice, rows.y);
         if (silhouettes) {
@@ -427,12 +446,21 @@ void upsample(const Call& call, const Image& depth, const Image& found, Output o
               const Region& region) {
     const PixelLattice all = pixel_lattice(call.stored);
     const std::size_t wide = 2 * static_cast<std::size_t>(call.device.options().vector_width); // of a work-item
-    const std::size_t columns =
-        static_cast<std::size_t>(depth.width()) + static_cast<std::size_t>(call.stored.x) % wide;
-    runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
-                    {(columns + wide - 1) / wide, static_cast<std::size_t>(region.height)}, depth, found, call.blocks,
-                    result, lattice_grid(depth, all), lattice_grid(found, pixel_lattice({found, call.stored.camera})),
-                    grid(result, region), call.work, call.parameters(all));
+    const std::size_t columns = static_cast<std::size_t>(all.width) + static_cast<std::size_t>(call.stored.x) % wide;
+    constexpr int halo = params::depth_margin_rows;
+    for (const Band& band : depth_bands(call, depth, region.height, halo, 1)) {
+        runtime::Scratch scratch(call.device);
+        const int first = std::max(region.y + band.begin - halo, 0),
+                  last = std::min(region.y + band.end + halo, all.height);
+        const DepthRows here = depth_of(call, scratch, depth, {0, first, all.width, last - first});
+        const int rows = band.end - band.begin;
+        const Image part = result.region(0, band.begin, region.width, rows);
+        runtime::launch(
+            call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
+            {(columns + wide - 1) / wide, static_cast<std::size_t>(rows)}, here.image, found, call.blocks, part,
+            lattice_grid(here.image, all, here.top), lattice_grid(found, pixel_lattice({found, call.stored.camera})),
+            grid(part, {region.x, region.y + band.begin, region.width, rows}), call.work, call.parameters(all));
+    }
 }
 
 // What is asked for, where it goes, and how messages name it.
@@ -527,6 +555,16 @@ void whole_resolution(Call& call, const Image& depth, const std::vector<Wanted>&
     add_up(call, planes, results, region_of(call.stored, call.options));
 }
 
+// The inverse depth that several passes read, unless it takes so much memory that each makes its own.
+Image shared_depth(Call& call) {
+    const Image& image = call.stored.image;
+    const std::size_t bytes =
+        sizeof(float) * static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height());
+    const bool is_small = bytes <= shared_bytes;
+    return is_small || call.options.thickness_from_silhouette ? inverse_depth(call.scratch, call.stored, call.rays)
+                                                              : Image();
+}
+
 // Every second pixel of every second row, and those between.
 void half_resolution(Call& call, const Image& depth, const std::vector<Wanted>& results) {
     const Planes planes = split_into_planes(call, depth);
@@ -573,8 +611,18 @@ std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& de
         .smooth = half.smooth};
     const Image blocks =
         call.scratch.image(Element::u32, {static_cast<int>(chosen.columns * chosen.rows) + 2, 1}); // and two kinds
-    runtime::launch(call.device, call.kernel("ssao_blocks", {}), {chosen.columns, chosen.rows}, depth, blocks,
-                    lattice_grid(depth, all), chosen, occlusion);
+    constexpr int size = 1 << params::ssao_block_shift, halo = 1;                                  // block
+    const auto row = [&](int block) { return std::clamp(block * size - call.stored.y % size, 0, all.height); };
+    for (const Band& band : depth_bands(call, depth, static_cast<int>(chosen.rows), halo, size)) {
+        runtime::Scratch scratch(call.device);
+        const DepthRows here =
+            depth_of(call, scratch, depth, {0, row(band.first), all.width, row(band.last) - row(band.first)});
+        params::grid_params from = lattice_grid(here.image, all, here.top);
+        from.y_begin = to_u32(band.begin);
+        runtime::launch(call.device, call.kernel("ssao_blocks", {}),
+                        {chosen.columns, static_cast<std::size_t>(band.end - band.begin)}, here.image, blocks, from,
+                        chosen, occlusion);
+    }
     runtime::launch(call.device, call.kernel("ssao_kinds", {}), {1, 1}, blocks, chosen);
     return {blocks, chosen};
 }
@@ -593,8 +641,7 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     if (!chooses_blocks(stored, options)) {
         Call call(stored, radius, options);
         const runtime::Launched launched(device, launch);
-        const bool needs_whole_depth = is_half || options.thickness_from_silhouette;
-        const Image depth = needs_whole_depth ? inverse_depth(call.scratch, stored, call.rays) : Image();
+        const Image depth = is_half || options.thickness_from_silhouette ? shared_depth(call) : Image();
         (is_half ? half_resolution : whole_resolution)(call, depth, results_wanted);
         launched.done();
         return;
@@ -605,7 +652,7 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     few_options.samples = half.samples;
     Call few(stored, radius, few_options);
     const runtime::Launched launched(device, launch);
-    const Image depth = inverse_depth(few.scratch, stored, few.rays);
+    const Image depth = shared_depth(few);
     const auto [blocks, chosen] = chosen_blocks(few, depth, half);
     {
         Call all(stored, radius, options);

@@ -67,7 +67,7 @@ Scratch::~Scratch() {
 // Takes a buffer of this size from the pool, or, if that is large, the smallest one that fits and is not far too large: what
 // `dof` needs differs from frame to frame, and new memory costs as much as its kernels.
 bool Scratch::take(std::size_t size) {
-    const std::size_t most_times = size >= huge_page ? 4 : 1;
+    const std::size_t most_times = size >= huge_page ? 5 : 1;
     const auto lock = locked(device_.state().mutex);
     auto& pool = device_.state().scratch;
     auto found = pool.end();
