@@ -199,8 +199,7 @@ Regime motion(const Device& device) {
         regime.boundaries.push_back(fast ? Boundary{jump(of_ssao), way.name, most_jump, 0, none, why}
                                          : Boundary{jump(of_ssao), way.name, most_jump, 0.2, 0.4, why});
         regime.boundaries.push_back({jump(of_near_edge), way.name, most_jump, 0, none, why});
-        regime.boundaries.push_back(
-            {flicker(of_focus_pull), way.name, most_flicker, fast ? 0.2 : 0.1, fast ? 0.1 : 0.025, why});
+        regime.boundaries.push_back({flicker(of_focus_pull), way.name, most_flicker, 0.1, 0.025, why});
         regime.boundaries.push_back(way.quality == Quality::accurate
                                         ? Boundary{jump(of_focus_pull), way.name, most_jump, 0.2, 0.4, why}
                                         : Boundary{jump(of_focus_pull), way.name, most_jump, 0, none, why});

@@ -581,7 +581,7 @@ LayerSpacing layer_spacing(Quality quality, const Aperture& aperture) {
     constexpr double bend = 0.344; // log2 to 0.008
     if (quality == Quality::accurate || !is_round(aperture))
         return {quality == Quality::fast ? 3.0 : 8.0, 0, 0};
-    return quality == Quality::fast ? LayerSpacing{2.5, 1, bend} : LayerSpacing{6, 3, bend};
+    return quality == Quality::fast ? LayerSpacing{2.875, 1, bend} : LayerSpacing{6, 3, bend};
 }
 
 double largest_in_focus(const LayerSpacing& spacing) {
