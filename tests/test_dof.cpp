@@ -822,6 +822,31 @@ TEST_CASE("dof: large circles have the same bits for any vector width, and in a 
     }
 }
 
+TEST_CASE("dof: a tile with a halo equals the whole, though a circle lies in a layer of larger ones", "[dof]") {
+    constexpr int width = 48, height = 760, most = 512;
+    for (const auto& [name, quality] : {qualities[0], qualities[1]}) {
+        for (const int border : {200, 205, 210}) {
+            for (int circle = 300; circle <= most; circle += 20) { // of a foreground, above the tile only
+                const Picture picture(
+                    width, height, [&](int, int y) { return y < border ? -circle : 0; },
+                    [](int x, int y) { return (x + y) % 7 / 7.0; });
+                const CleanPlate all = clean_plate_of(picture);
+                const DofOptions options{.quality = quality, .max_coc_px = most};
+                const auto whole = floats(dof(all.depth, all.color, lens, options));
+                const int rows = height - border, above = most / 2 + dof_halo_rows;
+                const auto tile = floats(dof(all.depth.region(0, border, width, rows),
+                                             all.color.region(0, border, width, rows), lens, options));
+                long differ = 0;
+                for (std::size_t at = std::size_t{3} * width * static_cast<std::size_t>(above); at < tile.size(); ++at)
+                    differ +=
+                        !same_bits(tile[at], whole[at + std::size_t{3} * width * static_cast<std::size_t>(border)]);
+                INFO(name << ", circles of " << circle << " px above row " << border);
+                CHECK(differ == 0);
+            }
+        }
+    }
+}
+
 // Where nothing hides anything, accurate blurs as balanced does, tile by tile. One edge between two colours lies in
 // tiles of either kind.
 TEST_CASE("dof: no seam shows where accurate has nothing hidden to keep apart", "[dof]") {
