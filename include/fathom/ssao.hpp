@@ -43,7 +43,8 @@ struct SsaoOptions {
     /// Computes every second pixel of every second row of the camera's image and interpolates the others along their tangent
     /// planes. A pixel without a valid computed neighbour is open, with a confidence of 0. true: everywhere; false: nowhere.
     /// Default: a quality chooses it for each block of 64 x 64 pixels of the camera's image, where the radius covers many
-    /// pixels and the quality's error does not grow. With `slices`, `samples` or `jitter` the default is false.
+    /// pixels, and takes more samples there. In none of seven scenes is its rms error larger by more than a tenth.
+    /// With `slices`, `samples` or `jitter` the default is false.
     std::optional<bool> half_resolution = {};
 
     std::optional<Region> region = {}; ///< part that is computed; samples still come from the whole image

@@ -84,7 +84,7 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
     add_enum_option(
         app, "--quality", dof.quality,
         {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
-        "speed against accuracy (default: balanced). accurate is also exact\nbehind a blurred edge, in 10 times the "
+        "speed against accuracy (default: balanced). accurate is also exact\nbehind a blurred edge, in 4 times the "
         "time and more for large\ncircles")
         ->group("Blur");
     add_enum_option(app, "--sky", dof.sky, {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},

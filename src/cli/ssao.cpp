@@ -105,7 +105,7 @@ void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
         "--half-resolution", [&ssao] { ssao.half_resolution = true; },
         "compute every second pixel of every second row, and interpolate\n"
         "along the surfaces. Default: the quality chooses it for blocks\n"
-        "where its error does not grow");
+        "where the radius covers many pixels");
     CLI::Option* full = app.add_flag_callback(
         "--full-resolution", [&ssao] { ssao.half_resolution = false; }, "compute all pixels");
     half->group("Occlusion");
