@@ -1,4 +1,4 @@
-// Cells of layers: the sums of what their pixels count for it. A cell is a square of 2, 4 or 8 pixels. Where the aperture
+// Cells of layers: for each layer the sums of what its pixels count. A cell is a square of 2, 4 or 8 pixels. Where the aperture
 // is many cells wide, it is summed over them instead of pixels.
 // After the planes of sums stands for every block what it holds: 2: pixels of the layer; 1: only pixels behind it; 0: none.
 // Built for: CELL = 2 4 8; FILL = 0 1; BEHIND = 0 1

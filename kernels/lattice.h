@@ -20,12 +20,10 @@ INLINE floatV load_every(__global const float* first) {
 #endif
 }
 
-// The same from pixel (x, y) of all pixels on; NaN beyond the image.
-INLINE floatV pixels_at(__global const float* image, const grid_params* pixels, int x, int y) {
-    const int width = (int)pixels->x_end, height = (int)pixels->height;
-    if (y < 0 || y >= height || x >= width || x + EVERY * V <= 0)
+// The same from pixel x of a row on, NaN beyond its `width` pixels.
+INLINE floatV in_row(__global const float* row, int x, int width) {
+    if (x >= width || x + EVERY * V <= 0)
         return (floatV)NAN;
-    __global const float* const row = image + pixels->source_offset + (size_t)y * pixels->source_stride;
     if (x >= 0 && x + EVERY * V <= width)
         return load_every(row + x);
     float lanes[V];
@@ -34,18 +32,19 @@ INLINE floatV pixels_at(__global const float* image, const grid_params* pixels, 
     return *(const float_lanes*)lanes;
 }
 
-// The same from pixel (x, y) of the lattice on.
-INLINE floatV inside_at(__global const float* image, const grid_params* grid, int x, int y) {
-    const int width = (int)grid->x_end, height = (int)grid->height;
-    if (y < 0 || y >= height || x >= width || x + V <= 0)
+// From pixel (x, y) of the image on; NaN beyond it.
+INLINE floatV pixels_at(__global const float* image, const grid_params* pixels, int x, int y) {
+    if (y < 0 || y >= (int)pixels->height)
         return (floatV)NAN;
-    __global const float* const row = image + grid->source_offset + (size_t)y * grid->source_stride;
-    if (x >= 0 && x + V + EVERY - 1 <= width)
-        return load_every(row + EVERY * x);
-    float lanes[V];
-    for (int i = 0; i < V; ++i)
-        lanes[i] = x + i >= 0 && x + i < width ? row[EVERY * (x + i)] : NAN;
-    return *(const float_lanes*)lanes;
+    return in_row(image + pixels->source_offset + (size_t)y * pixels->source_stride, x, (int)pixels->x_end);
+}
+
+// From pixel (x, y) of the lattice on; NaN beyond it.
+INLINE floatV inside_at(__global const float* image, const grid_params* grid, int x, int y) {
+    if (y < 0 || y >= (int)grid->height)
+        return (floatV)NAN;
+    return in_row(image + grid->source_offset + (size_t)y * grid->source_stride, EVERY * x,
+                  EVERY * ((int)grid->x_end - 1) + 1);
 }
 
 #endif

@@ -44,8 +44,8 @@ INLINE floatV row_at(__global const float* image, const grid_params* grid, int e
 }
 
 #if GIVEN_NORMALS != 1
-// The pixels that lie (dx, dy) beside V of the work-item's, without the border's repetition: slopes are one-sided there. These
-// are pixels of the image, also where the work-item's are every second one.
+// Pixels of the image, also where the work-item's are every second one. The border does not repeat, so slopes are one-sided
+// there.
 INLINE floatV neighbours_at(__global const float* image, const grid_params* pixels, int x, int y) {
     return surface_only(pixels_at(image, pixels, x, y));
 }
@@ -94,8 +94,9 @@ INLINE void slopes_of(__global const float* normals, const source_params* source
 #endif
 
 __kernel void ssao_planes(__global const float* depth, __global const float* extra, __global const float* normals,
-                          __global const uint* blocks, __global float* fronts, __global float* backs, __global float* slopes, const grid_params grid,
-                          const grid_params pixels, const grid_params extra_grid, const source_params normals_source, const split_params split,
+                          __global const uint* blocks, __global float* fronts, __global float* backs,
+                          __global float* slopes, const grid_params grid, const grid_params pixels,
+                          const grid_params extra_grid, const source_params normals_source, const split_params split,
                           const block_params work, const occlusion_params occlusion) {
     const int column = (int)get_global_id(0) * V - split_margin;
     const int v = (int)(get_global_id(1) + grid.y_begin) - 4; // rows of the split image, its margins included

@@ -49,7 +49,8 @@ INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint 
         if (words[k / 32] >> k % 32 & 1u)
             return 2;
         for (uint word = from / 32; word < dof_tile_words; ++word) {
-            const uint bits = word == dof_tile_words - 1 ? words[word] & ~(TILE_BRIGHT | TILE_JUMP | TILE_JUMP << 1) : words[word];
+            const uint no_layer = word == dof_tile_words - 1 ? TILE_BRIGHT | TILE_JUMP | TILE_JUMP << 1 : 0u;
+            const uint bits = words[word] & ~no_layer;
             some |= word == from / 32 ? bits >> from % 32 : bits;
         }
     }

@@ -289,8 +289,8 @@ struct Call {
     std::shared_ptr<const DeviceSlices> table;
     params::occlusion_params occlusion;
     runtime::Scratch scratch;
-    Image blocks;                // what each block is computed at,
-    params::block_params work{}; // and which of them this call works for: all, unless it is told
+    Image blocks;                // what each block is computed at; any table as long as the call works for all pixels
+    params::block_params work{}; // which blocks this call works for: all, unless it is told
 
     Call(const StoredDepth& depth, double length, const SsaoOptions& asked)
         : stored(depth), radius(length), options(asked), device(depth.image.device()),

@@ -167,9 +167,9 @@ public:
             reached.marked[i] = reached.marked[i] && options_.only[i];
         const bool grouped = !keeps_parts(options_) && layer.direct;
         if (!grouped)
-            end_groups();
+            end_all(groups_);
         if (layer.cell == 1)
-            end_cell_groups();
+            end_all(cell_groups_);
         // What lies behind is summed only around what ends. A group has one answer for all its layers, which reach one tile.
         Grid filled = reached;
         if (layer.fill) {
@@ -199,8 +199,8 @@ public:
     void skip() { before_ = none_; }
 
     LayerPlan plan() {
-        end_groups();
-        end_cell_groups();
+        end_all(groups_);
+        end_all(cell_groups_);
         return std::move(plan_);
     }
 
@@ -277,7 +277,7 @@ private:
 
     void add_to_group(std::optional<Group>& group, const Layer& layer, const Grid& reached) {
         if (group && layer.number - group->first >= 32)
-            end_groups();
+            end_all(groups_);
         if (!group)
             group = Group{layer.number,
                           layer.fill,
@@ -294,8 +294,9 @@ private:
         group->layers.push_back(static_cast<u32>(layer.spans.reach));
     }
 
-    void end_groups() {
-        for (std::optional<Group>& group : groups_) {
+    template <typename Groups>
+    void end_all(Groups& groups) {
+        for (auto& group : groups) {
             if (group)
                 end(*group);
             group.reset();
@@ -413,10 +414,10 @@ private:
 
         if (group &&
             (layer.cell != group->cell || layer.number - group->layers.front().number >= 32 || !fits(*group, one)))
-            end_cell_groups();
+            end_all(cell_groups_);
         // A group with what lies behind is laid before the one without.
         if (layer.fill && cell_groups_[1] && cell_groups_[1]->overlaps(reached))
-            end_cell_groups();
+            end_all(cell_groups_);
         if (!group)
             group = CellGroup{layer.cell, layer.fill, {}};
         group->layers.push_back(std::move(one));
@@ -438,14 +439,6 @@ private:
         group.layers.push_back(one);
         const Area area = group.area();
         return elements(group, area.begin, area.end) <= cell_budget;
-    }
-
-    void end_cell_groups() {
-        for (std::optional<CellGroup>& group : cell_groups_) {
-            if (group)
-                end(*group);
-            group.reset();
-        }
     }
 
     // In bands of rows where one layer alone needs too much memory.
