@@ -408,6 +408,12 @@ typedef struct {
 } fog_params;
 PARAMS(fog_params, 88)
 
+// How many cases of arithmetic are tried, see kernels/arithmetic.cl.
+typedef struct {
+    u32 cases;
+} probe_params;
+PARAMS(probe_params, 4)
+
 #ifndef __OPENCL_C_VERSION__
 } // namespace fathom::params
 #endif

@@ -15,6 +15,7 @@
 #include <fathom/linearize.hpp>
 #include <fathom/normals.hpp>
 #include <fathom/precision.hpp>
+#include <fathom/probe.hpp>
 #include <fathom/projection.hpp>
 #include <fathom/quality.hpp>
 #include <fathom/ssao.hpp>

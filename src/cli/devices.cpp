@@ -3,6 +3,7 @@
 #include "messages.hpp"
 
 #include <fathom/device.hpp>
+#include <fathom/probe.hpp>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -13,6 +14,36 @@
 namespace fathom::cli {
 namespace {
 
+// What a kernel found, or why none ran.
+struct Probed {
+    std::optional<DeviceArithmetic> arithmetic;
+    std::string words;
+};
+
+Probed probed(const DeviceInfo& device) {
+    try {
+        const DeviceArithmetic found = probe_arithmetic(Device::open(std::to_string(device.index)));
+        return {found, to_string(found)};
+    } catch (const std::exception& error) {
+        const std::string said = error.what();
+        return {{}, said.substr(0, said.find('\n'))};
+    }
+}
+
+nlohmann::ordered_json as_json(const Probed& probed) {
+    if (!probed.arithmetic)
+        return {{"error", probed.words}};
+    const DeviceArithmetic& found = *probed.arithmetic;
+    nlohmann::ordered_json line{{"exact", found.exact()},
+                                {"division_ulp", found.division_ulp},
+                                {"sqrt_ulp", found.sqrt_ulp},
+                                {"fma_ulp", found.fma_ulp},
+                                {"denormals", found.denormals}};
+    if (found.fp64)
+        line["fp64"] = *found.fp64;
+    return line;
+}
+
 nlohmann::ordered_json as_json(const DeviceInfo& device, int default_index) {
     return {{"index", device.index},
             {"name", device.name},
@@ -22,6 +53,7 @@ nlohmann::ordered_json as_json(const DeviceInfo& device, int default_index) {
             {"fp64", device.fp64},
             {"compute_units", device.compute_units},
             {"memory_bytes", device.memory_bytes},
+            {"arithmetic", as_json(probed(device))},
             {"default", device.index == default_index}};
 }
 
@@ -30,10 +62,10 @@ void print_table(const std::vector<DeviceInfo>& devices, int default_index) {
     for (const DeviceInfo& device : devices)
         width = std::max(width, device.name.size());
     for (const DeviceInfo& device : devices)
-        fmt::print("{} {}  {}  {:<{}}  {} units, {:.1f} GiB, {}  ({})\n", device.index == default_index ? '*' : ' ',
+        fmt::print("{} {}  {}  {:<{}}  {} units, {:.1f} GiB, {}, arithmetic: {}  ({})\n", device.index == default_index ? '*' : ' ',
                    device.index, device.cpu ? "cpu" : "gpu", device.name, width, device.compute_units,
                    static_cast<double>(device.memory_bytes) / (1 << 30), device.fp64 ? "fp64" : "no fp64",
-                   device.version);
+                   probed(device).words, device.version);
     fmt::print("* is taken when --device is not given\n");
 }
 
@@ -62,7 +94,11 @@ std::function<int()> configure_devices(CLI::App& app) {
 extern const Command devices_command{
     .name = "devices",
     .summary = "Lists the OpenCL devices and marks the default one.",
-    .notes = R"(Example:
+    .notes =
+        R"(A kernel tries how each device rounds quotients, square roots, fused products and very small numbers. Devices whose
+arithmetic is "exact" give the same bits.
+
+Example:
   fathom devices)",
     .configure = configure_devices,
 };
