@@ -37,6 +37,11 @@ typedef struct {
     floatV n_u, n_v, d;
 } lens_part;
 
+// A builtin would be left to the driver: mix() may fuse its product or not.
+INLINE float4 interpolated(float4 a, float4 b, float part) {
+    return a + (b - a) * part;
+}
+
 // The half-plane that goes with what is left: `table` holds for each direction of M and fraction left how far n is turned
 // from M (cosine, sine), d, and the greatest moment.
 INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float4* table, uint directions) {
@@ -57,9 +62,9 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
         const float at = ((const float*)&lefts)[i] * (dof_fractions - 1);
         const uint low = min((uint)at, (uint)dof_fractions - 2);
         const float part = at - (float)low;
-        const float4 one = mix(table[first * dof_fractions + low], table[first * dof_fractions + low + 1], part);
-        const float4 two = mix(table[next * dof_fractions + low], table[next * dof_fractions + low + 1], part);
-        const float4 found = mix(one, two, between);
+        const float4 one = interpolated(table[first * dof_fractions + low], table[first * dof_fractions + low + 1], part);
+        const float4 two = interpolated(table[next * dof_fractions + low], table[next * dof_fractions + low + 1], part);
+        const float4 found = interpolated(one, two, between);
         turn_u[i] = found.x;
         turn_v[i] = found.y;
         distance[i] = found.z;

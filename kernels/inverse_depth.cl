@@ -33,10 +33,11 @@ __kernel void inverse_depth(__global const STORED* source, __global float* targe
     const floatV z = view_depth(load_stored(source, &grid, x, y, &depth), px, py, &depth, &rays);
 #if PERSPECTIVE
     const wideV beyond_centre = wide_add(wide_from(z), wide_negative(wide_constant(rays.centre_depth)));
+    const floatV distance = select(wide_to_float(beyond_centre), z, isinf(z)); // sums of two floats make NaN of infinity
 #if W_IS_DEPTH
-    const floatV q = 1.0f / wide_to_float(beyond_centre);
+    const floatV q = 1.0f / distance;
 #else
-    const floatV q = wide_to_float(wide_at_pixel(rays.depth, px, py)) / wide_to_float(beyond_centre);
+    const floatV q = wide_to_float(wide_at_pixel(rays.depth, px, py)) / distance;
 #endif
 #else
     const floatV q = -z;

@@ -3,7 +3,7 @@
 // PoCL vectorises straight-line kernels only, so the lanes are explicit: V = 16 or 8 on a CPU, 1 on a GPU, one source.
 // No transcendental builtin is used, and products are fused only where `fma` says so: the same bits come out for
 // every V and host.
-// Built for: V = 1 4 8 16; FP64 = 0 1; STREAM = 0 1
+// Built for: V = 1 4 8 16; FP64 = 0 1; STREAM = 0 1; CLANG_BUILTINS = 0 1
 
 #ifndef FATHOM_VECTOR_H
 #define FATHOM_VECTOR_H
@@ -18,6 +18,10 @@
 #endif
 #ifndef STREAM
 #error "STREAM is not defined: 1 to write past the cache (aligned images larger than it), 0 otherwise"
+#endif
+
+#ifndef CLANG_BUILTINS
+#error "CLANG_BUILTINS is not defined: 1 where the driver is known to compile those that are used, 0 otherwise"
 #endif
 
 #pragma OPENCL FP_CONTRACT OFF
@@ -63,13 +67,11 @@ typedef ushortV __attribute__((aligned(2))) ushort_lanes;
 typedef ucharV __attribute__((aligned(1))) uchar_lanes;
 #define LOAD(type, pointer) (*(__global const JOIN(type, _lanes)*)(pointer))
 
-// Asks for what a later work-item will read, where the processor's own guess comes too late.
-#if V > 1 && defined(__has_builtin)
-#if __has_builtin(__builtin_prefetch)
+// Asks for what a later work-item will read, where the processor's own guess comes too late. The host knows which drivers
+// compile it: Mesa's ends the process, though its __has_builtin says yes.
+#if V > 1 && CLANG_BUILTINS
 #define PREFETCH(pointer) __builtin_prefetch((const void*)(size_t)(pointer), 0, 3)
-#endif
-#endif
-#ifndef PREFETCH
+#else
 #define PREFETCH(pointer)
 #endif
 
@@ -80,7 +82,7 @@ typedef ucharV __attribute__((aligned(1))) uchar_lanes;
 #define READ_NEXT(pointer) PREFETCH((pointer) + 2 * V - 1)
 
 INLINE void store_float(floatV value, __global float* target) {
-#if STREAM && V > 1
+#if STREAM && V > 1 && CLANG_BUILTINS
     __builtin_nontemporal_store(value, (__global floatV*)target);
 #else
     *(__global float_lanes*)target = value;

@@ -197,12 +197,14 @@ TEST_CASE("inverse depth: background is the farthest, and invalid pixels have no
         camera.height = 1;
         const CentreRays rays = centre_rays(camera_rays(camera));
         const float stored[] = {1.0f, std::numeric_limits<float>::quiet_NaN(), 0.5f};
-        const Device& device = oracle::device(Arithmetic::fp64);
-        runtime::Scratch scratch(device);
-        float q[3];
-        inverse_depth(scratch, {Image::from_host(device, Element::f32, stored, {3, 1}), camera}, rays).download(q);
-        CHECK(q[0] == (rays.perspective ? 0.0f : -std::numeric_limits<float>::infinity()));
-        CHECK(std::isnan(q[1]));
-        CHECK(q[2] == Approx(rays.perspective ? 1 / 0.999001 : -250.25).epsilon(1e-5));
+        for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+            const Device& device = oracle::device(arithmetic);
+            runtime::Scratch scratch(device);
+            float q[3];
+            inverse_depth(scratch, {Image::from_host(device, Element::f32, stored, {3, 1}), camera}, rays).download(q);
+            CHECK(q[0] == (rays.perspective ? 0.0f : -std::numeric_limits<float>::infinity()));
+            CHECK(std::isnan(q[1]));
+            CHECK(q[2] == Approx(rays.perspective ? 1 / 0.999001 : -250.25).epsilon(1e-5));
+        }
     }
 }

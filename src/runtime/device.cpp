@@ -132,11 +132,20 @@ DeviceOptions completed(DeviceOptions options, const DeviceInfo& info) {
     return options;
 }
 
+// Drivers that were seen to compile Clang's builtins right. Others are not tried: one ends the process.
+runtime::Compiler compiler_of(const cl::Device& device, const DeviceInfo& info) {
+    constexpr std::string_view with_builtins[] = {"Portable Computing Language", "Intel(R) OpenCL"};
+    const auto config = device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
+    return {.clang_builtins = info.cpu && std::ranges::find(with_builtins, info.platform) != std::end(with_builtins),
+            .correct_rounding = (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0};
+}
+
 std::shared_ptr<Device::State> make_state(std::shared_ptr<runtime::Context> shared, const DeviceInfo& info,
                                           const DeviceOptions& options, const cl::CommandQueue& queue) {
     std::shared_ptr<Device::State> state(new Device::State, [](Device::State* gone) { runtime::release(gone); });
     state->shared = std::move(shared);
     state->info = info;
+    state->compiler = compiler_of(state->shared->device, info);
     state->options = completed(options, info);
     state->queue = queue;
     state->in_order = (queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE) == 0;

@@ -1,0 +1,67 @@
+// The linker puts these functions between the library and the loader (--wrap): how long each kernel takes to compile.
+
+#include "compile_times.hpp"
+
+#include <CL/cl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Seen {
+    std::map<cl_program, double> builds;
+    std::set<cl_kernel> started;
+    std::map<std::string, double> worst;
+};
+
+Seen& seen() {
+    static Seen all;
+    return all;
+}
+
+double since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+} // namespace
+
+extern "C" {
+
+cl_int __real_clBuildProgram(cl_program, cl_uint, const cl_device_id*, const char*, void (*)(cl_program, void*), void*);
+cl_int __wrap_clBuildProgram(cl_program program, cl_uint count, const cl_device_id* devices, const char* options,
+                             void (*notify)(cl_program, void*), void* data) {
+    const Clock::time_point start = Clock::now();
+    const cl_int status = __real_clBuildProgram(program, count, devices, options, notify, data);
+    seen().builds[program] = since(start);
+    return status;
+}
+
+cl_int __real_clEnqueueNDRangeKernel(cl_command_queue, cl_kernel, cl_uint, const size_t*, const size_t*, const size_t*, cl_uint,
+                                     const cl_event*, cl_event*);
+cl_int __wrap_clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const size_t* offset,
+                                     const size_t* global, const size_t* local, cl_uint waits, const cl_event* wait,
+                                     cl_event* event) {
+    if (!seen().started.insert(kernel).second)
+        return __real_clEnqueueNDRangeKernel(queue, kernel, dimensions, offset, global, local, waits, wait, event);
+    clFinish(queue);
+    const Clock::time_point start = Clock::now(); // drivers compile for a size of groups when the kernel first runs
+    const cl_int status =
+        __real_clEnqueueNDRangeKernel(queue, kernel, dimensions, offset, global, local, waits, wait, event);
+    clFinish(queue);
+    cl_program program = nullptr;
+    char name[256] = {};
+    clGetKernelInfo(kernel, CL_KERNEL_PROGRAM, sizeof(program), &program, nullptr);
+    clGetKernelInfo(kernel, CL_KERNEL_FUNCTION_NAME, sizeof(name) - 1, name, nullptr);
+    double& worst = seen().worst[name];
+    worst = std::max(worst, seen().builds[program] + since(start));
+    return status;
+}
+}
+
+const std::map<std::string, double>& compile_seconds() {
+    return seen().worst;
+}

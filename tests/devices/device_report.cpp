@@ -1,0 +1,324 @@
+// What one device makes of every operation: does it give the bits of another device, how fast is it, and how long does its
+// driver compile?
+//   device_report results FILE [SCENES]   writes every result of 20 scenes, or fewer
+//   device_report compare FILE REFERENCE  compares two such files
+//   device_report times [WIDTH HEIGHT]    times each operation against a copy of the depth image
+// Each prints lines of fields with tabs between them. The environment chooses: DEVICE names the device, the CPU without it;
+// LANES is the vector width; ARITHMETIC=two_float does without double where there is double.
+
+#include "compile_times.hpp"
+
+#include <CL/cl.h>
+
+#include <fathom/fathom.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <random>
+#include <sstream>
+
+using namespace fathom;
+
+namespace {
+
+constexpr double near_plane = 0.5, far_plane = 100;
+
+/// Depth and colours that are the same bits on every host: integers, and arithmetic that IEEE 754 rounds.
+struct Scene {
+    Camera camera;
+    Storage storage = Storage::float32;
+    std::vector<float> values, colors;
+    std::vector<std::uint16_t> codes;
+
+    StoredDepth on(const Device& device) const {
+        if (storage == Storage::uint16)
+            return {Image::from_host(device, Element::u16, codes.data(), {camera.width, camera.height}), camera, storage};
+        return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera, storage};
+    }
+    Image picture(const Device& device) const {
+        return Image::from_host(device, Element::f32, colors.data(), {camera.width, camera.height, 3});
+    }
+};
+
+/// Distance in scene units: slopes, boxes before them, and what lies behind everything.
+double distance_at(int x, int y, int width) {
+    const auto wave = [](int i, int period) { return std::abs(2.0 * (i % period) / period - 1); };
+    if (y < 3 && x % 5 == 0)
+        return far_plane;
+    const double ground = 4 + 0.03 * y + wave(x, 37) + 0.5 * wave(y + x / 3, 23);
+    return x / 19 % 3 == 1 && y % 31 < 17 && x * 3 > width ? ground - 2.25 : ground;
+}
+
+Projection projection_of(int kind, double aspect) {
+    const DepthSpan span{near_plane, far_plane};
+    switch (kind) {
+    case 1:
+        return with_oblique_near_plane(perspective(1.0, aspect, span), {0.125, 0.25, -1, -0.75});
+    case 2:
+        return orthographic({-4 * aspect, 4 * aspect, -4, 4}, span);
+    case 3: {
+        Eigen::Matrix4d tilted = perspective(1.0, aspect, span).matrix.cast<double>();
+        tilted.row(3) = Eigen::RowVector4d(0.0625, -0.03125, -1, 0);
+        return from_matrix(tilted);
+    }
+    default:
+        return perspective(1.0, aspect, span);
+    }
+}
+
+float stored_value(const Camera& camera, double z) {
+    switch (camera.encoding) {
+    case Encoding::window:
+        return camera.projection.matrix(3, 2) == 0
+                   ? static_cast<float>((z - near_plane) / (far_plane - near_plane))
+                   : static_cast<float>(far_plane * (z - near_plane) / (z * (far_plane - near_plane)));
+    case Encoding::logarithmic:
+        return static_cast<float>((z - near_plane) / (far_plane - near_plane));
+    default:
+        return static_cast<float>(z);
+    }
+}
+
+Scene scene(int index, int width, int height) {
+    Scene made;
+    Camera& camera = made.camera;
+    camera.projection = projection_of(index % 7 < 4 ? index % 7 : 0, double(width) / height);
+    camera.width = width;
+    camera.height = height;
+    camera.view = Eigen::Matrix4d::Identity();
+    if (index % 7 == 4)
+        camera.encoding = Encoding::ray_distance;
+    if (index % 7 == 5)
+        camera.encoding = Encoding::view_z;
+    if (index % 7 == 6) {
+        camera.encoding = Encoding::logarithmic;
+        camera.far_plane = far_plane;
+    }
+    made.storage = index % 3 == 2 && camera.encoding == Encoding::window ? Storage::uint16 : Storage::float32;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const bool missing = (x * 7 + y * 13) % 101 == 50;
+            const float value = stored_value(camera, distance_at(x, y, width));
+            made.values.push_back(missing ? std::numeric_limits<float>::quiet_NaN() : value);
+            made.codes.push_back(static_cast<std::uint16_t>(std::clamp(value, 0.0f, 1.0f) * 65535));
+            for (int channel = 0; channel < 3; ++channel)
+                made.colors.push_back(static_cast<float>((x * 31 + y * 17 + channel * 85) % 256) / 256);
+        }
+    }
+    return made;
+}
+
+/// Results as the bits of floats.
+using Values = std::vector<float>;
+
+void add(Values& all, const Image& image) {
+    if (!image)
+        return;
+    Values part(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
+                static_cast<std::size_t>(image.channels()));
+    image.download(part.data());
+    all.insert(all.end(), part.begin(), part.end());
+}
+
+CircleOfConfusion lens_of(const Camera& camera) {
+    const bool telecentric = camera.projection.matrix(3, 2) == 0;
+    return telecentric ? CircleOfConfusion{.k = 3, .g = 1, .telecentric = true} : CircleOfConfusion{.k = 12, .g = 60};
+}
+constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
+
+/// Every operation on one scene; which quality and which choices follow from the scene's number.
+std::map<std::string, Values> results_of(const Device& device, int index, const Scene& scene) {
+    const StoredDepth depth = scene.on(device);
+    const Image picture = scene.picture(device);
+    const Quality quality = qualities[index % 3];
+    const CircleOfConfusion lens = lens_of(scene.camera);
+    std::map<std::string, Values> all;
+    add(all["linearize"], linearize(depth).image);
+    add(all["unproject"], unproject(depth));
+    add(all["normals"], normals(depth));
+    const Occlusion open = ssao(depth, 0.75, {.quality = quality, .bent_normal = index % 2 == 1, .confidence = index % 4 == 1});
+    add(all["ssao"], open.visibility);
+    add(all["ssao"], open.bent_normal);
+    add(all["ssao"], open.confidence);
+    const DofMasks masks = dof_masks(depth, lens, {.max_near_coc = true, .near_alpha = true, .disocclusion = true});
+    for (const Image* mask : {&masks.coc, &masks.near_weight, &masks.far_weight, &masks.max_near_coc, &masks.near_alpha,
+                              &masks.disocclusion})
+        add(all["dof_masks"], *mask);
+    add(all["dof"], dof(depth, picture, lens, {.quality = quality}));
+    add(all["fog"], fog(depth, picture, {.density = 0.02}));
+    return all;
+}
+
+void write_results(const Device& device, const std::string& path, int scenes) {
+    std::ofstream file(path, std::ios::binary);
+    std::mt19937 random(7);
+    for (int index = 0; index < scenes; ++index) {
+        const int width = index == 0 ? 161 : 1 + static_cast<int>(random() % 161),
+                  height = index == 0 ? 121 : 1 + static_cast<int>(random() % 121);
+        for (const auto& [name, values] : results_of(device, index, scene(index, width, height))) {
+            const std::uint64_t count = values.size();
+            file << name << ' ' << index << ' ' << width << ' ' << height << ' ' << count << '\n';
+            file.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(count * sizeof(float)));
+        }
+    }
+    file.close();
+    if (!file)
+        throw Error("cannot write " + path);
+    for (const auto& [name, seconds] : compile_seconds())
+        std::cout << "compile\t" << name << '\t' << seconds << '\n';
+}
+
+struct Record {
+    std::string name;
+    Values values;
+};
+
+std::vector<Record> read_results(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::vector<Record> records;
+    std::string line;
+    while (std::getline(file, line)) {
+        std::istringstream fields(line);
+        Record record;
+        int index = 0, width = 0, height = 0;
+        std::uint64_t count = 0;
+        fields >> record.name >> index >> width >> height >> count;
+        record.values.resize(count);
+        file.read(reinterpret_cast<char*>(record.values.data()), static_cast<std::streamsize>(count * sizeof(float)));
+        if (!fields || !file)
+            throw Error(path + " is damaged");
+        records.push_back(std::move(record));
+    }
+    if (records.empty())
+        throw Error(path + " holds no results");
+    return records;
+}
+
+/// Counts from the least number to the greatest.
+std::int64_t place_of(float value) {
+    const auto bits = std::bit_cast<std::int32_t>(value);
+    return bits < 0 ? -static_cast<std::int64_t>(bits & 0x7fffffff) : bits;
+}
+
+struct Differences {
+    std::size_t values = 0, different = 0;
+    std::int64_t ulp = 0;
+    double largest = 0; ///< of all values' differences
+    std::size_t other_kind = 0; ///< NaN or infinite on one device only
+};
+
+void compare(const std::string& path, const std::string& reference) {
+    const auto found = read_results(path), right = read_results(reference);
+    std::map<std::string, Differences> all;
+    if (found.size() > right.size())
+        throw Error(reference + " has fewer results than " + path);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        if (found[i].name != right[i].name || found[i].values.size() != right[i].values.size())
+            throw Error(path + " and " + reference + " are of different scenes");
+        Differences& so_far = all[found[i].name];
+        so_far.values += found[i].values.size();
+        for (std::size_t k = 0; k < found[i].values.size(); ++k) {
+            const float a = found[i].values[k], b = right[i].values[k];
+            if (std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b))
+                continue;
+            ++so_far.different;
+            if (!std::isfinite(a) || !std::isfinite(b)) {
+                so_far.other_kind += !(std::isnan(a) && std::isnan(b));
+                continue;
+            }
+            so_far.ulp = std::max(so_far.ulp, std::abs(place_of(a) - place_of(b)));
+            so_far.largest = std::max(so_far.largest, std::abs(static_cast<double>(a) - static_cast<double>(b)));
+        }
+    }
+    for (const auto& [name, d] : all)
+        std::cout << "bits\t" << name << '\t' << d.values << '\t' << d.different << '\t' << d.ulp << '\t' << d.largest << '\t'
+                  << d.other_kind << '\n';
+}
+
+/// The median of several runs, in seconds. The first one compiles and is not counted.
+double seconds_of(const Device& device, int runs, const std::function<void()>& action) {
+    std::vector<double> times;
+    for (int run = 0; run <= runs; ++run) {
+        const auto start = std::chrono::steady_clock::now();
+        action();
+        device.finish();
+        times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+    times.erase(times.begin());
+    std::ranges::nth_element(times, times.begin() + runs / 2);
+    return times[static_cast<std::size_t>(runs / 2)];
+}
+
+void time_operations(const Device& device, int width, int height) {
+    constexpr int runs = 5;
+    const Scene large = scene(0, width, height);
+    const StoredDepth depth = large.on(device);
+    const Image picture = large.picture(device);
+    const std::size_t bytes = large.values.size() * sizeof(float);
+    const Image from(device, Element::f32, {width, height}), to(device, Element::f32, {width, height});
+    const double copy = seconds_of(device, 4 * runs, [&] {
+        if (clEnqueueCopyBuffer(device.queue(), from.buffer(), to.buffer(), 0, 0, bytes, 0, nullptr, nullptr) != CL_SUCCESS)
+            throw Error("the device cannot copy");
+    });
+    std::cout << "copy\t" << copy * 1e3 << '\n';
+    const CircleOfConfusion lens = lens_of(large.camera);
+    const double radius = 0.05 * 4; // a twentieth of what the camera sees
+    const std::pair<const char*, std::function<void()>> operations[] = {
+        {"linearize", [&] { linearize(depth); }},
+        {"unproject", [&] { unproject(depth); }},
+        {"normals", [&] { normals(depth); }},
+        {"ssao", [&] { ssao(depth, radius); }},
+        {"dof_masks", [&] { dof_masks(depth, lens); }},
+        {"dof", [&] { dof(depth, picture, lens); }},
+        {"fog", [&] { fog(depth, picture, {.density = 0.02}); }},
+    };
+    for (const auto& [name, action] : operations) {
+        const double seconds = seconds_of(device, runs, action);
+        std::cout << "time\t" << name << '\t' << seconds * 1e3 << '\t' << seconds / copy << std::endl;
+    }
+}
+
+int number_or(const char* text, int otherwise) {
+    return text ? std::atoi(text) : otherwise;
+}
+
+} // namespace
+
+int main(int count, char* arguments[]) {
+    const auto argument = [&](int index) { return index < count ? arguments[index] : nullptr; };
+    try {
+        const std::string what = argument(1) ? argument(1) : "";
+        if (what == "compare" && count == 4) {
+            compare(argument(2), argument(3));
+            return 0;
+        }
+        const char* const wanted = std::getenv("DEVICE");
+        const char* const sums = std::getenv("ARITHMETIC");
+        const Device device =
+            Device::open(wanted ? wanted : "cpu",
+                         {.arithmetic = sums && std::string(sums) == "two_float" ? Arithmetic::two_float : Arithmetic::automatic,
+                          .vector_width = number_or(std::getenv("LANES"), 0)});
+        std::cout << "device\t" << device.info().name << '\t' << device.info().version << '\t' << device.options().vector_width
+                  << '\n';
+        if (what == "results" && argument(2)) {
+            std::cout << "probe\t" << to_string(probe_arithmetic(device)) << std::endl;
+            write_results(device, argument(2), number_or(argument(3), 20));
+        } else if (what == "times") {
+            time_operations(device, number_or(argument(2), 1920), number_or(argument(3), 1080));
+        } else {
+            throw Error("usage: device_report results FILE [SCENES] | compare FILE REFERENCE | times [WIDTH HEIGHT]");
+        }
+    } catch (const std::exception& error) {
+        std::cerr << "device_report: " << error.what() << '\n';
+        return 1;
+    }
+}
