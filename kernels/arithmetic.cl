@@ -3,7 +3,7 @@
 
 #include "vector.h"
 
-__kernel void arithmetic(__global const float* a, __global const float* b, __global const float* c, __global float* results,
+KERNEL void arithmetic(__global const float* a, __global const float* b, __global const float* c, __global float* results,
                          const probe_params p) {
     const uint x = (uint)get_global_id(0) * V;
     if (x >= p.cases)

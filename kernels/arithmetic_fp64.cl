@@ -14,7 +14,7 @@ INLINE void put_number(__global uint* words, uint x, double value) {
 }
 #endif
 
-__kernel void arithmetic_fp64(__global const uint* a, __global const uint* b, __global const uint* c, __global uint* results,
+KERNEL void arithmetic_fp64(__global const uint* a, __global const uint* b, __global const uint* c, __global uint* results,
                               const probe_params p) {
 #if FP64
     const uint x = get_global_id(0);

@@ -67,7 +67,7 @@ INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
     return fraction * max(fma(-off, c->inverse, (floatV)1.0f), 0.0f);
 }
 
-__kernel void denoise(__global const float* fronts, __global const float* slopes, __global const float* sums,
+KERNEL void denoise(__global const float* fronts, __global const float* slopes, __global const float* sums,
                       __global const uint* blocks, __global float* target, const grid_params grid,
                       const split_params split, const band_params rows, const block_params work,
                       const occlusion_params p) {

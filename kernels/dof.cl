@@ -6,7 +6,7 @@
 #include "store.h"
 #include "tiles.h"
 
-__kernel void dof(__global const float* state, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
+KERNEL void dof(__global const float* state, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
                   const grid_params grid, const blur_params p) {
     const uint column = get_global_id(0) * V, row = get_global_id(1);
     const int x = (int)column - (int)p.left, y = (int)(p.state_row + row) - (int)p.top;

@@ -137,7 +137,7 @@ INLINE bool mixed(__global const float* planes, const blur_params* p, size_t bor
     return true;
 }
 
-__kernel void dof_behind(__global float* planes, __global const float* inner, __global const float* blocks,
+KERNEL void dof_behind(__global float* planes, __global const float* inner, __global const float* blocks,
                          const blur_params p, const behind_params b) {
     const int block_column = (int)get_global_id(0) - dof_margin / SIDE, block_row = get_global_id(1);
     if (block_column >= (int)b.block_columns + dof_margin / SIDE)

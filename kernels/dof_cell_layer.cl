@@ -35,7 +35,7 @@ INLINE float16 at_pixels(__global const float* here, long next, float part) {
     return fma(max(-places, 0.0f), left, fma(max(places, 0.0f), right, value));
 }
 
-__kernel void dof_cell_layer(__global const float* planes, __global const float* sums, __global const uint* list,
+KERNEL void dof_cell_layer(__global const float* planes, __global const float* sums, __global const uint* list,
                              __global float* state, const blur_params p, const cell_params s) {
     const uint item = get_global_id(0), x = item % (dof_tile_columns / 16) * 16;
     const uint index = item / (dof_tile_columns / 16) / dof_tile_rows;

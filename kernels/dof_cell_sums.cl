@@ -17,7 +17,7 @@ INLINE float found_beside(__global const float* found, int low, int high) {
     return most;
 }
 
-__kernel void dof_cell_sums(__global const float* cells, __global const uint* list,
+KERNEL void dof_cell_sums(__global const float* cells, __global const uint* list,
                             __global const uint* starts, __global const float* weights, __global float* sums,
                             const cell_params s) {
     const uint item = get_global_id(0), index = item / (dof_block_rows / ROWS);

@@ -27,7 +27,7 @@ INLINE uint found_in_block(__global const uint* tiles, const blur_params* p, int
     return found;
 }
 
-__kernel void dof_cells(__global const float* planes, __global const uint* tiles, __global const uint* list,
+KERNEL void dof_cells(__global const float* planes, __global const uint* tiles, __global const uint* list,
                         __global float* cells, const blur_params p, const cell_params s) {
     const uint index = get_global_id(0);
     if (index >= s.blocks)

@@ -8,7 +8,7 @@
 #error "PLANES and WIDE are not defined: planes of the state, and 1 where the last is what is left to wide circles, 0 otherwise"
 #endif
 
-__kernel void dof_clear(__global float* state, const blur_params p) {
+KERNEL void dof_clear(__global float* state, const blur_params p) {
     const uint column = get_global_id(0) * V, row = get_global_id(1);
     if (column >= p.stride)
         return;

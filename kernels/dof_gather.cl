@@ -174,7 +174,7 @@ INLINE bool lay_rows(const gather_from* from, __global const float* planes, __gl
     return true;
 }
 
-__kernel void dof_gather(__global const float* planes, __global const uint* tiles, __global const float* source,
+KERNEL void dof_gather(__global const float* planes, __global const uint* tiles, __global const float* source,
                          __global const uint* list, __global const uint* starts, __global const float* spans,
                          __global float* state, const blur_params p, const layer_params s) {
     // Neighbouring items lie in one group, so that they read the same memory.

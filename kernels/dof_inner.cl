@@ -5,7 +5,7 @@
 
 #define APART 2.0f // pixels that a slope's circles do not differ by from one pixel to the next
 
-__kernel void dof_inner(__global const float* planes, __global float* inner, __global float* blocks, const blur_params p,
+KERNEL void dof_inner(__global const float* planes, __global float* inner, __global float* blocks, const blur_params p,
                         const behind_params b) {
     const uint column = get_global_id(0), row = get_global_id(1);
     if (column >= b.block_columns)

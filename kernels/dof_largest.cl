@@ -2,7 +2,7 @@
 
 #include "circle.h"
 
-__kernel void dof_largest(__global const STORED* source, __global float* largest, const grid_params grid,
+KERNEL void dof_largest(__global const STORED* source, __global float* largest, const grid_params grid,
                           const depth_params depth, const ray_params rays, const circle_params p) {
     const uint y = get_global_id(0);
     if (y >= grid.height)

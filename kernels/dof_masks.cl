@@ -10,7 +10,7 @@
 #error "WEIGHTS is not defined: 1 to write the three weights as well as the circle, 0 for the circle alone"
 #endif
 
-__kernel void dof_masks(__global const STORED* source, __global float* circle,
+KERNEL void dof_masks(__global const STORED* source, __global float* circle,
 #if WEIGHTS
                         __global float* near, __global float* focus, __global float* far,
 #endif

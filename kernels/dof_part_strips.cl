@@ -25,7 +25,7 @@ INLINE void interleave(float16* sum) {
         sum[i] = next[i];
 }
 
-__kernel void dof_part_strips(__global const float* planes, __global const uint* list, __global float* strips,
+KERNEL void dof_part_strips(__global const float* planes, __global const uint* list, __global float* strips,
                               const blur_params p, const layer_params s) {
     const uint index = get_global_id(0), row = get_global_id(1);
     if (index >= s.tiles)

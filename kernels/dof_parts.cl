@@ -181,7 +181,7 @@ INLINE void add_row(__global const float* from, __global const span_params* span
 }
 #endif
 
-__kernel void dof_parts(__global const float* source, __global const uint* list, __global const uint* starts,
+KERNEL void dof_parts(__global const float* source, __global const uint* list, __global const uint* starts,
                         __global const float* tables, __global const float* halves, __global float* state,
                         const blur_params p, const layer_params s, const part_params part) {
     const uint item = get_global_id(0), x = item % (dof_tile_columns / V) * V;

@@ -16,7 +16,7 @@
 #endif
 #define LARGEST_COLOR 1e30f // running sums of it stay finite
 
-__kernel void dof_planes(__global const ELEMENT_TYPE* color, __global float* planes, const grid_params color_grid,
+KERNEL void dof_planes(__global const ELEMENT_TYPE* color, __global float* planes, const grid_params color_grid,
                          const blur_params p) {
     const uint column = get_global_id(0) * V, row = get_global_id(1);
     if (column >= p.stride)

@@ -11,7 +11,7 @@
 #include "layer.h"
 #include "running.h"
 
-__kernel void dof_strips(__global const float* planes, __global const uint* tiles, __global const uint* list,
+KERNEL void dof_strips(__global const float* planes, __global const uint* tiles, __global const uint* list,
                          __global float* strips, const blur_params p, const layer_params s) {
     const uint index = get_global_id(0), row = get_global_id(1);
     if (index >= s.tiles)

@@ -23,7 +23,7 @@ INLINE intV ends_between(floatV one, floatV other, float middle) {
     return (min(one, other) >= 0.0f) & (min(one, other) < middle) & (fabs(one - other) > STEP);
 }
 
-__kernel void dof_tiles(__global const float* planes, __global uint* tiles, const blur_params p) {
+KERNEL void dof_tiles(__global const float* planes, __global uint* tiles, const blur_params p) {
     const uint across = p.columns / COLUMNS, tile = get_global_id(0), down = get_global_id(1);
     if (tile >= across)
         return;

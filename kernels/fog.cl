@@ -205,7 +205,7 @@ INLINE void store_elements(floatV value, __global ELEMENT_TYPE* to) {
 #endif
 }
 
-__kernel void fog(__global const STORED* source, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
+KERNEL void fog(__global const STORED* source, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
                   const grid_params grid, const source_params color_source, const depth_params depth,
                   const ray_params rays, const ray_params centred, const fog_params p) {
     const uint x = first_column(grid.x_begin, grid.x_end);

@@ -10,7 +10,7 @@
 #error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 
-__kernel void inverse_depth(__global const STORED* source, __global float* target, const grid_params grid,
+KERNEL void inverse_depth(__global const STORED* source, __global float* target, const grid_params grid,
                      const depth_params depth, const ray_params rays) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint row = get_global_id(1), y = row - depth_margin_rows;

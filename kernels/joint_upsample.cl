@@ -173,7 +173,7 @@ INLINE void blend(__global const float* whole, int begin, int end, floatV weight
 #endif
 }
 
-__kernel void joint_upsample(__global const float* depth, __global const float* results, __global const uint* blocks,
+KERNEL void joint_upsample(__global const float* depth, __global const float* results, __global const uint* blocks,
                              __global float* target, const grid_params grid, const grid_params results_grid,
                              const grid_params target_grid, const block_params work, const occlusion_params p) {
     // Work-items begin at multiples of 2 V of the camera's columns: each lies in one block.

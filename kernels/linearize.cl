@@ -5,7 +5,7 @@
 
 #include "camera.h"
 
-__kernel void linearize(__global const STORED* source, __global float* target, const grid_params grid,
+KERNEL void linearize(__global const STORED* source, __global float* target, const grid_params grid,
                         const depth_params depth, const ray_params rays) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint y = get_global_id(1);

@@ -39,7 +39,7 @@ INLINE floatV mixed_at(const window* w, const mixed_params* p) {
     return select((floatV)0.0f, (floatV)1.0f, in_row | in_column);
 }
 
-__kernel void mixed_pixels(__global const float* source, __global float* target, const grid_params grid,
+KERNEL void mixed_pixels(__global const float* source, __global float* target, const grid_params grid,
                           const mixed_params p) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint y = get_global_id(1);

@@ -92,7 +92,7 @@ INLINE void look_into_tile(gathered* g, __global const float* circle, __global c
 #endif
 }
 
-__kernel void near_field(__global const float* circle, __global const float* weights, __global const float* tile_min_coc,
+KERNEL void near_field(__global const float* circle, __global const float* weights, __global const float* tile_min_coc,
                          __global const float* block_least, __global float* target, const near_field_params p) {
     const uint x = first_column(0, p.width);
     const uint y = get_global_id(1);

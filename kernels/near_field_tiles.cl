@@ -3,7 +3,7 @@
 
 #include "vector.h"
 
-__kernel void near_field_tiles(__global const float* least, __global const float* greatest, __global float* tile_min_coc,
+KERNEL void near_field_tiles(__global const float* least, __global const float* greatest, __global float* tile_min_coc,
                          __global float* tile_max_coc, const near_field_params p) {
     const uint column = get_global_id(0), row = get_global_id(1);
     if (column >= p.columns || row >= p.rows)

@@ -6,7 +6,7 @@
 
 #define COUNTED 1024.0f
 
-__kernel void near_field_weight(__global const float* circle, __global float* weights, const near_field_params p) {
+KERNEL void near_field_weight(__global const float* circle, __global float* weights, const near_field_params p) {
     const uint x = first_column(0, p.width);
     const uint y = get_global_id(1);
     if (x >= p.width || y >= p.height)

@@ -96,7 +96,7 @@ INLINE floatV component(const normal_params* p, int i, const plane* plane, float
     return fma((floatV)p->of_depth[i], along, of_slopes);
 }
 
-__kernel void normals(__global const float* source, __global float* target, const grid_params grid,
+KERNEL void normals(__global const float* source, __global float* target, const grid_params grid,
                       const normal_params p) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint y = get_global_id(1);

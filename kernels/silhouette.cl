@@ -44,7 +44,7 @@ INLINE floatV found_at(floatV found, floatV there, int n, float aside, const pix
     return select(found, (floatV)(float)n, farther);
 }
 
-__kernel void silhouette(__global const float* depth, __global float* thickness, const grid_params grid,
+KERNEL void silhouette(__global const float* depth, __global float* thickness, const grid_params grid,
                          const occlusion_params occlusion, const silhouette_params p) {
     const int x = (int)get_global_id(0) * V, y = (int)get_global_id(1);
     if (x >= (int)grid.x_end || y >= (int)grid.height)

@@ -494,7 +494,7 @@ INLINE void add_open(const sideV* side, const sliceV* slice, const pixelV* c, co
 }
 #endif
 
-__kernel void ssao(__global const float* fronts, __global const float* backs, __global const float* slopes,
+KERNEL void ssao(__global const float* fronts, __global const float* backs, __global const float* slopes,
                    __global const float* taps, __global const float* turns, __global const uint* counts,
                    __global const uint* blocks, __global float* sums, const split_params split, const band_params rows,
                    const block_params work, const occlusion_params p) {

@@ -50,7 +50,7 @@ INLINE void look(findingsV* found, const window* w, const block_params* blocks, 
     found->steps += select((intV)0, (intV)1, step);
 }
 
-__kernel void ssao_blocks(__global const float* depth, __global uint* blocks, const grid_params grid,
+KERNEL void ssao_blocks(__global const float* depth, __global uint* blocks, const grid_params grid,
                           const block_params chosen, const occlusion_params p) {
     const int column = (int)get_global_id(0), row = (int)(get_global_id(1) + grid.y_begin), size = 1 << ssao_block_shift;
     if (column >= (int)chosen.columns)

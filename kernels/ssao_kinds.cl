@@ -2,7 +2,7 @@
 
 #include "blocks.h"
 
-__kernel void ssao_kinds(__global uint* blocks, const block_params p) {
+KERNEL void ssao_kinds(__global uint* blocks, const block_params p) {
     if (get_global_id(0) > 0)
         return;
     const uint count = p.columns * p.rows;

@@ -93,7 +93,7 @@ INLINE void slopes_of(__global const float* normals, const source_params* source
 }
 #endif
 
-__kernel void ssao_planes(__global const float* depth, __global const float* extra, __global const float* normals,
+KERNEL void ssao_planes(__global const float* depth, __global const float* extra, __global const float* normals,
                           __global const uint* blocks, __global float* fronts, __global float* backs,
                           __global float* slopes, const grid_params grid, const grid_params pixels,
                           const grid_params extra_grid, const source_params normals_source, const split_params split,

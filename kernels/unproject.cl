@@ -11,7 +11,7 @@ INLINE floatV along_ray(const wide* origin, const wide* direction, floatV w, uin
     return wide_to_float(wide_multiply_add(wide_at_pixel(direction, x, y), w, wide_at_pixel(origin, x, y)));
 }
 
-__kernel void unproject(__global const STORED* source, __global float* target, const grid_params grid,
+KERNEL void unproject(__global const STORED* source, __global float* target, const grid_params grid,
                         const depth_params depth, const ray_params view_rays, const ray_params rays) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint y = get_global_id(1);

@@ -53,6 +53,8 @@ typedef LANES(int) intV;
 typedef LANES(uint) uintV;
 typedef LANES(ushort) ushortV;
 typedef LANES(uchar) ucharV;
+// A driver that packs work-items into vectors leaves alone what says that it is made of vectors already.
+#define KERNEL __kernel __attribute__((vec_type_hint(floatV)))
 #define as_floatV JOIN(as_, LANES(float))
 #define as_intV JOIN(as_, LANES(int))
 #define as_uintV JOIN(as_, LANES(uint))
