@@ -21,6 +21,7 @@ function(fathom_library target name)
   set(include $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_include_directories(${target} PUBLIC ${include})
   target_compile_features(${target} PUBLIC cxx_std_20)
+  target_compile_options(${target} PRIVATE -ffp-contract=off) # processors with fused products give the same constants
   target_link_libraries(${target} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
   if(NOT FATHOM_SHARED)
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})

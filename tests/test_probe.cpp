@@ -77,6 +77,7 @@ TEMPLATE_TEST_CASE("probe: what rounds otherwise is found", "", float, double) {
     CHECK(no_denormals.division_ulp == 0);
     CHECK_FALSE(no_denormals.exact());
     CHECK(to_string(no_denormals) == "denormals become 0");
+    CHECK(to_string(judged_after<Number>(nothing)) == "exact, without double");
 }
 
 TEST_CASE("probe: a CPU rounds as IEEE 754 says, in vectors of every width") {
@@ -88,5 +89,7 @@ TEST_CASE("probe: a CPU rounds as IEEE 754 says, in vectors of every width") {
         CHECK(found.fp64 == (device.info().fp64 ? std::optional(true) : std::nullopt));
     }
     const Device two_float = Device::open("cpu", {.arithmetic = Arithmetic::two_float});
-    CHECK_FALSE(probe_arithmetic(two_float).fp64);
+    const DeviceArithmetic found = probe_arithmetic(two_float);
+    CHECK_FALSE(found.fp64);
+    CHECK(to_string(found) == "exact, without double");
 }

@@ -22,6 +22,12 @@ struct DeviceInfo {
     bool fp64;
     int compute_units;
     std::uint64_t memory_bytes;
+    /// What the driver says of floats: CL_FP_DENORM, CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT, CL_FP_FMA. What it does is another
+    /// matter: see probe.hpp.
+    bool denormals;
+    bool correct_rounding; ///< of quotients and square roots; kernels are built to have it
+    bool fma;
+    int native_vector_width; ///< of floats: what one instruction computes
 };
 
 /// Every OpenCL device of every platform, in the order that the platforms give.

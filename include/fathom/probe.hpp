@@ -17,7 +17,8 @@ struct DeviceArithmetic {
     /// The same of double, where the device has it: are all results the correctly rounded ones?
     std::optional<bool> fp64 = {};
 
-    /// Does everything round as IEEE 754 says? Then all operations give the bits that they give on every such device.
+    /// Does everything round as IEEE 754 says? Then all operations give the bits that they give on every such device that has
+    /// double if this one has, and the errors that their headers state hold.
     bool exact() const;
 };
 
@@ -26,7 +27,7 @@ struct DeviceArithmetic {
 /// Throws: Error from the driver.
 DeviceArithmetic probe_arithmetic(const Device& device);
 
-/// "exact", or what is not: "division 2 ulp, denormals become 0".
+/// "exact", "exact, without double", or what is not: "division 2 ulp, denormals become 0".
 std::string to_string(const DeviceArithmetic& arithmetic);
 
 #pragma GCC visibility pop

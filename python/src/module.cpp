@@ -7,6 +7,7 @@
 
 #include <fathom/device.hpp>
 #include <fathom/error.hpp>
+#include <fathom/probe.hpp>
 
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
@@ -39,6 +40,10 @@ void bind_devices(nb::module_& module) {
         .def_ro("fp64", &DeviceInfo::fp64)
         .def_ro("compute_units", &DeviceInfo::compute_units)
         .def_ro("memory_bytes", &DeviceInfo::memory_bytes)
+        .def_ro("denormals", &DeviceInfo::denormals, "Does the driver say that it keeps them? So with the next two.")
+        .def_ro("correct_rounding", &DeviceInfo::correct_rounding, "Of quotients and square roots.")
+        .def_ro("fma", &DeviceInfo::fma)
+        .def_ro("native_vector_width", &DeviceInfo::native_vector_width, "Floats that one instruction computes.")
         .def("__repr__", [](const DeviceInfo& info) {
             return "<fathom.DeviceInfo " + std::to_string(info.index) + ": " + info.name + " of " + info.platform + ">";
         });
@@ -76,6 +81,12 @@ Raises NoDevice naming what is there, and ValueError.)")
 
 With pyopencl: Device.from_int_ptr(context=context.int_ptr, device=device.int_ptr, queue=queue.int_ptr).)")
         .def_prop_ro("info", &Device::info)
+        .def(
+            "probe_arithmetic", [](const Device& device) { return to_string(probe_arithmetic(device)); },
+            nb::call_guard<Unlocked>(),
+            R"(How the device rounds, as a kernel finds it with 2^20 hard cases: 'exact', 'exact, without double', or what is not.
+
+Devices with the same answer give the same bits if it begins with 'exact'.)")
         .def("finish", &Device::finish, nb::call_guard<Unlocked>(),
              "Waits until everything that was started has ended.")
         .def("__repr__", [](const Device& device) { return "<fathom.Device " + device.info().name + ">"; });

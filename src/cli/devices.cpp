@@ -20,6 +20,14 @@ struct Probed {
     std::string words;
 };
 
+std::string said_by_driver(const DeviceInfo& device) {
+    std::string said;
+    for (const auto& [has, what] : {std::pair(device.correct_rounding, "correctly rounded quotients"),
+                                    std::pair(device.fma, "fma"), std::pair(device.denormals, "denormals")})
+        said += has ? std::string(said.empty() ? "" : ", ") + what : "";
+    return said.empty() ? "nothing" : said;
+}
+
 Probed probed(const DeviceInfo& device) {
     try {
         const DeviceArithmetic found = probe_arithmetic(Device::open(std::to_string(device.index)));
@@ -53,6 +61,10 @@ nlohmann::ordered_json as_json(const DeviceInfo& device, int default_index) {
             {"fp64", device.fp64},
             {"compute_units", device.compute_units},
             {"memory_bytes", device.memory_bytes},
+            {"denormals", device.denormals},
+            {"correct_rounding", device.correct_rounding},
+            {"fma", device.fma},
+            {"native_vector_width", device.native_vector_width},
             {"arithmetic", as_json(probed(device))},
             {"default", device.index == default_index}};
 }
@@ -62,10 +74,10 @@ void print_table(const std::vector<DeviceInfo>& devices, int default_index) {
     for (const DeviceInfo& device : devices)
         width = std::max(width, device.name.size());
     for (const DeviceInfo& device : devices)
-        fmt::print("{} {}  {}  {:<{}}  {} units, {:.1f} GiB, {}, arithmetic: {}  ({})\n", device.index == default_index ? '*' : ' ',
-                   device.index, device.cpu ? "cpu" : "gpu", device.name, width, device.compute_units,
-                   static_cast<double>(device.memory_bytes) / (1 << 30), device.fp64 ? "fp64" : "no fp64",
-                   probed(device).words, device.version);
+        fmt::print("{} {}  {}  {:<{}}  {} units, {:.1f} GiB, {}  ({})\n        arithmetic: {}; the driver claims: {}\n",
+                   device.index == default_index ? '*' : ' ', device.index, device.cpu ? "cpu" : "gpu", device.name, width,
+                   device.compute_units, static_cast<double>(device.memory_bytes) / (1 << 30),
+                   device.fp64 ? "fp64" : "no fp64", device.version, probed(device).words, said_by_driver(device));
     fmt::print("* is taken when --device is not given\n");
 }
 
@@ -96,7 +108,7 @@ extern const Command devices_command{
     .summary = "Lists the OpenCL devices and marks the default one.",
     .notes =
         R"(A kernel tries how each device rounds quotients, square roots, fused products and very small numbers. Devices whose
-arithmetic is "exact" give the same bits.
+arithmetic is "exact" give the same bits. "exact, without double" is the same for devices that have no double.
 
 Example:
   fathom devices)",

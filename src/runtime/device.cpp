@@ -25,6 +25,7 @@ std::string trimmed(std::string value) {
 }
 
 DeviceInfo describe(const cl::Device& device, const cl::Platform& platform, int index) {
+    const auto floats = device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
     return {index,
             trimmed(device.getInfo<CL_DEVICE_NAME>()),
             trimmed(platform.getInfo<CL_PLATFORM_NAME>()),
@@ -32,7 +33,11 @@ DeviceInfo describe(const cl::Device& device, const cl::Platform& platform, int 
             (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0,
             device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0,
             static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>()),
-            device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()};
+            device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>(),
+            (floats & CL_FP_DENORM) != 0,
+            (floats & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0,
+            (floats & CL_FP_FMA) != 0,
+            static_cast<int>(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>())};
 }
 
 // What a driver says, or nothing if it fails: one bad driver hides only its own devices.
@@ -133,11 +138,9 @@ DeviceOptions completed(DeviceOptions options, const DeviceInfo& info) {
 }
 
 // Drivers that were seen to compile Clang's builtins right. Others are not tried: one ends the process.
-runtime::Compiler compiler_of(const cl::Device& device, const DeviceInfo& info) {
-    constexpr std::string_view with_builtins[] = {"Portable Computing Language", "Intel(R) OpenCL"};
-    const auto config = device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
-    return {.clang_builtins = info.cpu && std::ranges::find(with_builtins, info.platform) != std::end(with_builtins),
-            .correct_rounding = (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0};
+bool compiles_builtins(const DeviceInfo& info) {
+    constexpr std::string_view platforms[] = {"Portable Computing Language", "Intel(R) OpenCL"};
+    return info.cpu && std::ranges::find(platforms, info.platform) != std::end(platforms);
 }
 
 std::shared_ptr<Device::State> make_state(std::shared_ptr<runtime::Context> shared, const DeviceInfo& info,
@@ -145,7 +148,7 @@ std::shared_ptr<Device::State> make_state(std::shared_ptr<runtime::Context> shar
     std::shared_ptr<Device::State> state(new Device::State, [](Device::State* gone) { runtime::release(gone); });
     state->shared = std::move(shared);
     state->info = info;
-    state->compiler = compiler_of(state->shared->device, info);
+    state->clang_builtins = compiles_builtins(info);
     state->options = completed(options, info);
     state->queue = queue;
     state->in_order = (queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE) == 0;

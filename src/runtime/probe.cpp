@@ -241,7 +241,7 @@ DeviceArithmetic probe_arithmetic(const Device& device) {
 
 std::string to_string(const DeviceArithmetic& arithmetic) {
     if (arithmetic.exact())
-        return "exact";
+        return arithmetic.fp64 ? "exact" : "exact, without double";
     std::string said;
     const auto add = [&](bool wrong, const auto&... parts) {
         if (wrong)

@@ -33,9 +33,10 @@ void append(std::string& source, const std::string& file, std::set<std::string>&
     }
 }
 
-std::string build_options(const Defines& defines, const Compiler& compiler) {
-    std::string options = "-cl-std=CL1.2 -cl-kernel-arg-info";
-    if (compiler.correct_rounding)
+std::string build_options(const Defines& defines, bool correct_rounding) {
+    // No warnings: PoCL prints their number on stderr. The build of the library has checked the kernels.
+    std::string options = "-w -cl-std=CL1.2 -cl-kernel-arg-info";
+    if (correct_rounding)
         options += " -cl-fp32-correctly-rounded-divide-sqrt";
     for (const auto& [name, value] : defines) // at every launch, so without a stream
         options.append(" -D").append(name).append("=").append(std::to_string(value));
@@ -84,8 +85,8 @@ cl::Program program(const Device& device, const std::string& name, const std::st
 Kernel& kernel(const Device& device, const std::string& name, Defines defines) {
     Device::State& state = device.state();
     defines.emplace_back("FP64", state.options.arithmetic == Arithmetic::fp64);
-    defines.emplace_back("CLANG_BUILTINS", state.compiler.clang_builtins);
-    const std::string options = build_options(defines, state.compiler);
+    defines.emplace_back("CLANG_BUILTINS", state.clang_builtins);
+    const std::string options = build_options(defines, state.info.correct_rounding);
     const std::string key = name + ' ' + options;
     {
         const auto lock = locked(state.mutex);

@@ -19,12 +19,6 @@ struct ScratchBuffer {
     cl::Buffer buffer;
 };
 
-/// What a driver's compiler is told.
-struct Compiler {
-    bool clang_builtins = false; // prefetch, stores past the cache and shuffles, as Clang spells them
-    bool correct_rounding = false; // has the device quotients and roots that are correctly rounded if they are asked for?
-};
-
 } // namespace runtime
 
 /// What the copies of a `Device` share: a queue, and what belongs to one. Kernels carry their arguments until they are started.
@@ -34,7 +28,7 @@ struct Device::State {
     DeviceOptions options; // with the automatic choices made
     cl::CommandQueue queue;
     bool in_order = true;
-    runtime::Compiler compiler;
+    bool clang_builtins = false; // for kernels: prefetch, stores past the cache and shuffles, as Clang spells them
 
     std::mutex mutex; // of what follows
     std::map<std::string, runtime::Kernel> kernels;

@@ -210,10 +210,11 @@ std::int64_t place_of(float value) {
 }
 
 struct Differences {
-    std::size_t values = 0, different = 0;
-    std::int64_t ulp = 0;
-    double largest = 0; ///< of all values' differences
-    std::size_t other_kind = 0; ///< NaN or infinite on one device only
+    std::size_t values = 0;
+    std::size_t different = 0; ///< have other bits; NaN is NaN
+    std::size_t unequal = 0;   ///< are other numbers, or a number on one device only
+    std::int64_t ulp = 0;      ///< the largest difference between two numbers
+    double largest = 0;
 };
 
 void compare(const std::string& path, const std::string& reference) {
@@ -228,20 +229,19 @@ void compare(const std::string& path, const std::string& reference) {
         so_far.values += found[i].values.size();
         for (std::size_t k = 0; k < found[i].values.size(); ++k) {
             const float a = found[i].values[k], b = right[i].values[k];
-            if (std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b))
+            if (std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b) || (std::isnan(a) && std::isnan(b)))
                 continue;
             ++so_far.different;
-            if (!std::isfinite(a) || !std::isfinite(b)) {
-                so_far.other_kind += !(std::isnan(a) && std::isnan(b));
+            so_far.unequal += a != b;
+            if (!std::isfinite(a) || !std::isfinite(b))
                 continue;
-            }
             so_far.ulp = std::max(so_far.ulp, std::abs(place_of(a) - place_of(b)));
             so_far.largest = std::max(so_far.largest, std::abs(static_cast<double>(a) - static_cast<double>(b)));
         }
     }
     for (const auto& [name, d] : all)
-        std::cout << "bits\t" << name << '\t' << d.values << '\t' << d.different << '\t' << d.ulp << '\t' << d.largest << '\t'
-                  << d.other_kind << '\n';
+        std::cout << "bits\t" << name << '\t' << d.values << '\t' << d.different << '\t' << d.unequal << '\t' << d.ulp
+                  << '\t' << d.largest << '\n';
 }
 
 /// The median of several runs, in seconds. The first one compiles and is not counted.
