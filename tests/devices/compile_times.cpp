@@ -15,7 +15,8 @@ using Clock = std::chrono::steady_clock;
 struct Seen {
     std::map<cl_program, double> builds;
     std::set<cl_kernel> started;
-    std::map<std::string, double> worst;
+    std::string operation;
+    std::map<std::pair<std::string, std::string>, double> worst;
 };
 
 Seen& seen() {
@@ -56,12 +57,16 @@ cl_int __wrap_clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, c
     char name[256] = {};
     clGetKernelInfo(kernel, CL_KERNEL_PROGRAM, sizeof(program), &program, nullptr);
     clGetKernelInfo(kernel, CL_KERNEL_FUNCTION_NAME, sizeof(name) - 1, name, nullptr);
-    double& worst = seen().worst[name];
+    double& worst = seen().worst[{seen().operation, name}];
     worst = std::max(worst, seen().builds[program] + since(start));
     return status;
 }
 }
 
-const std::map<std::string, double>& compile_seconds() {
+void compile_for(const std::string& operation) {
+    seen().operation = operation;
+}
+
+const std::map<std::pair<std::string, std::string>, double>& compile_seconds() {
     return seen().worst;
 }

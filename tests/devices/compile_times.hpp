@@ -3,5 +3,8 @@
 #include <map>
 #include <string>
 
-/// The longest time that a kernel took, in any of its variants: to be built and to run first, in seconds. By the kernel's name.
-const std::map<std::string, double>& compile_seconds();
+/// What is compiled from here on is this operation's.
+void compile_for(const std::string& operation);
+
+/// The longest time that a kernel of an operation took, in any of its variants: to be built and to run first, in seconds.
+const std::map<std::pair<std::string, std::string>, double>& compile_seconds();
