@@ -43,7 +43,7 @@ enum class Arithmetic {
 /// What can be forced on a device; tests use it to show that nothing depends on it.
 struct DeviceOptions {
     Arithmetic arithmetic = Arithmetic::automatic;
-    int vector_width = 0; ///< pixels per work-item: 1, 4, 8 or 16; 0: 16 on a CPU, 1 on a GPU
+    int vector_width = 0; ///< pixels per work-item: 1, 4, 8 or 16; 0: 1 on a GPU, on a CPU as its native width asks for
     int group_size = 0;   ///< work-items per group, fewer if a kernel does not allow so many; 0: 64
 };
 
