@@ -31,7 +31,8 @@ int cores() {
 
 } // namespace
 
-Device DeviceOption::open() const {
+Device DeviceOption::open(std::size_t memory) const {
+    constexpr std::size_t least_memory = std::size_t{64} << 20; // so that any SIZE does for small images
     if (threads > 0) {
         const std::string count = std::to_string(threads);
         setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1); // PoCL to 4
@@ -40,7 +41,7 @@ Device DeviceOption::open() const {
     set_exr_threads(threads);
     if (threads > 0) // oneTBB warns of more than there are
         cv::setNumThreads(std::min(threads, cores()));
-    return Device::open(wanted);
+    return Device::open(wanted, {.memory_budget = memory > 0 ? std::max(memory, least_memory) : 0});
 }
 
 bool DeviceOption::takes_turns(const Device& opened) const {
@@ -274,8 +275,10 @@ void add_frame_options(CLI::App& app, DepthOptions& options) {
 void add_run_options(CLI::App& app, DepthOptions& options) {
     app.add_option_function<std::string>(
            "--memory", [&options](const std::string& text) { options.memory = *bytes_of(text); },
-           "memory that the images of all inputs in work may take, as in\n8G or 500M (default: a quarter of the "
-           "machine's)")
+           "memory that the images of all inputs in work may take, and as\n"
+           "much for an operation beside them, as in 8G or 500M. Large images\n"
+           "are done in bands then (default: a quarter of the machine's for\n"
+           "the images)")
         ->type_name("SIZE")
         ->check(CLI::Validator(
             [](std::string& text) {
