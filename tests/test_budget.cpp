@@ -271,3 +271,33 @@ TEST_CASE("ssao: a budget keeps the bits", "[ssao][budget]") {
         return images_of(ssao(scene.stored(device), given));
     });
 }
+
+TEST_CASE("dof: a budget keeps the bits", "[dof][budget]") {
+    constexpr int width = 401, height = 1803;
+    const Scene scene(width, height);
+    std::vector<float> colors[2];
+    std::minstd_rand random(5);
+    for (std::vector<float>& rgb : colors)
+        for (int i = 0; i < 3 * width * height; ++i)
+            rgb.push_back(i % 4999 == 0 ? 1e4f : static_cast<float>(random() % 1024) / 1024.0f);
+    const CircleOfConfusion lens{.k = 80, .g = 190}; // circles of -29 to 19 pixels
+    for (const auto& [quality, name] :
+         {std::pair{Quality::fast, "fast"}, {Quality::balanced, "balanced"}, {Quality::accurate, "accurate"}}) {
+        for (const bool plated : {false, true}) {
+            const auto images = [&, quality = quality](const Device& device) {
+                const auto color = [&](int i) {
+                    return Image::from_host(device, Element::f32, colors[i].data(), {width, height, 3})
+                        .region(3, 5, width - 3, height - 5);
+                };
+                const auto part = [&](const StoredDepth& depth) { return depth.region(3, 5, width - 3, height - 5); };
+                DofOptions options{.quality = quality};
+                if (plated)
+                    options.clean_plate = CleanPlate{color(1), part(scene.second(device))};
+                return std::vector<Image>{dof(part(scene.stored(device)), color(0), lens, options)};
+            };
+            check_budgets(std::string("dof ") + name + (plated ? ", with a clean plate" : ""), images,
+                          quality == Quality::fast && !plated ? std::initializer_list<int>{16, 8, 4, 1}
+                                                              : std::initializer_list<int>{16});
+        }
+    }
+}

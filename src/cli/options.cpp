@@ -12,6 +12,10 @@
 
 #include <fathom/error.hpp>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <opencv2/core/utility.hpp>
 
 #include <algorithm>
@@ -24,6 +28,14 @@
 
 namespace fathom::cli {
 namespace {
+
+// Large images go back to the system when they are freed, in place of being kept for the next frame.
+void give_back_images() {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    mallopt(M_MMAP_MAX, 65536);
+#endif
+}
 
 int cores() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -38,6 +50,8 @@ Device DeviceOption::open(std::size_t memory) const {
         setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1); // PoCL to 4
         setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
     }
+    if (memory > 0)
+        give_back_images();
     set_exr_threads(threads);
     if (threads > 0) // oneTBB warns of more than there are
         cv::setNumThreads(std::min(threads, cores()));
