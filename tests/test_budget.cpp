@@ -301,3 +301,40 @@ TEST_CASE("dof: a budget keeps the bits", "[dof][budget]") {
         }
     }
 }
+
+TEST_CASE("normals, mixed pixels: a budget keeps the bits", "[normals][dof_masks][budget]") {
+    const Scene scene(1009, 3001);
+    for (const auto& [name, options] :
+         {std::pair{"neighbours", NormalsOptions{.method = NormalMethod::neighbours}},
+          {"least squares", NormalsOptions{.method = NormalMethod::least_squares}},
+          {"noise", NormalsOptions{.method = NormalMethod::least_squares, .noise = 0.003}}})
+        check_budgets(std::string("normals, ") + name,
+                      [&, options = options](const Device& device) {
+                          return std::vector<Image>{normals(scene.stored(device), options)};
+                      },
+                      {16, 8, 4, 1});
+    const CircleOfConfusion lens{.k = 80, .g = 190};
+    check_budgets("mixed pixels", [&](const Device& device) {
+        const DofMasks masks = dof_masks(scene.stored(device), lens, {.weights = false, .mixed_pixels = true});
+        return std::vector<Image>{masks.coc, masks.mixed_pixels};
+    });
+    const std::size_t least = needed(
+        [&](const Device& device) { dof_masks(scene.stored(device), lens, {.weights = false, .disocclusion = true}); });
+    const Device device = device_with(least);
+    dof_masks(scene.stored(device), lens, {.weights = false, .disocclusion = true});
+    device.finish();
+    CHECK(device.state().most_scratch_bytes <= least);
+}
+
+TEST_CASE("linearize, unproject, fog and the masks take no memory for themselves", "[budget]") {
+    const Scene scene(401, 300);
+    const Device device = device_with(1);
+    const StoredDepth stored = scene.stored(device);
+    const Image color(device, Element::f32, {401, 300, 3});
+    linearize(stored);
+    unproject(stored);
+    fog(stored, color, {.density = 0.1});
+    dof_masks(stored, {.k = 80, .g = 190}, {.tile_px = 16});
+    device.finish();
+    CHECK(device.state().most_scratch_bytes == 0);
+}

@@ -154,7 +154,7 @@ Image normals_for(runtime::Scratch& scratch, const StoredDepth& stored, const Ss
     if (!fits_normals(stored, options))
         return options.normals;
     const Image fitted = scratch.image(Element::f32, {stored.image.width(), stored.image.height(), 3});
-    normals(stored, fitted, {.method = NormalMethod::least_squares, .tolerance = options.tolerance});
+    normals(stored, fitted, {.method = NormalMethod::least_squares, .tolerance = std::max(options.tolerance, 1.0)});
     return fitted;
 }
 
