@@ -302,7 +302,7 @@ TEST_CASE("dof: a budget keeps the bits", "[dof][budget]") {
     }
 }
 
-TEST_CASE("normals, mixed pixels: a budget keeps the bits", "[normals][dof_masks][budget]") {
+TEST_CASE("normals and mixed pixels: a budget keeps the bits", "[normals][dof_masks][budget]") {
     const Scene scene(1009, 3001);
     for (const auto& [name, options] :
          {std::pair{"neighbours", NormalsOptions{.method = NormalMethod::neighbours}},
@@ -326,7 +326,7 @@ TEST_CASE("normals, mixed pixels: a budget keeps the bits", "[normals][dof_masks
     CHECK(device.state().most_scratch_bytes <= least);
 }
 
-TEST_CASE("linearize, unproject, fog and the masks take no memory for themselves", "[budget]") {
+TEST_CASE("operations of single pixels take no memory for themselves", "[budget]") {
     const Scene scene(401, 300);
     const Device device = device_with(1);
     const StoredDepth stored = scene.stored(device);
