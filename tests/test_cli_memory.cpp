@@ -33,7 +33,7 @@ TEST_CASE("program: --memory keeps the bytes of a result, or says what is needed
 
     const Arguments dof{"dof",           depth, "--camera", camera, "--color",           folder / "color.npy",
                         "--focus",       "3.1", "--f-stop", "1.4",  "--focal-length-mm", "35",
-                        "--mm-per-unit", "1000"};
+                        "--mm-per-unit", "100"};
     cv::Mat color(3200, 2400, CV_32FC3);
     cv::randu(color, 0, 1);
     write_image(folder / "color.npy", color);
