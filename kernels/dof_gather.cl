@@ -196,7 +196,10 @@ KERNEL void dof_gather(__global const float* planes, __global const uint* tiles,
     for (uint i = 0; i < 32 && reach >> i; ++i) {
         layer_params one = s;
         one.layer += (float)i;
-        skipped |= !(follow >> i & 1u);
+        if (!(follow >> i & 1u))
+            skipped = true;
+        else if (i > 0 && !(reach >> (i - 1) & 1u)) // another launch laid the layer before
+            skipped = false;
         if (!(reach >> i & 1u))
             continue;
         if (one.layer <= around.least - 1.0f || one.layer >= around.greatest + 1.0f) {

@@ -42,10 +42,10 @@ INLINE floatV mixed_at(const window* w, const mixed_params* p) {
 KERNEL void mixed_pixels(__global const float* source, __global float* target, const grid_params grid,
                           const mixed_params p) {
     const uint x = first_column(grid.x_begin, grid.x_end);
-    const uint y = get_global_id(1);
+    const uint made = get_global_id(1), y = grid.y_begin + made;
     if (x >= grid.x_end || y >= grid.height)
         return;
 
     const window w = window_at(source, &grid, (int)x, (int)y);
-    *(__global float_lanes*)(target + grid.target_offset + (size_t)y * grid.target_stride + x) = mixed_at(&w, &p);
+    *(__global float_lanes*)(target + grid.target_offset + (size_t)made * grid.target_stride + x) = mixed_at(&w, &p);
 }

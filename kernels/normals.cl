@@ -99,7 +99,7 @@ INLINE floatV component(const normal_params* p, int i, const plane* plane, float
 KERNEL void normals(__global const float* source, __global float* target, const grid_params grid,
                       const normal_params p) {
     const uint x = first_column(grid.x_begin, grid.x_end);
-    const uint y = get_global_id(1);
+    const uint made = get_global_id(1), y = grid.y_begin + made;
     if (x >= grid.x_end || y >= grid.height)
         return;
 
@@ -145,5 +145,5 @@ KERNEL void normals(__global const float* source, __global float* target, const 
     const floatV inverse = fma(0.5f * guess, rest, guess), none = (floatV)0.0f;
     store_vectors(select(none, sx * inverse, surface), select(none, sy * inverse, surface),
                   select(none, sz * inverse, surface), select(none, (floatV)1.0f, surface),
-                  target + grid.target_offset + (size_t)y * grid.target_stride + (size_t)CHANNELS * x);
+                  target + grid.target_offset + (size_t)made * grid.target_stride + (size_t)CHANNELS * x);
 }

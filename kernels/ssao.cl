@@ -162,8 +162,8 @@ INLINE uint at_tap(const placeV* place, const split_params* split, __global cons
     if (place->inside)
         return at;
     const int column = place->column + ((tap->rows_columns << 16) >> 16), row = place->row + (tap->rows_columns >> 16);
-    return at + (uint)((clamp(row, -1, (int)split->rows) - row) * (int)split->stride +
-                       clamp(column, -split_margin, (int)split->columns) - column);
+    return at + (uint)(clamp(row, -1, (int)split->rows) - row) * split->stride +
+           (uint)(clamp(column, -split_margin, (int)split->columns) - column);
 }
 
 // What a tap sees: its surface where the slice passes it, less q_c, and how it goes on along the slice.

@@ -205,7 +205,7 @@ TEST_CASE("dof: bands keep the bits", "[dof][bands]") {
                     options.clean_plate = CleanPlate{part(hidden.color), part(hidden.stored)};
                 const auto banded = [&](std::size_t bytes) {
                     const Image result(device, Element::f32, {color.width(), color.height(), 3});
-                    dof_in_bands(stored, color, result, Blurred::lens, options, bytes);
+                    dof_in_bands(stored, color, result, Blurred::lens, options, {.band = bytes});
                     return floats(result);
                 };
                 const std::vector<float> whole = floats(dof(stored, color, Blurred::lens, options));

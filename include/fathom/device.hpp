@@ -3,6 +3,7 @@
 #include <fathom/error.hpp>
 #include <fathom/opencl.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -40,11 +41,16 @@ enum class Arithmetic {
     two_float, ///< unevaluated sums of two floats, for devices without double
 };
 
-/// What can be forced on a device; tests use it to show that nothing depends on it.
+/// What can be forced on a device. No result depends on it.
 struct DeviceOptions {
     Arithmetic arithmetic = Arithmetic::automatic;
     int vector_width = 0; ///< pixels per work-item: 1, 4, 8 or 16; 0: 1 on a GPU, on a CPU as its native width asks for
     int group_size = 0;   ///< work-items per group, fewer if a kernel does not allow so many; 0: 64
+
+    /// Bytes that an operation may take for itself, beside the images that it is given and those that it returns; 0: what is
+    /// fastest. What does not fit is done in bands of rows. Where a band and the rows that it reads need more, the operation
+    /// throws an Error that names the budget it needs. Calls that run at the same time may take as much each.
+    std::size_t memory_budget = 0;
 };
 
 struct Camera;

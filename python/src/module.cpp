@@ -54,21 +54,23 @@ void bind_devices(nb::module_& module) {
 
 Device(wanted=None) opens "cpu", "gpu", one of devices(), its index, or a part of a name; by default a GPU where there is one,
 the CPU otherwise. arithmetic: 'automatic', 'fp64' or 'two-float'; vector_width: 1, 4, 8 or 16; group_size: 1 to 1024. Nothing but
-time depends on these.
+time depends on these. memory_budget: bytes that an operation may take beside its images; what does not fit is done in bands of
+rows, and 0 stands for what is fastest.
 
 Raises NoDevice naming what is there, and ValueError.)")
         .def(
             "__init__",
             [](Device* self, const DeviceChoice& choice, const Word<Arithmetic>& arithmetic, int vector_width,
-               int group_size) {
-                DeviceOptions options{.vector_width = vector_width, .group_size = group_size};
+               int group_size, std::size_t memory_budget) {
+                DeviceOptions options{
+                    .vector_width = vector_width, .group_size = group_size, .memory_budget = memory_budget};
                 arithmetic.set(options.arithmetic, "arithmetic");
                 const std::string wanted = device_name_of(choice, "wanted");
                 const Unlocked released;
                 new (self) Device(Device::open(wanted, options));
             },
             nb::arg("wanted") = nb::none(), nb::kw_only(), nb::arg("arithmetic") = nb::none(),
-            nb::arg("vector_width") = 0, nb::arg("group_size") = 0)
+            nb::arg("vector_width") = 0, nb::arg("group_size") = 0, nb::arg("memory_budget") = 0)
         .def_static(
             "from_int_ptr",
             [](std::uintptr_t context, std::uintptr_t device, std::uintptr_t queue) {

@@ -47,8 +47,10 @@ def test_a_device_is_chosen_by_index_and_by_what_devices_lists(millimetres, kine
 
 def test_devices_give_the_same_bits(millimetres, kinect):
     expected = fathom.normals(millimetres, kinect)
-    for device in ("0", fathom.Device(vector_width=1), fathom.Device(group_size=16)):
+    for device in ("0", fathom.Device(vector_width=1), fathom.Device(group_size=16), fathom.Device(memory_budget=4 << 20)):
         assert same_bits(fathom.normals(millimetres, kinect, device=device), expected)
+    with pytest.raises(fathom.Error, match="normals of .* pixels needs a memory budget of"):
+        fathom.normals(millimetres, kinect, device=fathom.Device(memory_budget=1))
 
 
 def test_images_chain_on_the_device(millimetres, kinect):

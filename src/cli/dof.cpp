@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "each_depth.hpp"
 #include "fill.hpp"
+#include "floats_on_host.hpp"
 #include "lens.hpp"
 #include "max_error.hpp"
 #include "picture.hpp"
@@ -145,7 +146,9 @@ Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& fra
         filled = without_holes(to_mat(stored.image), to_mat(linearize(stored).image));
         depths.image = to_device(stored.image.device(), filled);
     }
-    picture.color = to_mat(dof(depths, to_device(stored.image.device(), color), circle, asked));
+    const Image sharp = to_device(stored.image.device(), color);
+    picture.color = floats_on_host(sharp, color.channels(),
+                                   [&](const Image& result) { dof(depths, sharp, result, circle, asked); });
     return picture;
 }
 

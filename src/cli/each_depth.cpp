@@ -709,7 +709,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
         options.camera.read(std::move(read_as));
     }
     catch_interrupts();
-    const Device device = options.device.open();
+    const Device device = options.device.open(options.memory);
     const bool apart = options.device.takes_turns(device);
     if (apart)
         options.device.share_among(jobs.size());

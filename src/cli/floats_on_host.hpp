@@ -8,20 +8,39 @@
 
 namespace fathom::cli {
 
-/// The floats that `make` writes into an image, for the host: a CPU writes them where they are read, and nothing is copied.
+/// Floats that an operation writes, for the host: a CPU writes them where they are read, and nothing is copied.
+class FloatsOnHost {
+public:
+    FloatsOnHost(const Device& device, cv::Size size, int channels) {
+        if (device.info().cpu) {
+            mat_.create(size, CV_32FC(channels));
+            image_ = to_device(device, mat_);
+        } else {
+            image_ = Image(device, Element::f32, {size.width, size.height, channels});
+        }
+    }
+
+    const Image& image() const { return image_; }
+
+    /// What was written, once it is there.
+    cv::Mat mat() const {
+        if (mat_.empty())
+            return to_mat(image_);
+        image_.download(mat_.data, mat_.step1());
+        return mat_;
+    }
+
+private:
+    cv::Mat mat_; // none where the device has memory of its own
+    Image image_;
+};
+
+/// The floats that `make` writes into an image.
 template <typename Make>
 cv::Mat floats_on_host(const Image& source, int channels, const Make& make) {
-    const Device& device = source.device();
-    if (!device.info().cpu) {
-        const Image image(device, Element::f32, {source.width(), source.height(), channels});
-        make(image);
-        return to_mat(image);
-    }
-    cv::Mat mat(source.height(), source.width(), CV_32FC(channels));
-    const Image image = to_device(device, mat);
-    make(image);
-    image.download(mat.data, mat.step1());
-    return mat;
+    const FloatsOnHost floats(source.device(), {source.width(), source.height()}, channels);
+    make(floats.image());
+    return floats.mat();
 }
 
 } // namespace fathom::cli

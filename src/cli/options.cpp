@@ -12,6 +12,10 @@
 
 #include <fathom/error.hpp>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <opencv2/core/utility.hpp>
 
 #include <algorithm>
@@ -25,22 +29,33 @@
 namespace fathom::cli {
 namespace {
 
+// Large images go back to the system when they are freed, in place of being kept for the next frame.
+void give_back_images() {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    mallopt(M_MMAP_MAX, 65536);
+#endif
+}
+
 int cores() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 } // namespace
 
-Device DeviceOption::open() const {
+Device DeviceOption::open(std::size_t memory) const {
+    constexpr std::size_t least_memory = std::size_t{64} << 20; // so that any SIZE does for small images
     if (threads > 0) {
         const std::string count = std::to_string(threads);
         setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1); // PoCL to 4
         setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
     }
+    if (memory > 0)
+        give_back_images();
     set_exr_threads(threads);
     if (threads > 0) // oneTBB warns of more than there are
         cv::setNumThreads(std::min(threads, cores()));
-    return Device::open(wanted);
+    return Device::open(wanted, {.memory_budget = memory > 0 ? std::max(memory, least_memory) : 0});
 }
 
 bool DeviceOption::takes_turns(const Device& opened) const {
@@ -274,8 +289,10 @@ void add_frame_options(CLI::App& app, DepthOptions& options) {
 void add_run_options(CLI::App& app, DepthOptions& options) {
     app.add_option_function<std::string>(
            "--memory", [&options](const std::string& text) { options.memory = *bytes_of(text); },
-           "memory that the images of all inputs in work may take, as in\n8G or 500M (default: a quarter of the "
-           "machine's)")
+           "memory that the images of all inputs in work may take, and as\n"
+           "much for an operation beside them, as in 8G or 500M. Large images\n"
+           "are done in bands then (default: a quarter of the machine's for\n"
+           "the images)")
         ->type_name("SIZE")
         ->check(CLI::Validator(
             [](std::string& text) {

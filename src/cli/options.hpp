@@ -28,8 +28,9 @@ struct DeviceOption {
     std::string wanted; ///< cpu, gpu, an index or a part of a name; empty: the default
     int threads = 0;    ///< of a CPU device; 0: as many as it likes
 
-    /// Opens the device. The number of threads counts from the first time only, as it does for the driver.
-    Device open() const;
+    /// Opens the device, whose operations may take so many bytes beside their images, or 64 MiB if that is more; 0: what is
+    /// fastest. The number of threads counts from the first time only, as it does for the driver.
+    Device open(std::size_t memory = 0) const;
 
     /// Do files and the device take turns, so that no more threads work at once? Where they may have all cores, these are the
     /// limit.
@@ -110,7 +111,7 @@ struct DepthOptions {
     DeviceOption device;
     Report report = Report::line;
     bool strict = false;    ///< is what is probably wrong an error?
-    std::size_t memory = 0; ///< bytes of the images in work; 0: see FrameOptions
+    std::size_t memory = 0; ///< bytes of the images in work, and as many beside them; 0: see FrameOptions
     ProgressKind progress = ProgressKind::automatic;
     bool share = false; ///< are frames made that other processes may make, too? implies `resume`
     std::chrono::milliseconds lease = sequence::default_lease; ///< of claims on such frames

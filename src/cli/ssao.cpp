@@ -2,6 +2,7 @@
 #include "codecs.hpp"
 #include "command.hpp"
 #include "each_depth.hpp"
+#include "floats_on_host.hpp"
 #include "max_error.hpp"
 #include "messages.hpp"
 
@@ -219,12 +220,22 @@ std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& sto
         asked.thickness_map = to_device(stored.image.device(), images.thickness);
     asked.bent_normal = options.bent_normal.has_value();
     asked.confidence = options.confidence.has_value();
-    const Occlusion occlusion = ssao(stored, radius_of(options, frame), asked);
-    std::vector<Result> results{to_mat(occlusion.visibility)};
+    const cv::Size size =
+        region ? cv::Size(region->width, region->height) : cv::Size(stored.image.width(), stored.image.height());
+    const auto floats = [&](int channels) { return FloatsOnHost(stored.image.device(), size, channels); };
+    const FloatsOnHost visibility = floats(1);
+    std::optional<FloatsOnHost> bent_normal, confidence;
+    Occlusion occlusion{visibility.image(), {}, {}};
     if (asked.bent_normal)
-        results.emplace_back(directions_for(frame.outputs[1], to_mat(occlusion.bent_normal)));
+        occlusion.bent_normal = bent_normal.emplace(floats(3)).image();
     if (asked.confidence)
-        results.emplace_back(to_mat(occlusion.confidence));
+        occlusion.confidence = confidence.emplace(floats(1)).image();
+    ssao(stored, occlusion, radius_of(options, frame), asked);
+    std::vector<Result> results{visibility.mat()};
+    if (bent_normal)
+        results.emplace_back(directions_for(frame.outputs[1], bent_normal->mat()));
+    if (confidence)
+        results.emplace_back(confidence->mat());
     for (Result& result : results)
         if (region)
             result.part = cv::Rect(region->x, region->y, region->width, region->height);

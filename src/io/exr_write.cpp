@@ -263,6 +263,7 @@ Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const W
     if (options.compression)
         header.compression() = compression_of(*options.compression);
     Bytes bytes;
+    bytes.reserve(pixels.image.total() * pixels.image.elemSize()); // to grow would take as much again
     Memory memory(bytes);
     if (options.source && options.source->append) {
         append(memory, header, file, pixels, options, record);

@@ -38,7 +38,9 @@ cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std
     for (const DepthFile& plane : read_exr(file, channels, {.windows = windows})) {
         if (plane.storage != Storage::float32 && plane.storage != Storage::float16)
             refuse(file, "channel \"" + plane.channel + "\" holds integers; " + what + " are floats");
-        plane.values.convertTo(planes.emplace_back(), CV_32F);
+        cv::Mat& floats = planes.emplace_back(plane.values);
+        if (floats.depth() != CV_32F) // a copy would take as much again
+            plane.values.convertTo(floats, CV_32F);
     }
     cv::Mat image;
     cv::merge(planes, image);

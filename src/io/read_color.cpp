@@ -82,10 +82,12 @@ void check_picture(const std::filesystem::path& file, const cv::Mat& image) {
 
 cv::Mat as_floats(const cv::Mat& image) {
     const bool codes = image.depth() != CV_32F;
+    if (!codes)
+        return image;
     cv::Mat color;
     image.convertTo(color, CV_32F);
     const float largest = image.depth() == CV_8U ? 255.0f : image.depth() == CV_16U ? 65535.0f : 1.0f;
-    for (int y = 0; y < color.rows && codes; ++y) {
+    for (int y = 0; y < color.rows; ++y) {
         float* row = color.ptr<float>(y);
         for (int x = 0; x < color.cols * color.channels(); ++x)
             row[x] /= largest;

@@ -119,7 +119,10 @@ io::Bytes bytes_of_color(ImageFile picture, const std::string& record) {
         if (bytes)
             return *bytes;
     }
-    picture.image = io::swap_red_and_blue(picture.image);
+    if (extension_of(picture.file) == ".exr") // whose channels have names
+        std::swap(picture.options.channels[0], picture.options.channels[2]);
+    else
+        picture.image = io::swap_red_and_blue(picture.image);
     return bytes_of_values(picture, record);
 }
 

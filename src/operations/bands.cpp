@@ -2,6 +2,10 @@
 
 #include "operations/bands.hpp"
 
+#include "text.hpp"
+
+#include <fathom/error.hpp>
+
 #include <algorithm>
 
 namespace fathom {
@@ -19,6 +23,48 @@ std::vector<Band> bands(int rows, int halo, RowBytes row, std::size_t budget, in
         all.push_back({begin, end, std::max(begin - halo, 0), std::min(end + halo, rows)});
     }
     return all;
+}
+
+namespace {
+
+std::vector<Band> bands_of(const ReachingRows& rows, int height) {
+    std::vector<Band> all;
+    for (int begin = rows.begin; begin < rows.end; begin += height) {
+        Band band{begin, std::min(begin + height, rows.end), begin, begin};
+        for (int row = band.begin; row < band.end; ++row) {
+            const int reach = std::min(rows.reaches[static_cast<std::size_t>(row - rows.begin)], rows.height);
+            band.first = std::min(band.first, std::max(row - reach, 0));
+            band.last = std::max(band.last, std::min(row + reach + 1, rows.height));
+        }
+        all.push_back(band);
+    }
+    return all;
+}
+
+} // namespace
+
+void refuse_budget(std::string_view what, std::size_t needed, std::size_t budget) {
+    const auto mebibytes = [](std::size_t bytes) { return (bytes + (std::size_t{1} << 20) - 1) >> 20; };
+    throw Error(text(what, " needs a memory budget of ", mebibytes(needed), " MiB, and has ", mebibytes(budget)));
+}
+
+std::vector<Band> bands_within(const ReachingRows& rows, const std::function<std::size_t(int read, int made)>& bytes,
+                               std::size_t budget, std::string_view what) {
+    const int count = rows.end - rows.begin;
+    for (int height = count;;) {
+        const std::vector<Band> all = bands_of(rows, height);
+        int read = 0;
+        for (const Band& band : all)
+            read = std::max(read, band.last - band.first);
+        const std::size_t needed = bytes(read, height);
+        if (needed <= budget)
+            return all;
+        const int least = std::min(std::max(64, (read - height) / 8), count);
+        if (height <= least)
+            refuse_budget(what, needed, budget);
+        const int parts = (count + height - 1) / height, more = std::max(parts + 1, parts * 11 / 10);
+        height = std::max((count + more - 1) / more, least);
+    }
 }
 
 } // namespace fathom

@@ -52,13 +52,9 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
     require(ratio == 1 || blades == 0, "ratio = ", ratio, ": a polygon has none, blades must be 0");
     require(std::isfinite(options.aperture.rotation_degrees), "rotation_degrees = ", options.aperture.rotation_degrees,
             " must be finite");
-    const double pixels = (stored.image.width() + 128.0) * (stored.image.height() + 32.0);
-    constexpr int widest = ENTRY_COLUMN_MASK * params::dof_tile_columns,
-                  highest = ENTRY_ROW_MASK * params::dof_tile_rows;
-    require(pixels * (2 * color.channels() + 7) < 0x1p31 && stored.image.width() <= widest &&
-                stored.image.height() <= highest,
-            "an image of ", stored.image.width(), " x ", stored.image.height(),
-            " pixels is too large; blur it in parts");
+    constexpr int widest = ENTRY_COLUMN_MASK * params::dof_tile_columns;
+    require(stored.image.width() <= widest, "an image of ", ImageSize{stored.image.width(), stored.image.height()},
+            " pixels: at most ", widest, " in a row");
     require(options.max_coc_px >= 1 && options.max_coc_px <= 512, "max_coc_px = ", options.max_coc_px,
             " must be 1 to 512");
 }
@@ -76,7 +72,7 @@ params::blur_params blur_parameters(const StoredDepth& stored, const LayerScale&
             .columns = static_cast<u32>(columns),
             .rows = static_cast<u32>(rows),
             .stride = static_cast<u32>(stride),
-            .plane = static_cast<u32>(stride * rows),
+            .plane = static_cast<u32>(stride) * static_cast<u32>(rows), // of a band: it wraps for an image of many
             .middle = static_cast<u32>(scale.middle),
             .per_octave = static_cast<float>(scale.spacing.per_octave),
             .offset = static_cast<float>(scale.spacing.offset),
@@ -84,7 +80,7 @@ params::blur_params blur_parameters(const StoredDepth& stored, const LayerScale&
             .largest = static_cast<float>(largest),
             .knee = knee,
             .state_row = 0,
-            .state_plane = static_cast<u32>(stride * rows)};
+            .state_plane = static_cast<u32>(stride) * static_cast<u32>(rows)};
 }
 
 params::grid_params grid(const Image& source, const Image& target) {
@@ -116,7 +112,9 @@ struct Blur {
     Aperture aperture;
     float aspect; // of a circle: its height over its width
     bool upright;
-    bool alone; // is there one band only?
+    bool alone;              // is there one band only?
+    std::size_t layer_bytes; // that a layer's own passes may take, twice
+    std::size_t image_bytes; // of the images below
     Image planes, state, tiles;
     Image inner, blocks, hiding; // accurate only
 
@@ -132,6 +130,25 @@ struct Blur {
     int down() const { return static_cast<int>(p.rows) / params::dof_tile_rows; }
     int state_rows() const { return static_cast<int>(p.state_plane / p.stride); }
 };
+
+// A sixteenth of a budget is for tables.
+std::size_t without_tables(std::size_t budget) {
+    return budget - budget / 16;
+}
+
+// Throws: Error if a band's images, and what a layer's own passes hand to one another, take more than the device's budget.
+void check_budget(const Device& device, const ImageSize& size, std::size_t images, std::size_t layer) {
+    const std::size_t budget = device.options().memory_budget;
+    constexpr std::size_t step = std::size_t{1} << 20;
+    const auto fits = [&](std::size_t bytes) {
+        return images + 2 * std::max(dof_bytes(bytes).layer, layer) <= without_tables(bytes);
+    };
+    std::size_t enough = budget;
+    while (budget > 0 && !fits(enough))
+        enough += step;
+    if (enough > budget)
+        refuse_budget(text("dof of ", size, " pixels with circles of this size"), enough, budget);
+}
 
 int words_of(int tiles_across, int tiles_down) {
     return static_cast<int>(TileBits{}.size()) * tiles_across * tiles_down;
@@ -239,8 +256,11 @@ void run(const Blur& blur, const LayerPlan& plan, bool behind) {
     const auto room = [&](std::size_t needed, std::size_t budget) {
         return floats(blur.alone || needed == 1 ? needed : std::max(needed, budget));
     };
-    const Image strips = room(std::max(plan.strip_elements, plan.cell_elements), std::max(strip_budget, cell_budget)),
-                cells = strips, cell_sums = room(plan.cell_elements, cell_budget);
+    const std::size_t most = blur.layer_bytes / sizeof(float);
+    check_budget(blur.device, {static_cast<int>(blur.p.width), static_cast<int>(blur.p.height)}, blur.image_bytes,
+                 sizeof(float) * std::max(plan.strip_elements, plan.cell_elements));
+    const Image strips = room(std::max(plan.strip_elements, plan.cell_elements), most), cells = strips,
+                cell_sums = room(plan.cell_elements, most);
     for (const LayerPass& pass : plan.passes) {
         if (pass.cell > 1) {
             const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", behind}, {"CELL", pass.cell}};
@@ -323,7 +343,7 @@ int halo_of(const LayerScale& scale, double widest, const Blur& call) {
 
 // Blurs a picture that has a circle somewhere, `widest` the widest one.
 void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
-          const DofOptions& options, double widest, std::size_t band_bytes) {
+          const DofOptions& options, double widest, const DofBytes& allowed) {
     const Device& device = stored.image.device();
     const LayerScale scale = layer_scale(layer_spacing(options.quality, options.aperture), options.max_coc_px);
     const params::blur_params whole = blur_parameters(stored, scale, options.max_coc_px);
@@ -340,6 +360,8 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
               static_cast<float>(pixels.y / pixels.x),
               stored.camera.rows == Rows::top_down,
               true,
+              allowed.layer,
+              0,
               {},
               {},
               {},
@@ -347,20 +369,29 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
               {},
               {}};
     constexpr int tile_rows = params::dof_tile_rows;
-    const int surface_planes = call.surfaces() * (channels + 1), behind_planes = call.accurate() ? 1 : 0;
+    // Accurate: a plane of inner pixels, and tables of blocks and tiles.
+    const int surface_planes = call.surfaces() * (channels + 1), behind_planes = call.accurate() ? 2 : 0;
     const int laid_planes = state_planes(channels, options.quality);
     const auto bytes = [&](int planes) {
         return sizeof(float) * whole.stride * tile_rows * static_cast<std::size_t>(planes);
     };
     const int halo = halo_of(scale, widest, call);
     const std::vector<Band> all = bands(call.down(), halo, {bytes(surface_planes + behind_planes), bytes(laid_planes)},
-                                        band_bytes, std::max(halo / 2, 1));
+                                        allowed.band, std::max(halo / 2, 1));
     call.alone = all.size() == 1;
     int read = 0, made = 0; // rows of tiles, the most of any band
     for (const Band& band : all) {
         read = std::max(read, band.last - band.first);
         made = std::max(made, band.end - band.begin);
     }
+    const std::size_t reads = bytes(surface_planes + behind_planes) * static_cast<std::size_t>(read),
+                      lays = bytes(laid_planes) * static_cast<std::size_t>(made);
+    const ImageSize size{stored.image.width(), stored.image.height()};
+    constexpr std::size_t most = sizeof(float) << 31; // elements are counted in 32 bits
+    require(reads < most && lays < most, "an image of ", size,
+            " pixels is too wide for circles of this size; blur it in parts");
+    call.image_bytes = reads + lays;
+    check_budget(device, size, call.image_bytes, 0);
 
     runtime::Scratch scratch(device);
     const auto planes = [&](int count, int tiles_down) {
@@ -382,7 +413,8 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
                                 .aspect = static_cast<double>(pixels.y / pixels.x),
                                 .upright = call.upright,
                                 .quality = options.quality,
-                                .channels = channels};
+                                .channels = channels,
+                                .most_floats = allowed.layer / sizeof(float)};
     const auto top = static_cast<int>(whole.top), height = stored.image.height();
     for (const Band& band : all) {
         const int first = std::max(tile_rows * band.first - top, 0),
@@ -410,8 +442,18 @@ void check_dof_result(const StoredDepth& stored, const Image& color, const Image
 
 } // namespace
 
+DofBytes dof_bytes(std::size_t budget) {
+    DofBytes bytes;
+    if (budget == 0)
+        return bytes;
+    bytes.layer = std::clamp(budget / 8, std::size_t{2} << 20, bytes.layer);
+    const std::size_t images = without_tables(budget);
+    bytes.band = std::min(bytes.band, images > 2 * bytes.layer ? images - 2 * bytes.layer : 0);
+    return bytes;
+}
+
 void dof_in_bands(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
-                  const DofOptions& options, std::size_t band_bytes) {
+                  const DofOptions& options, const DofBytes& bytes) {
     if (coc.k == 0 && coc.g == 0) {
         check_circle(coc, depth_form(stored.camera, stored.storage));
         return runtime::copy(color, result);
@@ -423,7 +465,7 @@ void dof_in_bands(const StoredDepth& stored, const Image& color, const Image& re
     if (seen <= largest_in_focus(layer_spacing(options.quality, options.aperture)))
         return runtime::copy(color, result);
     blur(stored, color, result, coc, options,
-         options.clean_plate ? std::max(seen, widest(options.clean_plate->depth)) : seen, band_bytes);
+         options.clean_plate ? std::max(seen, widest(options.clean_plate->depth)) : seen, bytes);
 }
 
 void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
@@ -433,7 +475,7 @@ void dof(const StoredDepth& stored, const Image& color, const Image& result, con
         return dof(stored, color, result, coc, chosen(stored, options), launch);
     check_dof_result(stored, color, result, options);
     const runtime::Launched launched(stored.image.device(), launch);
-    dof_in_bands(stored, color, result, coc, options, dof_band_bytes);
+    dof_in_bands(stored, color, result, coc, options, dof_bytes(stored.image.device().options().memory_budget));
     launched.done();
 }
 

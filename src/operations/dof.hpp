@@ -1,16 +1,25 @@
 #pragma once
 
+#include "sampling/dof_layers.hpp"
+
 #include <fathom/dof.hpp>
 
 #include <cstddef>
 
 namespace fathom {
 
-/// What lies between the passes of `dof`, but for what a layer's own passes hand to one another, takes about so many bytes.
-inline constexpr std::size_t dof_band_bytes = std::size_t{200} << 20;
+/// Bytes between the passes of `dof`.
+struct DofBytes {
+    std::size_t band = std::size_t{200} << 20;        ///< that the images of a band of rows take, where that is enough
+    std::size_t layer = sizeof(float) * layer_floats; ///< that a layer's own passes hand to one another, twice
+};
 
-/// `dof`, in bands of rows that take at most `band_bytes` where that is enough for a few rows. Same bits for any of them.
+/// Those that keep to a device's budget.
+DofBytes dof_bytes(std::size_t budget);
+
+/// `dof`, in bands of rows that take at most so many bytes where that is enough for a few rows. Same bits for any of them.
+/// Throws: Error where a few rows take more than the budget.
 void dof_in_bands(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
-                  const DofOptions& options, std::size_t band_bytes);
+                  const DofOptions& options, const DofBytes& bytes);
 
 } // namespace fathom

@@ -5,6 +5,7 @@
 
 #include <fathom/linearize.hpp>
 
+#include "operations/bands.hpp"
 #include "operations/circle.hpp"
 #include "operations/mixed_pixels.hpp"
 #include "operations/near_field.hpp"
@@ -78,7 +79,8 @@ std::size_t fresh_stride(int width) {
 
 // Where the kernels write: into the caller's images if their layout is the one that the kernels assume, otherwise into
 // scratch images.
-DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, runtime::Scratch& scratch) {
+DofMasks places_for(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& given,
+                    const std::vector<Result>& asked, runtime::Scratch& scratch) {
     const auto one_pass = [](const Result& result) {
         return result.image == &DofMasks::coc || result.image == &DofMasks::near_weight ||
                result.image == &DofMasks::focus_weight || result.image == &DofMasks::far_weight;
@@ -87,12 +89,21 @@ DofMasks places_for(const DofMasks& given, const std::vector<Result>& asked, run
         const Image& image = given.*result.image;
         return one_pass(result) && image.offset() == given.coc.offset() && image.row_stride() == given.coc.row_stride();
     });
-    DofMasks places;
-    for (const Result& result : asked) {
+    const auto needs_place = [&](const Result& result) {
         const Image& image = given.*result.image;
         const bool plain = image.offset() == 0 && image.row_stride() == fresh_stride(result.layout.width);
-        places.*result.image = alike || plain ? image : scratch.image(Element::f32, result.layout);
-    }
+        return !alike && !plain;
+    };
+    const int width = stored.image.width(), height = stored.image.height();
+    const std::size_t budget = stored.image.device().options().memory_budget;
+    std::size_t needed = near_field_bytes(width, height, options);
+    for (const Result& result : asked)
+        needed += needs_place(result) ? Image::allocation(Element::f32, result.layout) : 0;
+    if (budget > 0 && needed > budget)
+        refuse_budget(text("dof_masks of ", ImageSize{width, height}, " pixels, not in bands,"), needed, budget);
+    DofMasks places;
+    for (const Result& result : asked)
+        places.*result.image = needs_place(result) ? scratch.image(Element::f32, result.layout) : given.*result.image;
     return places;
 }
 
@@ -170,7 +181,7 @@ void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleO
     check_results(stored, results, asked);
     const runtime::Launched launched(stored.image.device(), launch);
     runtime::Scratch scratch(stored.image.device());
-    const DofMasks masks = places_for(results, asked, scratch);
+    const DofMasks masks = places_for(stored, options, results, asked, scratch);
     circles_and_weights(stored, coc, options, form, masks);
     near_field(stored, options, masks);
     if (options.mixed_pixels)

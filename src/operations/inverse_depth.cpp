@@ -6,15 +6,38 @@
 
 namespace fathom {
 
+namespace {
+
+// Rows and columns with the margin: all of a row, to the next one's start. The last row's margin lies behind the row before it.
+Layout with_margin(int width, int height) {
+    constexpr int columns = params::depth_margin_columns, rows = params::depth_margin_rows;
+    return {(width + columns - 1) / columns * columns + columns, height + 2 * rows + 1};
+}
+
+} // namespace
+
+std::size_t inverse_depth_bytes(int width, int height) {
+    return Image::allocation(Element::f32, with_margin(width, height));
+}
+
+std::vector<Band> depth_bands(const StoredDepth& stored, int reach, std::string_view what) {
+    const int width = stored.image.width(), height = stored.image.height();
+    const std::size_t budget = stored.image.device().options().memory_budget;
+    if (budget == 0 || inverse_depth_bytes(width, height) <= budget)
+        return {{0, height, 0, height}};
+    return bands_within(
+        {0, height, height, std::vector<int>(static_cast<std::size_t>(height), reach)},
+        [&](int read, int) { return inverse_depth_bytes(width, read); }, budget,
+        text(what, " of ", ImageSize{width, height}, " pixels"));
+}
+
 Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const CentreRays& rays,
                     Background background) {
     check_stored(stored);
     const int width = stored.image.width(), height = stored.image.height();
     constexpr int columns = params::depth_margin_columns, rows = params::depth_margin_rows;
-    const int padded_width =
-        (width + columns - 1) / columns * columns + columns; // all of a row, to the next one's start
-    const int padded_rows = height + 2 * rows + 1;           // the last one's margin lies behind the row before it
-    const Image result = scratch.image(Element::f32, {padded_width, padded_rows}).region(columns, rows, width, height);
+    const Layout padded = with_margin(width, height);
+    const Image result = scratch.image(Element::f32, padded).region(columns, rows, width, height);
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
@@ -24,7 +47,7 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const 
     defines.emplace_back("PERSPECTIVE", rays.perspective);
     runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", defines);
     const auto vectors = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
-    runtime::launch(device, kernel, {vectors, static_cast<std::size_t>(padded_rows)}, stored.image, result,
+    runtime::launch(device, kernel, {vectors, static_cast<std::size_t>(padded.height)}, stored.image, result,
                     grid_parameters(stored, result, 0, width),
                     depth_parameters(form, stored.storage, background, arithmetic), ray_parameters(view, arithmetic));
     return result;

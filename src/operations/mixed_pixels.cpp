@@ -15,22 +15,34 @@ namespace fathom {
 
 void mixed_pixels(const StoredDepth& stored, const Image& result) {
     const Device& device = stored.image.device();
-    const int width = result.width(), height = result.height();
+    const int width = result.width();
     const CentreRays rays = centre_rays(camera_rays(stored.camera));
-    runtime::Scratch scratch(device);
-    // Where the far plane is finite its depth is averaged like any other.
-    const Image depth = inverse_depth(scratch, stored, rays, Background::decode);
     const InverseDepthError error = inverse_depth_error(stored.camera, stored.storage);
     // A pixel's width is a fraction of its distance under a perspective, and 1/z changes by the fraction that z changes by.
     const auto& moving = rays.perspective ? rays.direction : rays.origin;
     const auto least = static_cast<float>(mixed_pixels_min_widths * std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
     const int vector_width = vector_width_for(device, width);
     const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
-    runtime::launch(device, runtime::kernel(device, "mixed_pixels", {{"V", vector_width}, {"STREAM", 0}}),
-                    {columns, static_cast<std::size_t>(height)}, depth, result,
-                    grid_parameters({depth, stored.camera, Storage::float32, stored.x, stored.y}, result, 0, width),
-                    params::mixed_params{error.constant, error.linear, error.quadratic, rays.perspective ? 0 : least,
-                                         rays.perspective ? least : 0, static_cast<float>(mixed_pixels_min_step)});
+    runtime::Kernel& kernel = runtime::kernel(device, "mixed_pixels", {{"V", vector_width}, {"STREAM", 0}});
+    const params::mixed_params parameters{error.constant,
+                                          error.linear,
+                                          error.quadratic,
+                                          rays.perspective ? 0 : least,
+                                          rays.perspective ? least : 0,
+                                          static_cast<float>(mixed_pixels_min_step)};
+    constexpr int reach = 2;
+    for (const Band& band : depth_bands(stored, reach, "mixed_pixels")) {
+        runtime::Scratch scratch(device);
+        const StoredDepth part = stored.region(0, band.first, width, band.last - band.first);
+        // Where the far plane is finite its depth is averaged like any other.
+        const Image depth = inverse_depth(scratch, part, rays, Background::decode),
+                    made = result.region(0, band.begin, width, band.end - band.begin);
+        params::grid_params grid =
+            grid_parameters({depth, stored.camera, Storage::float32, part.x, part.y}, made, 0, width);
+        grid.y_begin = to_u32(band.begin - band.first);
+        runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth, made, grid,
+                        parameters);
+    }
 }
 
 } // namespace fathom

@@ -66,6 +66,18 @@ params::near_field_params near_field_parameters(const Extremes& tiles, const Ext
 
 } // namespace
 
+std::size_t near_field_bytes(int width, int height, const DofMasksOptions& options) {
+    const bool covered = options.near_alpha || options.disocclusion;
+    if (!options.max_near_coc && !covered)
+        return 0;
+    const auto bytes = [](int across, int down) { return Image::allocation(Element::f32, {across, down}); };
+    const int columns = parts(width, tile_px), rows = parts(height, tile_px);
+    const std::size_t tables =
+        2 * (bytes(columns, rows) + bytes(parts(columns, params::near_block), parts(rows, params::near_block)));
+    const int images = (covered ? 1 : 0) + (options.disocclusion && !options.near_alpha ? 1 : 0);
+    return tables + static_cast<std::size_t>(images) * bytes(width, height);
+}
+
 void near_field(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& masks) {
     const Image& circle = masks.coc;
     const Device& device = circle.device();

@@ -122,9 +122,6 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
                                   : rays;
     const int width = result.width();
     const runtime::Launched launched(device, launch);
-    runtime::Scratch scratch(device);
-    const Image depth = inverse_depth(scratch, stored, rays, Background::nan);
-
     const bool fitted = chosen_method(options, stored) == NormalMethod::least_squares;
     const int vector_width = vector_width_for(device, width);
     const runtime::Defines defines{{"V", vector_width},
@@ -133,10 +130,21 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
                                    {"CHANNELS", options.channels},
                                    {"RADIUS", fitted ? window_radius(rays, options.noise) : 0}};
     const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
-    runtime::launch(device, runtime::kernel(device, "normals", defines),
-                    {columns, static_cast<std::size_t>(result.height())}, depth, result,
-                    grid_parameters({depth, stored.camera, Storage::float32, stored.x, stored.y}, result, 0, width),
-                    normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options));
+    runtime::Kernel& kernel = runtime::kernel(device, "normals", defines);
+    const params::normal_params parameters =
+        normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options);
+    const int reach = fitted ? window_radius(rays, options.noise) : normals_reach_neighbours;
+    for (const Band& band : depth_bands(stored, reach, "normals")) {
+        runtime::Scratch scratch(device);
+        const StoredDepth part = stored.region(0, band.first, width, band.last - band.first);
+        const Image depth = inverse_depth(scratch, part, rays, Background::nan),
+                    made = result.region(0, band.begin, width, band.end - band.begin);
+        params::grid_params grid =
+            grid_parameters({depth, stored.camera, Storage::float32, part.x, part.y}, made, 0, width);
+        grid.y_begin = to_u32(band.begin - band.first);
+        runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth, made, grid,
+                        parameters);
+    }
     launched.done();
 }
 

@@ -10,6 +10,7 @@
 #include "operations/parameters.hpp"
 #include "operations/silhouette.hpp"
 #include "operations/ssao.hpp"
+#include "operations/ssao_reach.hpp"
 #include "require.hpp"
 #include "runtime/kept.hpp"
 #include "runtime/launched.hpp"
@@ -18,6 +19,7 @@
 
 #include <Eigen/LU>
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -30,11 +32,18 @@ constexpr float slope_errors_fitted = 0.6f; // as slope_errors_neighbours, for a
 // ImageSize that a neighbour may lie off the tangent plane and still be of the same surface.
 constexpr float filter_edge = 0.5f;
 
-// Inverse depth and the slices' sums, which lie between the passes, are made in bands of rows that take at most so much.
-constexpr std::size_t band_bytes = std::size_t{24} << 20;
+// What lies between the passes, besides the planes.
+struct PassBytes {
+    std::size_t band;   // Inverse depth and the slices' sums are made in bands of rows that take at most so much.
+    std::size_t shared; // Inverse depth that takes no more than this is made once for all passes that read it.
+};
+constexpr PassBytes pass_bytes{std::size_t{24} << 20, std::size_t{64} << 20};
 
-// Inverse depth that takes no more than this is made once for all passes that read it.
-constexpr std::size_t shared_bytes = std::size_t{64} << 20;
+// The same where a budget has the image in bands.
+constexpr PassBytes pass_bytes_of_band{std::size_t{8} << 20, 0};
+
+// Elements of a plane image are counted in 32 bits.
+constexpr std::size_t most_plane_elements = std::size_t{1} << 31;
 
 // Lengths are squared in floats. Every visible surface is nearer than this.
 constexpr double longest_length = 1e18;
@@ -137,13 +146,16 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
 
 // Normals that the slopes come from: the given ones, or fitted ones if differences of neighbours show mostly the
 // storage's steps.
-Image normals_for(const StoredDepth& stored, const SsaoOptions& options) {
-    if (options.normals)
+bool fits_normals(const StoredDepth& stored, const SsaoOptions& options) {
+    return !options.normals && (options.tolerance > 1 || is_coarse(stored));
+}
+
+Image normals_for(runtime::Scratch& scratch, const StoredDepth& stored, const SsaoOptions& options) {
+    if (!fits_normals(stored, options))
         return options.normals;
-    if (options.tolerance > 1)
-        return normals(stored, {.method = NormalMethod::least_squares, .tolerance = options.tolerance});
-    const bool coarse = is_coarse(stored);
-    return coarse ? normals(stored) : Image();
+    const Image fitted = scratch.image(Element::f32, {stored.image.width(), stored.image.height(), 3});
+    normals(stored, fitted, {.method = NormalMethod::least_squares, .tolerance = std::max(options.tolerance, 1.0)});
+    return fitted;
 }
 
 Sampling sampling_of(const SsaoOptions& options) {
@@ -276,8 +288,23 @@ std::shared_ptr<const DeviceSlices> slices_on(const Device& device, const SliceK
     });
 }
 
-// One call's camera, pixels and constants, and where its images come from.
+// Of a lattice of all pixels, or of every second one.
+int longest_side_of(const StoredDepth& stored, int every) {
+    const PixelLattice lattice = pixel_lattice(stored, every);
+    return std::max(lattice.width, lattice.height);
+}
+
+// What the bands of a call share.
+struct Workspace {
+    runtime::Scratch scratch;
+    PassBytes bytes;
+    const StoredDepth& whole;    // whose sides the tables are made for
+    std::array<Image, 3> planes; // fronts, backs and slopes, in turn of all pixels and of those at half resolution
+};
+
+// One pass's camera, pixels and constants, and where its images come from.
 struct Call {
+    Workspace& workspace;
     const StoredDepth& stored;
     double radius;
     const SsaoOptions& options;
@@ -292,15 +319,15 @@ struct Call {
     Image blocks;                // what each block is computed at; any table as long as the call works for all pixels
     params::block_params work{}; // which blocks this call works for: all, unless it is told
 
-    Call(const StoredDepth& depth, double length, const SsaoOptions& asked)
-        : stored(depth), radius(length), options(asked), device(depth.image.device()),
+    Call(const StoredDepth& depth, double length, const SsaoOptions& asked, Workspace& shared)
+        : workspace(shared), stored(depth), radius(length), options(asked), device(depth.image.device()),
           rays(centre_rays(camera_rays(depth.camera))),
           lattice(pixel_lattice(depth, asked.half_resolution.value_or(false) ? 2 : 1)),
           split(split_parameters(lattice)), chosen(sampling_of(asked)),
           table(slices_on(device, {std::bit_cast<std::uint64_t>(asked.falloff),
                                    chosen.slices,
                                    chosen.samples,
-                                   std::max(lattice.width, lattice.height),
+                                   longest_side_of(workspace.whole, lattice.every),
                                    chosen.jitter,
                                    asked.seed,
                                    {static_cast<int>(split.stride), static_cast<int>(split.plane)}})),
@@ -331,9 +358,7 @@ struct Call {
     }
 
     /// Rows of all planes.
-    Image plane_rows(std::size_t count) {
-        return scratch.image(Element::f32, {static_cast<int>(split.stride), static_cast<int>(count)});
-    }
+    Layout layout_of_rows(std::size_t count) const { return {static_cast<int>(split.stride), static_cast<int>(count)}; }
 };
 
 struct Planes {
@@ -368,15 +393,19 @@ DepthRows depth_of(const Call& call, runtime::Scratch& scratch, const Image& who
 
 // Bands for a pass that reads inverse depth; one where all of it is there already.
 std::vector<Band> depth_bands(const Call& call, const Image& whole, int count, int halo, int rows_each) {
-    const std::size_t row_bytes = sizeof(float) * static_cast<std::size_t>(call.stored.image.width() * rows_each);
-    return bands(count, halo, {row_bytes}, whole ? std::numeric_limits<std::size_t>::max() : band_bytes);
+    const std::size_t row_bytes =
+        sizeof(float) * static_cast<std::size_t>(call.stored.image.width()) * static_cast<std::size_t>(rows_each);
+    return bands(count, halo, {row_bytes}, whole ? std::numeric_limits<std::size_t>::max() : call.workspace.bytes.band);
 }
 
 // The planes of the whole image. `depth` is its inverse depth, if that is there already: silhouettes need it.
 Planes split_into_planes(Call& call, const Image& depth) {
     const SsaoOptions& options = call.options;
     const std::size_t all_rows = call.split.rows + std::size_t{2};
-    const Planes planes{call.plane_rows(all_rows), call.plane_rows(all_rows), call.plane_rows(all_rows)};
+    const auto plane = [&](std::size_t i) {
+        return call.scratch.image_in(call.workspace.planes[i], Element::f32, call.layout_of_rows(all_rows));
+    };
+    const Planes planes{plane(0), plane(1), plane(2)};
     constexpr int halo = 1; // row of the planes, four of the image
     static_assert(4 * halo > params::depth_margin_rows, "fitted normals look so far");
     const Image silhouettes =
@@ -401,7 +430,7 @@ Planes split_into_planes(Call& call, const Image& depth) {
             extra = options.thickness_map;
             extra_grid = lattice_grid(extra, call.lattice);
         }
-        const Image given = normals_for(part, options), normals = given ? given : here;
+        const Image given = normals_for(scratch, part, options), normals = given ? given : here;
         call.occlusion.slope_errors = options.normals ? 0
                                                       : static_cast<float>(call.lattice.every) *
                                                             (given ? slope_errors_fitted : slope_errors_neighbours);
@@ -490,20 +519,30 @@ bool chooses_blocks(const StoredDepth& stored, const SsaoOptions& options) {
            half.height > 0;
 }
 
+// How many kinds of sums there are.
+int sums_of(const SsaoOptions& options) {
+    return options.bent_normal ? 6 : options.confidence ? 3 : 2;
+}
+
+// Rows of sums that are kept at a time: a power of two.
+std::size_t rows_of_sums(std::size_t all, std::size_t row_bytes, const PassBytes& bytes) {
+    return std::min(std::bit_ceil(all), std::max(std::bit_floor(bytes.band / row_bytes), std::size_t{4}));
+}
+
 // The slices of a region's pixels, and the means of their sums, in bands of rows of the planes.
 void add_up(Call& call, const Planes& planes, const std::vector<Wanted>& results, const Region& region) {
     const SsaoOptions& options = call.options;
     const params::split_params& split = call.split;
-    const int kinds = options.bent_normal ? 6 : options.confidence ? 3 : 2;
+    const int kinds = sums_of(options);
     const auto rows = static_cast<int>(split.rows), end = region.y + region.height;
     const auto offset = static_cast<int>(split.pixel_y & 3);
     // The filter looks one row of the planes up and down. So two rows of sums stay for the next band.
     const std::size_t row_bytes = sizeof(float) * split.stride * static_cast<std::size_t>(kinds);
     const auto all = static_cast<std::size_t>(rows) + 2;
-    const std::size_t kept =
-        std::min(std::bit_ceil(all), std::max(std::bit_floor(band_bytes / row_bytes), std::size_t{4}));
+    const std::size_t kept = rows_of_sums(all, row_bytes, call.workspace.bytes);
     const std::size_t in_memory = std::min(kept, all);
-    const Image sums = call.plane_rows(in_memory * static_cast<std::size_t>(kinds));
+    const Image sums =
+        call.scratch.image(Element::f32, call.layout_of_rows(in_memory * static_cast<std::size_t>(kinds)));
     const Image taps = call.table->taps.on(call.device), turns = call.table->turns.on(call.device),
                 counts = call.table->counts.on(call.device);
     constexpr params::u32 band = params::ssao_band;
@@ -555,14 +594,17 @@ void whole_resolution(Call& call, const Image& depth, const std::vector<Wanted>&
     add_up(call, planes, results, region_of(call.stored, call.options));
 }
 
-// The inverse depth that several passes read, unless it takes so much memory that each makes its own.
+// Is inverse depth made once for several passes? Not if it takes so much memory that each had better make its own.
+bool shares_depth(int width, int height, const SsaoOptions& options, const PassBytes& bytes) {
+    return options.thickness_from_silhouette ||
+           sizeof(float) * static_cast<std::size_t>(width) * static_cast<std::size_t>(height) <= bytes.shared;
+}
+
 Image shared_depth(Call& call) {
     const Image& image = call.stored.image;
-    const std::size_t bytes =
-        sizeof(float) * static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height());
-    const bool is_small = bytes <= shared_bytes;
-    return is_small || call.options.thickness_from_silhouette ? inverse_depth(call.scratch, call.stored, call.rays)
-                                                              : Image();
+    return shares_depth(image.width(), image.height(), call.options, call.workspace.bytes)
+               ? inverse_depth(call.scratch, call.stored, call.rays)
+               : Image();
 }
 
 // Every second pixel of every second row, and those between.
@@ -627,6 +669,136 @@ std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& de
     return {blocks, chosen};
 }
 
+SsaoOptions half_options(const SsaoOptions& options) {
+    SsaoOptions few = options;
+    few.half_resolution = true;
+    few.samples = half_of_quality[static_cast<int>(options.quality)].samples;
+    return few;
+}
+
+// The passes over a depth image, or over a band of one.
+void occlude(Workspace& workspace, const StoredDepth& stored, double radius, const SsaoOptions& options,
+             const std::vector<Wanted>& results) {
+    if (!chooses_blocks(stored, options)) {
+        const bool is_half = options.half_resolution.value_or(false);
+        Call call(stored, radius, options, workspace);
+        const Image depth = is_half || options.thickness_from_silhouette ? shared_depth(call) : Image();
+        (is_half ? half_resolution : whole_resolution)(call, depth, results);
+        return;
+    }
+    const SsaoOptions few_options = half_options(options);
+    Call few(stored, radius, few_options, workspace);
+    const Image depth = shared_depth(few);
+    const auto [blocks, chosen] = chosen_blocks(few, depth, half_of_quality[static_cast<int>(options.quality)]);
+    {
+        Call all(stored, radius, options, workspace);
+        all.work_for(blocks, chosen, 1, 0);
+        whole_resolution(all, depth, results);
+    }
+    few.work_for(blocks, chosen, 0, half_margin);
+    half_resolution(few, depth, results);
+}
+
+// The steps from pixel to pixel of the passes: 1 for all pixels, 2 for half resolution.
+std::vector<int> passes_of(const StoredDepth& stored, const SsaoOptions& options) {
+    if (chooses_blocks(stored, options))
+        return {1, 2};
+    return {options.half_resolution.value_or(false) ? 2 : 1};
+}
+
+// Bytes of the largest image of planes that any pass needs for so many rows of the depth.
+std::size_t plane_bytes(const StoredDepth& stored, const SsaoOptions& options, int rows) {
+    std::size_t most = 0;
+    for (const int every : passes_of(stored, options)) {
+        PixelLattice lattice = pixel_lattice(stored, every);
+        lattice.height = (rows + every - 1) / every;
+        const params::split_params split = split_parameters(lattice);
+        // One row more: where the band begins decides on how many there are.
+        most = std::max(
+            most, Image::allocation(Element::f32, {static_cast<int>(split.stride), static_cast<int>(split.rows) + 3}));
+    }
+    return most;
+}
+
+// Bytes that the passes take for so many rows of the depth, with their tables.
+std::size_t bytes_between(const StoredDepth& stored, const SsaoOptions& options, int rows, const PassBytes& pass,
+                          std::size_t table_bytes) {
+    const int width = stored.image.width();
+    const std::vector<int> passes = passes_of(stored, options);
+    const bool half = passes.back() == 2, blocks = passes.size() == 2;
+    const auto floats = [](double columns, double count) {
+        return static_cast<std::size_t>((columns + 32) * (count + 8) * sizeof(float));
+    };
+    // Rows of inverse depth that a pass reads at a time: at least those of a few rows of planes, or of three rows of blocks.
+    const int least = std::max(blocks ? 3 << params::ssao_block_shift : 0, 12 * passes.back());
+    const bool shared = (half || options.thickness_from_silhouette) && shares_depth(width, rows, options, pass);
+    const int at_once =
+        shared ? rows : std::min(rows, std::max(least, static_cast<int>(pass.band / floats(width, 0) * 8)));
+    const int depths = 1 + (options.back_depth ? 1 : 0) + (fits_normals(stored, options) ? 4 : 0);
+    std::size_t bytes =
+        3 * plane_bytes(stored, options, rows) + static_cast<std::size_t>(depths) * floats(width, at_once);
+    for (const int every : passes) {
+        PixelLattice lattice = pixel_lattice(stored, every);
+        lattice.height = (rows + every - 1) / every;
+        const params::split_params split = split_parameters(lattice);
+        const std::size_t row_bytes = sizeof(float) * split.stride * static_cast<std::size_t>(sums_of(options));
+        const std::size_t all = split.rows + std::size_t{3};
+        bytes += std::min(rows_of_sums(all, row_bytes, pass), all) * row_bytes;
+        if (options.thickness_from_silhouette)
+            bytes += floats(lattice.width, lattice.height);
+    }
+    if (half)
+        for (const int channels : {1, options.confidence ? 1 : 0, options.bent_normal ? 3 : 0})
+            bytes += channels > 0 ? floats(channels * (width / 2.0), rows / 2.0) : 0;
+    constexpr std::size_t small = std::size_t{1} << 18; // images of blocks, and of rows
+    return bytes + small + table_bytes;
+}
+
+// Rows of the results in bands, and what each of them takes.
+struct Plan {
+    std::vector<Band> bands;
+    PassBytes bytes;
+};
+
+// The whole image, or bands of it that keep to the device's budget.
+Plan plan_of(const StoredDepth& stored, double radius, const SsaoOptions& options) {
+    const Device& device = stored.image.device();
+    const Region region = region_of(stored, options);
+    const int width = stored.image.width(), height = stored.image.height();
+    const std::size_t budget = device.options().memory_budget;
+    const auto fits = [](std::size_t bytes) { return bytes / sizeof(float) < most_plane_elements; };
+    const Band whole{region.y, region.y + region.height, 0, height};
+    if (budget == 0 && fits(plane_bytes(stored, options, height)))
+        return {{whole}, pass_bytes};
+
+    std::size_t tables = 0;
+    int samples = 256;
+    for (const int every : passes_of(stored, options)) {
+        const SsaoOptions pass = every == 2 && !options.half_resolution ? half_options(options) : options;
+        const Sampling sampling = sampling_of(pass);
+        tables += slice_table_bytes(sampling.slices, sampling.samples, longest_side_of(stored, every));
+        samples = std::min(samples, sampling.samples);
+    }
+    if (fits(plane_bytes(stored, options, height)) &&
+        bytes_between(stored, options, height, pass_bytes, tables) <= budget)
+        return {{whole}, pass_bytes};
+    const bool half = passes_of(stored, options).back() == 2;
+    const ReachingRows rows =
+        ssao_rows(stored, centre_rays(camera_rays(stored.camera)), whole.begin, whole.end,
+                  {std::min(radius, longest_length), samples, half,
+                   options.thickness_from_silhouette ? silhouette_most * std::min(radius, longest_length) : 0},
+                  pass_bytes_of_band.band);
+    const std::size_t most = budget > 0 ? budget : std::numeric_limits<std::size_t>::max();
+    const auto bytes = [&](int read, int) {
+        return fits(plane_bytes(stored, options, read))
+                   ? bytes_between(stored, options, read, pass_bytes_of_band, tables)
+                   : std::numeric_limits<std::size_t>::max();
+    };
+    return {bands_within(rows, bytes, most,
+                         text("ssao of ", ImageSize{width, height}, " pixels with a radius of ", radius)),
+            pass_bytes_of_band};
+}
+
 } // namespace
 
 void ssao(const StoredDepth& stored, const Occlusion& results, double radius, const SsaoOptions& options,
@@ -634,33 +806,38 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     check(stored, radius, options);
     if (options.max_error)
         return ssao(stored, results, radius, chosen(stored, options), launch);
-    check_results(stored, options, wanted(options, results));
     const std::vector<Wanted> results_wanted = wanted(options, results);
+    check_results(stored, options, results_wanted);
     const Device& device = stored.image.device();
-    const bool is_half = options.half_resolution.value_or(false);
-    if (!chooses_blocks(stored, options)) {
-        Call call(stored, radius, options);
-        const runtime::Launched launched(device, launch);
-        const Image depth = is_half || options.thickness_from_silhouette ? shared_depth(call) : Image();
-        (is_half ? half_resolution : whole_resolution)(call, depth, results_wanted);
-        launched.done();
-        return;
-    }
-    const HalfResolution& half = half_of_quality[static_cast<int>(options.quality)];
-    SsaoOptions few_options = options;
-    few_options.half_resolution = true;
-    few_options.samples = half.samples;
-    Call few(stored, radius, few_options);
+    const Region region = region_of(stored, options);
+    const int width = stored.image.width();
     const runtime::Launched launched(device, launch);
-    const Image depth = shared_depth(few);
-    const auto [blocks, chosen] = chosen_blocks(few, depth, half);
-    {
-        Call all(stored, radius, options);
-        all.work_for(blocks, chosen, 1, 0);
-        whole_resolution(all, depth, results_wanted);
+    const Plan plan = plan_of(stored, radius, options);
+    int most_rows = 0;
+    for (const Band& band : plan.bands)
+        most_rows = std::max(most_rows, band.last - band.first);
+    Workspace workspace{runtime::Scratch(device), plan.bytes, stored, {}};
+    const std::size_t elements = plane_bytes(stored, options, most_rows) / sizeof(float);
+    for (Image& plane : workspace.planes)
+        plane = workspace.scratch.image(Element::f32, {static_cast<int>(elements), 1});
+    for (const Band& band : plan.bands) {
+        const Region rows{0, band.first, width, band.last - band.first};
+        SsaoOptions here = options;
+        here.region = Region{region.x, band.begin - band.first, region.width, band.end - band.begin};
+        if (options.thickness_map)
+            here.thickness_map = options.thickness_map.region(rows.x, rows.y, rows.width, rows.height);
+        if (options.normals)
+            here.normals = options.normals.region(rows.x, rows.y, rows.width, rows.height);
+        if (options.back_depth)
+            here.back_depth = part_of(*options.back_depth, rows);
+        std::vector<Image> parts;
+        for (const Wanted& result : results_wanted)
+            parts.push_back(result.image.region(0, band.begin - region.y, region.width, band.end - band.begin));
+        std::vector<Wanted> wanted_here;
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            wanted_here.push_back({results_wanted[i].output, results_wanted[i].name, parts[i]});
+        occlude(workspace, part_of(stored, rows), radius, here, wanted_here);
     }
-    few.work_for(blocks, chosen, 0, half_margin);
-    half_resolution(few, depth, results_wanted);
     launched.done();
 }
 

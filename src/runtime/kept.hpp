@@ -7,12 +7,15 @@
 
 namespace fathom::runtime {
 
+inline constexpr std::size_t most_kept_bytes = std::size_t{256} << 20;
+
 /// What an earlier call on this context made from the same `key`, or what `make` makes of it now: tables that kernels read.
-/// A key is a plain struct without padding. What was used last is kept, up to 256 MB of it.
+/// A key is a plain struct without padding. What was used last is kept, up to 256 MB of it or an eighth of the device's budget.
 template <typename Value, typename Key, typename Make>
 std::shared_ptr<const Value> kept(const Device& device, const Key& key, const Make& make) {
     static_assert(std::has_unique_object_representations_v<Key>);
-    constexpr std::size_t most_bytes = std::size_t{256} << 20;
+    const std::size_t budget = device.options().memory_budget;
+    const std::size_t most_bytes = budget > 0 ? std::min(budget / 8, most_kept_bytes) : most_kept_bytes;
     const std::string name = std::string(Value::name) + std::string(reinterpret_cast<const char*>(&key), sizeof(key));
     Context& context = *device.state().shared;
     auto& list = context.kept;

@@ -59,15 +59,19 @@ Scratch::~Scratch() {
     Device::State& state = device_.state();
     const std::lock_guard lock(state.mutex);
     state.scratch.splice(state.scratch.end(), used_); // moves nodes, which cannot fail
-    while (state.scratch.size() > most_kept * state.calls_with_scratch)
+    const std::size_t budget = state.options.memory_budget;
+    while (!state.scratch.empty() && (state.scratch.size() > most_kept * state.calls_with_scratch ||
+                                      (budget > 0 && state.scratch_bytes > budget))) {
+        state.scratch_bytes -= state.scratch.front().size;
         state.scratch.pop_front();
+    }
     --state.calls_with_scratch;
 }
 
 // Takes a buffer of this size from the pool, or, if that is large, the smallest one that fits and is not far too large: what
-// `dof` needs differs from frame to frame, and new memory costs as much as its kernels.
+// `dof` needs differs from frame to frame, and new memory costs as much as its kernels. A budget leaves no room for that.
 bool Scratch::take(std::size_t size) {
-    const std::size_t most_times = size >= huge_page ? 5 : 1;
+    const std::size_t most_times = size >= huge_page && device_.options().memory_budget == 0 ? 5 : 1;
     const auto lock = locked(device_.state().mutex);
     auto& pool = device_.state().scratch;
     auto found = pool.end();
@@ -82,13 +86,38 @@ bool Scratch::take(std::size_t size) {
     return true;
 }
 
+// Gives back what was kept, as far as it would exceed the budget beside a new buffer.
+void Scratch::make_room(std::size_t size) {
+    Device::State& state = device_.state();
+    std::list<ScratchBuffer> gone;
+    {
+        const auto lock = locked(state.mutex);
+        const std::size_t budget = state.options.memory_budget;
+        while (budget > 0 && state.scratch_bytes + size > budget && !state.scratch.empty()) {
+            state.scratch_bytes -= state.scratch.front().size;
+            gone.splice(gone.end(), state.scratch, state.scratch.begin());
+        }
+    }
+    if (!gone.empty())
+        device_.finish(); // the memory goes when the last kernel that uses it has ended
+}
+
 Image Scratch::image(Element element, Layout layout) {
     const std::size_t size = Image::allocation(element, layout);
     if (!take(size)) {
+        make_room(size);
         const bool huge = device_.info().cpu && size >= huge_page;
         used_.push_back({size, huge ? in_huge_pages(device_, size) : buffer_of(Image(device_, element, layout))});
+        Device::State& state = device_.state();
+        const auto lock = locked(state.mutex);
+        state.scratch_bytes += size;
+        state.most_scratch_bytes = std::max(state.most_scratch_bytes, state.scratch_bytes);
     }
     return Image(device_, shared(used_.back().buffer()), element, layout);
+}
+
+Image Scratch::image_in(const Image& memory, Element element, Layout layout) const {
+    return Image(device_, shared(memory.buffer()), element, layout);
 }
 
 void copy(const Image& from, const Image& to) {

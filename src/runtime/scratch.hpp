@@ -17,8 +17,12 @@ public:
     /// An image whose rows start at multiples of 64 bytes. Its content is undefined.
     Image image(Element element, Layout layout);
 
+    /// Another image in the memory of one of these, which takes at least as much.
+    Image image_in(const Image& memory, Element element, Layout layout) const;
+
 private:
     bool take(std::size_t size);
+    void make_room(std::size_t size);
 
     Device device_;
     std::list<ScratchBuffer> used_;

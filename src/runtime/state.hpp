@@ -33,6 +33,8 @@ struct Device::State {
     std::mutex mutex; // of what follows
     std::map<std::string, runtime::Kernel> kernels;
     std::list<runtime::ScratchBuffer> scratch; // runtime/scratch.hpp
+    std::size_t scratch_bytes = 0;             // of these buffers and of those in use
+    std::size_t most_scratch_bytes = 0;        // that there were at a time
     std::size_t calls_with_scratch = 0;        // that run now
 };
 

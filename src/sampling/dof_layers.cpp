@@ -353,7 +353,7 @@ private:
         const int begin_row = reached.first_row(), end_row = reached.end_row(), down = end_row - begin_row;
         const int across = near_.across, per_tile = params::dof_tile_rows / layer.pitch;
         const std::size_t tile = pass.gather.strip_row * static_cast<std::size_t>(per_tile);
-        const auto kept = static_cast<int>(std::min<std::size_t>(strip_budget / tile, 1u << 15)); // tiles
+        const auto kept = static_cast<int>(std::min<std::size_t>(options_.most_floats / tile, 1u << 15)); // tiles
         const int read = std::min(end_row + layer.tiles_up, near_.down) - std::max(begin_row - layer.tiles_up, 0);
         const int high = layer.direct || kept >= read ? down : std::max(kept - 2 * layer.tiles_up, 1);
         for (int begin = begin_row; begin < end_row; begin += high) {
@@ -438,7 +438,7 @@ private:
     bool fits(CellGroup group, const CellLayer& one) const {
         group.layers.push_back(one);
         const Area area = group.area();
-        return elements(group, area.begin, area.end) <= cell_budget;
+        return elements(group, area.begin, area.end) <= options_.most_floats;
     }
 
     // In bands of rows where one layer alone needs too much memory.
@@ -454,7 +454,7 @@ private:
         const Area area = group.area();
         const int step = std::max(params::dof_block_rows * group.cell / params::dof_tile_rows, 1);
         int band = (area.end - area.begin + step - 1) / step * step;
-        while (band > step && elements(group, area.begin, area.begin + band) > cell_budget)
+        while (band > step && elements(group, area.begin, area.begin + band) > options_.most_floats)
             band -= step;
         for (int begin = area.begin; begin < area.end; begin += band)
             add_cells(pass, group, begin, std::min(begin + band, area.end));

@@ -10,9 +10,8 @@
 
 namespace fathom {
 
-/// Floats that strips may take, and those that cells and the sums around them may take each. A layer that needs more is done
-/// in bands of rows.
-inline constexpr std::size_t strip_budget = std::size_t{8} << 20, cell_budget = strip_budget;
+/// Floats that strips, and cells and the sums around them, may take each. A layer that needs more is done in bands of rows.
+inline constexpr std::size_t layer_floats = std::size_t{8} << 20;
 
 /// How layers are spaced: a circle c lies `per_octave` (L(|c| + offset) - L(1 + offset)) layers from the middle. Within an octave
 /// of x = 1 + t, L(x) is t + bend t (1 - t), nearly log2. `offset` is a power of two less 1.
@@ -83,6 +82,7 @@ struct LayerPlanOptions {
     bool upright = true;
     Quality quality = Quality::balanced;
     int channels = 3;
+    std::size_t most_floats = layer_floats;
     bool open =
         false; ///< accurate only: in tiles that see nothing hidden all of the lens is open, and no parts are kept
     std::vector<unsigned char> only = {}; ///< the tiles to work on are not 0; all of them if empty

@@ -112,7 +112,9 @@ private:
     params::tap_params tap(int pattern, const Place& at, double last, double next, double low, double inner) const {
         const int x = pattern % 4 + at.x, y = pattern / 4 + at.y;
         const int plane = (y & 3) * 4 + (x & 3) - pattern;
-        return {.offset = plane * place_.plane + (y >> 2) * place_.stride + (x >> 2),
+        // Modulo 2^32, as kernels add it: what is so far away lies outside the image.
+        const auto rows = static_cast<std::uint32_t>(y >> 2) * static_cast<std::uint32_t>(place_.stride);
+        return {.offset = static_cast<std::int32_t>(rows + static_cast<std::uint32_t>(plane * place_.plane + (x >> 2))),
                 .rows_columns = (y >> 2) * 65536 + ((x >> 2) & 0xffff),
                 .distance = single(at.along),
                 .inverse_distance = inverse(at.along),
@@ -159,6 +161,17 @@ SliceTable slice_table(int slices, int samples, int largest_radius, int jitter, 
     table.counts.insert(table.counts.end(), reaches.begin(), reaches.end());
     table.counts.insert(table.counts.end(), firsts.begin(), firsts.end());
     return table;
+}
+
+std::size_t slice_table_bytes(int slices, int samples, int largest_radius) {
+    const auto sides = static_cast<std::size_t>(patterns * slices * 2);
+    std::size_t taps = 0, levels = 0;
+    do {
+        ++levels;
+        const double radius = std::exp2(static_cast<double>(levels) / 2);
+        taps += sides * (std::min(static_cast<std::size_t>(samples), static_cast<std::size_t>(std::ceil(radius))) + 2);
+    } while (std::exp2(static_cast<double>(levels) / 2) < largest_radius);
+    return taps * sizeof(params::tap_params) + 4 * (2 * sides + 3 * levels + 1);
 }
 
 } // namespace fathom

@@ -2,6 +2,7 @@
 
 #include "params.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -34,5 +35,8 @@ struct PlaneLayout {
 /// Pure: no device. Even numbers of slices without jitter are invariant under quarter turns and mirrors.
 SliceTable slice_table(int slices, int samples, int largest_radius, int jitter, double falloff, std::uint32_t seed,
                        PlaneLayout place);
+
+/// Bytes of such a table.
+std::size_t slice_table_bytes(int slices, int samples, int largest_radius);
 
 } // namespace fathom
