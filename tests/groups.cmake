@@ -1,6 +1,6 @@
 # Writes CTest's list of groups: all test cases of one file and one tier are one CTest test, which is one process.
 #   cmake -DPROGRAM=fathom_tests -DOUTPUT=tests.cmake -P groups.cmake
-# A tag says which tier a case belongs to: [exhaustive] runs in scripts/test --all only, and scripts/test --quick leaves
+# A tag says which tier a case belongs to: [exhaustive] runs in scripts/test --ci and --all only, and scripts/test --quick leaves
 # out the tags of slow_tags and the files of long_files. With -DCHECK=ON and -DCATCH_VERSION=... it fails unless each
 # case of the program is in one group.
 cmake_minimum_required(VERSION 3.25)
@@ -10,6 +10,9 @@ set(slow_tags [slow] [stability] [same-bits] [real])
 # Files that no tag calls slow, but that take more than about eight seconds: scripts/test --quick leaves them out, too.
 set(long_files cli_dof cli_dof_masks cli_mistakes cli_program cli_resume cli_sequences cli_share cli_ssao dof dof_masks fog inverse_depth io_claim linearize normals ssao
   ssao_brute_force ssao_cameras ssao_half ssao_options unproject)
+
+# Files whose exhaustive cases take minutes, or gigabytes of memory or disk: scripts/test --all alone runs those.
+set(all_only_files)
 
 # Files that measure times, which nothing may run beside.
 set(serial_files cli_cost)
@@ -66,6 +69,9 @@ foreach(tier quick slow exhaustive)
     set(label ${tier})
     if(tier STREQUAL quick AND name IN_LIST long_files)
       set(label standard)
+    endif()
+    if(tier STREQUAL exhaustive AND name IN_LIST all_only_files)
+      set(label long)
     endif()
     set(serial)
     if(name IN_LIST serial_files)
