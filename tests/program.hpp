@@ -77,11 +77,14 @@ struct Surroundings {
     std::string variable = {};           // NAME=value
     std::string out = {};                // where stdout goes; empty: kept
     Arguments before = {};               // of another program that starts it: `faketime`, or `unshare`
+    std::string program = FATHOM_PROGRAM;
+    unsigned patience_s = test::patience_s;
 };
 
 struct Outcome {
     int code; // 128 + signal when it was killed
     std::string out, err;
+    long peak_mib = 0; // of its resident memory
 };
 
 /// A run of the program, its streams going to files.
@@ -92,7 +95,7 @@ public:
         out_ = keeps_out_ ? streams_ / "stdout" : surroundings.out;
         err_ = streams_ / "stderr";
         std::vector<char*> argv, envp;
-        Arguments all = joined(joined(surroundings.before, {FATHOM_PROGRAM}), arguments);
+        Arguments all = joined(joined(surroundings.before, {surroundings.program}), arguments);
         for (std::string& argument : all)
             argv.push_back(argument.data());
         argv.push_back(nullptr);
@@ -105,7 +108,7 @@ public:
         if (child_ == 0) {
             const rlimit limit{surroundings.largest_file, surroundings.largest_file};
             setrlimit(RLIMIT_FSIZE, &limit);
-            alarm(patience_s);
+            alarm(surroundings.patience_s);
             redirect(out_, STDOUT_FILENO);
             redirect(err_, STDERR_FILENO);
             execvpe(argv[0], argv.data(), envp.data());
@@ -134,8 +137,9 @@ public:
     /// Waits for its end.
     Outcome outcome() {
         int status = 0;
-        waitpid(std::exchange(child_, 0), &status, 0);
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), out(), err()};
+        rusage usage{};
+        wait4(std::exchange(child_, 0), &status, 0, &usage);
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), out(), err(), usage.ru_maxrss >> 10};
     }
 
 private:

@@ -1,13 +1,19 @@
 // What a depth image holds, and what its camera makes of it.
 #include <fathom/findings.hpp>
 
+#include "camera/statistics_of_parts.hpp"
 #include "camera/stored_values.hpp"
 #include "require.hpp"
 #include "text.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
+#include <limits>
+#include <map>
 #include <utility>
+#include <vector>
 
 namespace fathom {
 namespace {
@@ -104,35 +110,81 @@ std::vector<SurfacePoint> surfaces_of(const CameraFindings& findings, std::span<
     return surfaces;
 }
 
+// Numbers that are in the order of the values. 0 and -0 have the same one.
+std::uint32_t ordered_bits(float value) {
+    const auto bits = std::bit_cast<std::uint32_t>(value + 0.0f);
+    return bits >> 31 ? ~bits : bits | 0x80000000u;
+}
+
+float of_ordered_bits(std::uint32_t bits) {
+    return std::bit_cast<float>(bits >> 31 ? bits & 0x7fffffffu : ~bits);
+}
+
 } // namespace
 
 StoredStatistics stored_statistics(const HostDepth& stored) {
+    return statistics_of_parts(stored.storage, [&](const auto& visit) { visit(stored); });
+}
+
+// A value's rank follows from the counts of the upper halves of the values' bits, and among those that share them, of the lower.
+StoredStatistics statistics_of_parts(Storage storage, const EachPart& each_part) {
     StoredStatistics result;
     result.percentiles.fill(NAN);
-    std::vector<float> finite;
-    const auto largest = static_cast<float>(storage_max(stored.storage));
-    visit_values(stored, [&](float value, std::uint32_t) {
-        ++result.pixels;
-        result.nan += std::isnan(value);
-        result.inf += std::isinf(value) && value > 0;
-        result.minus_inf += std::isinf(value) && value < 0;
-        result.at_zero += value == 0;
-        result.at_largest += value == largest;
-        if (std::isfinite(value))
-            finite.push_back(value);
+    std::vector<std::size_t> upper(1 << 16);
+    const auto largest = static_cast<float>(storage_max(storage));
+    float min = std::numeric_limits<float>::infinity(), max = -min;
+    each_part([&](const HostDepth& part) {
+        visit_values(part, [&](float value, std::uint32_t) {
+            ++result.pixels;
+            result.nan += std::isnan(value);
+            result.inf += std::isinf(value) && value > 0;
+            result.minus_inf += std::isinf(value) && value < 0;
+            result.at_zero += value == 0;
+            result.at_largest += value == largest;
+            if (!std::isfinite(value))
+                return;
+            min = std::min(min, value);
+            max = std::max(max, value);
+            ++upper[ordered_bits(value) >> 16];
+        });
     });
-    if (finite.empty())
+    const std::size_t finite = result.pixels - result.nan - result.inf - result.minus_inf;
+    if (finite == 0)
         return result;
-    const auto [min, max] = std::ranges::minmax(finite);
     result.min = min;
     result.max = max;
-    auto from = finite.begin();
+
+    struct Place {
+        std::uint32_t upper;
+        std::size_t rank; // among the values that share these bits
+    };
+    std::array<Place, stored_percents.size()> places{};
+    std::map<std::uint32_t, std::vector<std::size_t>> lower; // of the upper halves that are asked for
     for (std::size_t i = 0; i < stored_percents.size(); ++i) {
-        const auto rank = (finite.size() * static_cast<std::size_t>(stored_percents[i]) + 99) / 100;
-        const auto at = finite.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
-        std::nth_element(from, at, finite.end());
-        result.percentiles[i] = *at;
-        from = at;
+        const auto nearest = (finite * static_cast<std::size_t>(stored_percents[i]) + 99) / 100;
+        std::size_t rank = std::max<std::size_t>(nearest, 1) - 1;
+        std::uint32_t bits = 0;
+        for (; rank >= upper[bits]; ++bits)
+            rank -= upper[bits];
+        places[i] = {bits, rank};
+        lower[bits].resize(1 << 16);
+    }
+    std::vector<std::size_t*> counts(1 << 16);
+    for (auto& [bits, count] : lower)
+        counts[bits] = count.data();
+    each_part([&](const HostDepth& part) {
+        visit_values(part, [&](float value, std::uint32_t) {
+            const std::uint32_t bits = ordered_bits(value);
+            if (std::size_t* count = counts[bits >> 16]; count && std::isfinite(value))
+                ++count[bits & 0xffff];
+        });
+    });
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        auto [bits, rank] = places[i];
+        std::uint32_t low = 0;
+        for (const std::vector<std::size_t>& count = lower[bits]; rank >= count[low]; ++low)
+            rank -= count[low];
+        result.percentiles[i] = of_ordered_bits(bits << 16 | low);
     }
     return result;
 }

@@ -11,11 +11,13 @@
 #include "relative.hpp"
 #include "run_log.hpp"
 #include "share.hpp"
+#include "strip_limits.hpp"
 
 #include "camera_file/file.hpp"
 #include "camera_file/key_doubts.hpp"
 
 #include "io/depth_channels.hpp"
+#include "io/rows.hpp"
 
 #include "text.hpp"
 
@@ -118,7 +120,7 @@ std::vector<ImageFile> files_of(const DepthOptions& options, const std::vector<O
                          .colors = results[i].colors};
         if (source && results[i].part)
             how.source->windows.data = *results[i].part + source->windows.data.tl();
-        else if (source && image.size() != source->windows.data.size()) // not one value a pixel
+        else if (source && results[i].size != source->windows.data.size()) // not one value a pixel
             how.source.reset();
         if (i == 0 && options.append) {
             if (!how.source)
@@ -264,6 +266,8 @@ struct Work {
     bool claimed_elsewhere = false;               // does another process have the frame now?
     bool made_elsewhere = false;                  // did another process have the frame when it was asked for first?
     DepthFile depth{{}, Storage::float32, {}};
+    std::unique_ptr<io::DepthRows> rows; // of an input that is done strip by strip: `depth` has no values
+    std::unique_ptr<io::PictureRows> picture;
     std::optional<RelativeDepth> relative; // all but its depth
     ImportedCamera camera;
     Camera seen; // by the pixels
@@ -271,13 +275,14 @@ struct Work {
     std::vector<std::string> channel_doubts;
     std::shared_future<std::vector<std::string>> option_doubts;
     // Looked at.
-    std::optional<StoredDepth> stored; // on the device
-    Look look;
+    Subject subject;
     std::vector<std::string> value_doubts, camera_doubts;
     Held held;
     // Computed.
     bool doubtful_values = false;
+    std::vector<std::string> explained; // by an operation that went by strips
     std::vector<Result> results;
+    std::unique_ptr<io::ResultRows> file; // of the result, if it is made strip by strip
 
     bool is_idle() const { return kept || claimed_elsewhere; } // is there nothing to compute?
 };
@@ -317,8 +322,8 @@ nlohmann::ordered_json result_in_json(const std::vector<Output>& outputs, const 
         return line;
     }
     const Result& made = work.results.front();
-    line.update({{"width", made.image.cols},
-                 {"height", made.image.rows},
+    line.update({{"width", made.size.width},
+                 {"height", made.size.height},
                  {"channels", channels_of(outputs.front().product, made.image)}});
     line.update(times_in_json(work.times));
     if (!work.held.channel.empty())
@@ -347,7 +352,7 @@ std::string result_in_words(const Work& work) {
     const Held& depth = work.held;
     const std::string channel = depth.channel.empty() ? "" : io::printable(depth.channel) + ": ";
     const std::string held = job.held ? fmt::format("  frame {} held", *job.held) : "";
-    return fmt::format("{}  {} × {}{}  {}{}{}  {:.0f} ms", line, made.image.cols, made.image.rows, picture, channel,
+    return fmt::format("{}  {} × {}{}  {}{}{}  {:.0f} ms", line, made.size.width, made.size.height, picture, channel,
                        depth.words, held, work.times.whole() * 1e3);
 }
 
@@ -398,7 +403,14 @@ public:
 private:
     bool is_relative() const { return options_.relative.order.has_value(); }
     void load(Work& work) const;
+    ReadOptions read_options(const Work& work) const;
+    bool goes_by_strips(const Job& job, const io::DepthRows& rows) const;
     void examine(Work& work) const;
+    void find_doubts(Work& work) const;
+    void stream(Work& work);
+    int strip_rows(const Work& work) const;
+    void write_strip(Work& work, Result& result, const cv::Range& rows) const;
+    cv::Mat decoded(const Work& work, const cv::Mat& values, int first_row) const;
     bool is_finished(Work& work) const;
     void check_append(const Work& work) const;
     void warn(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) const;
@@ -434,7 +446,7 @@ void Steps::read(Work& work) const {
     if (work.is_idle())
         return;
     load(work);
-    if (!apart_)
+    if (!apart_ && !work.rows)
         examine(work);
 }
 
@@ -455,9 +467,13 @@ void Steps::load(Work& work) const {
         work.depth = std::exchange(work.relative->depth, {{}, Storage::float32, {}});
     } else {
         work.camera = options_.camera.read_for(frame.read_as());
-        work.depth =
-            read_file(frame.input,
-                      {.channel = options_.channel, .packing = work.camera.packing, .overscan = takes_overscan(frame)});
+        work.rows = io::depth_rows(frame.input, read_options(work));
+        if (!work.rows)
+            work.depth = read_file(frame.input, read_options(work));
+        else if (goes_by_strips(frame, *work.rows))
+            work.depth = work.rows->about();
+        else
+            work.depth = io::whole(frame.input, *std::exchange(work.rows, nullptr));
         if (work.depth.storage != Storage::float32) // on which the unit may depend
             work.camera = options_.camera.read_for(frame.read_as(), work.depth.storage);
         if (options_.camera.of_each_input())
@@ -473,36 +489,160 @@ void Steps::load(Work& work) const {
         work.channel_doubts = channel_doubts(frame.input, options_.channel, depth.channel);
     const Job& job = frame;
     work.option_doubts = later([&] { return more_.doubts ? more_.doubts(job) : std::vector<std::string>{}; });
-    frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
+    if (work.rows && more_.picture_rows)
+        work.picture = more_.picture_rows(job);
+    if (!work.picture)
+        frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
+}
+
+ReadOptions Steps::read_options(const Work& work) const {
+    return {.channel = options_.channel, .packing = work.camera.packing, .overscan = takes_overscan(work.frame)};
+}
+
+// Results with a record, and those that are appended, are made of all their bytes.
+bool Steps::goes_by_strips(const Job& job, const io::DepthRows& rows) const {
+    const std::filesystem::path& output = job.outputs.front();
+    const Windows& windows = rows.about().windows;
+    const bool is_exr_file = extension_of(output) == ".exr",
+               overscan = windows.data != cv::Rect({0, 0}, windows.display);
+    const auto [width, height] = rows.size();
+    return more_.halo && outputs_.size() == 1 && !records_ && !options_.append && io::takes_rows(output) &&
+           (is_exr_file || !overscan) && static_cast<long long>(width) * height > strip_limits.whole_pixels;
 }
 
 // Looks at what was read, while other inputs are computed: the device need not wait for the host's part of it.
 void Steps::examine(Work& work) const {
     const DepthFile& depth = work.depth;
-    const StoredDepth& stored = work.stored.emplace(
-        StoredDepth{.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage});
-    work.look = look_at(stored);
+    work.subject.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
+    work.subject.look = look_at(work.subject.stored);
+    work.subject.each = [&work](const auto& visit) { visit(work.depth.values, work.subject.look.z); };
+    work.subject.places = [&work] { return Places(work.depth, work.subject.look.z); };
+    find_doubts(work);
+}
+
+void Steps::find_doubts(Work& work) const {
     if (is_relative()) {
         work.held = held(work.relative->input);
         work.value_doubts = work.relative->doubts;
         return;
     }
-    work.held = held(depth.channel, work.look);
-    work.value_doubts = doubts(depth, stored, work.look);
-    work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), depth.windows.display.width,
-                                        depth.windows.display.height);
+    work.held = held(work.depth.channel, work.subject.look);
+    work.value_doubts = doubts(work.subject);
+    const cv::Size display = work.depth.windows.display;
+    work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height);
+}
+
+cv::Mat Steps::decoded(const Work& work, const cv::Mat& values, int first_row) const {
+    StoredDepth stored = work.subject.stored;
+    stored.image = to_device(device_, values);
+    stored.y = first_row;
+    return look_at(stored).z;
+}
+
+// So many that the images of a strip take what they may: the stored values, twice where they are moved, the depth, pictures, and
+// the result, before and while it is packed.
+int Steps::strip_rows(const Work& work) const {
+    const std::size_t channels = outputs_.front().product.channels.size();
+    const std::size_t values = 3 + 2 * channels + (work.picture ? 2 * channels : 0);
+    const std::size_t row = values * sizeof(float) * static_cast<std::size_t>(work.rows->size().width);
+    const int rows = static_cast<int>(std::min<std::size_t>(strip_limits.strip_bytes / row, 1 << 16));
+    constexpr int block = 32; // of most compressions: more than one strip would unpack those that it cuts
+    return std::max({rows - (rows > block ? rows % block : 0), *more_.halo + 1, 1});
+}
+
+void Steps::write_strip(Work& work, Result& result, const cv::Range& rows) const {
+    const Stopwatch watch(work.times.write);
+    const cv::Mat image = result.image.rowRange(rows);
+    if (!work.file) {
+        result.image = cv::Mat(1, 1, image.type());
+        result.size = work.rows->size();
+        work.results = {result};
+        prepare_folders(options_, outputs_, work.frame);
+        const ImageFile file = files_of(options_, outputs_, work.frame, work.results, work.source).front();
+        work.file = std::make_unique<io::ResultRows>(file, result.size);
+    }
+    work.file->write(image);
+}
+
+// Reads, looks at, computes and writes some rows after the others. What they say together is found at the end.
+void Steps::stream(Work& work) {
+    Loaded& frame = work.frame;
+    const int height = work.rows->size().height, halo = *more_.halo, most = strip_rows(work);
+    Subject& subject = work.subject;
+    subject.stored = {.image = {}, .camera = work.seen, .storage = work.depth.storage};
+    Places places(work.rows->size(), work.depth.storage);
+    cv::Mat values, picture; // from `first` on
+    Loaded strip = frame;
+    for (int first = 0, made = 0, read = 0; made < height;) {
+        const int rows = std::min(most, height - read), end = read + rows == height ? height : read + rows - halo;
+        {
+            const Stopwatch watch(work.times.read);
+            const auto join = [&](cv::Mat& kept, const cv::Mat& next) {
+                if (kept.empty())
+                    kept = next;
+                else
+                    cv::vconcat(kept, next, kept);
+            };
+            const cv::Mat next = work.rows->read(rows).values;
+            const cv::Mat z = decoded(work, next, read);
+            add(subject.look, z);
+            places.add(next, z);
+            join(values, next);
+            if (work.picture)
+                join(picture, work.picture->read(rows).color);
+        }
+        read += rows;
+        std::vector<Result> results;
+        {
+            const Stopwatch watch(work.times.compute);
+            if (work.picture)
+                strip.images = later([&] { return Images{.picture = {picture, work.picture->format()}}; });
+            else if (more_.picture)
+                strip.images = later([&] {
+                    const Picture& whole = frame.images.get().picture;
+                    return Images{.picture = {whole.color.rowRange(first, read), whole.format}};
+                });
+            StoredDepth stored = subject.stored;
+            stored.image = to_device(device_, values);
+            stored.y = first;
+            results = operation_(stored, strip);
+        }
+        write_strip(work, results.front(), {made - first, end - first});
+        if (made == 0)
+            work.explained = std::move(strip.said);
+        made = end;
+        const int kept = read == height ? height : std::max(made - halo, first);
+        const auto keep = [&](cv::Mat& image) {
+            image = kept < read ? image.rowRange(kept - first, image.rows).clone() : cv::Mat();
+        };
+        keep(values);
+        if (work.picture)
+            keep(picture);
+        first = kept;
+    }
+    subject.places = [places] { return places; };
+    subject.each = [this, &work, most](const auto& visit) {
+        const auto again = io::depth_rows(work.frame.input, read_options(work));
+        for (int y = 0; y < again->size().height; y += most) {
+            const cv::Mat rows = again->read(std::min(most, again->size().height - y)).values;
+            visit(rows, decoded(work, rows, y));
+        }
+    };
+    find_doubts(work);
 }
 
 void Steps::compute(Work& work) {
     if (work.is_idle())
         return;
-    if (apart_) {
+    Loaded& frame = work.frame;
+    set_values(options_.animations, frame.values);
+    if (work.rows)
+        stream(work);
+    else if (apart_) {
         const Stopwatch watch(work.times.read);
         examine(work);
     }
     const Stopwatch watch(work.times.compute);
-    Loaded& frame = work.frame;
-    set_values(options_.animations, frame.values);
     work.doubtful_values = warn_once(work, frame.input, work.value_doubts);
     bool doubtful_camera = false;
     if (!is_relative()) {
@@ -513,10 +653,12 @@ void Steps::compute(Work& work) {
     }
     warn_once(work, frame.input, work.option_doubts.get());
     if (more_.length_doubts && !work.doubtful_values && !doubtful_camera) // or one mistake would be told twice
-        warn_once(work, frame.input, more_.length_doubts(*work.stored, work.look, frame));
-    work.look.z.release();
-    work.results = operation_(*work.stored, frame);
-    work.stored.reset();
+        warn_once(work, frame.input, more_.length_doubts(work.subject.stored, work.subject.look, frame));
+    frame.said.insert(frame.said.end(), work.explained.begin(), work.explained.end());
+    work.subject.look.z.release();
+    if (!work.rows)
+        work.results = operation_(work.subject.stored, frame);
+    work.subject.stored.image = {};
     frame.images = {};
     work.depth.values.release();
 }
@@ -526,8 +668,18 @@ void Steps::write(Work& work) const {
         return;
     const Stopwatch watch(work.times.write);
     const Loaded& frame = work.frame;
-    for (std::size_t i = 0; i < outputs_.size() && has_overscan(frame); ++i)
+    if (work.rows) {
+        warn(work, frame.outputs.front(), metadata_doubts(frame.outputs.front(), work.results.front()));
+        work.file->complete();
+        check_claim(work.claim.get());
+        work.file->take_over();
+        work.claim.reset();
+        return;
+    }
+    for (std::size_t i = 0; i < outputs_.size() && has_overscan(frame); ++i) {
         fit(work.results[i].image, frame.windows, frame.outputs[i], outputs_[i].product.kind);
+        work.results[i].size = work.results[i].image.size();
+    }
     if (!work.doubtful_values)
         warn(work, frame.input, png_doubts(options_, outputs_, frame, work.results));
     for (std::size_t i = 0; i < outputs_.size(); ++i)
@@ -556,6 +708,8 @@ std::size_t Steps::bytes(const Work& work) const {
         return bytes(other);
     }
     const auto of = [](const cv::Mat& image) { return image.total() * image.elemSize(); };
+    if (work.rows)
+        return strip_limits.strip_bytes;
     std::size_t sum = of(work.depth.values);
     try {
         const Images& images = work.frame.images.get();
@@ -817,7 +971,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
 
 int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation) {
-    return each_depth(options, product, {},
+    return each_depth(options, product, {.halo = 0},
                       [&](const StoredDepth& stored, Loaded&) { return std::vector<Result>{operation(stored)}; });
 }
 
@@ -826,17 +980,17 @@ bool has_overscan(const Job& job) {
 }
 
 void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const Job& job) {
-    check_same_size(file, other.values, job);
+    check_same_size(file, other.values.size(), job);
     if (other.windows != job.windows)
         throw Error(fmt::format("{}: has other data and display windows than {}; write both with the same ones",
                                 file.native(), job.input.native()));
 }
 
-void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const Job& job) {
+void check_same_size(const std::filesystem::path& file, cv::Size size, const Job& job) {
     const auto& [width, height] = job.windows.data.size();
-    if (image.cols != width || image.rows != height)
+    if (size.width != width || size.height != height)
         throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
-                                image.cols, image.rows, job.input.native(), width, height));
+                                size.width, size.height, job.input.native(), width, height));
 }
 
 cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions) {

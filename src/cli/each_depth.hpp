@@ -3,6 +3,8 @@
 #include "look.hpp"
 #include "outputs.hpp"
 
+#include "io/rows.hpp"
+
 #include <fathom/image.hpp>
 
 #include <opencv2/core/mat.hpp>
@@ -11,6 +13,7 @@
 
 #include <functional>
 #include <future>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -38,6 +41,11 @@ struct More {
     std::string color_layer = {};            ///< of that picture
     /// Reads the images. Other inputs are computed meanwhile, and others are read, too. The job has its windows.
     std::function<Images(const Job&)> read = {};
+    /// The picture of a job by rows, if it is one of the images; nothing where it has to be read whole.
+    std::function<std::unique_ptr<io::PictureRows>(const Job&)> picture_rows = {};
+    /// How many rows above and below a row its result depends on. With it images may be done strip by strip: the operation gets
+    /// some rows of them, and makes one image. None: it needs all of them.
+    std::optional<int> halo = {};
     /// What is probably wrong with the command's own options, a sentence each with the cure. Called beside `read`.
     std::function<std::vector<std::string>(const Job&)> doubts = {};
     /// The same of lengths, which this image is too large or too small for. Not asked where its depths are doubted anyway.
@@ -46,10 +54,11 @@ struct More {
 
 /// An image that an operation made, and the format that it has as a picture.
 struct Result {
-    Result(cv::Mat made) : image(std::move(made)) {}
-    Result(Picture made) : image(std::move(made.color)), format(std::move(made.format)) {}
+    Result(cv::Mat made) : image(std::move(made)), size(image.size()) {}
+    Result(Picture made) : image(std::move(made.color)), size(image.size()), format(std::move(made.format)) {}
 
     cv::Mat image;
+    cv::Size size; ///< of the whole, if the image is a part
     std::optional<PictureFormat> format = {};
     std::optional<cv::Rect> part = {}; ///< of the depth image, if it has no more pixels
     cv::Mat normals = {}, colors = {}; ///< of points
@@ -64,7 +73,7 @@ using Operation = std::function<std::vector<Result>(const StoredDepth&, Loaded&)
 /// Throws: UsageError, NoDevice and Interrupted, and Error for the camera file.
 int each_depth(const DepthOptions& options, const Product& product, const More& more, const Operation& operation);
 
-/// The same for an operation that reads only the depth and has one result.
+/// The same for an operation that reads only the depth, pixel by pixel, and has one result.
 int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation);
 
@@ -75,7 +84,7 @@ bool has_overscan(const Job& job);
 void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const Job& job);
 
 /// Throws: Error where an image from another file is not of the depth's size.
-void check_same_size(const std::filesystem::path& file, const cv::Mat& image, const Job& job);
+void check_same_size(const std::filesystem::path& file, cv::Size size, const Job& job);
 
 /// Unit vectors as a file of this name holds them: in a .png ½n + ½ would make grey of (0, 0, 0), which is none, so it
 /// becomes NaN, which is black there.

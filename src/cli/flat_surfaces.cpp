@@ -26,7 +26,6 @@ constexpr double flat = 0.25;          // if it is bent no more than so much of 
 constexpr std::size_t few_places = 24; // may win by chance
 constexpr std::size_t to_one = 9; // so many places have to speak for the other description where one speaks against it
 constexpr double many_steps = 16; // of the storage, over which a place has to rise
-constexpr int places_across = 128;
 
 /// A quantity that is affine in the pixel over flat surfaces if a description is right.
 struct Description {
@@ -52,24 +51,6 @@ Course course(const Value& value, int x, int y, int step) {
         rise += std::abs(q[4] - q[0]);
     }
     return {bent / rise, rise, value(x, y)};
-}
-
-// The step between neighbouring values, which bends whatever they mean: a second difference is no smaller, unless it is 0.
-float step_of(const cv::Mat& values, const DepthFile& depth) {
-    float least = std::numeric_limits<float>::infinity();
-    for (int y = 0; y < values.rows; y += 1 + values.rows / places_across) {
-        const auto* row = values.ptr<float>(y);
-        for (int x = 1; x + 1 < values.cols; ++x)
-            if (const float second = std::abs(row[x - 1] - 2 * row[x] + row[x + 1]); second > 0)
-                least = std::min(least, second);
-    }
-    if (depth.storage == Storage::float16) {
-        float high = 0;
-        for (const float value : cv::Mat_<float>(values))
-            high = std::isfinite(value) ? std::max(high, value) : high;
-        least = std::max(least, high * 0x1p-11f);
-    }
-    return least < std::numeric_limits<float>::infinity() ? least : 0;
 }
 
 // What the stored values could be instead of what the camera says.
@@ -110,36 +91,33 @@ std::vector<Description> alternatives(const StoredDepth& stored, bool perspectiv
 
 } // namespace
 
-std::optional<std::string> flat_surfaces_doubt(const DepthFile& depth, const StoredDepth& stored, const Look& look) {
+std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
+    const StoredDepth& stored = subject.stored;
     const Camera& camera = stored.camera;
     if (camera.encoding == Encoding::pseudo_linear) // which is bent inside triangles
         return std::nullopt;
-    if (depth.values.channels() > 1 || depth.storage == Storage::uint24_high) // whose elements are no numbers
+    if (channels_of(stored.storage) > 1 || stored.storage == Storage::uint24_high) // whose elements are no numbers
         return std::nullopt;
-    cv::Mat values = depth.values;
-    if (values.depth() != CV_32F)
-        depth.values.convertTo(values, CV_32F);
     const DepthForm form = depth_form(camera, stored.storage);
     const bool of_pixel =
         form.numerator[1] != 0 || form.numerator[2] != 0 || form.denominator[1] != 0 || form.denominator[2] != 0;
     if (of_pixel) // the values themselves change across the image, and z has more rounding than they have
         return std::nullopt;
+    const Places pixels = subject.places();
     const bool perspective = form.perspective;
-    const auto value = [&](int x, int y) { return static_cast<double>(values.at<float>(y, x)); };
-    const auto own = [&](int x, int y) {
-        const auto z = static_cast<double>(look.z.at<float>(y, x));
-        return perspective ? 1 / z : z;
-    };
-    const int width = values.cols, height = values.rows, step = std::max(1, std::min(width, height) / 40);
+    const auto value = [&](int x, int y) { return pixels.value(x, y); };
+    const auto own = [&](int x, int y) { return perspective ? 1 / pixels.z(x, y) : pixels.z(x, y); };
+    const auto [width, height] = pixels.size();
+    const int step = Places::distance(pixels.size());
     std::vector<Description> others = alternatives(stored, perspective, value);
-    const float quantum = step_of(values, depth);
+    const float quantum = pixels.step();
     std::size_t places = 0;
     const auto look_at_places = [&](int apart, bool count_bent) {
         places = 0;
         for (Description& other : others)
             other.flat = other.bent = 0;
-        for (int y = 2 * step; y < height - 2 * step; y += apart * (1 + height / places_across))
-            for (int x = 2 * step; x < width - 2 * step; x += apart * (1 + width / places_across)) {
+        for (int y = 2 * step; y < height - 2 * step; y += apart * Places::apart(height))
+            for (int x = 2 * step; x < width - 2 * step; x += apart * Places::apart(width)) {
                 const Course stored_here = course(value, x, y, step), here = course(own, x, y, step);
                 const double rounding = std::max(static_cast<double>(quantum), 0x1p-23 * std::abs(stored_here.here));
                 if (!std::isfinite(here.bend) || !(stored_here.rise >= many_steps * rounding))
@@ -167,6 +145,71 @@ std::optional<std::string> flat_surfaces_doubt(const DepthFile& depth, const Sto
     return fmt::format(
         "flat surfaces are bent as \"{}\" has it, and flat if the values are {}? fathom inspect shows more",
         to_string(camera.encoding), best->meaning);
+}
+
+Places::Places(const DepthFile& depth, const cv::Mat& z)
+    : size_(depth.values.size()), storage_(depth.storage), values_(depth.values), z_(z) {
+    if (depth.values.depth() != CV_32F)
+        depth.values.convertTo(values_, CV_32F);
+    add_to_step(values_, 0);
+}
+
+Places::Places(cv::Size size, Storage storage) : size_(size), storage_(storage) {
+    const int around = distance(size_);
+    const auto choose = [&](int length, std::vector<int>& place) {
+        std::vector<int> kept;
+        place.assign(static_cast<std::size_t>(length), -1);
+        for (int i = 2 * around; i < length - 2 * around; i += apart(length))
+            for (int j = -2; j <= 2; ++j)
+                place[static_cast<std::size_t>(i + j * around)] = 0;
+        for (int i = 0; i < length; ++i)
+            if (int& here = place[static_cast<std::size_t>(i)]; here == 0) {
+                here = static_cast<int>(kept.size());
+                kept.push_back(i);
+            }
+        return kept;
+    };
+    const auto rows = static_cast<int>(choose(size_.height, rows_).size());
+    kept_columns_ = choose(size_.width, columns_);
+    values_.create(rows, static_cast<int>(kept_columns_.size()), CV_32FC1);
+    z_.create(values_.size(), CV_32FC1);
+}
+
+void Places::add(const cv::Mat& values, const cv::Mat& z) {
+    const int first = next_row_;
+    next_row_ += values.rows;
+    if (values.channels() > 1)
+        return;
+    cv::Mat floats = values;
+    if (values.depth() != CV_32F)
+        values.convertTo(floats, CV_32F);
+    add_to_step(floats, first);
+    for (int y = 0; y < floats.rows; ++y)
+        if (const int row = rows_[static_cast<std::size_t>(first + y)]; row >= 0)
+            for (int i = 0; i < values_.cols; ++i) {
+                const int x = kept_columns_[static_cast<std::size_t>(i)];
+                values_.at<float>(row, i) = floats.at<float>(y, x);
+                z_.at<float>(row, i) = z.at<float>(y, x);
+            }
+}
+
+// A second difference is no smaller than a step, unless it is 0.
+void Places::add_to_step(const cv::Mat& values, int first_row) {
+    const int rows_apart = apart(size_.height);
+    for (int y = (rows_apart - first_row % rows_apart) % rows_apart; y < values.rows; y += rows_apart) {
+        const auto* row = values.ptr<float>(y);
+        for (int x = 1; x + 1 < values.cols; ++x)
+            if (const float second = std::abs(row[x - 1] - 2 * row[x] + row[x + 1]); second > 0)
+                least_second_ = std::min(least_second_, second);
+    }
+    if (storage_ == Storage::float16)
+        for (const float value : cv::Mat_<float>(values))
+            highest_ = std::isfinite(value) ? std::max(highest_, value) : highest_;
+}
+
+float Places::step() const {
+    const float least = storage_ == Storage::float16 ? std::max(least_second_, highest_ * 0x1p-11f) : least_second_;
+    return least < std::numeric_limits<float>::infinity() ? least : 0;
 }
 
 } // namespace fathom::cli

@@ -70,7 +70,7 @@ std::optional<Packing> found_packing(const std::string& file) {
         } catch (const Error&) { // the image has no such channels
             continue;
         }
-        if (!rank_encodings(on_host(depth)).family)
+        if (!rank_encodings(on_host(depth.values, depth.storage)).family)
             continue;
         if (found)
             return std::nullopt;
@@ -115,7 +115,7 @@ Findings inspected(const InspectArguments& options) {
                                 : read_without_camera(options, found.packing);
         found.channels = list_channels(options.file);
     }
-    const HostDepth stored = on_host(found.depth);
+    const HostDepth stored = on_host(found.depth.values, found.depth.storage);
     const cv::Mat& values = found.depth.values;
     found.statistics = stored_statistics(stored);
     if (!described) {

@@ -6,6 +6,8 @@
 #include "messages.hpp"
 #include "photograph.hpp"
 
+#include "camera/statistics_of_parts.hpp"
+#include "camera/stored_values.hpp"
 #include "text.hpp"
 
 #include <fathom/error.hpp>
@@ -28,9 +30,6 @@
 
 namespace fathom::cli {
 
-HostDepth on_host(const DepthFile& depth) {
-    return {depth.values.data, depth.values.cols, depth.values.rows, depth.values.step, depth.storage};
-}
 namespace {
 
 constexpr double many_invalid = 0.25; // a fraction of the pixels that is probably no accident
@@ -82,11 +81,32 @@ Values values_of(const cv::Mat& floats) {
 }
 
 // The largest value of floats or halves that is finite; 0 where none is above.
-double largest_finite(const cv::Mat& values) {
-    cv::Mat floats = values;
-    if (values.depth() != CV_32F)
-        values.convertTo(floats, CV_32F);
-    return static_cast<double>(std::max(values_of(floats).greatest, 0.0f));
+double largest_finite(const Subject& subject) {
+    float largest = 0;
+    subject.each([&](const cv::Mat& values, const cv::Mat&) {
+        cv::Mat floats = values;
+        if (values.depth() != CV_32F)
+            values.convertTo(floats, CV_32F);
+        largest = std::max(largest, values_of(floats).greatest);
+    });
+    return static_cast<double>(largest);
+}
+
+StoredStatistics statistics_of(const Subject& subject) {
+    return statistics_of_parts(subject.stored.storage, [&](const auto& visit) {
+        subject.each([&](const cv::Mat& values, const cv::Mat&) { visit(on_host(values, subject.stored.storage)); });
+    });
+}
+
+// How many stored values are of a kind.
+std::size_t count_of(StoredKind kind, const Camera& camera, const Subject& subject) {
+    const DepthForm form = depth_form(camera, subject.stored.storage);
+    std::size_t count = 0;
+    subject.each([&](const cv::Mat& values, const cv::Mat&) {
+        visit_values(on_host(values, subject.stored.storage),
+                     [&](float value, std::uint32_t bits) { count += kind_of(form, value, bits) == kind; });
+    });
+    return count;
 }
 
 // Another program's projection · view has the rotation in its fourth row, and rows that are at right angles to it.
@@ -144,8 +164,9 @@ std::optional<std::pair<double, double>> clip_distances(const Camera& camera) {
 }
 
 // Distances of which many lie where the projection shows nothing.
-std::optional<std::string> clipped_doubt(const StoredDepth& stored, const Look& look) {
-    const Camera& camera = stored.camera;
+std::optional<std::string> clipped_doubt(const Subject& subject) {
+    const Look& look = subject.look;
+    const Camera& camera = subject.stored.camera;
     const auto clip = clip_distances(camera);
     if (!clip || !is_metric(camera.encoding))
         return std::nullopt;
@@ -156,13 +177,15 @@ std::optional<std::string> clipped_doubt(const StoredDepth& stored, const Look& 
     if (look.nearest >= low && look.farthest <= high)
         return std::nullopt;
     std::size_t before = 0, behind = 0;
-    for (int y = 0; y < look.z.rows; ++y) {
-        const auto* row = look.z.ptr<float>(y);
-        for (int x = 0; x < look.z.cols; ++x) {
-            before += row[x] < low;
-            behind += row[x] > high && row[x] < std::numeric_limits<float>::infinity();
+    subject.each([&](const cv::Mat&, const cv::Mat& z) {
+        for (int y = 0; y < z.rows; ++y) {
+            const auto* row = z.ptr<float>(y);
+            for (int x = 0; x < z.cols; ++x) {
+                before += row[x] < low;
+                behind += row[x] > high && row[x] < std::numeric_limits<float>::infinity();
+            }
         }
-    }
+    });
     const double surfaces = static_cast<double>(look.surfaces());
     if (!(static_cast<double>(before + behind) > many_invalid * surfaces))
         return std::nullopt;
@@ -177,16 +200,17 @@ std::optional<std::string> clipped_doubt(const StoredDepth& stored, const Look& 
 }
 
 // All of it background though the values differ, or all of it close behind the near plane.
-std::optional<std::string> range_doubt(const DepthFile& depth, const StoredDepth& stored, const Look& look) {
+std::optional<std::string> range_doubt(const Subject& subject) {
+    const Look& look = subject.look;
     if (look.background == look.pixels) {
-        const StoredStatistics found = stored_statistics(on_host(depth));
+        const StoredStatistics found = statistics_of(subject);
         if (found.min < found.max)
             return fmt::format(
                 "every pixel is background, though the values run from {} to {}; does the scale fit, or what "
                 "the camera says of the background?",
                 number(found.min), number(found.max));
     }
-    const auto near_end = near_end_of(stored);
+    const auto near_end = near_end_of(subject.stored);
     if (near_end && look.surfaces() > 0 && static_cast<double>(look.farthest) < *near_end * crowded)
         return fmt::format("everything lies within {:.2g} % of the near plane, {:.4g}; are the values distances "
                            "(\"encoding\": \"view-z\"), or is \"reversed\" the wrong way round?",
@@ -195,7 +219,8 @@ std::optional<std::string> range_doubt(const DepthFile& depth, const StoredDepth
 }
 
 // Why no value, or few of them, has a depth.
-std::string reason(const DepthFile& depth, const StoredDepth& stored, const StoredStatistics& found) {
+std::string reason(const Subject& subject, const StoredStatistics& found) {
+    const StoredDepth& stored = subject.stored;
     const Camera& camera = stored.camera;
     const DepthForm form = depth_form(camera, stored.storage);
     const std::string values = found.min == found.max
@@ -205,7 +230,7 @@ std::string reason(const DepthFile& depth, const StoredDepth& stored, const Stor
         return "all of its values are NaN; is it the right file, or the right --channel?";
     if (std::isnan(found.min))
         return "none of its values is finite; is it the right file, or the right --channel?";
-    const auto missing = camera_findings(camera, on_host(depth)).missing;
+    const auto missing = count_of(StoredKind::missing, camera, subject);
     if (missing == found.pixels)
         return fmt::format("all of its values are {}, which the camera says was not measured", number(found.min));
     const bool is_float = stored.storage == Storage::float32 || stored.storage == Storage::float16;
@@ -224,35 +249,45 @@ std::string reason(const DepthFile& depth, const StoredDepth& stored, const Stor
 
 } // namespace
 
+HostDepth on_host(const cv::Mat& values, Storage storage) {
+    return {values.data, values.cols, values.rows, values.step, storage};
+}
+
 Look look_at(const StoredDepth& stored) {
     Look look{.z = floats_on_host(stored.image, 1, [&](const Image& z) { linearize(stored, z); })};
-    const cv::Mat& z = look.z;
-    look.pixels = z.total();
-    const Values values = values_of(z);
-    look.invalid = values.nan;
-    look.background = values.infinite;
-    if (look.surfaces() > 0) {
-        look.nearest = values.least;
-        look.farthest = values.greatest;
-    }
+    add(look, look.z);
     return look;
 }
 
-std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& stored, const Look& look) {
+void add(Look& look, const cv::Mat& z) {
+    const bool is_first = look.surfaces() == 0;
+    const Values values = values_of(z);
+    look.pixels += z.total();
+    look.invalid += values.nan;
+    look.background += values.infinite;
+    if (values.nan + values.infinite == z.total())
+        return;
+    look.nearest = is_first ? values.least : std::min(look.nearest, values.least);
+    look.farthest = is_first ? values.greatest : std::max(look.farthest, values.greatest);
+}
+
+std::vector<std::string> doubts(const Subject& subject) {
     std::vector<std::string> said;
-    const Camera& camera = stored.camera;
+    const Look& look = subject.look;
+    const Camera& camera = subject.stored.camera;
+    const Storage storage = subject.stored.storage;
     const auto part = [&](std::size_t count) { return static_cast<double>(count) / static_cast<double>(look.pixels); };
     if (look.invalid == look.pixels)
-        throw Error("no pixel has a depth: " + reason(depth, stored, stored_statistics(on_host(depth))));
+        throw Error("no pixel has a depth: " + reason(subject, statistics_of(subject)));
     if (part(look.invalid) > many_invalid) {
-        const std::size_t missing = camera_findings(camera, on_host(depth)).missing;
-        const StoredStatistics found = stored_statistics(on_host(depth));
+        const std::size_t missing = count_of(StoredKind::missing, camera, subject);
+        const StoredStatistics found = statistics_of(subject);
         if (part(look.invalid - std::min(look.invalid, missing + found.nan)) > many_invalid)
             said.push_back(fmt::format("{} of the pixels are invalid: {}", percent(look.invalid, look.pixels),
-                                       reason(depth, stored, found)));
+                                       reason(subject, found)));
     }
     const bool distances = camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance;
-    const bool is_float = depth.storage == Storage::float32 || depth.storage == Storage::float16;
+    const bool is_float = storage == Storage::float32 || storage == Storage::float16;
     if (distances && look.surfaces() > 0 && !is_float && camera.scale == 1 && look.nearest >= many_units)
         said.push_back(
             fmt::format("its integers count as scene units, so that depths run from {:.4g} to {:.4g}; if they are "
@@ -269,7 +304,7 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
                         look.nearest, look.farthest));
     bool told = false; // that these are values of a depth buffer
     if (distances && is_float && camera.scale == 1 && look.surfaces() > 0 && look.farthest == 1 && look.nearest > 0) {
-        const StoredStatistics found = stored_statistics(on_host(depth));
+        const StoredStatistics found = statistics_of(subject);
         told = found.percentiles[1] > mostly_far;
         if (told)
             said.push_back(
@@ -278,13 +313,12 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
                             number(found.min), number(found.percentiles[1])));
     }
     if (distances && !camera.background_from && is_float) {
-        const bool known =
-            camera.encoding == Encoding::view_z && depth.storage == Storage::float32 && camera.scale == 1;
-        const double largest = known ? static_cast<double>(look.farthest) : largest_finite(depth.values);
+        const bool known = camera.encoding == Encoding::view_z && storage == Storage::float32 && camera.scale == 1;
+        const double largest = known ? static_cast<double>(look.farthest) : largest_finite(subject);
         if ((largest == 65504 || largest >= 1e9) && camera.background != largest) {
             Camera counted = camera;
             counted.background_from = largest;
-            const std::size_t far_away = camera_findings(counted, on_host(depth)).background;
+            const std::size_t far_away = count_of(StoredKind::background, counted, subject);
             if (part(far_away) > many_far)
                 said.push_back(
                     fmt::format("{} of the pixels hold {}, which renderers write where nothing is, and which counts "
@@ -292,12 +326,12 @@ std::vector<std::string> doubts(const DepthFile& depth, const StoredDepth& store
                                 percent(far_away, look.pixels), number(largest), number(largest)));
         }
     }
-    for (const std::optional<std::string>& doubt : {told ? std::nullopt : flat_surfaces_doubt(depth, stored, look),
-                                                    photograph_doubt(depth), projection_doubt(camera.projection)})
+    for (const std::optional<std::string>& doubt : {told ? std::nullopt : flat_surfaces_doubt(subject),
+                                                    photograph_doubt(subject), projection_doubt(camera.projection)})
         if (doubt)
             said.push_back(*doubt);
     if (said.empty())
-        for (const std::optional<std::string>& doubt : {range_doubt(depth, stored, look), clipped_doubt(stored, look)})
+        for (const std::optional<std::string>& doubt : {range_doubt(subject), clipped_doubt(subject)})
             if (doubt)
                 said.push_back(*doubt);
     return said;

@@ -50,13 +50,14 @@ std::function<int()> configure_normals(CLI::App& app) {
                     "World needs \"view\" in the camera file")
         ->group("Output");
     return [options, product] {
-        return each_depth(*options, product, {}, [&](const StoredDepth& stored, Loaded& frame) {
-            explain_method(fathom::Operation::normals, stored, frame, options->normals.max_error, options->explain);
-            return std::vector<Result>{
-                directions_for(frame.outputs.front(), floats_on_host(stored.image, 3, [&](const Image& result) {
-                                   normals(stored, result, options->normals);
-                               }))};
-        });
+        return each_depth(
+            *options, product, {.halo = normals_reach_noise}, [&](const StoredDepth& stored, Loaded& frame) {
+                explain_method(fathom::Operation::normals, stored, frame, options->normals.max_error, options->explain);
+                return std::vector<Result>{
+                    directions_for(frame.outputs.front(), floats_on_host(stored.image, 3, [&](const Image& result) {
+                                       normals(stored, result, options->normals);
+                                   }))};
+            });
     };
 }
 

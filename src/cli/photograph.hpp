@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fathom/io.hpp>
+#include "look.hpp"
 
 #include <optional>
 #include <string>
@@ -8,6 +8,6 @@
 namespace fathom::cli {
 
 /// What is probably wrong where three bytes that count as packed depth are the colours of a picture.
-std::optional<std::string> photograph_doubt(const DepthFile& depth);
+std::optional<std::string> photograph_doubt(const Subject& subject);
 
 } // namespace fathom::cli

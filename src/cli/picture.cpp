@@ -44,12 +44,23 @@ std::vector<std::string> picture_doubts(const PictureOptions& options, const Job
     if (options.encoding != ColorEncoding::linear)
         return {};
     const StderrSilenced silenced;
-    const PictureFormat format = read_picture(file, {.layer = options.color_layer, .windows = job.windows}).format;
+    const ReadPictureOptions as_said{.layer = options.color_layer, .windows = job.windows};
+    const auto rows = io::picture_rows(file, as_said);
+    const PictureFormat format = rows ? rows->format() : read_picture(file, as_said).format;
     if (format.bits != 8 || format.encoding == ColorEncoding::linear)
         return {};
     return {fmt::format("--color-space linear: {} holds 8 bits, which are sRGB where the file does not say otherwise; "
                         "leave the option out",
                         file.native())};
+}
+
+std::unique_ptr<io::PictureRows> picture_rows_of(const std::filesystem::path& file, const PictureOptions& options,
+                                                 const Job& job) {
+    auto rows =
+        io::picture_rows(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
+    if (rows)
+        check_same_size(file, rows->size(), job);
+    return rows;
 }
 
 Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
@@ -59,7 +70,7 @@ Picture picture_of(const std::filesystem::path& file, const PictureOptions& opti
         picture =
             read_picture(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
     }
-    check_same_size(file, picture.color, job);
+    check_same_size(file, picture.color.size(), job);
     return picture;
 }
 

@@ -2,12 +2,15 @@
 
 #include "options.hpp"
 
+#include "io/rows.hpp"
+
 #include <fathom/image.hpp>
 #include <fathom/picture.hpp>
 
 #include <opencv2/core/mat.hpp>
 
 #include <filesystem>
+#include <memory>
 #include <string>
 
 namespace fathom::cli {
@@ -32,5 +35,9 @@ void add_picture_options(CLI::App& app, PictureOptions& options, const std::stri
 /// Reads a picture of the depth's size.
 /// Throws: Error for a file that is none, or one of another size.
 Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const Job& job);
+
+/// The same by rows; nothing for a file that has to be read whole.
+std::unique_ptr<io::PictureRows> picture_rows_of(const std::filesystem::path& file, const PictureOptions& options,
+                                                 const Job& job);
 
 } // namespace fathom::cli

@@ -200,7 +200,7 @@ Images read_images(const SsaoArguments& options, const Job& job) {
     if (options.normals) {
         const std::filesystem::path& file = job.companions.front();
         images.normals = read_directions(file, job);
-        check_same_size(file, images.normals, job);
+        check_same_size(file, images.normals.size(), job);
     }
     if (options.thickness_map)
         images.thickness = read_thickness(job.companions.back(), job);

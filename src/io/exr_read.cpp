@@ -3,6 +3,7 @@
 // data window does not reach are NaN.
 #include "depth_channels.hpp"
 #include "formats.hpp"
+#include "rows.hpp"
 
 #include <fathom/error.hpp>
 
@@ -135,10 +136,10 @@ const Candidate& choose(const std::filesystem::path& file, const std::vector<Can
     return *best;
 }
 
-cv::Rect rectangle(const std::filesystem::path& file, const Box2i& box, const Box2i& origin) {
+cv::Rect rectangle(const std::filesystem::path& file, const Box2i& box, const Box2i& origin, long long most) {
     const auto extent = [](int low, int high) { return static_cast<long long>(high) - low + 1; };
     const auto width = extent(box.min.x, box.max.x), height = extent(box.min.y, box.max.y);
-    check_size(file, width, height);
+    check_size(file, width, height, most);
     const auto x = static_cast<long long>(box.min.x) - origin.min.x,
                y = static_cast<long long>(box.min.y) - origin.min.y;
     if (std::max(std::abs(x), std::abs(y)) > most_pixels)
@@ -154,21 +155,13 @@ int mat_type(Imf::PixelType type) {
     return type == Imf::HALF ? CV_16FC1 : type == Imf::FLOAT ? CV_32FC1 : CV_32SC1;
 }
 
-/// The pixels of `wanted` from those of `data`.
-cv::Mat placed(const std::filesystem::path& file, const cv::Mat& pixels, const cv::Rect& data, const cv::Rect& wanted) {
-    if (data == wanted)
-        return pixels;
-    const auto seen = data & wanted;
-    if (pixels.type() == CV_32SC1 && seen != wanted)
-        refuse(file, "has integer depth and a data window smaller than its display window, and no integer says "
-                     "\"nothing here\"; write depth as float");
-    cv::Mat image(wanted.size(), pixels.type());
-    if (pixels.type() == CV_32FC1)
+/// Pixels that no file has: NaN.
+cv::Mat nothing(cv::Size size, int type) {
+    cv::Mat image(size, type);
+    if (type == CV_32FC1)
         image.setTo(std::numeric_limits<float>::quiet_NaN());
-    else if (pixels.type() == CV_16FC1)
+    else if (type == CV_16FC1)
         cv::Mat(image.size(), CV_16UC1, image.data, image.step).setTo(0x7e00); // a half's NaN
-    if (!seen.empty())
-        pixels(seen - data.tl()).copyTo(image(seen - wanted.tl()));
     return image;
 }
 
@@ -182,42 +175,70 @@ cv::Rect wanted_of(const std::filesystem::path& file, const Windows& held, const
     return pixels.windows->data;
 }
 
-std::vector<DepthFile> read(const std::filesystem::path& file, const std::vector<std::string>& names,
-                            const ExrPixels& wanted) {
-    Imf::MultiPartInputFile exr(file.c_str());
-    const auto channels = channels_of(exr);
-    std::vector<Candidate> chosen;
-    for (const std::string& name : names)
-        chosen.push_back(choose(file, channels, name));
-    const int part_number = chosen.front().part;
-    if (std::ranges::any_of(chosen, [&](const Candidate& channel) { return channel.part != part_number; }))
-        refuse(file, "has the channels " + listed(names, std::identity()) + " in several parts; name one of them");
-    if (!exr.partComplete(part_number))
-        refuse(file, "is incomplete: some of its rows were never written; render or copy it again");
-
-    const auto& header = exr.header(part_number);
-    const auto display = rectangle(file, header.displayWindow(), header.displayWindow());
-    const auto data = rectangle(file, header.dataWindow(), header.displayWindow());
-    const Windows held{data, display.size()};
-    const cv::Rect place = wanted_of(file, held, wanted);
-    std::vector<DepthFile> images;
-    Imf::FrameBuffer frame;
-    for (const Candidate& channel : chosen) {
-        const auto storage = channel.type == Imf::HALF    ? Storage::float16
-                             : channel.type == Imf::FLOAT ? Storage::float32
-                                                          : Storage::uint24;
-        const cv::Mat pixels(data.size(), mat_type(channel.type));
-        frame.insert(channel.name,
-                     Imf::Slice::Make(channel.type, pixels.data, header.dataWindow(), pixels.elemSize(), pixels.step));
-        images.push_back({pixels, storage, channel.full_name, {place, held.display}});
+class Rows : public ExrRows {
+public:
+    Rows(const std::filesystem::path& file, const std::vector<std::string>& names, const ExrPixels& wanted,
+         long long most)
+        : exr_(file.c_str()), file_(file) {
+        const auto candidates = channels_of(exr_);
+        for (const std::string& name : names)
+            chosen_.push_back(choose(file, candidates, name));
+        const int part = chosen_.front().part;
+        if (std::ranges::any_of(chosen_, [&](const Candidate& channel) { return channel.part != part; }))
+            refuse(file, "has the channels " + listed(names, std::identity()) + " in several parts; name one of them");
+        if (!exr_.partComplete(part))
+            refuse(file, "is incomplete: some of its rows were never written; render or copy it again");
+        const auto& header = exr_.header(part);
+        const auto display = rectangle(file, header.displayWindow(), header.displayWindow(), most);
+        data_ = rectangle(file, header.dataWindow(), header.displayWindow(), most);
+        corner_ = header.displayWindow().min;
+        wanted_ = wanted_of(file, {data_, display.size()}, wanted);
+        for (const Candidate& channel : chosen_) {
+            const auto storage = channel.type == Imf::HALF    ? Storage::float16
+                                 : channel.type == Imf::FLOAT ? Storage::float32
+                                                              : Storage::uint24;
+            if (storage == Storage::uint24 && (data_ & wanted_) != wanted_)
+                refuse(file, "has integer depth and a data window smaller than its display window, and no integer says "
+                             "\"nothing here\"; write depth as float");
+            channels_.push_back({{}, storage, channel.full_name, {wanted_, display.size()}});
+        }
+        part_.emplace(exr_, part);
     }
-    Imf::InputPart part(exr, part_number);
-    part.setFrameBuffer(frame);
-    part.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
-    for (DepthFile& image : images)
-        image.values = placed(file, image.values, data, place);
-    return images;
-}
+
+    std::vector<cv::Mat> read(int rows) override {
+        const cv::Rect strip(wanted_.x, wanted_.y + at_, wanted_.width, rows), seen = strip & data_;
+        const cv::Rect held(data_.x, seen.y, data_.width, seen.height); // whole rows of the file
+        std::vector<cv::Mat> pixels, images;
+        for (const Candidate& channel : chosen_)
+            pixels.emplace_back(held.size(), mat_type(channel.type));
+        if (!seen.empty())
+            read(held, pixels);
+        for (const cv::Mat& plane : pixels)
+            if (held == strip) {
+                images.push_back(plane);
+            } else {
+                images.push_back(nothing(strip.size(), plane.type()));
+                if (!seen.empty())
+                    plane(seen - held.tl()).copyTo(images.back()(seen - strip.tl()));
+            }
+        at_ += rows;
+        return images;
+    }
+
+    const std::vector<DepthFile>& channels() const override { return channels_; }
+
+private:
+    void read(const cv::Rect& held, const std::vector<cv::Mat>& pixels);
+
+    Imf::MultiPartInputFile exr_;
+    std::optional<Imf::InputPart> part_;
+    std::filesystem::path file_;
+    std::vector<Candidate> chosen_;
+    std::vector<DepthFile> channels_;
+    cv::Rect data_, wanted_; // counted from the display window's first pixel
+    Imath::V2i corner_;      // of the display window
+    int at_ = 0;
+};
 
 /// OpenEXR's reason without the file's name, which stands in front of our line already.
 std::string reason(const std::string& what) {
@@ -236,6 +257,18 @@ auto refusing_damage(const std::filesystem::path& file, Read read) {
     }
 }
 
+void Rows::read(const cv::Rect& held, const std::vector<cv::Mat>& pixels) {
+    refusing_damage(file_, [&] {
+        const Imath::V2i first = corner_ + Imath::V2i(held.x, held.y);
+        Imf::FrameBuffer frame;
+        for (std::size_t i = 0; i < pixels.size(); ++i)
+            frame.insert(chosen_[i].name, Imf::Slice::Make(chosen_[i].type, pixels[i].data, first, held.width,
+                                                           held.height, pixels[i].elemSize(), pixels[i].step));
+        part_->setFrameBuffer(frame);
+        part_->readPixels(first.y, first.y + held.height - 1);
+    });
+}
+
 } // namespace
 
 bool begins_like_exr(const std::filesystem::path& file) {
@@ -244,7 +277,19 @@ bool begins_like_exr(const std::filesystem::path& file) {
 
 std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
                                 const ExrPixels& pixels) {
-    return refusing_damage(file, [&] { return read(file, channels, pixels); });
+    return refusing_damage(file, [&] {
+        Rows rows(file, channels, pixels, most_pixels);
+        std::vector<DepthFile> images = rows.channels();
+        const std::vector<cv::Mat> planes = rows.read(rows.size().height);
+        for (std::size_t i = 0; i < planes.size(); ++i)
+            images[i].values = planes[i];
+        return images;
+    });
+}
+
+std::unique_ptr<ExrRows> exr_rows(const std::filesystem::path& file, const std::vector<std::string>& channels,
+                                  const ExrPixels& pixels, long long most) {
+    return refusing_damage(file, [&] { return std::make_unique<Rows>(file, channels, pixels, most); });
 }
 
 int exr_part_of(const std::filesystem::path& file, const std::string& channel) {

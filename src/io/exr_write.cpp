@@ -1,6 +1,7 @@
 // OpenEXR with named float or half channels. The header is that of the file that the result belongs to, so that it finds
 // its place in a pipeline: what a renderer said about its camera, the windows, the part's name.
 #include "formats.hpp"
+#include "rows.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -25,8 +26,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <memory>
 #include <set>
 #include <thread>
+#include <utility>
 
 namespace fathom::io {
 namespace {
@@ -34,24 +38,29 @@ namespace {
 using Imath::Box2i;
 using Imath::V2i;
 
-/// Where OpenEXR writes to: memory, so that a full disk is noticed in one place only.
-class Memory : public Imf::OStream {
+/// Where OpenEXR writes to. It cannot throw where it writes its last bytes, so that a failure is kept.
+class Stream : public Imf::OStream {
 public:
-    explicit Memory(Bytes& bytes) : OStream("memory"), bytes_(bytes) {}
+    explicit Stream(ByteSink& sink) : OStream("results"), sink_(sink) {}
 
     void write(const char c[], int n) override {
-        const auto end = at_ + static_cast<std::size_t>(n);
-        if (end > bytes_.size())
-            bytes_.resize(end);
-        std::copy(c, c + n, bytes_.begin() + static_cast<std::ptrdiff_t>(at_));
-        at_ = end;
+        try {
+            if (!failure)
+                sink_.write({reinterpret_cast<const unsigned char*>(c), static_cast<std::size_t>(n)}, at_);
+        } catch (...) {
+            failure = std::current_exception();
+            throw;
+        }
+        at_ += static_cast<std::uint64_t>(n);
     }
     std::uint64_t tellp() override { return at_; }
     void seekp(std::uint64_t at) override { at_ = at; }
 
+    std::exception_ptr failure = {};
+
 private:
-    Bytes& bytes_;
-    std::size_t at_ = 0;
+    ByteSink& sink_;
+    std::uint64_t at_ = 0;
 };
 
 Imf::Compression compression_of(ExrCompression compression) {
@@ -88,9 +97,10 @@ bool is_stale(const std::string& name) {
     return stale.contains(name);
 }
 
-/// A header for `image`: that of the source where there is one.
-Imf::Header header_of(const cv::Mat& image, const std::optional<ExrSource>& source) {
-    Imf::Header header(image.cols, image.rows);
+/// A header for an image: that of the source where there is one.
+Imf::Header header_of(cv::Size size, const WriteOptions& options) {
+    const std::optional<ExrSource>& source = options.source;
+    Imf::Header header(size.width, size.height);
     if (source) {
         const Imf::MultiPartInputFile exr(source->file.c_str());
         const Imf::Header& old = exr.header(exr_part_of(source->file, source->channel));
@@ -98,17 +108,17 @@ Imf::Header header_of(const cv::Mat& image, const std::optional<ExrSource>& sour
             if (!is_stale(each.name()))
                 header.insert(each.name(), each.attribute());
         const V2i corner = old.displayWindow().min + V2i(source->windows.data.x, source->windows.data.y);
-        header.dataWindow() = Box2i(corner, corner + V2i(image.cols - 1, image.rows - 1));
+        header.dataWindow() = Box2i(corner, corner + V2i(size.width - 1, size.height - 1));
     }
-    header.compression() = Imf::ZIP_COMPRESSION;
+    header.compression() = compression_of(options.compression.value_or(ExrCompression::zip));
     header.zipCompressionLevel() = zip_level;
     return header;
 }
 
-/// The values as they are written.
+/// Values as they are written: all rows of an image, or some from row `first` on.
 struct Pixels {
-    Pixels(const std::filesystem::path& file, const cv::Mat& floats, const WriteOptions& options)
-        : image(floats), type(options.half ? Imf::HALF : Imf::FLOAT), names(options.channels) {
+    Pixels(const std::filesystem::path& file, const cv::Mat& floats, const WriteOptions& options, int first = 0)
+        : image(floats), type(pixel_type(options)), names(options.channels), first_row(first) {
         if (!options.half)
             return;
         floats.convertTo(image, CV_16F);
@@ -116,29 +126,68 @@ struct Pixels {
             for (int i = 0; i < image.cols * image.channels(); ++i)
                 if (const float value = floats.ptr<float>(y)[i];
                     std::isfinite(value) && (image.ptr<std::uint16_t>(y)[i] & 0x7fff) == 0x7c00)
-                    refuse(file, "pixel (" + std::to_string(i / image.channels()) + ", " + std::to_string(y) + ") is " +
-                                     std::to_string(value) +
+                    refuse(file, "pixel (" + std::to_string(i / image.channels()) + ", " + std::to_string(first + y) +
+                                     ") is " + std::to_string(value) +
                                      ", and a half ends at 65504; write floats of 32 bits (without --half)");
     }
 
+    static Imf::PixelType pixel_type(const WriteOptions& options) { return options.half ? Imf::HALF : Imf::FLOAT; }
+
     void add_to(Imf::Header& header, Imf::FrameBuffer& frame) const {
-        for (std::size_t i = 0; i < names.size(); ++i) {
-            header.channels().insert(names[i], Imf::Channel(type));
-            frame.insert(names[i], Imf::Slice::Make(type, image.data + i * image.elemSize1(), header.dataWindow(),
-                                                    image.elemSize(), image.step));
-        }
+        for (const std::string& name : names)
+            header.channels().insert(name, Imf::Channel(type));
+        add_to(frame, header.dataWindow().min);
+    }
+
+    /// `corner`: of the whole image.
+    void add_to(Imf::FrameBuffer& frame, const V2i& corner) const {
+        for (std::size_t i = 0; i < names.size(); ++i)
+            frame.insert(names[i],
+                         Imf::Slice::Make(type, image.data + i * image.elemSize1(), corner + V2i(0, first_row),
+                                          image.cols, image.rows, image.elemSize(), image.step));
     }
 
     cv::Mat image;
     Imf::PixelType type;
     std::vector<std::string> names;
+    int first_row;
 };
 
-void write(Memory& memory, const Imf::Header& header, const Imf::FrameBuffer& frame) {
-    Imf::OutputFile exr(memory, header); // its destructor completes the table of rows
+void write(Stream& stream, const Imf::Header& header, const Imf::FrameBuffer& frame) {
+    Imf::OutputFile exr(stream, header); // its destructor completes the table of rows
     exr.setFrameBuffer(frame);
     exr.writePixels(header.dataWindow().max.y - header.dataWindow().min.y + 1);
 }
+
+class Encoder : public RowEncoder {
+public:
+    Encoder(ByteSink& sink, const std::filesystem::path& file, const Imf::Header& header, const WriteOptions& options)
+        : stream_(sink), file_(file), options_(options), corner_(header.dataWindow().min),
+          exr_(std::make_unique<Imf::OutputFile>(stream_, header)) {}
+
+    void write(const cv::Mat& rows) override {
+        const Pixels pixels(file_, rows, options_, at_);
+        Imf::FrameBuffer frame;
+        pixels.add_to(frame, corner_);
+        exr_->setFrameBuffer(frame);
+        exr_->writePixels(rows.rows);
+        at_ += rows.rows;
+    }
+
+    void finish() override {
+        exr_.reset(); // completes the table of rows
+        if (stream_.failure)
+            std::rethrow_exception(stream_.failure);
+    }
+
+private:
+    Stream stream_;
+    std::filesystem::path file_;
+    WriteOptions options_;
+    V2i corner_;
+    std::unique_ptr<Imf::OutputFile> exr_;
+    int at_ = 0;
+};
 
 /// Can the part of a file take more channels and lose nothing?
 bool takes_channels(const Imf::MultiPartInputFile& exr, const Imf::Header& added) {
@@ -160,7 +209,7 @@ void set_record(Imf::Header& header, const std::string& record) {
 }
 
 /// The only part of a file and the new channels side by side.
-void append_channels(Memory& memory, Imf::MultiPartInputFile& exr, const Pixels& pixels,
+void append_channels(Stream& stream, Imf::MultiPartInputFile& exr, const Pixels& pixels,
                      const std::optional<ExrCompression>& compression, const std::string& record) {
     Imf::Header header = exr.header(0);
     header.erase("preview");
@@ -182,7 +231,7 @@ void append_channels(Memory& memory, Imf::MultiPartInputFile& exr, const Pixels&
     part.setFrameBuffer(frame);
     part.readPixels(window.min.y, window.max.y);
     pixels.add_to(header, frame);
-    write(memory, header, frame);
+    write(stream, header, frame);
 }
 
 /// Copies a part as it is packed.
@@ -193,7 +242,7 @@ void copy_part(Imf::MultiPartInputFile& from, Imf::MultiPartOutputFile& to, int 
 }
 
 /// All parts of a file as they are, and the new channels as one more.
-void append_part(Memory& memory, Imf::MultiPartInputFile& exr, Imf::Header header, const Pixels& pixels,
+void append_part(Stream& stream, Imf::MultiPartInputFile& exr, Imf::Header header, const Pixels& pixels,
                  const std::string& name, const std::string& record) {
     std::vector<Imf::Header> headers;
     std::set<std::string> names;
@@ -216,7 +265,7 @@ void append_part(Memory& memory, Imf::MultiPartInputFile& exr, Imf::Header heade
     pixels.add_to(header, frame);
     headers.push_back(header);
 
-    Imf::MultiPartOutputFile out(memory, headers.data(), static_cast<int>(headers.size()));
+    Imf::MultiPartOutputFile out(stream, headers.data(), static_cast<int>(headers.size()));
     for (int i = 0; i < exr.parts(); ++i) {
         const std::string& type = headers[static_cast<std::size_t>(i)].type();
         if (type == Imf::SCANLINEIMAGE)
@@ -238,7 +287,7 @@ std::string layer_of(const std::vector<std::string>& channels) {
     return channels.front().substr(0, channels.front().rfind('.'));
 }
 
-void append(Memory& memory, const Imf::Header& header, const std::filesystem::path& file, const Pixels& pixels,
+void append(Stream& stream, const Imf::Header& header, const std::filesystem::path& file, const Pixels& pixels,
             const WriteOptions& options, const std::string& record) {
     Imf::MultiPartInputFile exr(options.source->file.c_str());
     for (int i = 0; i < exr.parts(); ++i)
@@ -246,34 +295,38 @@ void append(Memory& memory, const Imf::Header& header, const std::filesystem::pa
             refuse(options.source->file, "is incomplete: some of its rows were never written; copy it again, or write "
                                          "the result alone (without --append)");
     if (!takes_channels(exr, header))
-        return append_part(memory, exr, header, pixels, layer_of(pixels.names), record);
+        return append_part(stream, exr, header, pixels, layer_of(pixels.names), record);
     for (const std::string& name : pixels.names)
         if (exr.header(0).channels().findChannel(name))
             refuse(file, "cannot have two channels \"" + printable(name) + "\", and " + options.source->file.native() +
                              " has one; append to a file without it");
-    append_channels(memory, exr, pixels, options.compression, record);
+    append_channels(stream, exr, pixels, options.compression, record);
 }
 
 } // namespace
 
+std::unique_ptr<RowEncoder> exr_encoder(ByteSink& sink, const std::filesystem::path& file, cv::Size size,
+                                        const WriteOptions& options, const std::string& record) {
+    Imf::Header header = header_of(size, options);
+    set_record(header, record);
+    for (const std::string& name : options.channels)
+        header.channels().insert(name, Imf::Channel(Pixels::pixel_type(options)));
+    return std::make_unique<Encoder>(sink, file, header, options);
+}
+
 Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
                 const std::string& record) {
-    const Pixels pixels(file, image, options);
-    Imf::Header header = header_of(image, options.source);
-    if (options.compression)
-        header.compression() = compression_of(*options.compression);
-    Bytes bytes;
-    bytes.reserve(pixels.image.total() * pixels.image.elemSize()); // to grow would take as much again
-    Memory memory(bytes);
+    MemorySink memory;
+    memory.bytes.reserve(image.total() * image.elemSize()); // to grow would take as much again
     if (options.source && options.source->append) {
-        append(memory, header, file, pixels, options, record);
+        Stream stream(memory);
+        append(stream, header_of(image.size(), options), file, Pixels(file, image, options), options, record);
     } else {
-        set_record(header, record);
-        Imf::FrameBuffer frame;
-        pixels.add_to(header, frame);
-        write(memory, header, frame);
+        const auto encoder = exr_encoder(memory, file, image.size(), options, record);
+        encoder->write(image);
+        encoder->finish();
     }
-    return bytes;
+    return std::move(memory.bytes);
 }
 
 void set_exr_pool(int threads) {

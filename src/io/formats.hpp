@@ -12,6 +12,7 @@
 #include <initializer_list>
 #include <new>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,11 +22,11 @@ namespace fathom::io {
 /// What a record is called in a file: see recorded.hpp.
 inline constexpr const char* record_name = "fathom:record";
 
-/// Images beyond this are taken for damage: 32768 × 32768.
-inline constexpr long long most_pixels = 1LL << 30;
+/// Images beyond this are taken for damage: 32768 × 32768 where they are read whole, 262144 × 262144 by rows.
+inline constexpr long long most_pixels = 1LL << 30, most_pixels_by_rows = 1LL << 36;
 
 /// Refuses a size that no depth image has, before memory is asked for.
-void check_size(const std::filesystem::path& file, long long width, long long height);
+void check_size(const std::filesystem::path& file, long long width, long long height, long long most = most_pixels);
 
 bool begins_like_exr(const std::filesystem::path& file);
 
@@ -71,6 +72,13 @@ struct PictureFile {
 /// One channel of a picture whose channels are equal. Refuses colours: a map of them has no order of distances.
 cv::Mat only_channel(const std::filesystem::path& file, const cv::Mat& image);
 
+/// The light that the numbers of a file are. What the format says of the pixels is that of the picture.
+Picture light_of(PictureFile held, const ReadPictureOptions& options);
+
+/// The numbers that a file of integers holds; nothing where the format is that of plain floats.
+std::optional<cv::Mat> picture_codes(const std::filesystem::path& file, const cv::Mat& color,
+                                     const PictureFormat& format);
+
 /// Any file that `read_picture` reads. Refuses what is no picture.
 PictureFile read_picture_file(const std::filesystem::path& file, const ReadPictureOptions& options);
 
@@ -83,7 +91,6 @@ void read_tiff_metadata(const Bytes& bytes, PictureFile& picture);
 /// Codes of 8 or 16 bits (or floats, in a TIFF) in B, G, R order, with the format's profile and camera data.
 Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format);
 Bytes png_bytes(const cv::Mat& bgr, const PictureFormat& format);
-Bytes tiff_bytes(const cv::Mat& rgb, const PictureFormat& format);
 
 /// The bytes of a picture where its format is not that of plain floats, which `write_image` writes: then nothing.
 std::optional<Bytes> picture_bytes(const std::filesystem::path& file, const Picture& picture);
@@ -96,7 +103,7 @@ cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std
                         const std::optional<Windows>& windows);
 
 /// Refuses an image of a file without windows that does not fill those of a depth image.
-void check_fills(const std::filesystem::path& file, const cv::Mat& image, const std::optional<Windows>& windows);
+void check_fills(const std::filesystem::path& file, cv::Size size, const std::optional<Windows>& windows);
 
 /// What `read` returns, or a refusal when there is too little memory for what the file asks for.
 template <typename Read>
@@ -115,7 +122,7 @@ auto within_memory(const std::filesystem::path& file, const Read& read) {
 /// An EXR has the record in its header, if one is given.
 Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
                 const std::string& record = {});
-Bytes tiff_bytes(const cv::Mat& image);
+Bytes tiff_bytes(const cv::Mat& image, const PictureFormat& format = {});
 Bytes npy_bytes(const cv::Mat& image);
 Bytes pfm_bytes(const cv::Mat& image); ///< 1 or 3 channels
 Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, const cv::Mat& normals,

@@ -2,9 +2,11 @@
 #include "color_encoding.hpp"
 #include "formats.hpp"
 #include "metadata.hpp"
+#include "rows.hpp"
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace fathom {
@@ -65,10 +67,11 @@ std::string choose(const std::filesystem::path& file, const std::vector<Channel>
                      (meant.empty() ? "; it has " + list : ", but " + meant + "; name that one"));
 }
 
-cv::Mat from_exr(const std::filesystem::path& file, const ReadPictureOptions& options) {
+/// In OpenCV's order.
+std::vector<std::string> exr_channels(const std::filesystem::path& file, const ReadPictureOptions& options) {
     std::vector<std::string> names = color_channels(file, options.layer);
     std::swap(names[0], names[2]);
-    return io::read_exr_floats(file, names, "colours", options.windows);
+    return names;
 }
 
 void check_picture(const std::filesystem::path& file, const cv::Mat& image) {
@@ -97,7 +100,9 @@ cv::Mat as_floats(const cv::Mat& image) {
 
 PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& options) {
     if (io::begins_like_exr(file))
-        return {.image = from_exr(file, options), .icc = {}, .exif = {}};
+        return {.image = io::read_exr_floats(file, exr_channels(file, options), "colours", options.windows),
+                .icc = {},
+                .exif = {}};
     const io::Bytes bytes = io::read_file(file);
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 10));
     if (!options.layer.empty())
@@ -144,18 +149,22 @@ cv::Mat read_color(const std::filesystem::path& file, const std::string& layer) 
 
 Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions& options) {
     io::PictureFile held = io::read_picture_file(file, options);
+    held.image = io::upright(held.image, io::orientation_of(held.exif));
+    if (!io::begins_like_exr(file))
+        io::check_fills(file, held.image.size(), options.windows);
+    return io::light_of(std::move(held), options);
+}
+
+Picture io::light_of(PictureFile held, const ReadPictureOptions& options) {
     const int depth = held.image.depth();
     const bool codes = depth != CV_32F;
     Picture picture;
     picture.format.bits = depth == CV_8U ? 8 : depth == CV_16U ? 16 : 32;
-    const ColorEncoding of_type =
-        !codes || io::is_linear_profile(held.icc) ? ColorEncoding::linear : ColorEncoding::srgb;
+    const ColorEncoding of_type = !codes || is_linear_profile(held.icc) ? ColorEncoding::linear : ColorEncoding::srgb;
     picture.format.encoding = options.encoding.value_or(held.encoding.value_or(of_type));
-    picture.color = io::upright(as_floats(held.image), io::orientation_of(held.exif));
-    if (!io::begins_like_exr(file))
-        io::check_fills(file, picture.color, options.windows);
-    io::set_upright(held.exif);
-    if (io::is_rgb_profile(held.icc)) // which a grey one would not fit
+    picture.color = as_floats(held.image);
+    set_upright(held.exif);
+    if (is_rgb_profile(held.icc)) // which a grey one would not fit
         picture.format.icc = std::move(held.icc);
     else
         picture.format.incomplete = !held.icc.empty();
@@ -164,11 +173,47 @@ Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions
     const bool straight = held.straight_alpha.value_or(codes);
     const bool encoded = picture.format.encoding != ColorEncoding::linear;
     if (encoded && !straight) // the codes are multiplied, and not the light
-        io::unpremultiply(picture.color);
-    io::to_linear(picture.color, picture.format.encoding);
+        unpremultiply(picture.color);
+    to_linear(picture.color, picture.format.encoding);
     if (encoded || straight)
-        io::premultiply(picture.color);
+        premultiply(picture.color);
     return picture;
+}
+
+io::PictureRows::PictureRows(std::filesystem::path file, const ReadPictureOptions& options,
+                             std::unique_ptr<ExrRows> exr, std::unique_ptr<TiffRows> tiff)
+    : file_(std::move(file)), options_(options), exr_(std::move(exr)), tiff_(std::move(tiff)) {
+    if (tiff_)
+        tiff_->read_metadata(about_);
+    PictureFile first = about_;
+    first.image = cv::Mat::zeros(1, 1, tiff_ ? tiff_->type() : CV_32FC3);
+    if (first.image.type() == CV_8UC1)
+        first.image = cv::Mat::zeros(1, 1, CV_8UC3);
+    check_picture(file_, first.image);
+    format_ = light_of(std::move(first), options_).format;
+}
+
+Picture io::PictureRows::read(int rows) {
+    PictureFile part = about_;
+    part.image = exr_ ? merged_floats(file_, exr_->channels(), exr_->read(rows), "colours") : tiff_->read(rows);
+    if (part.image.type() == CV_8UC1)
+        cv::merge(std::vector<cv::Mat>(3, part.image), part.image);
+    return light_of(std::move(part), options_);
+}
+
+std::unique_ptr<io::PictureRows> io::picture_rows(const std::filesystem::path& file,
+                                                  const ReadPictureOptions& options) {
+    check_readable(file);
+    if (begins_like_exr(file))
+        return std::make_unique<PictureRows>(
+            file, options, exr_rows(file, exr_channels(file, options), {.windows = options.windows}), nullptr);
+    if (!options.layer.empty())
+        refuse_layer(file, options.layer);
+    auto rows = tiff_rows(file);
+    if (!rows)
+        return nullptr;
+    check_fills(file, rows->size(), options.windows);
+    return std::make_unique<PictureRows>(file, options, nullptr, std::move(rows));
 }
 
 } // namespace fathom

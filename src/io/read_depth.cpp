@@ -1,5 +1,8 @@
 // Which file holds depth, and as what. The content decides, not the file's extension.
 #include "formats.hpp"
+#include "rows.hpp"
+
+#include <utility>
 
 namespace fathom {
 namespace {
@@ -30,32 +33,41 @@ cv::Mat of_bgra(const cv::Mat& bgra, bool red_is_lowest) {
 }
 
 /// Codes of 24 bits only: a buffer with a stencil beside its depth must not be decoded as if it had none.
-void check_codes(const std::filesystem::path& file, const cv::Mat& codes) {
+void check_codes(const std::filesystem::path& file, const cv::Mat& codes, int first_row) {
     for (int y = 0; y < codes.rows; ++y)
         for (int x = 0; x < codes.cols; ++x)
             if (const auto code = static_cast<std::uint32_t>(codes.at<int>(y, x)); code > 0xffffff)
                 refuse(file,
-                       "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " + std::to_string(code) +
+                       "pixel (" + std::to_string(x) + ", " + std::to_string(first_row + y) + ") holds " +
+                           std::to_string(code) +
                            ", more than 24 bits; if depth lies in the high bits say so: \"packing\": \"uint24-high\"");
 }
 
 /// Packed depth has R, G and B of its own. A picture of depth has them equal, with more than the two ends of the range.
-void check_packed(const std::filesystem::path& file, const cv::Mat& bgr) {
+struct Greys {
     bool is_grey = true, has_steps = false;
-    for (int y = 0; y < bgr.rows && is_grey; ++y)
-        for (int x = 0; x < bgr.cols && is_grey; ++x) {
-            const auto& pixel = bgr.at<cv::Vec3b>(y, x);
-            is_grey = pixel[0] == pixel[1] && pixel[1] == pixel[2];
-            has_steps |= pixel[0] != 0 && pixel[0] != 255;
-        }
-    if (is_grey && has_steps && bgr.total() > 64)
-        refuse(
-            file,
-            "has R = G = B in every pixel: it is a grey picture of depth and holds no packed 24 bits; save raw depth");
-}
+    std::size_t pixels = 0;
 
-/// The image as depth, if its type and the packing that the camera file speaks of agree.
-DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, std::optional<Packing> packing) {
+    void add(const cv::Mat& bgr) {
+        pixels += bgr.total();
+        for (int y = 0; y < bgr.rows && is_grey; ++y)
+            for (int x = 0; x < bgr.cols && is_grey; ++x) {
+                const auto& pixel = bgr.at<cv::Vec3b>(y, x);
+                is_grey = pixel[0] == pixel[1] && pixel[1] == pixel[2];
+                has_steps |= pixel[0] != 0 && pixel[0] != 255;
+            }
+    }
+
+    void check(const std::filesystem::path& file) const {
+        if (is_grey && has_steps && pixels > 64)
+            refuse(file, "has R = G = B in every pixel: it is a grey picture of depth and holds no packed 24 bits; "
+                         "save raw depth");
+    }
+};
+
+/// An image, or its rows from one on, as depth, if its type and the packing that the camera file speaks of agree.
+DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, std::optional<Packing> packing,
+                      Greys& greys, int first_row = 0) {
     const auto refuse_packing = [&](const char* needs) {
         refuse(file, "is " + described(image) + ", but the packing \"" + to_string(*packing) + "\" needs " + needs +
                          "; the camera file or the preset is that of other depth");
@@ -76,7 +88,7 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
         cv::Mat bgr(image.size(), CV_8UC3); // simulators like to add an alpha channel that says nothing
         const int pairs[] = {0, 0, 1, 1, 2, 2};
         cv::mixChannels(&image, 1, &bgr, 1, pairs, 3);
-        check_packed(file, bgr);
+        greys.add(bgr);
         return {bgr, *storage, {}};
     }
     if (image.channels() == 1) {
@@ -91,7 +103,7 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
         if (image.type() == CV_32SC1 && packing == Packing::uint24_high)
             return {image, Storage::uint24_high, {}};
         if (image.type() == CV_32SC1) {
-            check_codes(file, image);
+            check_codes(file, image, first_row);
             return {image, Storage::uint24, {}};
         }
     }
@@ -106,24 +118,65 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
 
 } // namespace
 
-DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options) {
-    io::check_readable(file);
-    if (io::begins_like_exr(file)) {
-        const DepthFile held = io::read_exr(file, {options.channel}, {.overscan = options.overscan}).front();
-        DepthFile depth = interpreted(file, held.values, options.packing);
-        depth.channel = held.channel;
-        depth.windows = held.windows;
-        return depth;
-    }
+struct io::DepthRows::Seen : Greys {};
+
+io::DepthRows::DepthRows(std::filesystem::path file, const ReadOptions& options, std::unique_ptr<ExrRows> exr,
+                         std::unique_ptr<TiffRows> tiff)
+    : file_(std::move(file)), options_(options), exr_(std::move(exr)), tiff_(std::move(tiff)),
+      seen_(std::make_unique<Seen>()) {
+    if (exr_)
+        about_ = exr_->channels().front();
+    else
+        about_.windows = {{{0, 0}, tiff_->size()}, tiff_->size()};
+    const int type = tiff_                                ? tiff_->type()
+                     : about_.storage == Storage::float32 ? CV_32FC1
+                     : about_.storage == Storage::float16 ? CV_16FC1
+                                                          : CV_32SC1;
+    Greys none;
+    about_.storage = interpreted(file_, cv::Mat::zeros(1, 1, type), options_.packing, none).storage;
+}
+
+io::DepthRows::~DepthRows() = default;
+
+DepthFile io::DepthRows::read(int rows) {
+    DepthFile depth = about_;
+    depth.values =
+        interpreted(file_, exr_ ? exr_->read(rows).front() : tiff_->read(rows), options_.packing, *seen_, at_).values;
+    at_ += rows;
+    if (at_ == size().height)
+        seen_->check(file_);
+    return depth;
+}
+
+std::unique_ptr<io::DepthRows> io::depth_rows(const std::filesystem::path& file, const ReadOptions& options,
+                                              long long most) {
+    check_readable(file);
+    if (begins_like_exr(file))
+        return std::make_unique<DepthRows>(
+            file, options, exr_rows(file, {options.channel}, {.overscan = options.overscan}, most), nullptr);
     if (!options.channel.empty())
         refuse(file, "is no OpenEXR file and has no channel \"" + options.channel + "\"; leave --channel out");
+    auto rows = tiff_rows(file, most);
+    const bool colors = rows && options.packing == Packing::uint8 && rows->type() != CV_8UC1; // where they must be grey
+    return rows && !colors ? std::make_unique<DepthRows>(file, options, nullptr, std::move(rows)) : nullptr;
+}
 
+DepthFile io::whole(const std::filesystem::path& file, DepthRows& rows) {
+    check_size(file, rows.size().width, rows.size().height);
+    return within_memory(file, [&] { return rows.read(rows.size().height); });
+}
+
+DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options) {
+    if (const auto rows = io::depth_rows(file, options, io::most_pixels))
+        return io::whole(file, *rows);
     return io::within_memory(file, [&] {
         const auto image = io::read_plain(file);
         if (!image)
             refuse(file, "is no image that holds depth, or its beginning is damaged; "
                          "depth is read from .exr, .tif, .pfm, .npy, 16-bit .png and 16-bit .pgm");
-        DepthFile depth = interpreted(file, *image, options.packing);
+        Greys greys;
+        DepthFile depth = interpreted(file, *image, options.packing, greys);
+        greys.check(file);
         depth.windows = {{{0, 0}, image->size()}, image->size()};
         return depth;
     });

@@ -121,7 +121,7 @@ cv::Mat read(const std::filesystem::path& file, const std::string& layer, const 
     if (!image)
         refuse(file, "is no image that holds normals, or its beginning is damaged; "
                      "they are read from .exr, .tif, .pfm, .npy and .png");
-    io::check_fills(file, *image, windows);
+    io::check_fills(file, image->size(), windows);
     return from_picture(file, *image);
 }
 

@@ -64,65 +64,6 @@ std::pair<fs::path, int> open_temporary(const fs::path& target) {
     }
 }
 
-/// A new file beside the target that is gone again unless it took the target's place.
-class Successor {
-public:
-    explicit Successor(const fs::path& target) : target_(target) {
-        std::tie(path_, descriptor_) = open_temporary(target);
-        if (descriptor_ >= 0)
-            return;
-        const int error = errno;
-        const auto folder = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
-        std::error_code unknown;
-        if ((error == ENOENT || error == ENOTDIR) && !fs::is_directory(folder, unknown))
-            refuse(target_, "cannot be written: there is no folder " + folder.string() + "; make it first");
-        refuse_making(target_, "cannot be written", error, cure);
-    }
-    Successor(const Successor&) = delete;
-    Successor& operator=(const Successor&) = delete;
-    ~Successor() {
-        if (descriptor_ >= 0)
-            ::close(descriptor_);
-        if (!done_)
-            ::unlink(path_.c_str());
-        if (lock_ >= 0)
-            ::close(lock_);
-    }
-
-    void write(std::span<const unsigned char> bytes) {
-        while (!bytes.empty()) {
-            const auto written = ::write(descriptor_, bytes.data(), std::min<std::size_t>(bytes.size(), 1u << 30));
-            if (written < 0 && errno == EINTR)
-                continue;
-            if (written <= 0)
-                fail(written < 0 ? errno : ENOSPC);
-            bytes = bytes.subspan(static_cast<std::size_t>(written));
-        }
-    }
-
-    void complete() {
-        if (struct stat old; ::stat(target_.c_str(), &old) == 0)
-            static_cast<void>(::fchmod(descriptor_, old.st_mode & 07777)); // keeps what the owner had granted
-        lock_ = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0); // keeps the lock until the file has its place
-        if (::close(std::exchange(descriptor_, -1)) != 0) // where network disks say that they are full
-            fail(errno);
-    }
-
-    void take_over() {
-        if (::rename(path_.c_str(), target_.c_str()) != 0)
-            fail(errno);
-        done_ = true;
-    }
-
-private:
-    [[noreturn]] void fail(int error) { refuse_write(target_, "cannot be written", error, cure); }
-
-    fs::path target_;
-    fs::path path_;
-    int descriptor_ = -1, lock_ = -1;
-    bool done_ = false;
-};
-
 /// The file that a link points to, there or not.
 fs::path followed(const fs::path& file) {
     std::error_code error;
@@ -173,6 +114,58 @@ void remove_if_abandoned(const fs::path& temporary, bool of_this_machine, const 
 
 } // namespace
 
+Successor::Successor(const fs::path& file) : target_(target_of(file)) {
+    std::tie(path_, descriptor_) = open_temporary(target_);
+    if (descriptor_ >= 0)
+        return;
+    const int error = errno;
+    const auto folder = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
+    std::error_code unknown;
+    if ((error == ENOENT || error == ENOTDIR) && !fs::is_directory(folder, unknown))
+        refuse(target_, "cannot be written: there is no folder " + folder.string() + "; make it first");
+    refuse_making(target_, "cannot be written", error, cure);
+}
+
+Successor::~Successor() {
+    if (descriptor_ >= 0)
+        ::close(descriptor_);
+    if (!done_)
+        ::unlink(path_.c_str());
+    if (lock_ >= 0)
+        ::close(lock_);
+}
+
+void Successor::write(std::span<const unsigned char> bytes, std::uint64_t at) {
+    while (!bytes.empty()) {
+        const auto written =
+            ::pwrite(descriptor_, bytes.data(), std::min<std::size_t>(bytes.size(), 1u << 30), static_cast<off_t>(at));
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            fail(written < 0 ? errno : ENOSPC);
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+        at += static_cast<std::uint64_t>(written);
+    }
+}
+
+void Successor::complete() {
+    if (struct stat old; ::stat(target_.c_str(), &old) == 0)
+        static_cast<void>(::fchmod(descriptor_, old.st_mode & 07777)); // keeps what the owner had granted
+    lock_ = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);                  // keeps the lock until the file has its place
+    if (::close(std::exchange(descriptor_, -1)) != 0)                  // where network disks say that they are full
+        fail(errno);
+}
+
+void Successor::take_over() {
+    if (::rename(path_.c_str(), target_.c_str()) != 0)
+        fail(errno);
+    done_ = true;
+}
+
+void Successor::fail(int error) const {
+    refuse_write(target_, "cannot be written", error, cure);
+}
+
 void remove_abandoned(std::span<const fs::path> files) {
     std::map<fs::path, std::map<std::string, fs::path>> targets; // of each folder, by the beginning of temporary names
     for (const fs::path& file : files) {
@@ -199,8 +192,8 @@ void remove_abandoned(std::span<const fs::path> files) {
 void replace_files(std::span<const NewFile> files, const std::function<void()>& before_commit) {
     std::deque<Successor> successors;
     for (const NewFile& file : files) {
-        Successor& successor = successors.emplace_back(target_of(file.file));
-        successor.write(file.bytes);
+        Successor& successor = successors.emplace_back(file.file);
+        successor.write(file.bytes, 0);
         successor.complete();
     }
     if (before_commit)

@@ -2,6 +2,7 @@
 
 #include "camera_file/file.hpp"
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -12,6 +13,30 @@ namespace fathom::io {
 struct NewFile {
     std::filesystem::path file;
     Bytes bytes;
+};
+
+/// A new file beside its target, that is gone again unless it took the target's place.
+class Successor {
+public:
+    explicit Successor(const std::filesystem::path& file);
+    Successor(const Successor&) = delete;
+    Successor& operator=(const Successor&) = delete;
+    ~Successor();
+
+    /// Writes from byte number `at` on.
+    void write(std::span<const unsigned char> bytes, std::uint64_t at);
+
+    /// No more is written: all of it lies on the disk.
+    void complete();
+
+    void take_over();
+
+private:
+    [[noreturn]] void fail(int error) const;
+
+    std::filesystem::path target_, path_;
+    int descriptor_ = -1, lock_ = -1;
+    bool done_ = false;
 };
 
 /// Replaces, in this order, files' contents, or makes them: whoever looks sees the old file or the new one, never a part. The first takes

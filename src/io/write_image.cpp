@@ -2,6 +2,7 @@
 #include "formats.hpp"
 #include "recorded.hpp"
 #include "replace_files.hpp"
+#include "rows.hpp"
 
 #include <fathom/error.hpp>
 
@@ -103,7 +104,7 @@ io::Bytes bytes_of_values(const ImageFile& given, const std::string& record) {
     return described_failure(file, [&] { return encoded(file, image, given.options, record); });
 }
 
-io::Bytes bytes_of_color(ImageFile picture, const std::string& record) {
+void name_colors(ImageFile& picture) {
     const int channels = picture.image.channels();
     if (channels != 3 && channels != 4)
         refuse(picture.file, "a picture has 3 or 4 channels (B, G, R, alpha), the image has " +
@@ -112,6 +113,10 @@ io::Bytes bytes_of_color(ImageFile picture, const std::string& record) {
         picture.options.channels = {"R", "G", "B", "A"};
         picture.options.channels.resize(static_cast<std::size_t>(channels));
     }
+}
+
+io::Bytes bytes_of_color(ImageFile picture, const std::string& record) {
+    name_colors(picture);
     if (picture.format && picture.image.depth() == CV_32F) {
         const auto bytes = described_failure(picture.file, [&] {
             return io::picture_bytes(picture.file, {picture.image, *picture.format});
@@ -132,6 +137,64 @@ io::Bytes bytes_of(const ImageFile& image, const std::string& record = {}) {
 }
 
 } // namespace
+
+struct io::ResultRows::Target : ByteSink {
+    explicit Target(const ImageFile& given) : like(given), successor(given.file) {}
+
+    void write(std::span<const unsigned char> bytes, std::uint64_t at) override { successor.write(bytes, at); }
+
+    cv::Mat in_file_order(const cv::Mat& rows) const {
+        if (like.kind != ImageKind::color)
+            return rows;
+        return swap_red_and_blue(format.bits < 32 ? *picture_codes(like.file, rows, format) : rows);
+    }
+
+    ImageFile like;
+    PictureFormat format = {};
+    Successor successor;
+    std::unique_ptr<RowEncoder> encoder;
+};
+
+io::ResultRows::ResultRows(const ImageFile& given, cv::Size size) {
+    ImageFile like = given;
+    if (like.kind == ImageKind::color)
+        name_colors(like);
+    const bool exr = extension_of(like.file) == ".exr";
+    if (exr)
+        like.options.channels = channel_names(like.file, like.image, like.options);
+    else
+        check_channels(like.file, like.image, {1, 3, 4});
+    target_ = std::make_unique<Target>(like);
+    if (like.format)
+        target_->format = format_for(like.file, *like.format);
+    target_->encoder = described_failure(like.file, [&] {
+        return exr ? exr_encoder(*target_, like.file, size, like.options)
+                   : tiff_encoder(*target_, size,
+                                  target_->in_file_order(cv::Mat::zeros(1, 1, like.image.type())).type(),
+                                  target_->format);
+    });
+}
+
+io::ResultRows::~ResultRows() = default;
+
+void io::ResultRows::write(const cv::Mat& rows) {
+    described_failure(target_->like.file, [&] { target_->encoder->write(target_->in_file_order(rows)); });
+}
+
+void io::ResultRows::complete() {
+    described_failure(target_->like.file, [&] { target_->encoder->finish(); });
+    target_->encoder.reset();
+    target_->successor.complete();
+}
+
+void io::ResultRows::take_over() {
+    target_->successor.take_over();
+}
+
+bool io::takes_rows(const std::filesystem::path& file) {
+    const std::string extension = extension_of(file);
+    return extension == ".exr" || extension == ".tif" || extension == ".tiff";
+}
 
 void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
     write_images({{file, image, options}});

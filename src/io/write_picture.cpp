@@ -91,21 +91,28 @@ bool loses_metadata(const std::filesystem::path& file, const PictureFormat& form
     return kept.icc.size() < format.icc.size() || kept.exif.size() < format.exif.size();
 }
 
+std::optional<cv::Mat> io::picture_codes(const std::filesystem::path& file, const cv::Mat& color,
+                                         const PictureFormat& format) {
+    const std::string type = type_of(file);
+    if (format.bits == 32 || (type != ".jpg" && type != ".png" && type != ".tif"))
+        return std::nullopt;
+    cv::Mat encoded = type == ".jpg" ? opaque(file, color).clone() : color.clone();
+    unpremultiply(encoded);
+    from_linear(encoded, format.encoding);
+    return codes_of(encoded, format.bits);
+}
+
 std::optional<io::Bytes> io::picture_bytes(const std::filesystem::path& file, const Picture& picture) {
     const std::string type = type_of(file);
     const PictureFormat format = format_for(file, picture.format);
-    const bool codes = format.bits < 32;
     if (type == ".hdr")
         return radiance_bytes(opaque(file, picture.color));
-    if (!codes || (type != ".jpg" && type != ".png" && type != ".tif"))
+    const auto pixels = picture_codes(file, picture.color, format);
+    if (!pixels)
         return std::nullopt;
-    cv::Mat color = type == ".jpg" ? opaque(file, picture.color).clone() : picture.color.clone();
-    unpremultiply(color);
-    from_linear(color, format.encoding);
-    const cv::Mat pixels = codes_of(color, format.bits);
-    return type == ".jpg"   ? jpeg_bytes(pixels, format)
-           : type == ".png" ? png_bytes(pixels, format)
-                            : tiff_bytes(swap_red_and_blue(pixels), format);
+    return type == ".jpg"   ? jpeg_bytes(*pixels, format)
+           : type == ".png" ? png_bytes(*pixels, format)
+                            : tiff_bytes(swap_red_and_blue(*pixels), format);
 }
 
 void write_picture(const std::filesystem::path& file, const Picture& picture) {

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstddef>
+
+namespace fathom::cli {
+
+/// How images are done that need not fit into memory.
+struct StripLimits {
+    long long whole_pixels;  ///< images of more are done strip by strip where their files can be
+    std::size_t strip_bytes; ///< what the images of a strip take
+};
+
+/// The program's own; a test links others.
+extern const StripLimits strip_limits;
+
+} // namespace fathom::cli
