@@ -2,6 +2,7 @@
 // What comes back is the display window, which is what a camera's projection maps, or any other rectangle: pixels that the
 // data window does not reach are NaN.
 #include "depth_channels.hpp"
+#include "exr_open.hpp"
 #include "formats.hpp"
 
 #include <fathom/error.hpp>
@@ -10,9 +11,7 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputPart.h>
-#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPartType.h>
-#include <OpenEXR/ImfTestFile.h>
 
 #include <algorithm>
 #include <functional>
@@ -162,6 +161,9 @@ cv::Mat placed(const std::filesystem::path& file, const cv::Mat& pixels, const c
     if (pixels.type() == CV_32SC1 && seen != wanted)
         refuse(file, "has integer depth and a data window smaller than its display window, and no integer says "
                      "\"nothing here\"; write depth as float");
+    if ((wanted.size().area() - seen.size().area()) * pixels.elemSize() > most_from_nothing)
+        refuse(file, "has a display window of " + described(wanted.size()) + " pixels and a data window of " +
+                         described(data.size()) + ", so that nearly all of it is empty; crop the display window");
     cv::Mat image(wanted.size(), pixels.type());
     if (pixels.type() == CV_32FC1)
         image.setTo(std::numeric_limits<float>::quiet_NaN());
@@ -170,6 +172,19 @@ cv::Mat placed(const std::filesystem::path& file, const cv::Mat& pixels, const c
     if (!seen.empty())
         pixels(seen - data.tl()).copyTo(image(seen - wanted.tl()));
     return image;
+}
+
+/// See `check_holds`. Half floats of PXR24 and RLE are counted as if deflate had made them.
+std::uint64_t expansion_of(Imf::Compression compression) {
+    switch (compression) {
+    case Imf::NO_COMPRESSION:
+        return 1;
+    case Imf::DWAA_COMPRESSION:
+    case Imf::DWAB_COMPRESSION:
+        return 128 * expansion::deflate; // 64 floats of a mean of two bytes, which is deflated
+    default:
+        return 2 * expansion::deflate;
+    }
 }
 
 /// Which pixels of a file are wanted.
@@ -184,7 +199,7 @@ cv::Rect wanted_of(const std::filesystem::path& file, const Windows& held, const
 
 std::vector<DepthFile> read(const std::filesystem::path& file, const std::vector<std::string>& names,
                             const ExrPixels& wanted) {
-    Imf::MultiPartInputFile exr(file.c_str());
+    Imf::MultiPartInputFile exr = open_exr(file);
     const auto channels = channels_of(exr);
     std::vector<Candidate> chosen;
     for (const std::string& name : names)
@@ -201,6 +216,10 @@ std::vector<DepthFile> read(const std::filesystem::path& file, const std::vector
     const Windows held{data, display.size()};
     const cv::Rect place = wanted_of(file, held, wanted);
     std::vector<DepthFile> images;
+    std::uint64_t pixel_bytes = 0;
+    for (const Candidate& channel : chosen)
+        pixel_bytes += channel.type == Imf::HALF ? 2 : 4;
+    check_holds(file, data.size(), pixel_bytes, size_of_file(file), expansion_of(header.compression()));
     Imf::FrameBuffer frame;
     for (const Candidate& channel : chosen) {
         const auto storage = channel.type == Imf::HALF    ? Storage::float16
@@ -239,7 +258,8 @@ auto refusing_damage(const std::filesystem::path& file, Read read) {
 } // namespace
 
 bool begins_like_exr(const std::filesystem::path& file) {
-    return Imf::isOpenExrFile(file.c_str());
+    static constexpr Bytes::value_type magic[] = {0x76, 0x2f, 0x31, 0x01};
+    return std::ranges::equal(read_head(file, std::size(magic)), magic);
 }
 
 std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
@@ -248,16 +268,16 @@ std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::ve
 }
 
 int exr_part_of(const std::filesystem::path& file, const std::string& channel) {
-    return refusing_damage(
-        file, [&] { return choose(file, channels_of(Imf::MultiPartInputFile(file.c_str())), channel).part; });
+    return refusing_damage(file, [&] { return choose(file, channels_of(open_exr(file)), channel).part; });
 }
 
 std::vector<std::string> depth_channels(const std::filesystem::path& file) {
     std::vector<std::string> names;
-    if (!begins_like_exr(file))
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(file, none) || !begins_like_exr(file))
         return names;
     return refusing_damage(file, [&] {
-        for (const auto& channel : channels_of(Imf::MultiPartInputFile(file.c_str())))
+        for (const auto& channel : channels_of(open_exr(file)))
             if (channel.rank && !channel.deep && !channel.subsampled)
                 names.push_back(channel.full_name);
         return names;
@@ -274,7 +294,7 @@ std::vector<Channel> list_channels(const std::filesystem::path& file) {
         return {};
     return io::refusing_damage(file, [&] {
         std::vector<Channel> channels;
-        for (const auto& c : io::channels_of(Imf::MultiPartInputFile(file.c_str())))
+        for (const auto& c : io::channels_of(io::open_exr(file)))
             channels.push_back({c.full_name, std::string(c.deep ? "deep " : "") + io::name(c.type)});
         return channels;
     });

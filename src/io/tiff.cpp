@@ -114,13 +114,16 @@ struct Directory {
           planes(small(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG)),
           photometric(small(tiff, TIFFTAG_PHOTOMETRIC, 0xffff)),
           orientation(small(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT)),
-          compressed(small(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE) != COMPRESSION_NONE) {}
+          compression(small(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE)) {}
 
     static int small(TIFF* tiff, std::uint32_t tag, std::uint16_t otherwise) { return field(tiff, tag, otherwise); }
 
+    std::uint64_t pixel_bytes() const {
+        return static_cast<std::uint64_t>(samples) * static_cast<std::uint64_t>(bits / 8);
+    }
+
     std::uint32_t width, height;
-    int bits, samples, format, planes, photometric, orientation;
-    bool compressed;
+    int bits, samples, format, planes, photometric, orientation, compression;
 };
 
 void check_samples(const std::filesystem::path& file, const Directory& d) {
@@ -145,8 +148,31 @@ bool is_complete(TIFF* tiff, const Directory& d, const Stream& stream) {
             return false;
         sum += size;
     }
-    const auto pixel_bits = static_cast<std::uint64_t>(d.samples) * static_cast<std::uint64_t>(d.bits);
-    return pieces > 0 && (d.compressed || sum >= std::uint64_t{d.width} * d.height * pixel_bits / 8);
+    const bool compressed = d.compression != COMPRESSION_NONE;
+    return pieces > 0 && (compressed || sum >= std::uint64_t{d.width} * d.height * d.pixel_bytes());
+}
+
+/// See `check_holds`.
+std::optional<std::uint64_t> expansion_of(const Directory& d) {
+    switch (d.compression) {
+    case COMPRESSION_NONE:
+        return 1;
+    case COMPRESSION_PACKBITS:
+        return 64; // 128 bytes of 2
+    case COMPRESSION_LZW:
+        return 2560; // 3840 bytes of 12 bits
+    case COMPRESSION_DEFLATE:
+    case COMPRESSION_ADOBE_DEFLATE:
+        return expansion::deflate;
+    case COMPRESSION_JPEG:
+        return 4 * expansion::jpeg; // of up to four channels, of which some may be smaller
+    case COMPRESSION_LZMA:
+        return 1u << 13; // 273 bytes of 14 decisions, of 0.022 bits each
+    case COMPRESSION_ZSTD:
+        return 1u << 15; // 128 KiB of a block of 4 bytes
+    default:             // LERC and WebP: no bits for pixels that are all the same
+        return std::nullopt;
+    }
 }
 
 /// The type of samples that are read as they are; halves as their bits. None for what OpenCV reads.
@@ -157,8 +183,6 @@ std::optional<int> plain_type(const Directory& d) {
                is_float = d.format == SAMPLEFORMAT_IEEEFP;
     if (!plain || d.photometric > PHOTOMETRIC_RGB)
         return std::nullopt;
-    if (d.bits == 8 && is_unsigned && d.samples >= 3 && !grey && d.planes == PLANARCONFIG_CONTIG)
-        return CV_8UC(d.samples); // OpenCV would multiply the alpha in
     if (d.bits == 8 && is_unsigned && d.samples >= 3 && !grey && d.planes == PLANARCONFIG_CONTIG)
         return CV_8UC(d.samples); // OpenCV would multiply the alpha in
     if (d.bits == 16 && (is_unsigned || is_float) && (d.samples == 1 || !grey))
@@ -179,9 +203,15 @@ bool read_strips(TIFF* tiff, cv::Mat& image) {
     return true;
 }
 
-bool read_tiles(const std::filesystem::path& file, TIFF* tiff, cv::Mat& image) {
+void check_tiles(const std::filesystem::path& file, TIFF* tiff, const Directory& d, std::uint64_t stored) {
     const std::uint32_t width = field(tiff, TIFFTAG_TILEWIDTH, 0u), height = field(tiff, TIFFTAG_TILELENGTH, 0u);
     check_size(file, width, height);
+    check_holds(file, cv::Size(static_cast<int>(width), static_cast<int>(height)), d.pixel_bytes(), stored,
+                expansion_of(d));
+}
+
+bool read_tiles(TIFF* tiff, cv::Mat& image) {
+    const std::uint32_t width = field(tiff, TIFFTAG_TILEWIDTH, 0u), height = field(tiff, TIFFTAG_TILELENGTH, 0u);
     cv::Mat tile(static_cast<int>(height), static_cast<int>(width), image.type());
     const auto size = static_cast<tmsize_t>(tile.total() * tile.elemSize());
     std::uint32_t i = 0;
@@ -227,6 +257,11 @@ std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes&
     check_samples(file, directory);
     if (directory.photometric == 0xffff || !is_complete(tiff.get(), directory, stream))
         refuse_damaged(file, stream);
+    const cv::Size size(static_cast<int>(directory.width), static_cast<int>(directory.height));
+    check_holds(file, size, directory.pixel_bytes(), bytes.size(), expansion_of(directory));
+    const bool tiled = TIFFIsTiled(tiff.get());
+    if (tiled)
+        check_tiles(file, tiff.get(), directory, bytes.size());
 
     const auto type = plain_type(directory);
     if (!type) {
@@ -234,8 +269,8 @@ std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes&
             refuse_damaged(file, stream);
         return decode_with_opencv(file, bytes);
     }
-    cv::Mat image(static_cast<int>(directory.height), static_cast<int>(directory.width), *type);
-    const bool read = TIFFIsTiled(tiff.get()) ? read_tiles(file, tiff.get(), image) : read_strips(tiff.get(), image);
+    cv::Mat image(size, *type);
+    const bool read = tiled ? read_tiles(tiff.get(), image) : read_strips(tiff.get(), image);
     if (!read || stream.cut_short)
         refuse_damaged(file, stream);
     image = swap_red_and_blue(upright(image, directory.orientation));
