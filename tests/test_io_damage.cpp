@@ -3,11 +3,16 @@
 #include "io_files.hpp"
 
 #include <fathom/io.hpp>
+#include <fathom/picture.hpp>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include <zlib.h>
+
+#include <algorithm>
 #include <random>
+#include <string_view>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -92,6 +97,65 @@ TEST_CASE("damage: flipped bytes give a refusal or an image, never a crash or ch
         INFO(sample);
         CHECK(empty == 0);
     }
+}
+
+TEST_CASE("damage: sizes that a file cannot hold are refused before memory is asked for", "[io]") {
+    const TempFolder folder;
+    const auto says = [&](const std::string& name, const Bytes& bytes) {
+        const auto file = put(folder / name, bytes);
+        return refusal([&] { read_picture(file); });
+    };
+    const auto patched = [](Bytes bytes, std::string_view name, std::size_t behind, const Bytes& value) {
+        const Bytes wanted(name.begin(), name.end());
+        const auto at = std::search(bytes.begin(), bytes.end(), wanted.begin(), wanted.end());
+        REQUIRE(at != bytes.end());
+        std::copy(value.begin(), value.end(), at + static_cast<std::ptrdiff_t>(name.size() + behind));
+        return bytes;
+    };
+    const cv::Mat picture(8, 8, CV_8UC3, cv::Scalar(10, 20, 30));
+    Bytes png, jpeg, tiff, hdr;
+    REQUIRE(cv::imencode(".png", picture, png));
+    REQUIRE(cv::imencode(".jpg", picture, jpeg));
+    REQUIRE(cv::imencode(".tif", picture, tiff));
+    cv::Mat floats;
+    picture.convertTo(floats, CV_32F);
+    REQUIRE(cv::imencode(".hdr", floats, hdr));
+
+    png = patched(png, "IHDR", 0, {0, 0, 0x75, 0x30, 0, 0, 0x75, 0x30}); // 30000 x 30000
+    const uLong sum = crc32_z(0, png.data() + 12, 17);
+    png = patched(png, "IHDR", 13,
+                  {Bytes::value_type(sum >> 24), Bytes::value_type(sum >> 16), Bytes::value_type(sum >> 8),
+                   Bytes::value_type(sum)});
+    check_says(says("a.png", png), {"a.png: ends too early: 30000 × 30000 pixels do not fit into"});
+    check_says(says("a.jpg", patched(jpeg, "\xff\xc0", 3, {0x75, 0x30, 0x75, 0x30})),
+               {"a.jpg: ends too early: 30000 × 30000 pixels do not fit into"});
+    check_says(says("a.hdr", patched(hdr, "-Y ", 0, {'9'})), {"a.hdr: "}); // 9 x 8: the rows are not there
+    const std::string wide = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 30000 +X 30000\n";
+    check_says(says("a.hdr", Bytes(wide.begin(), wide.end())), {"a.hdr: ends too early: 30000 × 30000"});
+
+    // A square of 30000 pixels in each of the fields of a TIFF that hold its width and height: 256 and 257.
+    for (std::size_t i = 0; i + 12 < tiff.size(); ++i)
+        if ((tiff[i] == 0 || tiff[i] == 1) && tiff[i + 1] == 1 && tiff[i + 3] == 0 && tiff[i + 4] == 1) {
+            tiff[i + 8] = 0x30;
+            tiff[i + 9] = 0x75;
+        }
+    check_says(says("a.tif", tiff), {"a.tif: ", "write or copy it again"});
+
+    write_image(folder / "a.exr", floats, {.channels = {"R", "G", "B"}});
+    const Bytes exr = get(folder / "a.exr");
+    const Bytes window{0, 0, 0, 0, 0, 0, 0, 0, 0x2f, 0x75, 0, 0, 7, 0, 0, 0};
+    check_says(says("wide.exr", patched(exr, std::string_view("dataWindow\0box2i\0", 17), 4, window)),
+               {"wide.exr: ends too early: 30000 × 8 pixels do not fit into"});
+    for (const Bytes& size : {Bytes{0xff, 0xff, 0xff, 0x7f}, Bytes{0xff, 0xff, 0xff, 0xff}})
+        check_says(says("long.exr", patched(exr, std::string_view("channels\0chlist\0", 16), 0, size)),
+                   {"long.exr: is damaged or cut short"});
+}
+
+TEST_CASE("damage: a grey map that counts to no number is refused", "[io]") {
+    const TempFolder folder;
+    for (const std::string most : {"nan", "-1e300", "-inf", "0"})
+        check_says(refusal([&] { read_depth(put(folder / "a.pgm", "P5\n1 1\n" + most + "\nxx")); }),
+                   {"a.pgm: counts to 0"});
 }
 
 TEST_CASE("damage: noise behind the first bytes of every format is refused", "[io]") {

@@ -32,6 +32,14 @@ using Values = std::map<Frame, std::string>;
 
 } // namespace
 
+TEST_CASE("frame patterns: a zero has no minus, which its name would lose") {
+    const auto of = FramePattern::of("shot.-00.exr");
+    REQUIRE(of);
+    CHECK(of->second == 0);
+    CHECK(of->first.name(0) == "shot.-00.exr");
+    CHECK(FramePattern::of("shot.-01.exr")->second == -1);
+}
+
 TEST_CASE("frame patterns: printf's, # and @ are the same number") {
     CHECK(name("shot.%04d.exr", 7) == "shot.0007.exr");
     CHECK(name("shot.####.exr", 7) == "shot.0007.exr");

@@ -23,8 +23,16 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::vector<std::string> nearest_words(std::vector<std::string> known, std::string_view word, std::size_t most) {
-    std::ranges::stable_sort(known, {}, [&](const std::string& each) { return edit_distance(each, word); });
-    known.resize(std::min(known.size(), most));
+    std::vector<std::pair<std::size_t, std::string>> far;
+    for (std::string& each : known) {
+        const std::size_t edits = edit_distance(each, word);
+        far.emplace_back(edits, std::move(each));
+    }
+    std::ranges::stable_sort(far, {}, &std::pair<std::size_t, std::string>::first);
+    far.resize(std::min(far.size(), most));
+    known.clear();
+    for (auto& each : far)
+        known.push_back(std::move(each.second));
     return known;
 }
 

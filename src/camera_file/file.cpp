@@ -1,6 +1,8 @@
 // Files are read whole. Whatever is wrong with one is said in a line.
 #include "file.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,7 +10,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
-#include <fstream>
+#include <span>
 #include <string_view>
 #include <system_error>
 
@@ -30,6 +32,45 @@ std::size_t length_of_character(std::string_view text) {
             return 0;
     return length == 2 && byte(0) == 0xc2 && byte(1) < 0xa0 ? 0 : length; // U+0080 to U+009F control terminals
 }
+
+/// A file that is read with the system's own calls: its errors have numbers, a stream's have not.
+class OpenFile {
+public:
+    explicit OpenFile(const fs::path& file) : file_(file), number_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
+        if (number_ < 0)
+            refuse_read(file_, errno);
+    }
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+    ~OpenFile() { ::close(number_); }
+
+    std::size_t size() const {
+        struct stat status;
+        if (::fstat(number_, &status) != 0)
+            refuse_read(file_, errno);
+        return static_cast<std::size_t>(status.st_size);
+    }
+    /// Fills the bytes as far as the file goes, and says how far that is.
+    std::size_t read(std::span<unsigned char> bytes) {
+        std::size_t filled = 0;
+        while (filled < bytes.size()) {
+            const auto count =
+                ::read(number_, bytes.data() + filled, std::min<std::size_t>(bytes.size() - filled, 1u << 30));
+            if (count < 0 && errno == EINTR)
+                continue;
+            if (count < 0)
+                refuse_read(file_, errno);
+            if (count == 0)
+                break;
+            filled += static_cast<std::size_t>(count);
+        }
+        return filled;
+    }
+
+private:
+    const fs::path& file_;
+    int number_;
+};
 
 } // namespace
 
@@ -62,9 +103,19 @@ std::string reason(int error) {
     return std::generic_category().message(error);
 }
 
+constexpr const char* check_disk = "check the disk that it lies on";
+
+void refuse_read(const fs::path& file, int error) {
+    const bool forbidden = error == EACCES || error == EPERM;
+    refuse(file, "cannot be read: " + reason(error) + "; " + (forbidden ? "check its permissions" : check_disk));
+}
+
 void refuse_write(const fs::path& file, const std::string& what, int error, const std::string& cure) {
     const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
-    refuse(file, what + ": " + reason(error) + "; " + (full ? "free some space or write elsewhere" : cure));
+    refuse(file, what + ": " + reason(error) + "; " +
+                     (full           ? "free some space or write elsewhere"
+                      : error == EIO ? check_disk
+                                     : cure));
 }
 
 void refuse_making(const fs::path& file, const std::string& what, int error, const std::string& cure) {
@@ -99,24 +150,37 @@ void check_readable(const fs::path& file) {
     if (status.type() == fs::file_type::not_found)
         refuse(file, "there is no such file; check the path");
     if (error)
-        refuse(file, "cannot be read: " + error.message());
+        refuse_read(file, error.value());
     if (fs::is_directory(status))
         refuse(file, "is a folder; name a file in it");
     if (!fs::is_regular_file(status))
         refuse(file, "is no regular file; copy what it delivers into one");
     if (fs::file_size(file, error) == 0 && !error)
         refuse(file, "is empty; write it again");
-    if (!std::ifstream(file, std::ios::binary))
-        refuse(file, "cannot be read: " + reason(errno) + "; check its permissions");
+    OpenFile opened(file);
 }
 
 Bytes read_file(const fs::path& file) {
     check_readable(file);
-    std::ifstream stream(file, std::ios::binary);
-    Bytes bytes(fs::file_size(file));
-    if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())))
-        refuse(file, "cannot be read to its end; check the disk that it lies on");
+    OpenFile opened(file);
+    Bytes bytes(opened.size());
+    if (opened.read(bytes) < bytes.size())
+        refuse(file, std::string("cannot be read to its end; ") + check_disk);
     return bytes;
+}
+
+Bytes read_head(const fs::path& file, std::size_t most) {
+    Bytes bytes(most);
+    bytes.resize(OpenFile(file).read(bytes));
+    return bytes;
+}
+
+void read_parts(const fs::path& file, const std::function<void(std::span<const unsigned char>)>& take) {
+    check_readable(file);
+    OpenFile opened(file);
+    Bytes buffer(1 << 18);
+    while (const std::size_t size = opened.read(buffer))
+        take(std::span(buffer).first(size));
 }
 
 } // namespace fathom::io

@@ -3,6 +3,8 @@
 #include <fathom/error.hpp>
 
 #include <filesystem>
+#include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,10 +42,19 @@ std::string digest(std::string_view text);
 /// This machine's name.
 std::string host_name();
 
+/// Refuses a file that cannot be read for a reason of the system.
+[[noreturn]] void refuse_read(const std::filesystem::path& file, int error);
+
 /// Refuses what cannot be read as a file: missing, a directory, empty, no permission.
 void check_readable(const std::filesystem::path& file);
 
 /// The whole file.
 Bytes read_file(const std::filesystem::path& file);
+
+/// The first bytes of a file that is there; fewer than `most` of a shorter one.
+Bytes read_head(const std::filesystem::path& file, std::size_t most);
+
+/// Gives the content of a file to `take`, a part at a time.
+void read_parts(const std::filesystem::path& file, const std::function<void(std::span<const unsigned char>)>& take);
 
 } // namespace fathom::io

@@ -9,7 +9,6 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include <fstream>
 #include <memory>
 
 namespace fathom::cli {
@@ -45,17 +44,8 @@ std::string content_hash(std::span<const std::span<const unsigned char>> parts) 
 
 std::string hash_of_files(const std::vector<std::filesystem::path>& files) {
     Hash hash;
-    std::vector<char> buffer(1 << 18);
-    for (const std::filesystem::path& file : files) {
-        io::check_readable(file);
-        std::ifstream stream;
-        stream.rdbuf()->pubsetbuf(nullptr, 0); // the buffer here is large enough
-        stream.open(file, std::ios::binary);
-        while (stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || stream.gcount() > 0)
-            hash.add(buffer.data(), static_cast<std::size_t>(stream.gcount()));
-        if (stream.bad())
-            io::refuse(file, "cannot be read to its end; check the disk that it lies on");
-    }
+    for (const std::filesystem::path& file : files)
+        io::read_parts(file, [&](std::span<const unsigned char> part) { hash.add(part.data(), part.size()); });
     return hash.text();
 }
 

@@ -260,11 +260,11 @@ void add_device_options(CLI::App& app, DeviceOption& device) {
 }
 
 void add_frame_options(CLI::App& app, DepthOptions& options) {
-    const auto add_range = [&](const char* name, std::vector<Frame> (*parse)(std::string_view),
+    const auto add_range = [&](const char* name, std::vector<Frame> (*parse)(std::string_view, std::size_t),
                                const char* description) {
         const auto take = [=, &options](const std::string& text) {
             try {
-                options.inputs.frames = parse(text);
+                options.inputs.frames = parse(text, sequence::most_frames);
             } catch (const std::invalid_argument& error) {
                 throw CLI::ValidationError(name, error.what());
             }

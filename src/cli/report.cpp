@@ -578,8 +578,15 @@ int report(const ReportArguments& options) {
     for_each_frame<Work>(entries.size(), {.read = read, .report = add}, {.stop = is_interrupted});
     progress.hide();
     stop_if_interrupted();
-    if (shown == 0)
-        throw Error(faults.empty() ? "report: none of the frames has a result, so there is no page" : faults.front());
+    if (shown == 0 && !faults.empty())
+        throw Error(faults.front());
+    if (shown == 0) {
+        for (const Entry& entry : entries)
+            for (const fs::path& file : entry.files)
+                if (!file.empty()) // which failed the first time only
+                    throw Error(file.native() + ": could not be read at first; make the page again");
+        throw Error("report: none of the frames has a result, so there is no page");
+    }
     for (const std::string& fault : faults)
         complain(fault);
 

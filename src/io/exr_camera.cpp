@@ -5,6 +5,7 @@
 // worldToScreen. V-Ray and Redshift have attributes of their own; what those mean was read off files that they wrote
 // and scripts that read them.
 #include "camera_formats.hpp"
+#include "exr_open.hpp"
 #include "formats.hpp"
 
 #include <fathom/error.hpp>
@@ -13,7 +14,6 @@
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfMatrixAttribute.h>
-#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfRationalAttribute.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
@@ -437,7 +437,7 @@ std::optional<Imported> imported(const Header& header) {
 std::optional<Imported> imported(const fs::path& file) {
     try {
         return within_memory(file, [&]() -> std::optional<Imported> {
-            const Imf::MultiPartInputFile exr(file.c_str());
+            const Imf::MultiPartInputFile exr = open_exr(file);
             for (int part = 0; part < exr.parts(); ++part)
                 if (auto found = imported(Header(file, exr.header(part))))
                     return found;
@@ -461,10 +461,10 @@ Imported import_exr(const fs::path& file) {
 
 bool exr_has_camera(const fs::path& file) {
     std::error_code none;
-    if (!fs::is_regular_file(file, none) || !begins_like_exr(file))
+    if (!fs::is_regular_file(file, none))
         return false;
     try {
-        return imported(file).has_value();
+        return begins_like_exr(file) && imported(file).has_value();
     } catch (const Error&) {
         return true; // it has one that cannot be used, and says why
     }

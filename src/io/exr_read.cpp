@@ -2,6 +2,7 @@
 // What comes back is the display window, which is what a camera's projection maps, or any other rectangle: pixels that the
 // data window does not reach are NaN.
 #include "depth_channels.hpp"
+#include "exr_open.hpp"
 #include "formats.hpp"
 #include "rows.hpp"
 
@@ -11,9 +12,7 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputPart.h>
-#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPartType.h>
-#include <OpenEXR/ImfTestFile.h>
 
 #include <algorithm>
 #include <functional>
@@ -165,6 +164,19 @@ cv::Mat nothing(cv::Size size, int type) {
     return image;
 }
 
+/// See `check_holds`. Half floats of PXR24 and RLE are counted as if deflate had made them.
+std::uint64_t expansion_of(Imf::Compression compression) {
+    switch (compression) {
+    case Imf::NO_COMPRESSION:
+        return 1;
+    case Imf::DWAA_COMPRESSION:
+    case Imf::DWAB_COMPRESSION:
+        return 128 * expansion::deflate; // 64 floats of a mean of two bytes, which is deflated
+    default:
+        return 2 * expansion::deflate;
+    }
+}
+
 /// Which pixels of a file are wanted.
 cv::Rect wanted_of(const std::filesystem::path& file, const Windows& held, const ExrPixels& pixels) {
     if (!pixels.windows)
@@ -179,7 +191,7 @@ class Rows : public ExrRows {
 public:
     Rows(const std::filesystem::path& file, const std::vector<std::string>& names, const ExrPixels& wanted,
          long long most)
-        : exr_(file.c_str()), file_(file) {
+        : exr_(open_exr(file)), file_(file) {
         const auto candidates = channels_of(exr_);
         for (const std::string& name : names)
             chosen_.push_back(choose(file, candidates, name));
@@ -202,6 +214,7 @@ public:
                              "\"nothing here\"; write depth as float");
             channels_.push_back({{}, storage, channel.full_name, {wanted_, display.size()}});
         }
+        check(header.compression());
         part_.emplace(exr_, part);
     }
 
@@ -228,6 +241,7 @@ public:
     const std::vector<DepthFile>& channels() const override { return channels_; }
 
 private:
+    void check(Imf::Compression compression) const;
     void read(const cv::Rect& held, const std::vector<cv::Mat>& pixels);
 
     Imf::MultiPartInputFile exr_;
@@ -257,6 +271,21 @@ auto refusing_damage(const std::filesystem::path& file, Read read) {
     }
 }
 
+/// Can the file hold what its header declares, and is a good part of what is read in the file?
+void Rows::check(Imf::Compression compression) const {
+    std::uint64_t pixel_bytes = 0, widest = 0;
+    for (const Candidate& channel : chosen_) {
+        const std::uint64_t bytes = channel.type == Imf::HALF ? 2 : 4;
+        pixel_bytes += bytes;
+        widest = std::max(widest, bytes);
+    }
+    check_holds(file_, data_.size(), pixel_bytes, size_of_file(file_), expansion_of(compression));
+    const auto pixels = [](const cv::Rect& part) { return static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(part.height); };
+    if ((pixels(wanted_) - pixels(data_ & wanted_)) * widest > most_from_nothing)
+        refuse(file_, "has a display window of " + described(wanted_.size()) + " pixels and a data window of " +
+                          described(data_.size()) + ", so that nearly all of it is empty; crop the display window");
+}
+
 void Rows::read(const cv::Rect& held, const std::vector<cv::Mat>& pixels) {
     refusing_damage(file_, [&] {
         const Imath::V2i first = corner_ + Imath::V2i(held.x, held.y);
@@ -272,7 +301,8 @@ void Rows::read(const cv::Rect& held, const std::vector<cv::Mat>& pixels) {
 } // namespace
 
 bool begins_like_exr(const std::filesystem::path& file) {
-    return Imf::isOpenExrFile(file.c_str());
+    static constexpr Bytes::value_type magic[] = {0x76, 0x2f, 0x31, 0x01};
+    return std::ranges::equal(read_head(file, std::size(magic)), magic);
 }
 
 std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
@@ -293,16 +323,16 @@ std::unique_ptr<ExrRows> exr_rows(const std::filesystem::path& file, const std::
 }
 
 int exr_part_of(const std::filesystem::path& file, const std::string& channel) {
-    return refusing_damage(
-        file, [&] { return choose(file, channels_of(Imf::MultiPartInputFile(file.c_str())), channel).part; });
+    return refusing_damage(file, [&] { return choose(file, channels_of(open_exr(file)), channel).part; });
 }
 
 std::vector<std::string> depth_channels(const std::filesystem::path& file) {
     std::vector<std::string> names;
-    if (!begins_like_exr(file))
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(file, none) || !begins_like_exr(file))
         return names;
     return refusing_damage(file, [&] {
-        for (const auto& channel : channels_of(Imf::MultiPartInputFile(file.c_str())))
+        for (const auto& channel : channels_of(open_exr(file)))
             if (channel.rank && !channel.deep && !channel.subsampled)
                 names.push_back(channel.full_name);
         return names;
@@ -319,7 +349,7 @@ std::vector<Channel> list_channels(const std::filesystem::path& file) {
         return {};
     return io::refusing_damage(file, [&] {
         std::vector<Channel> channels;
-        for (const auto& c : io::channels_of(Imf::MultiPartInputFile(file.c_str())))
+        for (const auto& c : io::channels_of(io::open_exr(file)))
             channels.push_back({c.full_name, std::string(c.deep ? "deep " : "") + io::name(c.type)});
         return channels;
     });

@@ -1,5 +1,6 @@
 // OpenEXR with named float or half channels. The header is that of the file that the result belongs to, so that it finds
 // its place in a pipeline: what a renderer said about its camera, the windows, the part's name.
+#include "exr_open.hpp"
 #include "formats.hpp"
 #include "rows.hpp"
 
@@ -14,7 +15,6 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfInputPart.h>
-#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfMultiPartOutputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfOutputPart.h>
@@ -102,7 +102,7 @@ Imf::Header header_of(cv::Size size, const WriteOptions& options) {
     const std::optional<ExrSource>& source = options.source;
     Imf::Header header(size.width, size.height);
     if (source) {
-        const Imf::MultiPartInputFile exr(source->file.c_str());
+        const Imf::MultiPartInputFile exr = open_exr(source->file);
         const Imf::Header& old = exr.header(exr_part_of(source->file, source->channel));
         for (auto each = old.begin(); each != old.end(); ++each)
             if (!is_stale(each.name()))
@@ -289,7 +289,7 @@ std::string layer_of(const std::vector<std::string>& channels) {
 
 void append(Stream& stream, const Imf::Header& header, const std::filesystem::path& file, const Pixels& pixels,
             const WriteOptions& options, const std::string& record) {
-    Imf::MultiPartInputFile exr(options.source->file.c_str());
+    Imf::MultiPartInputFile exr = open_exr(options.source->file);
     for (int i = 0; i < exr.parts(); ++i)
         if (!exr.partComplete(i))
             refuse(options.source->file, "is incomplete: some of its rows were never written; copy it again, or write "

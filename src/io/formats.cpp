@@ -17,6 +17,18 @@ void check_size(const std::filesystem::path& file, long long width, long long he
                      " pixels; it is damaged, or larger than the " + side + " x " + side + " that can be read");
 }
 
+void check_holds(const std::filesystem::path& file, cv::Size size, std::uint64_t pixel_bytes, std::uint64_t stored,
+                 std::optional<std::uint64_t> expansion) {
+    // of a size that `check_size` took, which is below 2^30 pixels
+    const auto bytes = static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height) * pixel_bytes;
+    if (expansion && bytes / *expansion > stored)
+        refuse(file, "ends too early: " + described(size) + " pixels do not fit into " + std::to_string(stored) +
+                         " bytes; write or copy it again");
+    if (!expansion && bytes > most_from_nothing)
+        refuse(file, "says it has " + described(size) + " pixels in " + std::to_string(stored) +
+                         " bytes, which cannot be checked; save it with another compression");
+}
+
 void refuse_layer(const std::filesystem::path& file, const std::string& layer) {
     refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave it out (--color-layer of the program)");
 }

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <initializer_list>
 #include <new>
@@ -27,6 +28,21 @@ inline constexpr long long most_pixels = 1LL << 30, most_pixels_by_rows = 1LL <<
 
 /// Refuses a size that no depth image has, before memory is asked for.
 void check_size(const std::filesystem::path& file, long long width, long long height, long long most = most_pixels);
+
+/// How many bytes at most come out of a byte of a file, by its compression.
+namespace expansion {
+inline constexpr std::uint64_t deflate = 1032; ///< 258 bytes of 2 bits
+inline constexpr std::uint64_t jpeg = 512;     ///< of one channel: a bit for 8 × 8 pixels
+} // namespace expansion
+
+/// Bytes of an image that no byte of its file stands for: some codecs need none for pixels that are all the same, and an
+/// OpenEXR's display window may be larger than its data window. The fuzzer takes fewer.
+inline std::uint64_t most_from_nothing = 1u << 30;
+
+/// Refuses an image before memory is asked for where its pixels are more than `stored` bytes of the file can hold.
+/// `expansion`: nothing where the codec has no limit.
+void check_holds(const std::filesystem::path& file, cv::Size size, std::uint64_t pixel_bytes, std::uint64_t stored,
+                 std::optional<std::uint64_t> expansion);
 
 bool begins_like_exr(const std::filesystem::path& file);
 

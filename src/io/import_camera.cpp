@@ -6,9 +6,6 @@
 
 #include <fathom/import_camera.hpp>
 
-#include <fstream>
-#include <iterator>
-
 namespace fs = std::filesystem;
 
 namespace fathom {
@@ -17,18 +14,17 @@ namespace {
 
 /// The first character that is no white space and no byte order mark.
 char first_character(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
     constexpr std::string_view skipped = " \t\r\n\xef\xbb\xbf";
-    for (std::istreambuf_iterator<char> at(stream), end; at != end; ++at)
-        if (skipped.find(*at) == std::string_view::npos)
-            return *at;
+    constexpr std::size_t most = 1 << 16;
+    for (const char each : read_head(file, most))
+        if (skipped.find(each) == std::string_view::npos)
+            return each;
     return 0;
 }
 
 bool begins_with(const fs::path& file, const std::string& magic) {
-    std::string bytes(magic.size(), '\0');
-    std::ifstream(file, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    return bytes == magic;
+    const Bytes bytes = read_head(file, magic.size());
+    return std::string(bytes.begin(), bytes.end()) == magic;
 }
 
 void refuse_choice(const fs::path& file, const std::string& chosen, const char* option, const char* formats) {

@@ -17,6 +17,8 @@ using namespace std::string_view_literals;
 
 constexpr std::string_view exif_name = "Exif\0\0"sv, icc_name = "ICC_PROFILE\0"sv;
 constexpr unsigned char app0 = 0xe0, app1 = 0xe1, app2 = 0xe2, start_of_scan = 0xda;
+constexpr std::string_view frames = "\xc0\xc1\xc2\xc3\xc5\xc6\xc7\xc9\xca\xcb\xcd\xce\xcf",
+                           arithmetic_frames = "\xc9\xca\xcb\xcd\xce\xcf";
 constexpr int quality = 95;
 constexpr std::size_t longest_segment = 65533; // bytes behind the length
 
@@ -64,6 +66,8 @@ std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const By
     if (bytes.size() < 3 || bytes[0] != 0xff || bytes[1] != 0xd8 || bytes[2] != 0xff)
         return std::nullopt;
     PictureFile picture;
+    cv::Size size;
+    bool arithmetic = false;
     const auto cut_short = [&] { refuse(file, "ends in the middle of the picture; write or copy it again"); };
     std::size_t at = 2;
     for (;;) {
@@ -77,6 +81,15 @@ std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const By
         if (segment->marker == app2 && begins(segment->content, icc_name) && segment->content.size() > head)
             picture.icc.insert(picture.icc.end(), segment->content.begin() + static_cast<std::ptrdiff_t>(head),
                                segment->content.end());
+        const auto number = [&](std::size_t i) { return segment->content[i] << 8 | segment->content[i + 1]; };
+        const auto is_one_of = [&](std::string_view markers) {
+            return markers.find(static_cast<char>(segment->marker)) != markers.npos;
+        };
+        if (is_one_of(frames) && segment->content.size() >= 6) {
+            check_size(file, number(3), number(1));
+            size = {number(3), number(1)};
+            arithmetic = is_one_of(arithmetic_frames);
+        }
         if (segment->marker == start_of_scan)
             break;
     }
@@ -84,6 +97,7 @@ std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const By
     const auto scan = bytes.begin() + static_cast<std::ptrdiff_t>(at); // before it a thumbnail may end
     if (std::search(scan, bytes.end(), end.begin(), end.end()) == bytes.end())
         cut_short();
+    check_holds(file, size, 1, bytes.size() - at, arithmetic ? std::nullopt : std::optional(expansion::jpeg));
     picture.image = decode_with_opencv(file, bytes);
     if (picture.image.channels() == 1) { // a grey photograph is a picture, too
         const cv::Mat grey[] = {picture.image, picture.image, picture.image};

@@ -71,8 +71,8 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
     if (!floats && scale > 255 && scale != 65535)
         refuse(file, "counts to " + std::to_string(static_cast<long long>(std::min(scale, 1e9))) +
                          ", but only 16-bit codes that count to 65535 are depth; stretch them to that range");
-    if (!floats && scale < 255)
-        refuse(file, "counts to " + std::to_string(static_cast<long long>(scale)) +
+    if (!floats && !(scale >= 255)) // or no number
+        refuse(file, "counts to " + std::to_string(static_cast<long long>(scale > 0 ? scale : 0)) +
                          ", but 8-bit codes are taken to count to 255; stretch them to that range");
     ++at; // exactly one space ends the header
 

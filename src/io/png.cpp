@@ -98,6 +98,8 @@ std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& 
 
     Bytes picture(signature.begin(), signature.end());
     picture.reserve(bytes.size());
+    cv::Size size;
+    std::uint64_t pixel_bits = 0, compressed = 0;
     std::string_view type;
     auto rest = std::span(bytes).subspan(signature.size());
     while (type != "IEND") {
@@ -108,12 +110,22 @@ std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& 
         if (crc32_z(0, chunk.data() + 4, length + 4) != big_endian(chunk.last(4)))
             refuse(file, "is damaged: a check sum of its PNG chunks does not match; write or copy it again");
         type = {reinterpret_cast<const char*>(chunk.data()) + 4, 4};
-        if (type == "IHDR" && length == 13)
-            check_size(file, big_endian(chunk.subspan(8)), big_endian(chunk.subspan(12)));
+        if (type == "IHDR" && length == 13) {
+            static constexpr std::uint64_t channels[] = {1, 0, 3, 1, 2, 0, 4, 0}; // by the type of colour
+            const std::uint32_t width = big_endian(chunk.subspan(8)), height = big_endian(chunk.subspan(12));
+            check_size(file, width, height);
+            size = {static_cast<int>(width), static_cast<int>(height)};
+            pixel_bits = chunk[16] * channels[chunk[17] % std::size(channels)];
+        }
+        if (type == "IDAT")
+            compressed += length;
         if (type == "IHDR" || type == "PLTE" || type == "IDAT" || type == "IEND")
             picture.insert(picture.end(), chunk.begin(), chunk.end());
         rest = rest.subspan(chunk.size());
     }
+    const bool packed = pixel_bits > 0 && pixel_bits < 8; // several pixels in a byte
+    check_holds(file, size, packed ? 1 : pixel_bits / 8, compressed,
+                expansion::deflate * (packed ? 8 / pixel_bits : 1));
     return decode_with_opencv(file, picture);
 }
 

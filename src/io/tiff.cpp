@@ -141,13 +141,16 @@ struct Directory {
           planes(small(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG)),
           photometric(small(tiff, TIFFTAG_PHOTOMETRIC, 0xffff)),
           orientation(small(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT)),
-          compressed(small(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE) != COMPRESSION_NONE) {}
+          compression(small(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE)) {}
 
     static int small(TIFF* tiff, std::uint32_t tag, std::uint16_t otherwise) { return field(tiff, tag, otherwise); }
 
+    std::uint64_t pixel_bytes() const {
+        return static_cast<std::uint64_t>(samples) * static_cast<std::uint64_t>(bits / 8);
+    }
+
     std::uint32_t width, height;
-    int bits, samples, format, planes, photometric, orientation;
-    bool compressed;
+    int bits, samples, format, planes, photometric, orientation, compression;
 };
 
 void check_samples(const std::filesystem::path& file, const Directory& d) {
@@ -172,8 +175,31 @@ bool is_complete(TIFF* tiff, const Directory& d, const Stream& stream) {
             return false;
         sum += size;
     }
-    const auto pixel_bits = static_cast<std::uint64_t>(d.samples) * static_cast<std::uint64_t>(d.bits);
-    return pieces > 0 && (d.compressed || sum >= std::uint64_t{d.width} * d.height * pixel_bits / 8);
+    const bool compressed = d.compression != COMPRESSION_NONE;
+    return pieces > 0 && (compressed || sum >= std::uint64_t{d.width} * d.height * d.pixel_bytes());
+}
+
+/// See `check_holds`.
+std::optional<std::uint64_t> expansion_of(const Directory& d) {
+    switch (d.compression) {
+    case COMPRESSION_NONE:
+        return 1;
+    case COMPRESSION_PACKBITS:
+        return 64; // 128 bytes of 2
+    case COMPRESSION_LZW:
+        return 2560; // 3840 bytes of 12 bits
+    case COMPRESSION_DEFLATE:
+    case COMPRESSION_ADOBE_DEFLATE:
+        return expansion::deflate;
+    case COMPRESSION_JPEG:
+        return 4 * expansion::jpeg; // of up to four channels, of which some may be smaller
+    case COMPRESSION_LZMA:
+        return 1u << 13; // 273 bytes of 14 decisions, of 0.022 bits each
+    case COMPRESSION_ZSTD:
+        return 1u << 15; // 128 KiB of a block of 4 bytes
+    default:             // LERC and WebP: no bits for pixels that are all the same
+        return std::nullopt;
+    }
 }
 
 /// The type of samples that are read as they are; halves as their bits. None for what OpenCV reads.
@@ -203,6 +229,12 @@ struct OpenTiff {
         check_samples(file, directory);
         if (directory.photometric == 0xffff || !is_complete(tiff.get(), directory, stream))
             refuse_damaged(file, stream);
+        check_holds({static_cast<int>(directory.width), static_cast<int>(directory.height)});
+    }
+
+    /// Can the file hold an image, or a tile, of this size?
+    void check_holds(cv::Size size) const {
+        io::check_holds(file, size, directory.pixel_bytes(), stream.size, expansion_of(directory));
     }
 
     void check_open() const {
@@ -223,12 +255,13 @@ public:
         : file_(from.file), stream_(from.stream), tiff_(from.tiff.get()),
           height_(static_cast<int>(from.directory.height)), width_(static_cast<int>(from.directory.width)), type_(type),
           tiled_(TIFFIsTiled(tiff_)),
-          is_raw_(!from.directory.compressed &&
+          is_raw_(from.directory.compression == COMPRESSION_NONE &&
                   Directory::small(tiff_, TIFFTAG_FILLORDER, FILLORDER_MSB2LSB) == FILLORDER_MSB2LSB) {
         if (tiled_) {
             const std::uint32_t width = field(tiff_, TIFFTAG_TILEWIDTH, 0u),
                                 height = field(tiff_, TIFFTAG_TILELENGTH, 0u);
             check_size(file_, width, height);
+            from.check_holds({static_cast<int>(width), static_cast<int>(height)});
             tile_.create(static_cast<int>(height), static_cast<int>(width), type);
         } else {
             const auto all = static_cast<std::uint32_t>(height_);

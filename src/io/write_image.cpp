@@ -92,7 +92,7 @@ auto described_failure(const std::filesystem::path& file, const Encode& encode) 
     } catch (const std::bad_alloc&) {
         refuse(file, "there is not memory enough to write it; write a smaller part of the image");
     } catch (const std::exception& error) {
-        refuse(file, std::string("cannot be written: ") + error.what());
+        refuse(file, std::string("cannot be written: ") + error.what() + "; check what it is made of, and its disk");
     }
 }
 

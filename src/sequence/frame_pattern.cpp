@@ -87,7 +87,7 @@ std::optional<std::pair<FramePattern, Frame>> FramePattern::of(const std::string
     if (!value)
         return std::nullopt;
     const bool has_zeros = file[begin] == '0' && end - begin > 1;
-    const bool negative = begin > name && file[begin - 1] == '-' &&
+    const bool negative = *value != 0 && begin > name && file[begin - 1] == '-' && // a zero has no minus
                           (begin - 1 == name || file[begin - 2] == '.' || file[begin - 2] == '_');
     begin -= negative;
     const int figures = has_zeros ? static_cast<int>(end - begin) : 1;

@@ -73,13 +73,13 @@ void append(std::vector<Frame>& frames, Frame first, Frame last, Frame step) {
         frames.push_back(first + i * step);
 }
 
-void check_count(const Cursor& cursor, std::size_t place, std::size_t there, Frame more) {
-    if (more > static_cast<Frame>(most_frames - there))
-        cursor.refuse(place, text("more than ", most_frames, " frames; take fewer at a time"));
+void check_count(const Cursor& cursor, std::size_t place, std::size_t there, Frame more, std::size_t most) {
+    if (more > static_cast<Frame>(most - there))
+        cursor.refuse(place, text("more than ", most, " frames; take fewer at a time"));
 }
 
 // FIRST, FIRST-LAST, or the latter and x, y or : and a number.
-void append_part(std::vector<Frame>& frames, Cursor& cursor) {
+void append_part(std::vector<Frame>& frames, Cursor& cursor, std::size_t most) {
     const std::size_t place = cursor.place();
     const Frame first = cursor.number();
     const bool is_range = cursor.take('-'); // a single frame has no step
@@ -91,7 +91,7 @@ void append_part(std::vector<Frame>& frames, Cursor& cursor) {
         cursor.refuse(step_place, "a step must be above 0");
     const Frame direction = last < first ? -1 : 1, apart = std::abs(last - first);
     const Frame step = std::abs(signed_step);
-    check_count(cursor, place, frames.size(), (kind == 'y' || kind == ':' ? apart : apart / step) + 1);
+    check_count(cursor, place, frames.size(), (kind == 'y' || kind == ':' ? apart : apart / step) + 1, most);
     if (kind == 'y') {
         for (Frame i = 0; i <= apart; ++i)
             if (i % step != 0)
@@ -124,7 +124,7 @@ std::vector<Frame> without_repeats(const std::vector<Frame>& frames) {
 
 } // namespace
 
-std::vector<Frame> parse_frames(std::string_view range) {
+std::vector<Frame> parse_frames(std::string_view range, std::size_t most) {
     Cursor cursor(range, blanks_and_padding);
     cursor.expect(form);
     std::vector<Frame> frames;
@@ -132,7 +132,7 @@ std::vector<Frame> parse_frames(std::string_view range) {
     do {
         if (cursor.at_end() || cursor.sees(',')) // fileseq leaves out what is empty
             continue;
-        append_part(frames, cursor);
+        append_part(frames, cursor, most);
         ++parts;
     } while (cursor.take(','));
     if (!cursor.at_end())
@@ -142,7 +142,7 @@ std::vector<Frame> parse_frames(std::string_view range) {
     return parts > 1 ? without_repeats(frames) : frames;
 }
 
-std::vector<Frame> parse_openjd_frames(std::string_view range) {
+std::vector<Frame> parse_openjd_frames(std::string_view range, std::size_t most) {
     struct Part {
         Frame first, last, step;
     };
@@ -165,7 +165,7 @@ std::vector<Frame> parse_openjd_frames(std::string_view range) {
                               "below 0 where they fall");
         }
         const Frame steps = (last - first) / step;
-        check_count(cursor, place, count, steps + 1);
+        check_count(cursor, place, count, steps + 1, most);
         count += static_cast<std::size_t>(steps) + 1;
         last = first + steps * step;
         parts.push_back(step > 0 ? Part{first, last, step} : Part{last, first, -step});

@@ -20,12 +20,12 @@ inline constexpr std::size_t most_frames = 10'000'000;  ///< of a range, as in f
 /// "1-10y3" (those that x3 leaves out), "1-10:3" (x3, then x2, then x1), "10-1" and "-5--1", with commas between them.
 /// Blanks, # and @ between these are ignored. Unlike fileseq it refuses parts of frames (1.5), numbers with a blank in
 /// them, and a range without frames.
-/// Throws: std::invalid_argument with the text, the place in it and what would be right.
-std::vector<Frame> parse_frames(std::string_view text);
+/// Throws: std::invalid_argument with the text, the place in it and what would be right; also for more frames than `most`.
+std::vector<Frame> parse_frames(std::string_view text, std::size_t most = most_frames);
 
 /// The same of Open Job Description's integer range expression (Template Schemas 2023-09, <IntRangeExpr>), in which ":" is
 /// a step: "1-10:3", "10-1:-3", "1-5, 9". It is a set: the frames rise. Its parts may not overlap.
-std::vector<Frame> parse_openjd_frames(std::string_view text);
+std::vector<Frame> parse_openjd_frames(std::string_view text, std::size_t most = most_frames);
 
 /// Rising frames in a few words: "1-3, 7".
 std::string in_words(std::span<const Frame> frames);

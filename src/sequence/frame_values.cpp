@@ -46,7 +46,7 @@ std::optional<Frame> frame_in(const std::string& text) {
     if (text.empty() || text.find_first_not_of("0123456789-") != std::string::npos)
         return std::nullopt;
     try {
-        const std::vector<Frame> frames = parse_frames(text);
+        const std::vector<Frame> frames = parse_frames(text, 1);
         return frames.size() == 1 ? std::optional(frames.front()) : std::nullopt;
     } catch (const std::invalid_argument&) {
         return std::nullopt;

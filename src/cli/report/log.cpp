@@ -16,7 +16,8 @@ constexpr const char* run_key = "#run"; // its number, added to each frame
 
 std::string whole(const fs::path& file) {
     std::error_code error;
-    const fs::path path = fs::weakly_canonical(fs::absolute(file), error);
+    const fs::path absolute = fs::absolute(file, error); // of an empty name there is none
+    const fs::path path = error ? file : fs::weakly_canonical(absolute, error);
     return (error ? file.lexically_normal() : path).native();
 }
 

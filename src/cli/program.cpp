@@ -1,0 +1,63 @@
+// The command line of `fathom`: its commands, and what the arguments ask for.
+#include "program.hpp"
+
+#include "command.hpp"
+#include "help.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <exception>
+
+namespace fathom::cli {
+namespace {
+
+constexpr const char* exit_codes = R"(Exit codes:
+  0    done
+  1    some input failed; the others were done
+  2    wrong usage; nothing was done
+  3    no OpenCL device as asked for
+  130  interrupted (Ctrl-C) after the inputs in work; no half-written file is left
+  143  the same after SIGTERM)";
+
+constexpr const char* exit_codes_in_short =
+    "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130 and 143 interrupted.";
+
+} // namespace
+
+Program::Program()
+    : app_(std::make_unique<CLI::App>("fathom: exact depth, positions, normals, ambient occlusion, depth of field and "
+                                      "fog\nfrom depth images, on any OpenCL device",
+                                      "fathom")) {
+    app_->formatter(help_layout());
+    app_->set_help_flag("-h,--help", "print this help, or that of a command");
+    app_->set_version_flag("--version", "fathom " FATHOM_VERSION, "print the version");
+    app_->require_subcommand(1);
+    app_->footer("Example:\n  fathom linearize frame.exr --camera camera.json -o frame.z.exr\n\n" +
+                 std::string(exit_codes));
+    for (const Command* command : commands()) {
+        CLI::App* app = app_->add_subcommand(command->name, command->summary);
+        app->footer(command->notes + std::string("\n\n") + exit_codes_in_short);
+        app->parse_complete_callback([this, run = command->configure(*app)] { action_ = run; });
+    }
+}
+
+Program::~Program() = default;
+
+std::function<int()> Program::parse(int argc, const char* const* argv) {
+    try {
+        app_->parse(argc, argv);
+    } catch (const CLI::Success&) { // --help, --version
+        return [this, wanted = std::current_exception()] {
+            try {
+                std::rethrow_exception(wanted);
+            } catch (const CLI::Success& success) {
+                return app_->exit(success);
+            }
+        };
+    } catch (const CLI::ParseError& error) {
+        throw UsageError(explain(*app_, error));
+    }
+    return action_;
+}
+
+} // namespace fathom::cli

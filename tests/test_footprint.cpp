@@ -1,0 +1,205 @@
+// NaN and infinity in an input of every operation touch only the pixels that can see them: the others have the same bits. How
+// far a pixel sees is what each header says.
+#include "catch.hpp"
+#include "images.hpp"
+
+#include <fathom/fathom.hpp>
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <iostream>
+#include <limits>
+#include <string>
+#include <vector>
+
+using namespace fathom;
+using images::same_bits;
+
+namespace {
+
+constexpr int width = 250, height = 130; // more than twice what the widest footprint needs
+constexpr double nearest = 4, radius = 0.3;
+
+Camera camera() {
+    Camera camera;
+    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
+    camera.width = width;
+    camera.height = height;
+    camera.encoding = Encoding::view_z;
+    camera.view = Eigen::Matrix4d::Identity();
+    return camera;
+}
+
+struct Inputs {
+    std::vector<float> depth, color;
+
+    Inputs() {
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const double hills = nearest + 0.2 + 0.2 * std::sin(0.11 * x) * std::cos(0.07 * y);
+                depth.push_back(static_cast<float>(x % 60 < 40 ? hills : hills + 2));
+                for (int channel = 0; channel < 3; ++channel)
+                    color.push_back(static_cast<float>((7 * x + 5 * y + 3 * channel) % 32) / 32);
+            }
+    }
+};
+
+/// What an operation makes of the inputs: all its images, pixel by pixel.
+using Operation = std::function<std::vector<Image>(const StoredDepth&, const Image& color)>;
+
+struct Subject {
+    std::string name;
+    int columns, rows; ///< of the footprint, on either side
+    Operation run;
+};
+
+std::vector<std::vector<float>> results(const Device& device, const Inputs& inputs, const Operation& run) {
+    const Layout size{width, height, 1}, color_size{width, height, 3};
+    const StoredDepth stored{Image::from_host(device, Element::f32, inputs.depth.data(), size), camera()};
+    std::vector<std::vector<float>> all;
+    for (const Image& image : run(stored, Image::from_host(device, Element::f32, inputs.color.data(), color_size)))
+        all.push_back(images::floats(image));
+    return all;
+}
+
+/// Where special values are put: alone, in a pair, and in a corner of the image.
+constexpr std::array<std::array<int, 2>, 4> places{{{124, 65}, {125, 65}, {100, 70}, {0, 0}}};
+
+/// How far a change went beyond the footprints, and how far it went.
+struct Reach {
+    int columns = 0, rows = 0;
+    long beyond = 0;
+};
+
+Reach reach_of(const Subject& subject, const std::vector<std::vector<float>>& before,
+               const std::vector<std::vector<float>>& after) {
+    Reach reach;
+    REQUIRE(before.size() == after.size());
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        const std::size_t pixel = before[i].size() / (width * height);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const std::size_t at = static_cast<std::size_t>(y * width + x) * pixel;
+                bool same = true;
+                for (std::size_t c = 0; c < pixel; ++c)
+                    same &= same_bits(before[i][at + c], after[i][at + c]);
+                if (same)
+                    continue;
+                bool within = false;
+                int columns = width, rows = height; // of the nearest place
+                for (const auto& [column, row] : places) {
+                    const int aside = std::abs(x - column), above = std::abs(y - row);
+                    within |= aside <= subject.columns && above <= subject.rows;
+                    if (std::max(aside, above) < std::max(columns, rows)) {
+                        columns = aside;
+                        rows = above;
+                    }
+                }
+                reach.beyond += !within;
+                reach.columns = std::max(reach.columns, columns);
+                reach.rows = std::max(reach.rows, rows);
+            }
+    }
+    return reach;
+}
+
+void check(const std::vector<Subject>& subjects) {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    for (const int vector_width : {1, 4, 8, 16}) {
+        const Device device = Device::open("cpu", {.vector_width = vector_width});
+        for (const Subject& subject : subjects) {
+            const auto before = results(device, Inputs(), subject.run);
+            Reach most;
+            for (const float special : {std::numeric_limits<float>::quiet_NaN(), infinity, -infinity})
+                for (const bool of_depth : {true, false}) {
+                    Inputs inputs;
+                    for (const auto& [x, y] : places)
+                        if (const auto at = static_cast<std::size_t>(y * width + x); of_depth)
+                            inputs.depth[at] = special;
+                        else
+                            inputs.color[3 * at + 1] = special;
+                    const Reach reach = reach_of(subject, before, results(device, inputs, subject.run));
+                    INFO(subject.name << ", " << special << " in " << (of_depth ? "depth" : "color") << ", "
+                                      << vector_width << " pixels a work-item: as far as " << reach.columns
+                                      << " columns, " << reach.rows << " rows");
+                    CHECK(reach.beyond == 0);
+                    most.columns = std::max(most.columns, reach.columns);
+                    most.rows = std::max(most.rows, reach.rows);
+                }
+            if (vector_width == 16)
+                std::cout << "  " << subject.name << ": NaN and infinity reach " << most.columns << " columns and "
+                          << most.rows << " rows; the footprint has " << subject.columns << " and " << subject.rows
+                          << "\n";
+        }
+    }
+}
+
+/// Pixels that a length has at the nearest surface.
+int pixels_of(double length) {
+    return static_cast<int>(std::ceil(length / nearest * height / (2 * std::tan(0.5))));
+}
+
+} // namespace
+
+TEST_CASE("footprint: NaN and infinity touch nothing but what can see them") {
+    check({{"linearize", 0, 0,
+            [](const StoredDepth& depth, const Image&) { return std::vector{linearize(depth).image}; }},
+           {"unproject", 0, 0, [](const StoredDepth& depth, const Image&) { return std::vector{unproject(depth)}; }},
+           {"fog", 0, 0,
+            [](const StoredDepth& depth, const Image& color) {
+                return std::vector{fog(depth, color, {.density = 0.1})};
+            }},
+           {"fog, thinner with the height", 0, 0,
+            [](const StoredDepth& depth, const Image& color) {
+                return std::vector{fog(depth, color, {.density = 0.1, .height_falloff = 0.2})};
+            }},
+           {"normals of neighbours", normals_reach_neighbours, normals_reach_neighbours,
+            [](const StoredDepth& depth, const Image&) {
+                return std::vector{normals(depth, {.method = NormalMethod::neighbours})};
+            }},
+           {"normals of least squares", normals_reach_least_squares, normals_reach_least_squares,
+            [](const StoredDepth& depth, const Image&) {
+                return std::vector{normals(depth, {.method = NormalMethod::least_squares})};
+            }}});
+}
+
+TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of operations that look far", "[slow]") {
+    constexpr double lens_px = 12; // the largest circle
+    constexpr CircleOfConfusion lens{40, 180};
+    constexpr int circle = static_cast<int>(lens_px / 2), tile = 8;
+    const int rays = pixels_of(radius) + 16;
+    std::vector<Subject> subjects{
+        {"normals of a noisy sensor", normals_reach_noise, normals_reach_noise,
+         [](const StoredDepth& depth, const Image&) { return std::vector{normals(depth, {.noise = 1e-3})}; }},
+        {"ssao", rays, rays,
+         [](const StoredDepth& depth, const Image&) {
+             const Occlusion all =
+                 ssao(depth, radius, {.half_resolution = false, .bent_normal = true, .confidence = true});
+             return std::vector{all.visibility, all.bent_normal, all.confidence};
+         }},
+        {"ssao in half resolution where it is worth it", std::max(ssao_block_halo, rays),
+         std::max(ssao_block_halo, rays),
+         [](const StoredDepth& depth, const Image&) { return std::vector{ssao(depth, radius).visibility}; }}};
+    // The masks of discs, and the means along an axis that tell mixed pixels.
+    subjects.push_back({"dof_masks", circle + tile, circle + tile, [=](const StoredDepth& depth, const Image&) {
+                            const DofMasks all = dof_masks(depth, lens,
+                                                           {.max_coc_px = lens_px,
+                                                            .max_near_coc = true,
+                                                            .near_alpha = true,
+                                                            .disocclusion = true,
+                                                            .mixed_pixels = true});
+                            return std::vector{all.coc,          all.near_weight, all.focus_weight, all.far_weight,
+                                               all.max_near_coc, all.near_alpha,  all.disocclusion, all.mixed_pixels};
+                        }});
+    for (const auto& [name, quality] : {std::pair{"dof fast", Quality::fast},
+                                        {"dof balanced", Quality::balanced},
+                                        {"dof accurate", Quality::accurate}}) {
+        const int reach = quality == Quality::accurate ? 3 * circle + 1 : circle;
+        subjects.push_back({name, reach + dof_halo_columns, reach + dof_halo_rows,
+                            [=, wanted = quality](const StoredDepth& depth, const Image& color) {
+                                return std::vector{dof(depth, color, lens, {.quality = wanted, .max_coc_px = lens_px})};
+                            }});
+    }
+    check(subjects);
+}

@@ -1,0 +1,55 @@
+// The corpus of the fuzzer, once more and without it: whatever was found stays found.
+#include "catch.hpp"
+
+#include "targets.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+
+namespace fs = std::filesystem;
+using namespace fathom::fuzz;
+
+TEST_CASE("fuzz: what was found stays read or refused in one line", "[io]") {
+    constexpr std::size_t largest_corpus = 300'000; // bytes
+    std::size_t inputs = 0, size = 0;
+    for (const auto all : {text_targets(), image_targets()})
+        for (const Target& target : all) {
+            std::size_t of_target = 0;
+            for (const auto& entry :
+                 fs::directory_iterator(fs::path(FATHOM_SOURCE_DIR "/tests/fuzz/corpus") / target.name)) {
+                std::ifstream file(entry.path(), std::ios::binary);
+                Bytes bytes(std::istreambuf_iterator<char>(file), {});
+                INFO(entry.path());
+                CHECK(bytes.size() <= 2048);
+                CHECK_NOTHROW(target.run(bytes));
+                // The fuzzer's repairs leave what is whole as it is, and are safe whatever they get.
+                if (target.repair)
+                    target.repair(bytes);
+                ++of_target;
+                size += bytes.size();
+            }
+            INFO(target.name);
+            CHECK(of_target >= 3);
+            inputs += of_target;
+        }
+    std::cout << "fuzz: " << inputs << " inputs of " << size << " bytes\n";
+    CHECK(size <= largest_corpus);
+}
+
+TEST_CASE("fuzz: repairs leave whole files as they are", "[io]") {
+    for (const Target& target : image_targets())
+        for (const auto& entry :
+             fs::directory_iterator(fs::path(FATHOM_SOURCE_DIR "/tests/fuzz/corpus") / target.name)) {
+            if (!target.repair || entry.path().filename().string().starts_with("found")) // which need not be whole
+                continue;
+            std::ifstream file(entry.path(), std::ios::binary);
+            const Bytes whole(std::istreambuf_iterator<char>(file), {});
+            Bytes repaired = whole;
+            target.repair(repaired);
+            INFO(entry.path());
+            CHECK(repaired == whole);
+        }
+}
