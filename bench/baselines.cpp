@@ -12,7 +12,9 @@ Baselines::Baselines(const Device& device, bool stream) : device_(device) {
     source.replace(source.find(include), include.size(), runtime::assembled_source("vector.h"));
     program_ = cl::Program(runtime::context_of(device), source);
     const int vector_width = device.options().vector_width;
-    program_.build(text("-cl-std=CL1.2 -DFP64=0 -DCLANG_BUILTINS=1 -DV=", vector_width, " -DSTREAM=", stream && vector_width > 1).c_str());
+    program_.build(
+        text("-cl-std=CL1.2 -DFP64=0 -DCLANG_BUILTINS=1 -DV=", vector_width, " -DSTREAM=", stream && vector_width > 1)
+            .c_str());
 }
 
 int Baselines::vectors(int width) const {

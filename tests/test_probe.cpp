@@ -52,14 +52,14 @@ TEMPLATE_TEST_CASE("probe: what rounds otherwise is found", "", float, double) {
     const auto nothing = [](auto...) {};
     CHECK(judged_after<Number>(nothing).exact());
 
-    const auto divided = judged_after<Number>([](Number a, Number b, Number, Number& q, Number&, Number&) { q = a * (1 / b); });
+    const auto divided =
+        judged_after<Number>([](Number a, Number b, Number, Number& q, Number&, Number&) { q = a * (1 / b); });
     CHECK(divided.division_ulp >= 1);
     CHECK(divided.division_ulp <= 2);
     CHECK((divided.sqrt_ulp == 0 && divided.fma_ulp == 0));
 
-    const auto rooted = judged_after<Number>([](Number a, Number, Number, Number&, Number& r, Number&) {
-        r = a * (1 / std::sqrt(a));
-    });
+    const auto rooted =
+        judged_after<Number>([](Number a, Number, Number, Number&, Number& r, Number&) { r = a * (1 / std::sqrt(a)); });
     CHECK(rooted.sqrt_ulp >= 1);
     CHECK((rooted.division_ulp == 0 && rooted.fma_ulp == 0));
 
@@ -70,9 +70,8 @@ TEMPLATE_TEST_CASE("probe: what rounds otherwise is found", "", float, double) {
     CHECK(unfused.fma_ulp > 1000);
     CHECK((unfused.division_ulp == 0 && unfused.sqrt_ulp == 0));
 
-    const auto no_denormals = judged_after<Number>([](Number a, Number b, Number, Number& q, Number&, Number&) {
-        q = flushed(flushed(a) / flushed(b));
-    });
+    const auto no_denormals = judged_after<Number>(
+        [](Number a, Number b, Number, Number& q, Number&, Number&) { q = flushed(flushed(a) / flushed(b)); });
     CHECK_FALSE(no_denormals.denormals);
     CHECK(no_denormals.division_ulp == 0);
     CHECK_FALSE(no_denormals.exact());

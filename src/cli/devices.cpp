@@ -75,8 +75,8 @@ void print_table(const std::vector<DeviceInfo>& devices, int default_index) {
         width = std::max(width, device.name.size());
     for (const DeviceInfo& device : devices)
         fmt::print("{} {}  {}  {:<{}}  {} units, {:.1f} GiB, {}  ({})\n        arithmetic: {}; the driver claims: {}\n",
-                   device.index == default_index ? '*' : ' ', device.index, device.cpu ? "cpu" : "gpu", device.name, width,
-                   device.compute_units, static_cast<double>(device.memory_bytes) / (1 << 30),
+                   device.index == default_index ? '*' : ' ', device.index, device.cpu ? "cpu" : "gpu", device.name,
+                   width, device.compute_units, static_cast<double>(device.memory_bytes) / (1 << 30),
                    device.fp64 ? "fp64" : "no fp64", device.version, probed(device).words, said_by_driver(device));
     fmt::print("* is taken when --device is not given\n");
 }

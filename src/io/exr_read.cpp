@@ -280,7 +280,9 @@ void Rows::check(Imf::Compression compression) const {
         widest = std::max(widest, bytes);
     }
     check_holds(file_, data_.size(), pixel_bytes, size_of_file(file_), expansion_of(compression));
-    const auto pixels = [](const cv::Rect& part) { return static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(part.height); };
+    const auto pixels = [](const cv::Rect& part) {
+        return static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(part.height);
+    };
     if ((pixels(wanted_) - pixels(data_ & wanted_)) * widest > most_from_nothing)
         refuse(file_, "has a display window of " + described(wanted_.size()) + " pixels and a data window of " +
                           described(data_.size()) + ", so that nearly all of it is empty; crop the display window");

@@ -63,7 +63,8 @@ void add_quotient(Cases<Number>& cases, Random& random) {
     const std::uint64_t y = whole(random, p) | 1;
     const std::uint64_t inverse = low_bits(inverse_of_odd(y), p + 1);
     const bool above = inverse >> p == 0;
-    const std::uint64_t middle = above ? (std::uint64_t{1} << (p + 1)) - inverse : inverse; // p + 1 bits, the last one set
+    const std::uint64_t middle =
+        above ? (std::uint64_t{1} << (p + 1)) - inverse : inverse; // p + 1 bits, the last one set
     const auto x = static_cast<std::uint64_t>((Product{middle} * y + (above ? 1 : 0)) >> (p + 1));
     const int scale = static_cast<int>(random() % 60) - 30;
     cases.a.push_back(std::ldexp(static_cast<Number>(x), scale));
@@ -157,8 +158,8 @@ Results<double> found_by(const Device& device, const Cases<double>& cases) {
     const int count = static_cast<int>(cases.a.size());
     const Image a = on_device(device, cases.a), b = on_device(device, cases.b), c = on_device(device, cases.c),
                 results(device, Element::u32, {2 * count, 3});
-    launch(device, kernel(device, "arithmetic_fp64", {{"V", 1}, {"STREAM", 0}}), {static_cast<std::size_t>(count), 1}, a,
-           b, c, results, params::probe_params{static_cast<params::u32>(count)});
+    launch(device, kernel(device, "arithmetic_fp64", {{"V", 1}, {"STREAM", 0}}), {static_cast<std::size_t>(count), 1},
+           a, b, c, results, params::probe_params{static_cast<params::u32>(count)});
     std::vector<double> values(cases.a.size() * 3);
     results.download(values.data());
     const auto row = [&](int index) {

@@ -41,8 +41,8 @@ cl_int __wrap_clBuildProgram(cl_program program, cl_uint count, const cl_device_
     return status;
 }
 
-cl_int __real_clEnqueueNDRangeKernel(cl_command_queue, cl_kernel, cl_uint, const size_t*, const size_t*, const size_t*, cl_uint,
-                                     const cl_event*, cl_event*);
+cl_int __real_clEnqueueNDRangeKernel(cl_command_queue, cl_kernel, cl_uint, const size_t*, const size_t*, const size_t*,
+                                     cl_uint, const cl_event*, cl_event*);
 cl_int __wrap_clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const size_t* offset,
                                      const size_t* global, const size_t* local, cl_uint waits, const cl_event* wait,
                                      cl_event* event) {

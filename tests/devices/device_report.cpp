@@ -40,7 +40,8 @@ struct Scene {
 
     StoredDepth on(const Device& device) const {
         if (storage == Storage::uint16)
-            return {Image::from_host(device, Element::u16, codes.data(), {camera.width, camera.height}), camera, storage};
+            return {Image::from_host(device, Element::u16, codes.data(), {camera.width, camera.height}), camera,
+                    storage};
         return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera, storage};
     }
     Image picture(const Device& device) const {
@@ -174,7 +175,8 @@ void write_results(const Device& device, const std::string& path, int scenes) {
         for (const auto& [name, values] : results_of(device, index, scene(index, width, height))) {
             const std::uint64_t count = values.size();
             file << name << ' ' << index << ' ' << width << ' ' << height << ' ' << count << '\n';
-            file.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(count * sizeof(float)));
+            file.write(reinterpret_cast<const char*>(values.data()),
+                       static_cast<std::streamsize>(count * sizeof(float)));
         }
     }
     file.close();
@@ -282,7 +284,8 @@ void time_operations(const Device& device, int width, int height) {
     const std::size_t bytes = large.values.size() * sizeof(float);
     const Image from(device, Element::f32, {width, height}), to(device, Element::f32, {width, height});
     const double copy = seconds_of(device, 4 * runs, [&] {
-        if (clEnqueueCopyBuffer(device.queue(), from.buffer(), to.buffer(), 0, 0, bytes, 0, nullptr, nullptr) != CL_SUCCESS)
+        if (clEnqueueCopyBuffer(device.queue(), from.buffer(), to.buffer(), 0, 0, bytes, 0, nullptr, nullptr) !=
+            CL_SUCCESS)
             throw Error("the device cannot copy");
     });
     std::cout << "copy\t" << copy * 1e3 << '\n';
@@ -319,12 +322,12 @@ int main(int count, char* arguments[]) {
         }
         const char* const wanted = std::getenv("DEVICE");
         const char* const sums = std::getenv("ARITHMETIC");
-        const Device device =
-            Device::open(wanted ? wanted : "cpu",
-                         {.arithmetic = sums && std::string(sums) == "two_float" ? Arithmetic::two_float : Arithmetic::automatic,
-                          .vector_width = number_or(std::getenv("LANES"), 0)});
-        std::cout << "device\t" << device.info().name << '\t' << device.info().version << '\t' << device.options().vector_width
-                  << '\n';
+        const Device device = Device::open(
+            wanted ? wanted : "cpu",
+            {.arithmetic = sums && std::string(sums) == "two_float" ? Arithmetic::two_float : Arithmetic::automatic,
+             .vector_width = number_or(std::getenv("LANES"), 0)});
+        std::cout << "device\t" << device.info().name << '\t' << device.info().version << '\t'
+                  << device.options().vector_width << '\n';
         if (what == "results" && argument(2)) {
             std::cout << "probe\t" << to_string(probe_arithmetic(device)) << std::endl;
             write_results(device, argument(2), number_or(argument(3), 20));
