@@ -280,13 +280,16 @@ TEST_CASE("strips: take less memory than the whole", "[cli]") {
     const std::string camera = camera_for(folder),
                       file = write_tiff(folder / "depth.tif", cv::Mat(8000, 2000, CV_32FC1, cv::Scalar(0.5)),
                                         {.rows = 64});
-    const auto peak_mib = [&](const std::string& program) {
+    const auto peak_mib = [&](const std::string& program, const Arguments& more = {}) {
         const Outcome outcome =
-            run({"linearize", file, "--camera", camera, "-o", folder / "out/z.tif"}, {.program = program});
+            run(joined({"linearize", file, "--camera", camera, "-o", folder / "out/z.tif"}, more), {.program = program});
         CHECK(outcome.code == 0);
         return outcome.peak_mib;
     };
     const long whole = peak_mib(FATHOM_PROGRAM), strips = peak_mib(FATHOM_BY_STRIPS);
+    const std::string result = content(folder / "out/z.tif");
+    CHECK(peak_mib(FATHOM_PROGRAM, {"--memory", "32M"}) + 120 < whole);
+    CHECK(content(folder / "out/z.tif") == result);
     std::cout << "strips: 61 MiB of depth take " << strips << " MiB in strips and " << whole << " MiB as a whole\n";
     CHECK(strips + 120 < whole);
 }

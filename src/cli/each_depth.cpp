@@ -408,6 +408,8 @@ private:
     void examine(Work& work) const;
     void find_doubts(Work& work) const;
     void stream(Work& work);
+    std::size_t row_bytes(int width, bool picture) const;
+    std::size_t strip_bytes() const;
     int strip_rows(const Work& work) const;
     void write_strip(Work& work, Result& result, const cv::Range& rows) const;
     cv::Mat decoded(const Work& work, const cv::Mat& values, int first_row) const;
@@ -506,8 +508,10 @@ bool Steps::goes_by_strips(const Job& job, const io::DepthRows& rows) const {
     const bool is_exr_file = extension_of(output) == ".exr",
                overscan = windows.data != cv::Rect({0, 0}, windows.display);
     const auto [width, height] = rows.size();
+    const bool too_many = static_cast<long long>(width) * height > strip_limits.whole_pixels;
+    const bool too_large = options_.memory > 0 && row_bytes(width, false) * static_cast<std::size_t>(height) > options_.memory;
     return more_.halo && outputs_.size() == 1 && !records_ && !options_.append && io::takes_rows(output) &&
-           (is_exr_file || !overscan) && static_cast<long long>(width) * height > strip_limits.whole_pixels;
+           (is_exr_file || !overscan) && (too_many || too_large);
 }
 
 // Looks at what was read, while other inputs are computed: the device need not wait for the host's part of it.
@@ -541,11 +545,21 @@ cv::Mat Steps::decoded(const Work& work, const cv::Mat& values, int first_row) c
 
 // So many that the images of a strip take what they may: the stored values, twice where they are moved, the depth, pictures, and
 // the result, before and while it is packed.
-int Steps::strip_rows(const Work& work) const {
+// What a row of the images takes: depth, two copies of it, the result and its file, and a picture.
+std::size_t Steps::row_bytes(int width, bool picture) const {
     const std::size_t channels = outputs_.front().product.channels.size();
-    const std::size_t values = 3 + 2 * channels + (work.picture ? 2 * channels : 0);
-    const std::size_t row = values * sizeof(float) * static_cast<std::size_t>(work.rows->size().width);
-    const int rows = static_cast<int>(std::min<std::size_t>(strip_limits.strip_bytes / row, 1 << 16));
+    return (3 + 2 * channels + (picture ? 2 * channels : 0)) * sizeof(float) * static_cast<std::size_t>(width);
+}
+
+std::size_t Steps::strip_bytes() const {
+    constexpr std::size_t least = std::size_t{1} << 20;
+    return options_.memory > 0 ? std::min(strip_limits.strip_bytes, std::max(options_.memory, least))
+                               : strip_limits.strip_bytes;
+}
+
+int Steps::strip_rows(const Work& work) const {
+    const std::size_t row = row_bytes(work.rows->size().width, work.picture != nullptr);
+    const int rows = static_cast<int>(std::min<std::size_t>(strip_bytes() / row, 1 << 16));
     constexpr int block = 32; // of most compressions: more than one strip would unpack those that it cuts
     return std::max({rows - (rows > block ? rows % block : 0), *more_.halo + 1, 1});
 }
@@ -709,7 +723,7 @@ std::size_t Steps::bytes(const Work& work) const {
     }
     const auto of = [](const cv::Mat& image) { return image.total() * image.elemSize(); };
     if (work.rows)
-        return strip_limits.strip_bytes;
+        return strip_bytes();
     std::size_t sum = of(work.depth.values);
     try {
         const Images& images = work.frame.images.get();
