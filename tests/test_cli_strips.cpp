@@ -281,8 +281,8 @@ TEST_CASE("strips: take less memory than the whole", "[cli]") {
                       file = write_tiff(folder / "depth.tif", cv::Mat(8000, 2000, CV_32FC1, cv::Scalar(0.5)),
                                         {.rows = 64});
     const auto peak_mib = [&](const std::string& program, const Arguments& more = {}) {
-        const Outcome outcome =
-            run(joined({"linearize", file, "--camera", camera, "-o", folder / "out/z.tif"}, more), {.program = program});
+        const Outcome outcome = run(joined({"linearize", file, "--camera", camera, "-o", folder / "out/z.tif"}, more),
+                                    {.program = program});
         CHECK(outcome.code == 0);
         return outcome.peak_mib;
     };

@@ -509,7 +509,8 @@ bool Steps::goes_by_strips(const Job& job, const io::DepthRows& rows) const {
                overscan = windows.data != cv::Rect({0, 0}, windows.display);
     const auto [width, height] = rows.size();
     const bool too_many = static_cast<long long>(width) * height > strip_limits.whole_pixels;
-    const bool too_large = options_.memory > 0 && row_bytes(width, false) * static_cast<std::size_t>(height) > options_.memory;
+    const bool too_large =
+        options_.memory > 0 && row_bytes(width, false) * static_cast<std::size_t>(height) > options_.memory;
     return more_.halo && outputs_.size() == 1 && !records_ && !options_.append && io::takes_rows(output) &&
            (is_exr_file || !overscan) && (too_many || too_large);
 }

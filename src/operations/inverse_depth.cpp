@@ -2,6 +2,7 @@
 
 #include "operations/inverse_depth.hpp"
 
+#include "operations/bands.hpp"
 #include "operations/parameters.hpp"
 
 namespace fathom {
@@ -18,17 +19,6 @@ Layout with_margin(int width, int height) {
 
 std::size_t inverse_depth_bytes(int width, int height) {
     return Image::allocation(Element::f32, with_margin(width, height));
-}
-
-std::vector<Band> depth_bands(const StoredDepth& stored, int reach, std::string_view what) {
-    const int width = stored.image.width(), height = stored.image.height();
-    const std::size_t budget = stored.image.device().options().memory_budget;
-    if (budget == 0 || inverse_depth_bytes(width, height) <= budget)
-        return {{0, height, 0, height}};
-    return bands_within(
-        {0, height, height, std::vector<int>(static_cast<std::size_t>(height), reach)},
-        [&](int read, int) { return inverse_depth_bytes(width, read); }, budget,
-        text(what, " of ", ImageSize{width, height}, " pixels"));
 }
 
 Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const CentreRays& rays,
@@ -51,6 +41,38 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const 
                     grid_parameters(stored, result, 0, width),
                     depth_parameters(form, stored.storage, background, arithmetic), ray_parameters(view, arithmetic));
     return result;
+}
+
+namespace {
+
+std::vector<Band> bands_of(const StoredDepth& stored, int reach, std::string_view what) {
+    const int width = stored.image.width(), height = stored.image.height();
+    const std::size_t budget = stored.image.device().options().memory_budget;
+    if (budget == 0 || inverse_depth_bytes(width, height) <= budget)
+        return {{0, height, 0, height}};
+    return bands_within(
+        {0, height, height, std::vector<int>(static_cast<std::size_t>(height), reach)},
+        [&](int read, int) { return inverse_depth_bytes(width, read); }, budget,
+        text(what, " of ", ImageSize{width, height}, " pixels"));
+}
+
+} // namespace
+
+void in_depth_bands(
+    const StoredDepth& stored, const CentreRays& rays, Background background, int reach, std::string_view what,
+    const Image& result,
+    const std::function<void(const Image& depth, const Image& made, const params::grid_params& grid)>& run) {
+    const int width = result.width();
+    for (const Band& band : bands_of(stored, reach, what)) {
+        runtime::Scratch scratch(result.device());
+        const StoredDepth part = stored.region(0, band.first, width, band.last - band.first);
+        const Image depth = inverse_depth(scratch, part, rays, background),
+                    made = result.region(0, band.begin, width, band.end - band.begin);
+        params::grid_params grid =
+            grid_parameters({depth, stored.camera, Storage::float32, part.x, part.y}, made, 0, width);
+        grid.y_begin = to_u32(band.begin - band.first);
+        run(depth, made, grid);
+    }
 }
 
 } // namespace fathom

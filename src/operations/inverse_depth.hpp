@@ -3,14 +3,14 @@
 #include "camera/centre_rays.hpp"
 #include "camera/inverse_depth_error.hpp"
 
-#include "operations/bands.hpp"
+#include "params.h"
 #include "runtime/scratch.hpp"
 
 #include <fathom/image.hpp>
 
 #include <cstddef>
+#include <functional>
 #include <string_view>
-#include <vector>
 
 namespace fathom {
 
@@ -23,9 +23,13 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const 
 /// Bytes of such an image.
 std::size_t inverse_depth_bytes(int width, int height);
 
-/// The rows of an image in bands that keep to the device's budget, of an operation that takes nothing but inverse depth and looks
-/// `reach` rows around a pixel. One band where there is no budget.
+/// An operation that takes nothing but inverse depth, and looks `reach` rows around a pixel: calls `run` with the inverse depth of
+/// some rows, the rows of the result that it is to make, and where they lie. The rows keep to the device's budget; without one
+/// they are all of them.
 /// Throws: Error that names the budget that `what` needs.
-std::vector<Band> depth_bands(const StoredDepth& stored, int reach, std::string_view what);
+void in_depth_bands(
+    const StoredDepth& stored, const CentreRays& rays, Background background, int reach, std::string_view what,
+    const Image& result,
+    const std::function<void(const Image& depth, const Image& made, const params::grid_params& grid)>& run);
 
 } // namespace fathom

@@ -31,18 +31,12 @@ void mixed_pixels(const StoredDepth& stored, const Image& result) {
                                           rays.perspective ? least : 0,
                                           static_cast<float>(mixed_pixels_min_step)};
     constexpr int reach = 2;
-    for (const Band& band : depth_bands(stored, reach, "mixed_pixels")) {
-        runtime::Scratch scratch(device);
-        const StoredDepth part = stored.region(0, band.first, width, band.last - band.first);
-        // Where the far plane is finite its depth is averaged like any other.
-        const Image depth = inverse_depth(scratch, part, rays, Background::decode),
-                    made = result.region(0, band.begin, width, band.end - band.begin);
-        params::grid_params grid =
-            grid_parameters({depth, stored.camera, Storage::float32, part.x, part.y}, made, 0, width);
-        grid.y_begin = to_u32(band.begin - band.first);
-        runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth, made, grid,
-                        parameters);
-    }
+    // Where the far plane is finite its depth is averaged like any other.
+    in_depth_bands(stored, rays, Background::decode, reach, "mixed_pixels", result,
+                   [&](const Image& depth, const Image& made, const params::grid_params& grid) {
+                       runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth, made,
+                                       grid, parameters);
+                   });
 }
 
 } // namespace fathom

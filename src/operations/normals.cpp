@@ -134,17 +134,11 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
     const params::normal_params parameters =
         normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options);
     const int reach = fitted ? window_radius(rays, options.noise) : normals_reach_neighbours;
-    for (const Band& band : depth_bands(stored, reach, "normals")) {
-        runtime::Scratch scratch(device);
-        const StoredDepth part = stored.region(0, band.first, width, band.last - band.first);
-        const Image depth = inverse_depth(scratch, part, rays, Background::nan),
-                    made = result.region(0, band.begin, width, band.end - band.begin);
-        params::grid_params grid =
-            grid_parameters({depth, stored.camera, Storage::float32, part.x, part.y}, made, 0, width);
-        grid.y_begin = to_u32(band.begin - band.first);
-        runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth, made, grid,
-                        parameters);
-    }
+    in_depth_bands(stored, rays, Background::nan, reach, "normals", result,
+                   [&](const Image& depth, const Image& made, const params::grid_params& grid) {
+                       runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth, made,
+                                       grid, parameters);
+                   });
     launched.done();
 }
 

@@ -130,41 +130,26 @@ bool is_denormal(Number value) {
     return value != 0 && std::abs(value) < std::numeric_limits<Number>::min();
 }
 
-Image on_device(const Device& device, const std::vector<float>& values) {
-    return Image::from_host(device, Element::f32, values.data(), {static_cast<int>(values.size()), 1});
-}
-
-Results<float> found_by(const Device& device, const Cases<float>& cases) {
-    const int count = static_cast<int>(cases.a.size()), width = device.options().vector_width;
-    const Image a = on_device(device, cases.a), b = on_device(device, cases.b), c = on_device(device, cases.c),
-                results(device, Element::f32, {count, 3});
-    launch(device, kernel(device, "arithmetic", {{"V", width}, {"STREAM", 0}}),
+// A double is two words: kernels for devices without it take no image of doubles.
+template <typename Number>
+Results<Number> found_by(const Device& device, const Cases<Number>& cases) {
+    constexpr bool is_float = sizeof(Number) == 4;
+    constexpr Element element = is_float ? Element::f32 : Element::u32;
+    constexpr int words = sizeof(Number) / 4;
+    const int count = static_cast<int>(cases.a.size()), width = is_float ? device.options().vector_width : 1;
+    const auto on_device = [&](const std::vector<Number>& values) {
+        return Image::from_host(device, element, values.data(), {words * count, 1});
+    };
+    const Image a = on_device(cases.a), b = on_device(cases.b), c = on_device(cases.c),
+                results(device, element, {words * count, 3});
+    launch(device, kernel(device, is_float ? "arithmetic" : "arithmetic_fp64", {{"V", width}, {"STREAM", 0}}),
            {static_cast<std::size_t>(count / width), 1}, a, b, c, results,
            params::probe_params{static_cast<params::u32>(count)});
-    std::vector<float> values(cases.a.size() * 3);
+    std::vector<Number> values(cases.a.size() * 3);
     results.download(values.data());
     const auto row = [&](int index) {
         const auto first = values.begin() + std::ptrdiff_t{index} * count;
-        return std::vector<float>(first, first + count);
-    };
-    return {row(0), row(1), row(2)};
-}
-
-Image on_device(const Device& device, const std::vector<double>& values) {
-    return Image::from_host(device, Element::u32, values.data(), {static_cast<int>(2 * values.size()), 1});
-}
-
-Results<double> found_by(const Device& device, const Cases<double>& cases) {
-    const int count = static_cast<int>(cases.a.size());
-    const Image a = on_device(device, cases.a), b = on_device(device, cases.b), c = on_device(device, cases.c),
-                results(device, Element::u32, {2 * count, 3});
-    launch(device, kernel(device, "arithmetic_fp64", {{"V", 1}, {"STREAM", 0}}), {static_cast<std::size_t>(count), 1},
-           a, b, c, results, params::probe_params{static_cast<params::u32>(count)});
-    std::vector<double> values(cases.a.size() * 3);
-    results.download(values.data());
-    const auto row = [&](int index) {
-        const auto first = values.begin() + std::ptrdiff_t{index} * count;
-        return std::vector<double>(first, first + count);
+        return std::vector<Number>(first, first + count);
     };
     return {row(0), row(1), row(2)};
 }
