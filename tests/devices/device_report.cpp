@@ -282,23 +282,25 @@ void time_operations(const Device& device, int width, int height) {
     const StoredDepth depth = large.on(device);
     const Image picture = large.picture(device);
     const std::size_t bytes = large.values.size() * sizeof(float);
-    const Image from(device, Element::f32, {width, height}), to(device, Element::f32, {width, height});
+    const Image to(device, Element::f32, {width, height});
     const double copy = seconds_of(device, 4 * runs, [&] {
-        if (clEnqueueCopyBuffer(device.queue(), from.buffer(), to.buffer(), 0, 0, bytes, 0, nullptr, nullptr) !=
+        if (clEnqueueCopyBuffer(device.queue(), depth.image.buffer(), to.buffer(), 0, 0, bytes, 0, nullptr, nullptr) !=
             CL_SUCCESS)
             throw Error("the device cannot copy");
     });
     std::cout << "copy\t" << copy * 1e3 << '\n';
     const CircleOfConfusion lens = lens_of(large.camera);
+    const Image three(device, Element::f32, {width, height, 3});
+    const DofMasks masks = dof_masks(depth, lens);
     const double radius = 0.05 * 4; // a twentieth of what the camera sees
     const std::pair<const char*, std::function<void()>> operations[] = {
-        {"linearize", [&] { linearize(depth); }},
-        {"unproject", [&] { unproject(depth); }},
-        {"normals", [&] { normals(depth); }},
+        {"linearize", [&] { linearize(depth, to); }},
+        {"unproject", [&] { unproject(depth, three); }},
+        {"normals", [&] { normals(depth, three); }},
         {"ssao", [&] { ssao(depth, radius); }},
-        {"dof_masks", [&] { dof_masks(depth, lens); }},
-        {"dof", [&] { dof(depth, picture, lens); }},
-        {"fog", [&] { fog(depth, picture, {.density = 0.02}); }},
+        {"dof_masks", [&] { dof_masks(depth, masks, lens); }},
+        {"dof", [&] { dof(depth, picture, three, lens); }},
+        {"fog", [&] { fog(depth, picture, three, {.density = 0.02}); }},
     };
     for (const auto& [name, action] : operations) {
         const double seconds = seconds_of(device, runs, action);
