@@ -107,7 +107,7 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
     const bool perspective = form.perspective;
     const auto value = [&](int x, int y) { return pixels.value(x, y); };
     const auto own = [&](int x, int y) { return perspective ? 1 / pixels.z(x, y) : pixels.z(x, y); };
-    const auto [width, height] = pixels.size();
+    const int width = pixels.size().width, height = pixels.size().height;
     const int step = Places::distance(pixels.size());
     std::vector<Description> others = alternatives(stored, perspective, value);
     const float quantum = pixels.step();

@@ -16,9 +16,11 @@ namespace {
 char first_character(const fs::path& file) {
     constexpr std::string_view skipped = " \t\r\n\xef\xbb\xbf";
     constexpr std::size_t most = 1 << 16;
-    for (const char each : read_head(file, most))
+    for (const auto byte : read_head(file, most)) {
+        const auto each = static_cast<char>(byte);
         if (skipped.find(each) == std::string_view::npos)
             return each;
+    }
     return 0;
 }
 
