@@ -2,6 +2,7 @@
 #include "catch.hpp"
 #include "exr_files.hpp"
 #include "program.hpp"
+#include "tiff_files.hpp"
 
 #include <OpenEXR/ImfTiledOutputFile.h>
 #include <tiffio.h>
@@ -118,51 +119,10 @@ std::string write_exr(const std::string& file, const cv::Mat& image, const ExrFo
     return file;
 }
 
-struct TiffForm {
-    const char* mode = "w"; ///< of libtiff: b is the byte order of other machines, 8 is BigTIFF
-    std::uint16_t compression = COMPRESSION_NONE, predictor = PREDICTOR_NONE;
-    int rows = 5; ///< of a strip, or the sides of a tile
-    bool tiled = false;
-};
-
 /// `image` in the file's order of channels.
 std::string write_tiff(const std::string& file, const cv::Mat& image, const TiffForm& form = {}) {
-    TIFF* tiff = TIFFOpen(file.c_str(), form.mode);
-    REQUIRE(tiff);
     const bool is_float = image.depth() == CV_32F || image.depth() == CV_16F;
-    for (const auto& [tag, value] :
-         {std::pair{TIFFTAG_IMAGEWIDTH, image.cols},
-          {TIFFTAG_IMAGELENGTH, image.rows},
-          {TIFFTAG_BITSPERSAMPLE, 8 * static_cast<int>(image.elemSize1())},
-          {TIFFTAG_SAMPLESPERPIXEL, image.channels()},
-          {TIFFTAG_SAMPLEFORMAT, is_float ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT},
-          {TIFFTAG_PHOTOMETRIC, image.channels() > 1 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK},
-          {TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG},
-          {TIFFTAG_COMPRESSION, static_cast<int>(form.compression)}})
-        TIFFSetField(tiff, static_cast<std::uint32_t>(tag), value);
-    if (form.predictor != PREDICTOR_NONE)
-        TIFFSetField(tiff, TIFFTAG_PREDICTOR, form.predictor);
-    if (form.tiled) {
-        TIFFSetField(tiff, TIFFTAG_TILEWIDTH, form.rows);
-        TIFFSetField(tiff, TIFFTAG_TILELENGTH, form.rows);
-        std::uint32_t i = 0;
-        for (int y = 0; y < image.rows; y += form.rows)
-            for (int x = 0; x < image.cols; x += form.rows) {
-                cv::Mat tile = cv::Mat::zeros(form.rows, form.rows, image.type());
-                const cv::Rect there(x, y, std::min(form.rows, image.cols - x), std::min(form.rows, image.rows - y));
-                image(there).copyTo(tile(cv::Rect({}, there.size())));
-                const auto size = static_cast<tmsize_t>(tile.total() * tile.elemSize());
-                REQUIRE(TIFFWriteEncodedTile(tiff, i++, tile.data, size) > 0);
-            }
-    } else {
-        TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, form.rows);
-        for (int y = 0; y < image.rows; ++y) {
-            cv::Mat row = image.row(y).clone(); // libtiff swaps bytes in place
-            REQUIRE(TIFFWriteScanline(tiff, row.data, static_cast<std::uint32_t>(y), 0) == 1);
-        }
-    }
-    TIFFClose(tiff);
-    return file;
+    return test::write_tiff(file, image, is_float ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT, form).string();
 }
 
 cv::Mat converted(const cv::Mat& values, int depth, double scale = 1) {

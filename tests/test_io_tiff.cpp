@@ -1,6 +1,7 @@
 // TIFF in the forms that other programs write: tiles and strips, compressed or not, either byte order, BigTIFF, turned.
 #include "catch.hpp"
 #include "io_files.hpp"
+#include "tiff_files.hpp"
 
 #include <fathom/io.hpp>
 
@@ -15,60 +16,12 @@ using namespace fathom::test;
 
 namespace {
 
-struct FileForm {
-    const char* mode = "w"; ///< of libtiff: l and b are byte orders, 8 is BigTIFF
-    std::uint16_t compression = COMPRESSION_NONE;
-    std::uint16_t predictor = PREDICTOR_NONE;
-    std::uint32_t rows = 4; ///< a strip, or a side of a tile
-    bool tiled = false;
-    std::uint16_t orientation = ORIENTATION_TOPLEFT;
-};
-
-/// Writes rows as they lie in the matrix, whatever the orientation says.
-fs::path written(const fs::path& file, const cv::Mat& image, std::uint16_t format, const FileForm& form) {
-    TIFF* tiff = TIFFOpen(file.c_str(), form.mode);
-    REQUIRE(tiff);
-    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, image.cols);
-    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, image.rows);
-    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, static_cast<int>(image.elemSize1() * 8));
-    TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, format);
-    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, image.channels());
-    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, image.channels() > 1 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK);
-    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
-    TIFFSetField(tiff, TIFFTAG_COMPRESSION, form.compression);
-    TIFFSetField(tiff, TIFFTAG_ORIENTATION, form.orientation);
-    if (form.predictor != PREDICTOR_NONE)
-        TIFFSetField(tiff, TIFFTAG_PREDICTOR, form.predictor);
-    if (form.tiled) {
-        const int side = static_cast<int>(form.rows);
-        TIFFSetField(tiff, TIFFTAG_TILEWIDTH, side);
-        TIFFSetField(tiff, TIFFTAG_TILELENGTH, side);
-        std::uint32_t i = 0;
-        for (int y = 0; y < image.rows; y += side)
-            for (int x = 0; x < image.cols; x += side) {
-                cv::Mat tile(side, side, image.type(), cv::Scalar::all(7));
-                const cv::Rect there(x, y, std::min(side, image.cols - x), std::min(side, image.rows - y));
-                image(there).copyTo(tile(cv::Rect({}, there.size())));
-                REQUIRE(TIFFWriteEncodedTile(tiff, i++, tile.data,
-                                             static_cast<tmsize_t>(tile.total() * tile.elemSize())) > 0);
-            }
-    } else {
-        TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, form.rows);
-        for (int y = 0; y < image.rows; ++y) {
-            cv::Mat row = image.row(y).clone(); // libtiff swaps bytes in place
-            REQUIRE(TIFFWriteScanline(tiff, row.data, static_cast<std::uint32_t>(y), 0) == 1);
-        }
-    }
-    TIFFClose(tiff);
-    return file;
-}
-
 bool same(const cv::Mat& a, const cv::Mat& b) {
     return a.type() == b.type() && a.size() == b.size() && a.isContinuous() && b.isContinuous() &&
            std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
 }
 
-const std::vector<FileForm> forms{
+const std::vector<TiffForm> forms{
     {},
     {.rows = 1},
     {.rows = 100},
@@ -92,10 +45,10 @@ TEST_CASE("tiff: depth of every type comes back bit for bit from every form of f
                                                 {CV_32FC1, SAMPLEFORMAT_IEEEFP, Storage::float32}}) {
         cv::Mat image(23, 37, type);
         cv::randu(image, 0, CV_MAT_DEPTH(type) == CV_32S ? 1 << 24 : 30000);
-        for (const FileForm& form : forms) {
+        for (const TiffForm& form : forms) {
             INFO(image.elemSize() * 8 << " bits, format " << format << ", " << form.mode << ", compression "
                                       << form.compression << ", " << form.rows << (form.tiled ? " tiled" : " rows"));
-            const auto file = written(folder / "a.tif", image, static_cast<std::uint16_t>(format), form);
+            const auto file = write_tiff(folder / "a.tif", image, static_cast<std::uint16_t>(format), form);
             const DepthFile depth = read_depth(file);
             CHECK(depth.storage == storage);
             cv::Mat values = depth.values;
@@ -114,9 +67,9 @@ TEST_CASE("tiff: pictures of 16 bits and floats come in B, G, R", "[io]") {
                                        {CV_32FC4, SAMPLEFORMAT_IEEEFP}}) {
         cv::Mat image(23, 37, type);
         cv::randu(image, 0, 30000);
-        for (const FileForm& form : forms) {
+        for (const TiffForm& form : forms) {
             const cv::Mat color =
-                read_color(written(folder / "a.tif", image, static_cast<std::uint16_t>(format), form));
+                read_color(write_tiff(folder / "a.tif", image, static_cast<std::uint16_t>(format), form));
             REQUIRE(color.channels() == image.channels());
             double worst = 0;
             for (int c = 0; c < color.channels(); ++c) {
@@ -145,7 +98,7 @@ TEST_CASE("tiff: an image stands upright, whatever its orientation says of its r
         (cv::Mat_<float>(3, 2) << 3, 6, 2, 5, 1, 4)}; // the first row on the left, the first column below
     for (std::uint16_t orientation = 1; orientation <= 8; ++orientation) {
         INFO("orientation " << orientation);
-        const auto file = written(folder / "a.tif", rows, SAMPLEFORMAT_IEEEFP, {.orientation = orientation});
+        const auto file = write_tiff(folder / "a.tif", rows, SAMPLEFORMAT_IEEEFP, {.orientation = orientation});
         CHECK(same(read_depth(file).values, upright[orientation - 1u]));
     }
 }
@@ -153,7 +106,7 @@ TEST_CASE("tiff: an image stands upright, whatever its orientation says of its r
 TEST_CASE("tiff: strips that are not there are refused, wrong counts of their bytes are mended", "[io]") {
     const TempFolder folder;
     const cv::Mat image(8, 8, CV_16UC1, cv::Scalar(9));
-    const auto file = written(folder / "a.tif", image, SAMPLEFORMAT_UINT, {.mode = "wl", .rows = 8});
+    const auto file = write_tiff(folder / "a.tif", image, SAMPLEFORMAT_UINT, {.mode = "wl", .rows = 8});
     const Bytes whole = get(file);
     REQUIRE_NOTHROW(read_depth(file));
     const auto with = [&](std::uint16_t tag, std::uint32_t value) { // in the directory at the file's end
