@@ -82,8 +82,8 @@ TEST_CASE("program: a frame after the first takes hardly longer to compute than 
           Subject{joined({"dof", "--color", colors}, lens_options), [&] { dof(stored, sharp, three, lens); }}}) {
         const std::string& name = subject.command.front();
         const Arguments command =
-            joined(joined(subject.command, inputs),
-                   {"--camera", camera, "-o", folder / "out", "--format", "exr", "--json", "--memory", "1K"});
+            joined(joined(subject.command, inputs), // one frame at a time, and whole: rows of a PFM start at the bottom
+                   {"--camera", camera, "-o", folder / "out", "--format", "pfm", "--json", "--memory", "1K"});
         double kernels = std::numeric_limits<double>::infinity(), computing = kernels;
         for (int round = 0; round < most_rounds && (round == 0 || computing > most * kernels); ++round) {
             for (int run_number = 0; run_number < frames; ++run_number)
