@@ -143,10 +143,14 @@ TEST_CASE("stability: where a pseudo-linear triangle spans too wide a range", "[
     check(w_range);
 }
 
+TEST_CASE("stability: where the end of a hard radius is seen as a ring", "[regimes][stability]") {
+    check(ring_of_a_radius);
+}
+
 TEST_CASE("stability: where a moving camera and a pulled focus make results flicker", "[regimes][stability]") {
     check(motion);
 }
 
 TEST_CASE("stability: what where-it-fails sweeps are the regimes tested here", "[regimes][stability]") {
-    CHECK(sweeps().size() == 14);
+    CHECK(sweeps().size() == 15);
 }

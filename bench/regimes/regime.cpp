@@ -23,6 +23,7 @@ const std::vector<Sweep>& sweeps() {
         {"noise-on-depth", noise_on_depth},
         {"grazing-angle", grazing_angle},
         {"radius", radius_of_occlusion},
+        {"ring", ring_of_a_radius},
         {"thickness", thin_occluders},
         {"border", border_of_the_image},
         {"focus", focus_distance},

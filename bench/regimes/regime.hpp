@@ -67,6 +67,7 @@ Regime bits_of_depth(const Device& device);
 Regime noise_on_depth(const Device& device);
 Regime grazing_angle(const Device& device);
 Regime radius_of_occlusion(const Device& device);
+Regime ring_of_a_radius(const Device& device);
 Regime border_of_the_image(const Device& device);
 Regime thin_occluders(const Device& device);
 Regime focus_distance(const Device& device);
