@@ -166,12 +166,12 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
     return all;
 }
 
-void write_results(const Device& device, const std::string& path, int scenes) {
+void write_results(const Device& device, const std::string& path, int scenes, int largest) {
     std::ofstream file(path, std::ios::binary);
     std::mt19937 random(7);
     for (int index = 0; index < scenes; ++index) {
-        const int width = index == 0 ? 161 : 1 + static_cast<int>(random() % 161),
-                  height = index == 0 ? 121 : 1 + static_cast<int>(random() % 121);
+        const int width = std::min(largest, index == 0 ? 161 : 1 + static_cast<int>(random() % 161)),
+                  height = std::min(largest, index == 0 ? 121 : 1 + static_cast<int>(random() % 121));
         for (const auto& [name, values] : results_of(device, index, scene(index, width, height))) {
             const std::uint64_t count = values.size();
             file << name << ' ' << index << ' ' << width << ' ' << height << ' ' << count << '\n';
@@ -332,11 +332,12 @@ int main(int count, char* arguments[]) {
                   << device.options().vector_width << '\n';
         if (what == "results" && argument(2)) {
             std::cout << "probe\t" << to_string(probe_arithmetic(device)) << std::endl;
-            write_results(device, argument(2), number_or(argument(3), 20));
+            write_results(device, argument(2), number_or(argument(3), 20), number_or(argument(4), 161));
         } else if (what == "times") {
             time_operations(device, number_or(argument(2), 1920), number_or(argument(3), 1080));
         } else {
-            throw Error("usage: device_report results FILE [SCENES] | compare FILE REFERENCE | times [WIDTH HEIGHT]");
+            throw Error(
+                "usage: device_report results FILE [SCENES [LARGEST]] | compare FILE REFERENCE | times [WIDTH HEIGHT]");
         }
     } catch (const std::exception& error) {
         std::cerr << "device_report: " << error.what() << '\n';
