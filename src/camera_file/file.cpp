@@ -72,6 +72,20 @@ private:
     int number_;
 };
 
+// Names that no file can have are not there, and nothing is in a folder that may not be looked into.
+void check_answer(const fs::path& name, const std::error_code& error) {
+    constexpr std::array no{0, ENOENT, ENOTDIR, EACCES, ENAMETOOLONG, ELOOP};
+    if (std::ranges::find(no, error.value()) == no.end())
+        refuse_read(name, error.value());
+}
+
+fs::file_status status_of(const fs::path& name) {
+    std::error_code error;
+    const auto status = fs::status(name, error);
+    check_answer(name, error);
+    return status;
+}
+
 } // namespace
 
 std::string printable(std::string_view text) {
@@ -142,6 +156,27 @@ std::string digest(std::string_view text) {
 std::string host_name() {
     std::array<char, 256> name{};
     return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
+}
+
+bool is_there(const fs::path& name) {
+    return fs::exists(status_of(name));
+}
+
+bool is_folder(const fs::path& name) {
+    return fs::is_directory(status_of(name));
+}
+
+bool is_file(const fs::path& name) {
+    return fs::is_regular_file(status_of(name));
+}
+
+std::vector<std::string> names_in(const fs::path& folder) {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (fs::directory_iterator each(folder, error), last; !error && each != last; each.increment(error))
+        names.push_back(each->path().filename().native());
+    check_answer(folder, error);
+    return names;
 }
 
 void check_readable(const fs::path& file) {

@@ -45,6 +45,14 @@ std::string host_name();
 /// Refuses a file that cannot be read for a reason of the system.
 [[noreturn]] void refuse_read(const std::filesystem::path& file, int error);
 
+/// Is there anything of this name, a folder, a file? Throws: Error when the disk does not answer.
+bool is_there(const std::filesystem::path& name);
+bool is_folder(const std::filesystem::path& name);
+bool is_file(const std::filesystem::path& name);
+
+/// Names of the files and folders in a folder; none if there is no such folder. Throws: Error when the disk does not answer.
+std::vector<std::string> names_in(const std::filesystem::path& folder);
+
 /// Refuses what cannot be read as a file: missing, a directory, empty, no permission.
 void check_readable(const std::filesystem::path& file);
 

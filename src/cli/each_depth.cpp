@@ -66,7 +66,7 @@ std::vector<std::string> channels_of(const Product& product, const cv::Mat& imag
 }
 
 bool is_exr(const std::filesystem::path& file) {
-    return std::filesystem::is_regular_file(file) && !list_channels(file).empty();
+    return io::is_file(file) && !list_channels(file).empty();
 }
 
 // Overscan is computed, too, unless a file beside the depth cannot hold it.
@@ -361,7 +361,7 @@ void announce(Report report, const std::vector<Output>& outputs, const Work& wor
         fmt::print("{}\n", result_in_words(work));
     if (report == Report::json)
         print_json(result_in_json(outputs, work));
-    std::fflush(stdout);
+    flush_output();
 }
 
 // The line of a frame in the log.
@@ -433,9 +433,8 @@ void Steps::read(Work& work) const {
     Loaded& frame = work.frame;
     if (!frame.missing.empty())
         throw Error(missing_in_words(options_, frame));
-    std::error_code ignored;
     // What is finished needs no claim, and may lie where none can be made.
-    if (!options_.share || std::filesystem::exists(frame.outputs.front(), ignored))
+    if (!options_.share || io::is_there(frame.outputs.front()))
         work.kept = is_finished(work);
     if (options_.share && !work.kept) { // before its files are read, which may take long
         prepare_folders(options_, outputs_, frame);
@@ -810,7 +809,7 @@ void announce_skipped(Report report, const Job& job) {
         fmt::print("frame {}  left out: {} is not there\n", *job.frame, job.missing.native());
     if (report == Report::json)
         print_json({{"frame", *job.frame}, {"missing", job.missing.native()}, {"skipped", true}});
-    std::fflush(stdout);
+    flush_output();
 }
 
 // Frames that other processes have now.
@@ -818,7 +817,7 @@ void announce_waiting(Report report, std::size_t count, const Job& first) {
     if (report == Report::line)
         fmt::print("{} {} for other processes; {} says for which\n", count, count == 1 ? "frame waits" : "frames wait",
                    claim_file(first).native());
-    std::fflush(stdout);
+    flush_output();
 }
 
 // Does no frame have a place because this one has none? Folders that are not there yet are made in those that are.

@@ -3,6 +3,7 @@
 
 #include "command.hpp"
 
+#include "camera_file/file.hpp"
 #include "sequence/frame_pattern.hpp"
 
 #include <fathom/error.hpp>
@@ -28,10 +29,9 @@ bool Inputs::is_sequence() const {
 }
 
 void Inputs::add(const std::string& argument) const {
-    std::error_code ignored;
-    if (fs::is_directory(argument, ignored)) {
+    if (io::is_folder(argument)) {
         add_files(argument, sequence::depth_files_in(argument));
-    } else if (const auto pattern = FramePattern::in(argument); pattern && !fs::exists(argument, ignored)) {
+    } else if (const auto pattern = FramePattern::in(argument); pattern && !io::is_there(argument)) {
         there_.push_back(pattern->files());
         if (there_.back().empty())
             throw Error(argument + ": no frame of this name is there; check the folder, and how many figures the "
@@ -43,7 +43,7 @@ void Inputs::add(const std::string& argument) const {
         else
             for (const auto& [frame, file] : there_.back())
                 all_.push_back({file, frame, source});
-    } else if (sequence::has_glob(argument) && !fs::exists(argument, ignored)) {
+    } else if (sequence::has_glob(argument) && !io::is_there(argument)) {
         add_files(argument, sequence::matching_files(argument));
     } else {
         if (frames)

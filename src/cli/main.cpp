@@ -10,6 +10,7 @@
 
 #include <cstdio>
 #include <new>
+#include <system_error>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -29,8 +30,7 @@ int run(int argc, char** argv) {
 int guarded_run(int argc, char** argv) {
     try {
         const int code = run(argc, argv);
-        if (std::fflush(stdout) != 0 || std::ferror(stdout))
-            throw fathom::Error("standard output: cannot be written; check what it is sent to");
+        check_output();
         return code;
     } catch (const UsageError& error) {
         complain(error.what());
@@ -43,6 +43,9 @@ int guarded_run(int argc, char** argv) {
         return 128 + stop.signal;
     } catch (const std::bad_alloc&) {
         complain("not enough memory");
+        return input_failed;
+    } catch (const std::system_error& error) {
+        complain(std::ferror(stdout) != 0 ? unwritable_output(error.code().value()) : error.what());
         return input_failed;
     } catch (const std::exception& error) {
         complain(error.what());

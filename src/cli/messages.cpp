@@ -9,7 +9,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
 
 namespace fathom::cli {
 namespace {
@@ -28,7 +30,26 @@ std::string on_one_line(std::string_view text) {
     return line;
 }
 
+int output_error = 0; // the first
+
 } // namespace
+
+void flush_output() {
+    errno = 0;
+    if (std::fflush(stdout) != 0 && output_error == 0)
+        output_error = errno;
+}
+
+void check_output() {
+    flush_output();
+    if (output_error != 0 || std::ferror(stdout) != 0)
+        throw Error(unwritable_output(output_error));
+}
+
+std::string unwritable_output(int error) {
+    const std::string why = error == 0 ? "" : ": " + io::reason(error);
+    return "standard output: cannot be written" + why + "; check what it is sent to";
+}
 
 void complain(std::string_view message) {
     write_to_stderr("fathom: " + io::printable(on_one_line(message)) + '\n');

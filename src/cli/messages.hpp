@@ -9,6 +9,15 @@
 
 namespace fathom::cli {
 
+/// Gives what was printed to the one who reads it.
+void flush_output();
+
+/// Throws: Error when something that was printed could not be written.
+void check_output();
+
+/// What is said then; `error`: the system's number, 0 if it is not known.
+std::string unwritable_output(int error);
+
 /// Prints `fathom: message` on one line of stderr, whatever line breaks and control characters the message holds.
 void complain(std::string_view message);
 

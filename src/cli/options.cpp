@@ -117,8 +117,7 @@ bool CameraOption::of_headers() const {
 }
 
 bool CameraOption::is_pattern() const {
-    std::error_code ignored;
-    return sequence::FramePattern::in(file) && !std::filesystem::exists(file, ignored);
+    return sequence::FramePattern::in(file) && !io::is_there(file);
 }
 
 std::string CameraOption::file_for(const Input& input) const {

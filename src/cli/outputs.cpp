@@ -32,8 +32,7 @@ bool is_known(const std::string& extension, const std::vector<std::string>& exte
 
 // The pattern that a name is, unless a file has this very name.
 std::optional<sequence::FramePattern> pattern_in(const std::string& name) {
-    std::error_code ignored;
-    return fs::exists(name, ignored) ? std::nullopt : sequence::FramePattern::in(name);
+    return io::is_there(name) ? std::nullopt : sequence::FramePattern::in(name);
 }
 
 // The pattern of an output: a single input that was named itself goes into a file of just this name.
@@ -44,8 +43,7 @@ std::optional<sequence::FramePattern> pattern_of(const DepthOptions& options, co
 }
 
 bool is_folder(const DepthOptions& options, const Output& output) {
-    std::error_code ignored;
-    return output.target.ends_with('/') || fs::is_directory(output.target, ignored) ||
+    return output.target.ends_with('/') || io::is_folder(output.target) ||
            (options.inputs.all().size() > 1 && !pattern_of(options, output));
 }
 
@@ -83,13 +81,12 @@ void check_target(const DepthOptions& options, const Output& output) {
                                          extension.empty() ? "a name without extension" : extension,
                                          one_of(extensions)));
     };
-    std::error_code ignored;
     if (out.empty())
         throw UsageError(output.option + ": the name is empty; give a file or a folder");
     if (is_folder(options, output)) {
-        if (fs::exists(out, ignored) && !fs::is_directory(out, ignored))
+        if (io::is_there(out) && !io::is_folder(out))
             throw UsageError(out.native() + ": is a file; several inputs need a folder");
-        const bool is_new = !fs::exists(out, ignored) && !output.target.ends_with('/');
+        const bool is_new = !io::is_there(out) && !output.target.ends_with('/');
         if (is_new && pattern_in(output.target))
             check_type();
         if (is_new && is_known(extension_of(out), extensions))
@@ -123,10 +120,9 @@ fs::path place(const DepthOptions& options, const Output& output, const Input& i
 
 // The file of a companion. If there is none, the name that it should have: reading that reports the missing file.
 fs::path find(const DepthOptions& options, const Companion& companion, const Input& input) {
-    std::error_code ignored;
     if (companion.source.empty())
         throw UsageError(companion.option + ": the name is empty; give a file or a folder");
-    if (!fs::is_directory(companion.source, ignored)) {
+    if (!io::is_folder(companion.source)) {
         if (const auto pattern = pattern_in(companion.source))
             return named(*pattern, companion.option, input);
         if (options.inputs.all().size() > 1)
@@ -137,7 +133,7 @@ fs::path find(const DepthOptions& options, const Companion& companion, const Inp
     }
     const fs::path named = fs::path(companion.source) / fs::path(input.file).stem();
     for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
-        if (const fs::path file = named.native() + extension; fs::exists(file, ignored))
+        if (const fs::path file = named.native() + extension; io::is_there(file))
             return file;
     return named.native() + ".exr";
 }
@@ -154,13 +150,12 @@ void find_files(const DepthOptions& options, const std::vector<Companion>& compa
 
 // The first of these files that is not there; empty: all are.
 fs::path first_missing(const Job& job) {
-    std::error_code ignored;
-    if (!fs::exists(job.input, ignored))
+    if (!io::is_there(job.input))
         return job.input;
     for (const fs::path& companion : job.companions)
-        if (!fs::exists(companion, ignored))
+        if (!io::is_there(companion))
             return companion;
-    return job.camera_file.empty() || fs::exists(job.camera_file, ignored) ? fs::path() : job.camera_file;
+    return job.camera_file.empty() || io::is_there(job.camera_file) ? fs::path() : job.camera_file;
 }
 
 // Takes the files of the nearest earlier frame that has them all. `incomplete`: frames that do not, of the same sequence.
@@ -274,7 +269,7 @@ void prepare_folders(const DepthOptions& options, const std::vector<Output>& out
         const fs::path& file = job.outputs[i];
         const fs::path folder = file.parent_path();
         std::error_code error;
-        if (folder.empty() || fs::is_directory(folder, error))
+        if (folder.empty() || io::is_folder(folder))
             continue;
         if (!is_folder(options, outputs[i]) && !pattern_of(options, outputs[i]))
             throw Error(fmt::format("{}: its folder does not exist; create {} first", file.native(), folder.native()));

@@ -61,7 +61,7 @@ void Progress::advance() {
     if (openjd_) {
         fmt::print("openjd_progress: {:.1f}\nopenjd_status: {}\n",
                    100 * static_cast<double>(done_) / static_cast<double>(count_), text);
-        std::fflush(stdout);
+        flush_output();
         return;
     }
     const std::size_t place = columns(), around = text.size() + 5;

@@ -4,6 +4,7 @@
 #include "content_hash.hpp"
 
 #include "io/replace_files.hpp"
+#include "runtime/context.hpp"
 #include "runtime/program.hpp"
 
 #include <fathom/opencl.hpp>
@@ -128,8 +129,8 @@ bool Records::is_finished(const ordered_json& record, const Job& job) const {
 }
 
 std::string device_class(const Device& device) {
-    const cl::Device queried(device.id(), true);
-    std::string driver = queried.getInfo<CL_DRIVER_VERSION>();
+    std::string driver = runtime::ask_driver([&] { return cl::Device(device.id(), true).getInfo<CL_DRIVER_VERSION>(); },
+                                             device.info().name, " does not say the version of its driver");
     driver.resize(std::min(driver.size(), driver.find('\0')));
     return fmt::format("{}, {} {}", device.info().name, device.info().platform, driver);
 }

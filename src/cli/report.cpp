@@ -214,26 +214,24 @@ std::string argument_of(const Json& run, const std::string& option) {
 // The file that a logged option such as --color names for a frame, if it is there: a pattern, a folder or a file.
 fs::path companion_of(const Json& run, const std::string& option, const Entry& entry) {
     const std::string name = from_here(text_of(run, "folder"), argument_of(run, option)).native();
-    std::error_code ignored;
     if (name.empty())
         return {};
-    if (fs::is_directory(name, ignored)) {
+    if (io::is_folder(name)) {
         const fs::path stem = fs::path(name) / entry.files[depth_role].stem();
         for (const char* extension : {".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pfm", ".npy", ".hdr"})
-            if (fs::path file = stem.native() + extension; fs::exists(file, ignored))
+            if (fs::path file = stem.native() + extension; io::is_there(file))
                 return file;
         return {};
     }
     const auto pattern = sequence::FramePattern::in(name);
-    const fs::path file = pattern && entry.frame && !fs::exists(name, ignored) ? pattern->name(*entry.frame) : name;
-    return fs::exists(file, ignored) ? file : fs::path();
+    const fs::path file = pattern && entry.frame && !io::is_there(name) ? pattern->name(*entry.frame) : name;
+    return io::is_there(file) ? file : fs::path();
 }
 
 // Where the log says what a frame was made of: its depth, and the picture that was changed.
 void add_logged_files(Entry& entry, const Log& log) {
     const fs::path input = entry.line ? log.place_of(*entry.line, "input") : fs::path();
-    std::error_code ignored;
-    if (input.empty() || !fs::exists(input, ignored))
+    if (input.empty() || !io::is_there(input))
         return;
     if (entry.files[depth_role].empty())
         entry.files[depth_role] = input;

@@ -46,10 +46,9 @@ std::vector<Input> shown_files(const ShowArguments& options) {
 }
 
 fs::path output_of(const ShowArguments& options, const Input& input) {
-    std::error_code ignored;
     if (options.output.empty())
         return fs::path(input.file).replace_extension(own_ending);
-    if (options.output.ends_with('/') || fs::is_directory(options.output, ignored))
+    if (options.output.ends_with('/') || io::is_folder(options.output))
         return fs::path(options.output) / fs::path(input.file).stem().concat(".png");
     if (extension_of(options.output) != ".png")
         throw UsageError(options.output + ": the picture is a PNG; give a name that ends with .png");

@@ -213,13 +213,11 @@ struct Files {
 std::optional<Files> files_in(const fs::path& folder, const char* extension) {
     Files files{folder / (std::string("cameras") + extension), folder / (std::string("images") + extension),
                 std::string(extension) == ".bin"};
-    std::error_code none;
-    return fs::exists(files.cameras, none) ? std::optional(files) : std::nullopt;
+    return is_there(files.cameras) ? std::optional(files) : std::nullopt;
 }
 
 Files files_of(const fs::path& file) {
-    std::error_code none;
-    if (!fs::is_directory(file, none)) {
+    if (!is_folder(file)) {
         const auto files = files_in(file.parent_path(), file.extension().c_str());
         check_readable(file);
         if (!files)
@@ -278,16 +276,14 @@ Eigen::Matrix4d view_of(const fs::path& file, const ColmapImage& image) {
 } // namespace
 
 bool is_colmap(const fs::path& file) {
-    std::error_code none;
     const std::string name = file.filename().string();
-    return fs::is_directory(file, none) || name == "cameras.bin" || name == "cameras.txt" || name == "images.bin" ||
+    return is_folder(file) || name == "cameras.bin" || name == "cameras.txt" || name == "images.bin" ||
            name == "images.txt";
 }
 
 std::vector<fs::path> colmap_files(const fs::path& file) {
     const Files files = files_of(file);
-    std::error_code none;
-    return fs::exists(files.images, none) ? std::vector{files.cameras, files.images} : std::vector{files.cameras};
+    return is_there(files.images) ? std::vector{files.cameras, files.images} : std::vector{files.cameras};
 }
 
 Imported import_colmap(const fs::path& file, const ImportOptions& options) {
@@ -300,8 +296,7 @@ Imported import_colmap(const fs::path& file, const ImportOptions& options) {
     Imported imported{.keys = {},
                       .cure = "for its own depth maps add --preset colmap, otherwise name the source or give the keys: "
                               "--preset encoding=view-z,scale=0.001"};
-    std::error_code none;
-    if (!fs::exists(files.images, none)) {
+    if (!is_there(files.images)) {
         if (cameras.size() != 1 || !options.image.empty())
             refuse(files.cameras, "has " + std::to_string(cameras.size()) + " cameras and no " +
                                       files.images.filename().string() +

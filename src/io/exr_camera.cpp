@@ -460,8 +460,7 @@ Imported import_exr(const fs::path& file) {
 }
 
 bool exr_has_camera(const fs::path& file) {
-    std::error_code none;
-    if (!fs::is_regular_file(file, none))
+    if (!is_file(file))
         return false;
     try {
         return begins_like_exr(file) && imported(file).has_value();

@@ -9,6 +9,7 @@
 #include <OpenEXR/ImfVersion.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdint>
 #include <fstream>
 #include <map>
@@ -30,6 +31,7 @@ public:
         std::array<char, 4> bytes{};
         take(bytes.size());
         stream_.read(bytes.data(), bytes.size());
+        check();
         std::uint32_t value = 0;
         for (std::size_t i = 0; i < bytes.size(); ++i)
             value |= std::uint32_t{static_cast<unsigned char>(bytes[i])} << 8 * i;
@@ -41,6 +43,7 @@ public:
         for (;;) {
             take(1);
             const int c = stream_.get();
+            check();
             if (c <= 0)
                 return text;
             text += static_cast<char>(c);
@@ -49,6 +52,7 @@ public:
     void skip(std::uint64_t size) {
         take(size);
         stream_.seekg(static_cast<std::streamoff>(size), std::ios::cur);
+        check();
     }
     [[noreturn]] void refuse_damaged() const {
         refuse(file_,
@@ -56,6 +60,10 @@ public:
     }
 
 private:
+    void check() const {
+        if (!stream_ && !stream_.eof())
+            refuse_read(file_, errno == 0 ? EIO : errno);
+    }
     void take(std::uint64_t size) {
         if (size > size_ - at_)
             refuse_damaged();

@@ -330,8 +330,7 @@ int exr_part_of(const std::filesystem::path& file, const std::string& channel) {
 
 std::vector<std::string> depth_channels(const std::filesystem::path& file) {
     std::vector<std::string> names;
-    std::error_code none;
-    if (!std::filesystem::is_regular_file(file, none) || !begins_like_exr(file))
+    if (!is_file(file) || !begins_like_exr(file))
         return names;
     return refusing_damage(file, [&] {
         for (const auto& channel : channels_of(open_exr(file)))

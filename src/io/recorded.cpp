@@ -81,7 +81,7 @@ std::optional<Span> record_of_png(Span bytes) {
 
 std::optional<Bytes> read_if_there(const fs::path& file) {
     std::error_code none;
-    if (!fs::is_regular_file(file, none))
+    if (!is_file(file))
         return std::nullopt;
     std::ifstream stream(file, std::ios::binary);
     const auto size = fs::file_size(file, none);

@@ -35,6 +35,7 @@ struct Stream {
     ByteSink* out = nullptr;
     std::uint64_t size = 0;
     std::uint64_t at = 0;
+    int unreadable = 0;              ///< why the system did not read, once it did not
     bool cut_short = false;          ///< something was to be read that is not there, which libtiff forgives in places
     std::string error = {};          ///< libtiff's first
     std::exception_ptr failure = {}; ///< of `out`, which libtiff cannot throw
@@ -49,6 +50,8 @@ struct Stream {
                     ::pread(file, static_cast<char*>(target) + done, there - done, static_cast<off_t>(from + done));
                 if (got < 0 && errno == EINTR)
                     continue;
+                if (got < 0)
+                    unreadable = errno;
                 if (got <= 0)
                     break;
                 done += static_cast<std::uint64_t>(got);
@@ -122,6 +125,8 @@ Tiff open(Stream& stream, const char* mode) {
 }
 
 [[noreturn]] void refuse_damaged(const std::filesystem::path& file, const Stream& stream) {
+    if (stream.unreadable != 0)
+        refuse_read(file, stream.unreadable);
     refuse(file, "is damaged or cut short" + (stream.error.empty() ? "" : " (" + stream.error + ")") +
                      "; write or copy it again");
 }
@@ -409,7 +414,7 @@ public:
     explicit OpenFile(const std::filesystem::path& file) : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
         struct stat status;
         if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0)
-            refuse(file, "cannot be read: " + reason(errno) + "; check its permissions");
+            refuse_read(file, errno);
         stream = {.file = descriptor_, .size = static_cast<std::uint64_t>(status.st_size)};
     }
     OpenFile(const OpenFile&) = delete;

@@ -55,6 +55,24 @@ std::shared_ptr<Context> context_for(const cl::Context& context, const cl::Devic
     return found;
 }
 
+std::string in_words(cl_int code) {
+    const auto no_room = [code](const char* what) {
+        return text(code, " (", what, "); free memory that others take, or give a smaller image or memory budget");
+    };
+    switch (code) {
+    case CL_DEVICE_NOT_AVAILABLE:
+        return text(code, " (the device is not available); check that it is still there, and start again");
+    case CL_MEM_OBJECT_ALLOCATION_FAILURE:
+        return no_room("no memory for a buffer");
+    case CL_OUT_OF_RESOURCES:
+        return no_room("out of resources");
+    case CL_OUT_OF_HOST_MEMORY:
+        return no_room("out of host memory");
+    default:
+        return text(code, "; start again, or try another device or driver");
+    }
+}
+
 bool forked() {
     return in_child;
 }

@@ -59,6 +59,9 @@ void release(Value* value) {
         delete value;
 }
 
+/// An error of a driver and its cure, to be put behind "returned": "-5 (out of resources); …".
+std::string in_words(cl_int code);
+
 /// Asks a driver for something. Its error becomes an Error: the parts of `what`, then "<function> returned <code>".
 template <typename Action, typename... What>
 decltype(auto) ask_driver(const Action& action, const What&... what) {
@@ -66,7 +69,7 @@ decltype(auto) ask_driver(const Action& action, const What&... what) {
     try {
         return action();
     } catch (const cl::Error& error) {
-        throw Error(text(what..., ": ", error.what(), " returned ", error.err()));
+        throw Error(text(what..., ": ", error.what(), " returned ", in_words(error.err())));
     }
 }
 

@@ -40,19 +40,22 @@ DeviceInfo describe(const cl::Device& device, const cl::Platform& platform, int 
             static_cast<int>(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>())};
 }
 
-// What a driver says, or nothing if it fails: one bad driver hides only its own devices.
-template <typename Action>
-auto or_nothing(const Action& action) -> decltype(action()) {
-    try {
-        return action();
-    } catch (const cl::Error&) {
-        return {};
-    }
-}
+constexpr cl_int no_platform = -1001; // CL_PLATFORM_NOT_FOUND_KHR: the loader's way to say that no driver is installed
 
-std::vector<Found> find_devices() {
+// `failure`: takes what a driver did not do.
+std::vector<Found> find_devices(std::string* failure = nullptr) {
     runtime::check_process();
-    const auto platforms = or_nothing([] { // none is the loader's way to say that no driver is installed
+    // What a driver says, or nothing if it fails: one bad driver hides only its own devices.
+    const auto or_nothing = [&](const auto& action) -> decltype(action()) {
+        try {
+            return action();
+        } catch (const cl::Error& error) {
+            if (failure && error.err() != no_platform && error.err() != CL_DEVICE_NOT_FOUND)
+                *failure = text(error.what(), " returned ", runtime::in_words(error.err()));
+            return {};
+        }
+    };
+    const auto platforms = or_nothing([] {
         std::vector<cl::Platform> all;
         cl::Platform::get(&all);
         return all;
@@ -98,7 +101,9 @@ bool answers_to(const DeviceInfo& info, const std::string& wanted) {
     return lower(info.name).find(wanted) != std::string::npos;
 }
 
-const Found& choose(const std::vector<Found>& found, const std::string& wanted) {
+const Found& choose(const std::vector<Found>& found, const std::string& wanted, const std::string& failure) {
+    if (found.empty() && !failure.empty())
+        throw NoDevice("no OpenCL device answers: " + failure);
     if (found.empty()) {
         throw NoDevice("no OpenCL device is installed; a CPU becomes one with the package pocl-opencl-icd, "
                        "which needs a folder to write into (POCL_CACHE_DIR)");
@@ -166,8 +171,9 @@ std::vector<DeviceInfo> list_devices() {
 }
 
 Device Device::open(const std::string& wanted, const DeviceOptions& options) {
-    const std::vector<Found> all = find_devices();
-    const Found& found = choose(all, wanted);
+    std::string failure;
+    const std::vector<Found> all = find_devices(&failure);
+    const Found& found = choose(all, wanted, failure);
     Device device;
     const auto make = [&] {
         const auto shared = runtime::own_context(found.device);

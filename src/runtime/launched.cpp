@@ -14,7 +14,7 @@ void check(const Device& device, const char* what, cl_int code) {
     if (code == CL_SUCCESS)
         return;
     clFinish(device.queue()); // as `ask` does
-    throw Error(text(device.info().name, " refused ", what, ": OpenCL returned ", code));
+    throw Error(text(device.info().name, " refused ", what, ": OpenCL returned ", in_words(code)));
 }
 
 // Drivers differ in what they do with an event that has failed: PoCL waits for ever.

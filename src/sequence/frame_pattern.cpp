@@ -1,6 +1,8 @@
 // Names of frames. How a number is written follows fileseq 3.4 (github.com/justinfx/fileseq).
 #include "frame_pattern.hpp"
 
+#include "camera_file/file.hpp"
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -175,21 +177,19 @@ std::vector<FramePattern> FramePattern::parts() const {
 // The files below a folder whose path goes on with these parts.
 void FramePattern::collect(const fs::path& folder, std::span<const FramePattern> parts, std::optional<Frame> frame,
                            std::map<Frame, std::string>& found) {
-    std::error_code ignored;
     if (parts.empty()) {
-        if (frame && !fs::is_directory(folder, ignored))
+        if (frame && !io::is_folder(folder))
             found.emplace(*frame, folder.native());
         return;
     }
     const FramePattern& part = parts.front();
     if (part.tokens_.empty() || frame) {
         const fs::path next = folder / (frame ? part.name(*frame) : part.text_);
-        if (fs::exists(next, ignored))
+        if (io::is_there(next))
             collect(next, parts.subspan(1), frame, found);
         return;
     }
-    for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, ignored)) {
-        const std::string name = entry.path().filename().native();
+    for (const std::string& name : io::names_in(folder.empty() ? fs::path(".") : folder)) {
         if (const auto number = part.frame(name))
             collect(folder / name, parts.subspan(1), number, found);
     }
@@ -218,15 +218,13 @@ std::vector<std::string> matching_files(const std::string& pattern) {
 
 std::vector<std::string> depth_files_in(const fs::path& folder) {
     std::vector<std::string> files;
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-        std::string extension = entry.path().extension().native();
+    for (const std::string& name : io::names_in(folder)) {
+        std::string extension = fs::path(name).extension().native();
         std::ranges::transform(extension, extension.begin(),
                                [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
         const auto known = {".exr", ".png", ".tif", ".tiff", ".pfm", ".pgm", ".npy"};
-        if (std::ranges::find(known, extension) != known.end() && !entry.is_directory(ignored) &&
-            entry.path().filename().native().front() != '.')
-            files.push_back((folder / entry.path().filename()).native());
+        if (std::ranges::find(known, extension) != known.end() && name.front() != '.' && !io::is_folder(folder / name))
+            files.push_back((folder / name).native());
     }
     std::ranges::sort(files);
     return files;

@@ -11,7 +11,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <map>
 #include <mutex>
 #include <sstream>
@@ -158,6 +160,8 @@ struct Account {
     std::vector<Call> points;
     std::size_t fails_at = ~std::size_t{0};
     layer::Failure failure = layer::Failure::once;
+    cl_int code = CL_SUCCESS; // instead of the function's own
+    std::ofstream list;       // of the points
     int host_waits = 0;
     std::map<const void*, Held> held;
     std::map<cl_command_queue, Commands> queues;
@@ -185,6 +189,8 @@ bool counted(Call call) {
         return false;
     const std::size_t point = all.points.size();
     all.points.push_back(call);
+    if (all.list.is_open())
+        all.list << about(call).name << std::endl; // the process may be killed
     return point == all.fails_at || (point > all.fails_at && all.failure == layer::Failure::from_here);
 }
 
@@ -347,6 +353,25 @@ Reached reached(cl_event event) {
     return found == all.events.end() ? Reached{nullptr, 0} : found->second;
 }
 
+/// What a call that must fail returns.
+cl_int code_of(Call call) {
+    const cl_int given = account().code;
+    return given == CL_SUCCESS ? about(call).code : given;
+}
+
+/// What the environment asks for: the program of a test has no other way to say it.
+void read_environment() {
+    if (const char* const list = std::getenv("FATHOM_LAYER_POINTS"))
+        account().list.open(list);
+    if (const char* const fails = std::getenv("FATHOM_LAYER_FAILS")) {
+        std::istringstream words(fails); // as in "12 -5 once", or always
+        std::string how_often;
+        std::size_t point = 0;
+        words >> point >> account().code >> how_often;
+        layer::fail(point, how_often == "always" ? layer::Failure::from_here : layer::Failure::once);
+    }
+}
+
 template <Call call, typename Object, typename Arguments>
 void made(Object object, const Arguments& arguments) {
     if constexpr (call == Call::clCreateBuffer) {
@@ -400,12 +425,12 @@ struct Hook<call, function, Result(CL_API_CALL*)(Arguments...)> {
         const bool fails = counted(call);
         if constexpr (does == Does::waits) {
             const Result result = wait(given);
-            return fails ? about(call).code : result;
+            return fails ? code_of(call) : result;
         } else if constexpr (enqueues) {
-            return fails ? failed<Result>(about(call).code, given) : enqueue(given);
+            return fails ? failed<Result>(code_of(call), given) : enqueue(given);
         } else {
             if (fails)
-                return failed<Result>(about(call).code, given);
+                return failed<Result>(code_of(call), given);
             const Result result = pass_on(given);
             after(result, given);
             return result;
@@ -520,6 +545,7 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL clInitLayer(cl_uint entries, const cl
     *own = &hooked;
     *own_entries = std::min(entries, known);
     initialised = true;
+    read_environment();
     return CL_SUCCESS;
 }
 

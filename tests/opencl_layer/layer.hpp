@@ -8,6 +8,9 @@
 /// keeps account of what the program holds. The loader takes it from the environment: OPENCL_LAYERS=path of this library.
 /// A test links with it too, so that both have the same copy.
 ///
+/// For a program that does not link with it, FATHOM_LAYER_FAILS="POINT CODE once" (or always) says what fails and with which
+/// error, and FATHOM_LAYER_POINTS names a file for the list of points.
+///
 /// Building the same source with the same options in the same context again takes no time: its kernels are made from the
 /// program that was built first. So a thousand new devices of one context cost no more than one.
 namespace layer {
