@@ -182,8 +182,9 @@ void set_special_values(DepthForm& form, const Camera& camera, Storage storage) 
         form.background = default_background(camera, storage);
     else if (!std::isnan(*camera.background)) // NaN: no value is the background
         form.background = bits_of("background", *camera.background, storage);
-    require(!(camera.missing && camera.background && form.missing == form.background),
-            "missing and background are both ", *camera.missing, "; a value can mean one of them only");
+    if (camera.missing && camera.background)
+        require(form.missing != form.background, "missing and background are both ", *camera.missing,
+                "; a value can mean one of them only");
     if (form.missing == form.background)
         form.background.reset();
 
