@@ -1,4 +1,4 @@
-// Where the radius of ambient occlusion ends on a floor beside a ball, a ring is seen. It is the fainter, the more of the
+// Where the radius of ambient occlusion ends on a floor beside a sphere, a ring is seen. It is the fainter, the more of the
 // radius occluders fade out over.
 
 #include "regimes/images.hpp"
@@ -19,28 +19,28 @@ using Eigen::Vector3d;
 const Vector3d up = Vector3d(0, 1, 1).normalized(); // the camera looks down at 45 degrees
 
 constexpr int width = 288, height = 224;
-constexpr double extent = 4.5, reach = 1, ball = 1; // scene units: 64 pixels to each
-constexpr double band = 0.05;                       // of the radius: how wide the rings of floor are that are averaged
-constexpr int first = 22, last = 42;                // of those rings, about the end of the radius
-constexpr int step = 2;                             // rings from one slope to the next
+constexpr double extent = 4.5, reach = 1, sphere = 1; // scene units: 64 pixels to each
+constexpr double band = 0.05;        // of the radius: how wide the rings of floor are that are averaged
+constexpr int first = 22, last = 42; // of those rings, about the end of the radius
+constexpr int step = 2;              // rings from one slope to the next
 constexpr const char* bend = "bend of visibility, per radius";
 constexpr const char* off = "error of visibility, rms";
 
-// Rays of a length from a floor meet a ball that lies on it in a cap of half-angle b around the direction to its centre, as far
+// Rays of a length from a floor meet a sphere that lies on it in a cap of half-angle b around the direction to its centre, as far
 // away as c. The cap lies above the horizon: V = 1 - (R / c) sin^2 b.
-double beside_ball(double distance, double length) {
-    const double c = std::hypot(distance, ball);
+double beside_sphere(double distance, double length) {
+    const double c = std::hypot(distance, sphere);
     const double cosine =
-        length >= distance ? distance / c : (c * c + length * length - ball * ball) / (2 * c * length);
-    return 1 - ball / c * (1 - std::pow(std::min(cosine, 1.0), 2));
+        length >= distance ? distance / c : (c * c + length * length - sphere * sphere) / (2 * c * length);
+    return 1 - sphere / c * (1 - std::pow(std::min(cosine, 1.0), 2));
 }
 
 // An occluder that fades linearly over the end of the radius is one that is met by some of the lengths there.
-double beside_ball_with(double falloff, double distance) {
+double beside_sphere_with(double falloff, double distance) {
     constexpr int lengths = 256;
     double sum = 0;
     for (int i = 0; i < lengths; ++i)
-        sum += beside_ball(distance, reach * (1 - falloff * (i + 0.5) / lengths));
+        sum += beside_sphere(distance, reach * (1 - falloff * (i + 0.5) / lengths));
     return sum / lengths;
 }
 
@@ -50,7 +50,7 @@ std::size_t at(int ring) {
 
 using Profile = std::array<double, last + 1>;
 
-// Means over the floor before the ball, where it hides nothing.
+// Means over the floor before the sphere, where it hides nothing.
 Profile profile(const scene::Rendered& image, const std::vector<float>& visibility, const Vector3d& contact) {
     Profile sums{};
     std::array<int, last + 1> counts{};
@@ -86,7 +86,7 @@ double off_by(const Profile& visibility, const Profile& truth) {
 Profile exact(double falloff) {
     Profile profile{};
     for (int i = first; i <= last; ++i)
-        profile[at(i)] = beside_ball_with(falloff, (i + 0.5) * band * reach);
+        profile[at(i)] = beside_sphere_with(falloff, (i + 0.5) * band * reach);
     return profile;
 }
 
@@ -99,7 +99,7 @@ Regime ring_of_a_radius(const Device& device) {
                      {0.5, 20}),
         width, height);
     const Vector3d contact(0, 0.2 * extent, -10);
-    const scene::Scene scene{scene::Plane{contact, up}, scene::Sphere{contact + ball * up, ball}};
+    const scene::Scene scene{scene::Plane{contact, up}, scene::Sphere{contact + sphere * up, sphere}};
     const scene::Rendered image = scene::render(scene, camera);
     const StoredDepth stored = stored_of(device, image.stored, camera);
     for (const double falloff : {0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0}) {

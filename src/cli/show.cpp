@@ -174,7 +174,7 @@ bool take_range(const std::string& text, RangeWish& wish) {
 std::function<int()> configure_show(CLI::App& app) {
     auto options = std::make_shared<ShowArguments>();
     app.add_option("FILE", options->files.arguments,
-                   "results or depth images: EXR, PNG, TIFF, PFM, NPY, PGM, JPEG or\nHDR. Also a folder, or "
+                   "results or depth images: EXR, PNG, TIFF, PFM, NPY, PGM or HDR.\nAlso a folder, or "
                    "'ao.####.exr', 'ao.%04d.exr' or 'ao.*.exr'")
         ->type_name("FILE")
         ->required()

@@ -460,10 +460,10 @@ Imported import_exr(const fs::path& file) {
 }
 
 bool exr_has_camera(const fs::path& file) {
-    if (!is_file(file))
+    if (!is_file(file) || !begins_like_exr(file))
         return false;
     try {
-        return begins_like_exr(file) && imported(file).has_value();
+        return imported(file).has_value();
     } catch (const Error&) {
         return true; // it has one that cannot be used, and says why
     }
