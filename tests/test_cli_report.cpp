@@ -169,7 +169,7 @@ TEST_CASE("a report shows the picture that a logged command changed") {
                    shot.frame_line(1), shot.frame_line(2)})});
     CHECK(data["layers"]["input"]["name"] == "R, G, B");
     CHECK(data["layers"]["depth"]["name"] == "Z");
-    const auto& blue = decoded(data["frames"][0]["images"]["input"]).at<cv::Vec3b>(height / 2, width / 2);
+    const auto blue = decoded(data["frames"][0]["images"]["input"]).at<cv::Vec3b>(height / 2, width / 2);
     CHECK(blue[0] > 250);
     CHECK(blue[2] < 5);
 }

@@ -196,8 +196,10 @@ bool is_background(const Viewed& viewed, const float* pixel) {
 double entropy(const std::vector<double>& sample, const ColorRange& range) {
     constexpr int bins = 64;
     std::array<double, bins> counts{};
-    for (const double value : sample)
-        ++counts[static_cast<std::size_t>(std::clamp(range.place(value) * bins, 0.0, bins - 1.0))];
+    for (const double value : sample) {
+        const double bin = range.place(value) * bins; // NaN where a logarithm has no place
+        ++counts[bin > 0 ? static_cast<std::size_t>(std::min(bin, bins - 1.0)) : 0];
+    }
     double bits = 0;
     for (const double count : counts)
         if (count > 0)

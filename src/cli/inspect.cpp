@@ -366,7 +366,7 @@ std::function<int()> configure_inspect(CLI::App& app) {
     add_device_options(app, options->device);
     return [options] {
         options->inputs = {{options->file, frame_of(options->file)}};
-        options->camera.inputs = [options]() -> const std::vector<Input>& { return options->inputs; };
+        options->camera.inputs = [&inputs = options->inputs]() -> const std::vector<Input>& { return inputs; };
         return inspect(*options);
     };
 }
