@@ -88,8 +88,8 @@ std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::s
 }
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    constexpr double most =
-        2; // seconds of the processor; -timeout counts those of the clock, which others' work makes more
+    // Of the processor: -timeout counts seconds of the clock, which others' work makes more.
+    constexpr double most = 2;
     const std::clock_t start = std::clock();
     target().run({data, size});
     const double taken = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
