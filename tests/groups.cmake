@@ -12,7 +12,7 @@ set(long_files cli_dof cli_dof_masks cli_mistakes cli_program cli_resume cli_seq
   ssao_brute_force ssao_cameras ssao_half ssao_options unproject)
 
 # Files whose exhaustive cases take minutes, or gigabytes of memory or disk: scripts/test --all alone runs those.
-set(all_only_files cli_strips large_images)
+set(all_only_files cli_memory cli_strips large_images)
 
 # Files that measure times, which nothing may run beside.
 set(serial_files cli_cost)

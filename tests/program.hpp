@@ -84,7 +84,8 @@ struct Surroundings {
 struct Outcome {
     int code; // 128 + signal when it was killed
     std::string out, err;
-    long peak_mib = 0; // of its resident memory
+    long peak_mib = 0;            // of its resident memory
+    double processor_seconds = 0; // of all its threads
 };
 
 /// A run of the program, its streams going to files.
@@ -139,7 +140,11 @@ public:
         int status = 0;
         rusage usage{};
         wait4(std::exchange(child_, 0), &status, 0, &usage);
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), out(), err(), usage.ru_maxrss >> 10};
+        const auto seconds = [](const timeval& time) {
+            return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+        };
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), out(), err(), usage.ru_maxrss >> 10,
+                seconds(usage.ru_utime) + seconds(usage.ru_stime)};
     }
 
 private:

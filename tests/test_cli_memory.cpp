@@ -1,6 +1,8 @@
 // --memory: large images are done in bands, with the same bytes in the file; or a line says what they need.
 #include "program.hpp"
 
+#include <iostream>
+
 using namespace fathom;
 using namespace fathom::test;
 
@@ -13,6 +15,61 @@ cv::Mat steps(int columns, int rows) {
         for (int x = 0; x < columns; ++x)
             depth.at<float>(y, x) = 3.0f + 0.02f * static_cast<float>(x / 37 % 3 + y / 29 % 2 + (x / 211 + y / 97) % 4);
     return depth;
+}
+
+bool same_files(const std::string& a, const std::string& b) {
+    std::ifstream one(a, std::ios::binary), other(b, std::ios::binary);
+    std::vector<char> of_one(1 << 20), of_other(1 << 20);
+    while (one && other) {
+        one.read(of_one.data(), static_cast<std::streamsize>(of_one.size()));
+        other.read(of_other.data(), static_cast<std::streamsize>(of_other.size()));
+        const auto read = one.gcount();
+        if (read != other.gcount() || !std::equal(of_one.begin(), of_one.begin() + read, of_other.begin()))
+            return false;
+    }
+    return fs::file_size(a) == fs::file_size(b) && fs::file_size(a) > 0;
+}
+
+/// A folder on a disk, for files of gigabytes. A folder of temporary files may be memory.
+class FolderOnDisk {
+public:
+    FolderOnDisk() { REQUIRE(mkdtemp(path_.data())); }
+    FolderOnDisk(const FolderOnDisk&) = delete;
+    FolderOnDisk& operator=(const FolderOnDisk&) = delete;
+    ~FolderOnDisk() { fs::remove_all(path_); }
+    std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+
+private:
+    std::string path_ = (fs::path(FATHOM_PROGRAM).parent_path() / "memory-XXXXXX").string();
+};
+
+/// Runs a command on images of so many MiB, results included, with a budget and without. What it takes beside the budget
+/// and its images, and the processor time that bands cost, are bounded.
+void check_budget(const Arguments& command, const FolderOnDisk& folder, long budget_mib, long images_mib) {
+    constexpr long program_mib = 200;
+    constexpr double most_time = 1.3;
+    constexpr unsigned patience_s = 1800;
+    const std::string whole = folder / "whole.npy", banded = folder / "banded.npy";
+    const std::string budget = std::to_string(budget_mib) + "M";
+    // The first run compiles kernels.
+    check_done(run(joined(command, {"-o", banded, "--memory", budget}), {.patience_s = patience_s}));
+    double in_bands_s = 0, at_once_s = 0;
+    long peak_mib = 0;
+    for (int round = 0; round < 2; ++round) {
+        const Outcome in_bands = run(joined(command, {"-o", banded, "--memory", budget}), {.patience_s = patience_s});
+        const Outcome at_once = run(joined(command, {"-o", whole}), {.patience_s = patience_s});
+        check_done(in_bands);
+        check_done(at_once);
+        in_bands_s += in_bands.processor_seconds;
+        at_once_s += at_once.processor_seconds;
+        peak_mib = std::max(peak_mib, in_bands.peak_mib);
+    }
+    std::cout << "memory: " << command.front() << " --memory " << budget << ": " << peak_mib << " MiB at most, allowed "
+              << budget_mib + images_mib + program_mib << "; " << in_bands_s / at_once_s
+              << " times the processor time of the whole, allowed " << most_time << "\n";
+    CHECK(peak_mib <= budget_mib + images_mib + program_mib);
+    CHECK(in_bands_s <= most_time * at_once_s);
+    CHECK(same_files(whole, banded));
 }
 
 } // namespace
@@ -40,4 +97,25 @@ TEST_CASE("program: --memory keeps the bytes of a result, or says what is needed
     check_done(run(joined(dof, {"-o", folder / "out/blurred.npy"})));
     check_done(run(joined(dof, {"-o", folder / "out/blurred-in-bands.npy", "--memory", "64M"})));
     CHECK(content(folder / "out/blurred.npy") == content(folder / "out/blurred-in-bands.npy"));
+}
+
+TEST_CASE("program: ssao of 8192 x 8192 pixels keeps to 512 MiB, dof of 16384 x 8192 to 1 GiB", "[exhaustive]") {
+    const FolderOnDisk folder;
+    const std::string depth = folder / "depth.npy", color = folder / "color.npy", camera = folder / "camera.json";
+    write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.1, "far": 100}, "encoding": "view-z"})");
+    SECTION("ssao") {
+        write_image(depth, steps(8192, 8192));
+        // A twentieth of what the camera sees at 3.5 m.
+        check_budget({"ssao", depth, "--camera", camera, "--radius", "0.2"}, folder, 512, 256 + 256);
+    }
+    SECTION("dof") {
+        write_image(depth, steps(16384, 8192));
+        cv::Mat picture(8192, 16384, CV_32FC3);
+        cv::randu(picture, 0, 1);
+        write_image(color, picture);
+        picture.release();
+        check_budget({"dof", depth, "--camera", camera, "--color", color, "--focus", "3.1", "--f-stop", "1.4",
+                      "--focal-length-mm", "35", "--mm-per-unit", "100"},
+                     folder, 1024, 512 + 2 * 1536);
+    }
 }
