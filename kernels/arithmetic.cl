@@ -1,4 +1,5 @@
-// What the device makes of quotients, square roots and fused products, V cases per work-item.
+// What the device makes of quotients, square roots and fused products, V cases per work-item. A compiler that may round
+// otherwise likes to multiply by a reciprocal where two quotients share their divisor, or where it is a constant.
 // The host knows the right results: src/runtime/probe.cpp.
 
 #include "vector.h"
@@ -8,8 +9,10 @@ KERNEL void arithmetic(__global const float* a, __global const float* b, __globa
     const uint x = (uint)get_global_id(0) * V;
     if (x >= p.cases)
         return;
-    const floatV left = LOAD(float, a + x), right = LOAD(float, b + x);
+    const floatV left = LOAD(float, a + x), right = LOAD(float, b + x), third = LOAD(float, c + x);
     store_float(left / right, results + x);
     store_float(sqrt(left), results + p.cases + x);
-    store_float(fma(left, right, LOAD(float, c + x)), results + 2 * p.cases + x);
+    store_float(fma(left, right, third), results + 2 * p.cases + x);
+    store_float(third / right, results + 3 * p.cases + x);
+    store_float(left / (float)probe_divisor, results + 4 * p.cases + x);
 }

@@ -20,9 +20,11 @@ KERNEL void arithmetic_fp64(__global const uint* a, __global const uint* b, __gl
     const uint x = get_global_id(0);
     if (x >= p.cases)
         return;
-    const double left = number_at(a, x), right = number_at(b, x);
+    const double left = number_at(a, x), right = number_at(b, x), third = number_at(c, x);
     put_number(results, x, left / right);
     put_number(results, p.cases + x, sqrt(left));
-    put_number(results, 2 * p.cases + x, fma(left, right, number_at(c, x)));
+    put_number(results, 2 * p.cases + x, fma(left, right, third));
+    put_number(results, 3 * p.cases + x, third / right);
+    put_number(results, 4 * p.cases + x, left / (double)probe_divisor);
 #endif
 }

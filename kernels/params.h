@@ -408,7 +408,8 @@ typedef struct {
 } fog_params;
 PARAMS(fog_params, 88)
 
-// How many cases of arithmetic are tried, see kernels/arithmetic.cl.
+// How many cases of arithmetic are tried, and a divisor that compilers know, see kernels/arithmetic.cl.
+CONSTANT(probe_divisor, 65535)
 typedef struct {
     u32 cases;
 } probe_params;

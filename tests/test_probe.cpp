@@ -58,6 +58,17 @@ TEMPLATE_TEST_CASE("probe: what rounds otherwise is found", "", float, double) {
     CHECK(divided.division_ulp <= 2);
     CHECK((divided.sqrt_ulp == 0 && divided.fma_ulp == 0));
 
+    // A compiler that shares a reciprocal between two quotients, or knows that of a constant, leaves single ones alone.
+    const Cases<Number> cases = hard_cases<Number>(count);
+    const Results<Number> right = right_results(cases);
+    Results<Number> shared = right, by_constant = right;
+    for (std::size_t i = 0; i < count; ++i) {
+        shared.second_quotient[i] = cases.c[i] * (1 / cases.b[i]);
+        by_constant.by_constant[i] = cases.a[i] * (Number{1} / 65535);
+    }
+    CHECK(judged(cases, right, shared).division_ulp >= 1);
+    CHECK(judged(cases, right, by_constant).division_ulp >= 1);
+
     const auto rooted =
         judged_after<Number>([](Number a, Number, Number, Number&, Number& r, Number&) { r = a * (1 / std::sqrt(a)); });
     CHECK(rooted.sqrt_ulp >= 1);

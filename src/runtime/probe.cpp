@@ -141,17 +141,17 @@ Results<Number> found_by(const Device& device, const Cases<Number>& cases) {
         return Image::from_host(device, element, values.data(), {words * count, 1});
     };
     const Image a = on_device(cases.a), b = on_device(cases.b), c = on_device(cases.c),
-                results(device, element, {words * count, 3});
+                results(device, element, {words * count, 5});
     launch(device, kernel(device, is_float ? "arithmetic" : "arithmetic_fp64", {{"V", width}, {"STREAM", 0}}),
            {static_cast<std::size_t>(count / width), 1}, a, b, c, results,
            params::probe_params{static_cast<params::u32>(count)});
-    std::vector<Number> values(cases.a.size() * 3);
+    std::vector<Number> values(cases.a.size() * 5);
     results.download(values.data());
     const auto row = [&](int index) {
         const auto first = values.begin() + std::ptrdiff_t{index} * count;
         return std::vector<Number>(first, first + count);
     };
-    return {row(0), row(1), row(2)};
+    return {row(0), row(1), row(2), row(3), row(4)};
 }
 
 template <typename Number>
@@ -182,6 +182,8 @@ Results<Number> right_results(const Cases<Number>& cases) {
         results.quotient.push_back(cases.a[i] / cases.b[i]);
         results.root.push_back(std::sqrt(cases.a[i]));
         results.fused.push_back(std::fma(cases.a[i], cases.b[i], cases.c[i]));
+        results.second_quotient.push_back(cases.c[i] / cases.b[i]);
+        results.by_constant.push_back(cases.a[i] / static_cast<Number>(params::probe_divisor));
     }
     return results;
 }
@@ -193,14 +195,16 @@ DeviceArithmetic judged(const Cases<Number>& cases, const Results<Number>& right
         const bool small_operand = is_denormal(cases.a[i]) || is_denormal(cases.b[i]) || is_denormal(cases.c[i]);
         const auto count = [&](Number expected, Number got, std::uint64_t& worst) {
             const std::uint64_t off = ulps_between(expected, got);
-            if (small_operand || is_denormal(expected))
-                arithmetic.denormals &= off == 0;
+            if (off != 0 && got == 0 && (small_operand || is_denormal(expected)))
+                arithmetic.denormals = false;
             else
                 worst = std::max(worst, off);
         };
         count(right.quotient[i], found.quotient[i], arithmetic.division_ulp);
         count(right.root[i], found.root[i], arithmetic.sqrt_ulp);
         count(right.fused[i], found.fused[i], arithmetic.fma_ulp);
+        count(right.second_quotient[i], found.second_quotient[i], arithmetic.division_ulp);
+        count(right.by_constant[i], found.by_constant[i], arithmetic.division_ulp);
     }
     return arithmetic;
 }

@@ -7,14 +7,14 @@
 
 namespace fathom::runtime {
 
-/// Operands, and what became of them: a / b, the root of a, and a b + c rounded once.
+/// Operands, and what became of them: a / b, the root of a, a b + c rounded once, c / b, and a / probe_divisor.
 template <typename Number>
 struct Cases {
     std::vector<Number> a, b, c;
 };
 template <typename Number>
 struct Results {
-    std::vector<Number> quotient, root, fused;
+    std::vector<Number> quotient, root, fused, second_quotient, by_constant;
 };
 
 /// As many hard cases of division, of roots, of fused products and of denormals each as `count` / 4.

@@ -1,5 +1,4 @@
-// The linker puts these functions between the library and the loader (--wrap): how long each kernel takes to compile. Of
-// FIRST_LINE in the environment each kernel's source gets a first line more: a pragma that lets the compiler round otherwise.
+// The linker puts these functions between the library and the loader (--wrap): how long each kernel takes to compile.
 
 #include "compile_times.hpp"
 
@@ -7,9 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <set>
-#include <vector>
 
 namespace {
 
@@ -34,21 +31,6 @@ double since(Clock::time_point start) {
 } // namespace
 
 extern "C" {
-
-cl_program __real_clCreateProgramWithSource(cl_context, cl_uint, const char**, const size_t*, cl_int*);
-cl_program __wrap_clCreateProgramWithSource(cl_context context, cl_uint count, const char** sources,
-                                            const size_t* lengths, cl_int* error) {
-    const char* const first_line = std::getenv("FIRST_LINE");
-    if (!first_line)
-        return __real_clCreateProgramWithSource(context, count, sources, lengths, error);
-    std::vector<const char*> all{first_line, "\n"};
-    std::vector<size_t> all_lengths(2, 0); // 0: up to the character that ends it
-    for (cl_uint i = 0; i < count; ++i) {
-        all.push_back(sources[i]);
-        all_lengths.push_back(lengths ? lengths[i] : 0);
-    }
-    return __real_clCreateProgramWithSource(context, count + 2, all.data(), all_lengths.data(), error);
-}
 
 cl_int __real_clBuildProgram(cl_program, cl_uint, const cl_device_id*, const char*, void (*)(cl_program, void*), void*);
 cl_int __wrap_clBuildProgram(cl_program program, cl_uint count, const cl_device_id* devices, const char* options,
