@@ -79,7 +79,9 @@ std::vector<Region> parts_of(int width, int height, int across, int down) {
 
 // The part of an image, and a halo as far as there is one.
 Region with_halo(const Region& part, int halo, int width, int height) {
-    const int left = std::max(part.x - halo, 0), top = std::max(part.y - halo, 0);
+    // The near alpha is summed up in tiles and blocks from the image's corner on.
+    constexpr int block = 256;
+    const int left = std::max(part.x - halo, 0) / block * block, top = std::max(part.y - halo, 0) / block * block;
     return {left, top, std::min(part.x + part.width + halo, width) - left,
             std::min(part.y + part.height + halo, height) - top};
 }
@@ -110,7 +112,8 @@ TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of t
         const CircleOfConfusion lens{.k = 200, .g = 608}; // circles of 2.7 to -2.7 pixels
         const Image z = linearize(stored).image, positions = unproject(stored), directions = normals(stored),
                     foggy = fog(stored, color, {.density = 0.1}), blurred = dof(stored, color, lens);
-        const DofMasks masks = dof_masks(stored, lens);
+        const DofMasksOptions near_field{.max_near_coc = true, .near_alpha = true, .disocclusion = true};
+        const DofMasks masks = dof_masks(stored, lens, near_field);
         const Image visible = ssao(stored, occlusion).visibility;
         for (const Region& part : parts_of(width, height, std::min(width, 150), std::min(height, 37))) {
             const Region around = with_halo(part, 160, width, height), inside = within(part, around);
@@ -125,7 +128,11 @@ TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of t
             CHECK(same(directions, normals(small)));
             CHECK(same(foggy, fog(small, picture, {.density = 0.1})));
             CHECK(same(blurred, dof(small, picture, lens)));
-            CHECK(same(masks.far_weight, dof_masks(small, lens).far_weight));
+            const DofMasks parts = dof_masks(small, lens, near_field);
+            CHECK(same(masks.far_weight, parts.far_weight));
+            CHECK(same(masks.max_near_coc, parts.max_near_coc));
+            CHECK(same(masks.near_alpha, parts.near_alpha));
+            CHECK(same(masks.disocclusion, parts.disocclusion));
             CHECK(same(visible, ssao(small, occlusion).visibility));
         }
     }
@@ -144,6 +151,7 @@ TEST_CASE("three channels that pass 2^31 elements have the bits of their parts",
     Floats depth(width, height), positions(width, height, 3);
     const StoredDepth stored{depth.on(device), camera};
     const Image result = positions.on(device);
+    const Image masks = Image::from_host(device, Element::f32, positions.row(0), {3 * width, height});
     for (const int top : {0, height / 2, height - rows}) {
         for (int y = top; y < top + rows; ++y)
             for (int x = 0; x < width; ++x)
@@ -158,6 +166,16 @@ TEST_CASE("three channels that pass 2^31 elements have the bits of their parts",
         CHECK(same_bits(floats(there), floats(unproject(same))));
         normals(part, there);
         CHECK(same_bits(floats(there), floats(normals(same))));
+        // Masks side by side in the same memory: rows of three times as many elements.
+        const auto beside = [&](int i) { return masks.region(i * width, top, width, rows); };
+        const DofMasks results{.coc = beside(0), .near_alpha = beside(1), .disocclusion = beside(2)};
+        const DofMasksOptions options{.weights = false, .near_alpha = true, .disocclusion = true};
+        const CircleOfConfusion lens{.k = 200, .g = 608}; // circles of -2.7 pixels and more
+        dof_masks(part, results, lens, options);
+        const DofMasks expected = dof_masks(same, lens, options);
+        CHECK(same_bits(floats(results.coc), floats(expected.coc)));
+        CHECK(same_bits(floats(results.near_alpha), floats(expected.near_alpha)));
+        CHECK(same_bits(floats(results.disocclusion), floats(expected.disocclusion)));
     }
 }
 
