@@ -100,8 +100,8 @@ DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, cons
 /// memory neither with the input nor with each other. An image that is not asked for is left alone. A second call allocates
 /// nothing. Kernels write straight into the images, wherever they lie in their memory.
 ///
-/// `near_alpha` and `disocclusion` take 4 bytes a pixel for themselves, `mixed_pixels` does, and the masks of near discs take
-/// a 64th of a byte. A device's memory budget bounds that: at least 256 rows of 4 bytes a pixel, however large the discs are.
+/// For themselves, near alpha and disocclusion take 4 bytes a pixel, mixed pixels 4, and the three masks of near discs a 64th of
+/// a byte. A memory budget makes the 4 bytes of fewer rows: of 256 at least, however large the discs are. Same bits.
 /// Throws: as above, and std::invalid_argument for images that are missing or do not fit.
 void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
                const DofMasksOptions& options = {}, const Launch& launch = {});
