@@ -12,7 +12,8 @@
 
 KERNEL void dof_masks(__global const STORED* source, __global float* circle,
 #if WEIGHTS
-                        __global float* near, __global float* focus, __global float* far,
+                        __global float* near, const place_params near_place, __global float* focus,
+                        const place_params focus_place, __global float* far, const place_params far_place,
 #endif
                         const grid_params grid, const depth_params depth, const ray_params rays,
                         const circle_params p) {
@@ -23,13 +24,12 @@ KERNEL void dof_masks(__global const STORED* source, __global float* circle,
 
     const sampleV sample = load_stored(source, &grid, x, y, &depth);
     const floatV c = circle_of_confusion(sample, grid.pixel_x + x, grid.pixel_y + y, &depth, &rays, &p);
-    const size_t at = grid.target_offset + (size_t)y * grid.target_stride + x;
-    store_float(c, circle + at);
+    store_float(c, circle + grid.target_offset + (size_t)y * grid.target_stride + x);
 #if WEIGHTS
     const floatV one_more = one_and_blurred(c, p.sharp, p.inverse_transition), none = (floatV)0.0f;
     const floatV away = one_more - 1.0f;
-    store_float(select(none, away, c < 0.0f), near + at);
-    store_float(select(none, 2.0f - one_more, c == c), focus + at);
-    store_float(select(none, away, c > 0.0f), far + at);
+    store_float(select(none, away, c < 0.0f), near + element_at(&near_place, x, y));
+    store_float(select(none, 2.0f - one_more, c == c), focus + element_at(&focus_place, x, y));
+    store_float(select(none, away, c > 0.0f), far + element_at(&far_place, x, y));
 #endif
 }

@@ -4,7 +4,8 @@
 //   OUTPUT 2   disocclusion  1 where a near pixel x has a near alpha below 1 (`weights` holds the near alpha),
 //                            or where the disc of another pixel x, of diameter |c_x|, holds a near pixel
 // A work-item skips every block and tile whose smallest circle cannot reach it. In the others it reads each pixel once
-// for all V pixels of its own. Tiles and their pixels are summed in a fixed order: the same bits for every V.
+// for all V pixels of its own. Tiles and their pixels are summed in a fixed order: the same bits for every V. The near alpha may
+// take several launches, each of which looks into the next rows of blocks and goes on from what the target holds.
 // Built for: OUTPUT = 0 1 2
 
 #include "near_field.h"
@@ -52,8 +53,17 @@ INLINE int may_matter(const gathered* g, float least, uint left, uint top, uint 
     return size > 0.0f && fma(aside, aside, down * down) <= size * size;
 }
 
-INLINE void look_into_tile(gathered* g, __global const float* circle, __global const float* weights, uint left, uint top,
-                           const near_field_params* p) {
+// An image that work-items read around their pixels.
+typedef struct {
+    __global const float* first;
+    size_t stride;
+} around;
+
+INLINE around image_around(__global const float* image, const place_params* place) {
+    return (around){image + place->offset, place->stride};
+}
+
+INLINE void look_into_tile(gathered* g, around circle, around weights, uint left, uint top, const near_field_params* p) {
     const uint right = min(left + p->tile, p->width), bottom = min(top + p->tile, p->height);
     const floatV twice_x = 2.0f * (vector_from(g->x) - 0.5f);
 #if OUTPUT == 1
@@ -64,16 +74,17 @@ INLINE void look_into_tile(gathered* g, __global const float* circle, __global c
         const floatV down = (floatV)(2.0f * p->vertical * ((float)y - (float)g->y));
 #if OUTPUT == 1
         floatV of_row = (floatV)0.0f;
+        __global const float* given_row = weights.first + (size_t)(y - p->first_row) * weights.stride;
 #endif
+        __global const float* circle_row = circle.first + (size_t)y * circle.stride;
         for (uint x = left; x < right; ++x) {
-            const size_t at = (size_t)y * p->stride + x;
-            const float c = circle[at];
+            const float c = circle_row[x];
             const floatV aside = twice_x - 2.0f * (float)x;
 #if OUTPUT == 0
             if (-c > g->least)
                 g->found = select(g->found, max(g->found, (floatV)-c), reaches((floatV)c, aside, down));
 #elif OUTPUT == 1
-            const float given = weights[at];
+            const float given = given_row[x];
             if (given > 0.0f)
                 of_row += select((floatV)0.0f, (floatV)given, reaches((floatV)c, aside, down));
 #else
@@ -92,33 +103,63 @@ INLINE void look_into_tile(gathered* g, __global const float* circle, __global c
 #endif
 }
 
-KERNEL void near_field(__global const float* circle, __global const float* weights, __global const float* tile_min_coc,
-                         __global const float* block_least, __global float* target, const near_field_params p) {
+#if OUTPUT != 0
+// The lanes that no other work-item has, of what lies there. Of the others a neighbour may be writing its own.
+INLINE floatV load_own(__global const float* source, uint first_lane) {
+    if (first_lane == 0)
+        return LOAD(float, source);
+    float lanes[V];
+    for (uint i = 0; i < V; ++i)
+        lanes[i] = i < first_lane ? 0.0f : source[i];
+    return *(const float_lanes*)lanes;
+}
+#endif
+
+INLINE void store_own(floatV value, __global float* target, uint first_lane) {
+    if (first_lane == 0) {
+        *(__global float_lanes*)target = value;
+        return;
+    }
+    float lanes[V];
+    *(float_lanes*)lanes = value;
+    for (uint i = first_lane; i < V; ++i)
+        target[i] = lanes[i];
+}
+
+// `weights`: of the rows that are looked into; for disocclusion the near alpha of all pixels, which may be what the target holds.
+KERNEL void near_field(__global const float* circle, const place_params circle_place, __global const float* weights,
+                         const place_params weights_place, __global const float* tile_min_coc,
+                         __global const float* block_least, __global float* target, const place_params target_place,
+                         const near_field_params p) {
     const uint x = first_column(0, p.width);
     const uint y = get_global_id(1);
     if (x >= p.width || y >= p.height)
         return;
 
-    const size_t at = (size_t)y * p.stride + x;
     const floatV none = (floatV)0.0f;
+    const uint own_lane = first_own_lane(x);
+    const around circles = image_around(circle, &circle_place), given = image_around(weights, &weights_place);
     gathered g = {.x = x, .y = y, .own = none, .own_most = 0.0f, .found = none, .least = 0.0f};
+    target += element_at(&target_place, x, y);
 #if OUTPUT != 1
-    const floatV c = LOAD(float, circle + at);
+    const floatV c = LOAD(float, circle + element_at(&circle_place, x, y));
     const intV known = c == c;
 #endif
 #if OUTPUT == 0
     g.found = select(none, max(-c, none), known);
     g.least = least_lane(g.found);
-    look_into_tile(&g, circle, weights, x / p.tile * p.tile, y / p.tile * p.tile,
-                   &p); // the rest is then mostly ruled out
-#elif OUTPUT == 2
+    look_into_tile(&g, circles, given, x / p.tile * p.tile, y / p.tile * p.tile, &p); // the rest is then mostly ruled out
+#elif OUTPUT == 1
+    if (p.first_row > 0)
+        g.found = load_own(target, own_lane);
+#else
     const intV is_near = c < -p.sharp;
     g.own = select(fabs(c), none, is_near | !known);
     g.own_most = -least_lane(-g.own);
 #endif
-    for (uint block_row = 0; block_row < p.block_rows; ++block_row) {
+    const uint across = near_block * p.tile;
+    for (uint block_row = p.first_row / across; block_row * across < p.last_row; ++block_row) {
         for (uint block = 0; block < p.block_columns; ++block) {
-            const uint across = near_block * p.tile;
             if (!may_matter(&g, block_least[(size_t)block_row * p.block_stride + block], block * across,
                             block_row * across, across, &p))
                 continue;
@@ -127,16 +168,17 @@ KERNEL void near_field(__global const float* circle, __global const float* weigh
                 for (uint tile = block * near_block; tile < last; ++tile) {
                     if (may_matter(&g, tile_min_coc[(size_t)row * p.tile_stride + tile], tile * p.tile, row * p.tile,
                                    p.tile, &p))
-                        look_into_tile(&g, circle, weights, tile * p.tile, row * p.tile, &p);
+                        look_into_tile(&g, circles, given, tile * p.tile, row * p.tile, &p);
                 }
             }
         }
     }
 #if OUTPUT == 1
-    g.found = min(g.found, (floatV)1.0f);
+    g.found = min(g.found, (floatV)1.0f); // after some rows already: what is added is no less than 0
 #elif OUTPUT == 2
-    g.found = select(g.found, select(none, (floatV)1.0f, LOAD(float, weights + at) < p.shows), is_near);
+    const floatV alpha = load_own(weights + element_at(&weights_place, x, y), own_lane);
+    g.found = select(g.found, select(none, (floatV)1.0f, alpha < p.shows), is_near);
     g.found = select(none, g.found, known);
 #endif
-    *(__global float_lanes*)(target + at) = g.found;
+    store_own(g.found, target, own_lane);
 }

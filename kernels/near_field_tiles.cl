@@ -1,10 +1,19 @@
-// The least and the greatest circle of confusion in each tile of an image, or of each block in an image of tiles. NaN
-// is left out; a tile of nothing but NaN has NaN.
+// The least circle of confusion in each tile of an image, or of each block in an image of tiles; and the greatest one, if it is
+// wanted. NaN is left out; a tile of nothing but NaN has NaN.
+// Built for: GREATEST = 0 1
 
 #include "vector.h"
 
-KERNEL void near_field_tiles(__global const float* least, __global const float* greatest, __global float* tile_min_coc,
-                         __global float* tile_max_coc, const near_field_params p) {
+#ifndef GREATEST
+#error "GREATEST is not defined: 1 to write the greatest circles as well as the least, 0 for the least alone"
+#endif
+
+KERNEL void near_field_tiles(__global const float* source, const place_params source_place, __global float* tile_min_coc,
+                         const place_params min_place,
+#if GREATEST
+                         __global float* tile_max_coc, const place_params max_place,
+#endif
+                         const near_field_params p) {
     const uint column = get_global_id(0), row = get_global_id(1);
     if (column >= p.columns || row >= p.rows)
         return;
@@ -12,14 +21,15 @@ KERNEL void near_field_tiles(__global const float* least, __global const float* 
     const uint right = min((column + 1) * p.tile, p.width), bottom = min((row + 1) * p.tile, p.height);
     float low = INFINITY, high = -INFINITY;
     for (uint y = row * p.tile; y < bottom; ++y) {
+        __global const float* values = source + element_at(&source_place, 0, y);
         for (uint x = column * p.tile; x < right; ++x) {
-            const size_t at = (size_t)y * p.stride + x;
-            low = least[at] < low ? least[at] : low;
-            high = greatest[at] > high ? greatest[at] : high;
+            low = values[x] < low ? values[x] : low;
+            high = values[x] > high ? values[x] : high;
         }
     }
-    const size_t there = (size_t)row * p.tile_stride + column;
     const int none = low > high; // not where all are infinite
-    tile_min_coc[there] = none ? NAN : low;
-    tile_max_coc[there] = none ? NAN : high;
+    tile_min_coc[element_at(&min_place, column, row)] = none ? NAN : low;
+#if GREATEST
+    tile_max_coc[element_at(&max_place, column, row)] = none ? NAN : high;
+#endif
 }

@@ -6,14 +6,15 @@
 
 #define COUNTED 1024.0f
 
-KERNEL void near_field_weight(__global const float* circle, __global float* weights, const near_field_params p) {
+KERNEL void near_field_weight(__global const float* circle, const place_params circle_place, __global float* weights,
+                         const place_params weights_place, const near_field_params p) {
     const uint x = first_column(0, p.width);
-    const uint y = get_global_id(1);
-    if (x >= p.width || y >= p.height)
+    const uint row = get_global_id(1), y = p.first_row + row;
+    if (x >= p.width || y >= p.last_row)
         return;
 
-    const size_t at = (size_t)y * p.stride + x;
-    const floatV c = LOAD(float, circle + at), weight = near_weight(c, &p), none = (floatV)0.0f;
+    const floatV c = LOAD(float, circle + element_at(&circle_place, x, y));
+    const floatV weight = near_weight(c, &p), none = (floatV)0.0f;
     const floatV area = (0.785398163f / p.vertical) * c * c;
     const intV counted = weight > 0.0f & c > -COUNTED;
     const floatV size = select(none, -c, counted);
@@ -32,5 +33,6 @@ KERNEL void near_field_weight(__global const float* circle, __global float* weig
         const floatV in_row = max(fma((floatV)2.0f, n, (floatV)1.0f), none); // -1 of a row that is not reached: none
         count += j == 0 ? in_row : 2.0f * in_row;
     }
-    *(__global float_lanes*)(weights + at) = select(none, weight / select(area, count, counted), weight > 0.0f);
+    __global float* target = weights + element_at(&weights_place, x, row);
+    *(__global float_lanes*)target = select(none, weight / select(area, count, counted), weight > 0.0f);
 }

@@ -87,6 +87,14 @@ typedef struct {
 } source_params;
 PARAMS(source_params, 16)
 
+// Where an image of one float a pixel lies in its buffer. In elements.
+typedef struct {
+    u64 offset;
+    u32 stride;
+    u32 reserved;
+} place_params;
+PARAMS(place_params, 16)
+
 // How a stored value becomes a view depth. See DepthForm in include/fathom/camera.hpp.
 typedef struct {
     wide numerator[4];   // affine, rational; ray_distance: the distance
@@ -260,20 +268,20 @@ PARAMS(mixed_params, 24)
 // Tiles across and down of a block.
 CONSTANT(near_block, 16)
 
-// An image of circles in tiles, and tiles in blocks of 16 x 16, each with the least and the greatest circle in it. All images
-// start at their buffer's first element.
+// An image of circles in tiles, and tiles in blocks of 16 x 16, each with the least circle in it. A launch looks into whole rows
+// of blocks.
 typedef struct {
-    u32 width, height;   // pixels
-    u32 stride;          // elements from row to row of whatever has a value a pixel
-    u32 tile;            // pixels across
-    u32 columns, rows;   // tiles
-    u32 tile_stride;     // elements from row to row of what has a value a tile
-    u32 block_columns, block_rows;
+    u32 width, height;       // pixels
+    u32 first_row, last_row; // the rows of pixels that are looked into, from the first to before the last
+    u32 tile;                // pixels across
+    u32 columns, rows;       // tiles
+    u32 tile_stride;         // elements from row to row of tiles
+    u32 block_columns;
     u32 block_stride;
-    float vertical;      // horizontal pixels that a vertical one is high
-    float sharp;         // as in circle_params
+    float vertical;          // horizontal pixels that a vertical one is high
+    float sharp;             // as in circle_params
     float inverse_transition;
-    float shows;         // a near field whose alpha is less than this shows something behind it
+    float shows;             // a near field whose alpha is less than this shows something behind it
 } near_field_params;
 PARAMS(near_field_params, 56)
 

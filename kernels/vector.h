@@ -98,6 +98,16 @@ INLINE uint first_column(uint x_begin, uint x_end) {
     return x < x_end ? min(x, x_end - V) : x_end;
 }
 
+// The lanes of the work-item at column x, of columns from 0 on, that no other has: from this one on.
+INLINE uint first_own_lane(uint x) {
+    return (uint)get_global_id(0) * V - x;
+}
+
+// Pixel (x, y) of an image that lies there.
+INLINE size_t element_at(const place_params* place, uint x, uint y) {
+    return place->offset + (size_t)y * place->stride + x;
+}
+
 INLINE floatV vector_from(uint x) {
     return (floatV)((float)x) + LANE_INDEX(float) + 0.5f;
 }

@@ -318,12 +318,81 @@ TEST_CASE("normals and mixed pixels: a budget keeps the bits", "[normals][dof_ma
         const DofMasks masks = dof_masks(scene.stored(device), lens, {.weights = false, .mixed_pixels = true});
         return std::vector<Image>{masks.coc, masks.mixed_pixels};
     });
-    const std::size_t least = needed(
-        [&](const Device& device) { dof_masks(scene.stored(device), lens, {.weights = false, .disocclusion = true}); });
-    const Device device = device_with(least);
-    dof_masks(scene.stored(device), lens, {.weights = false, .disocclusion = true});
+}
+
+namespace {
+
+// All masks of the near field, or some, in images of their own or in the middle of others, which differ in their rows.
+std::vector<Image> near_field_masks(const StoredDepth& stored, const CircleOfConfusion& lens,
+                                    const DofMasksOptions& options, bool inside) {
+    const Device& device = stored.image.device();
+    DofMasks masks;
+    std::vector<Image> all;
+    const auto add = [&](bool asked, Image DofMasks::*mask) {
+        if (!asked)
+            return;
+        const int width = stored.image.width(), height = stored.image.height();
+        const int margin = inside ? 1 + 2 * static_cast<int>(all.size()) : 0;
+        masks.*mask = Image(device, Element::f32, {width + 2 * margin, height + 2 * margin})
+                          .region(margin, margin, width, height);
+        all.push_back(masks.*mask);
+    };
+    add(true, &DofMasks::coc);
+    for (const auto mask : {&DofMasks::near_weight, &DofMasks::focus_weight, &DofMasks::far_weight})
+        add(options.weights, mask);
+    add(options.max_near_coc, &DofMasks::max_near_coc);
+    add(options.near_alpha, &DofMasks::near_alpha);
+    add(options.disocclusion, &DofMasks::disocclusion);
+    add(options.mixed_pixels, &DofMasks::mixed_pixels);
+    dof_masks(stored, masks, lens, options);
     device.finish();
-    CHECK(device.state().most_scratch_bytes <= least);
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("near field: a budget keeps the bits", "[near_field][dof_masks][budget]") {
+    const Scene scene(277, 1303);
+    const CircleOfConfusion lens{.k = 80, .g = 190}; // circles from -29 pixels on
+    const DofMasksOptions all{.max_near_coc = true, .near_alpha = true, .disocclusion = true, .mixed_pixels = true};
+    const auto check_masks = [&](const char* name, const DofMasksOptions& options, bool inside,
+                                 std::initializer_list<int> vector_widths) {
+        const auto images = [&](const Device& device) {
+            return near_field_masks(scene.stored(device), lens, options, inside);
+        };
+        check_budgets(std::string("near field, ") + name, images, vector_widths);
+    };
+    check_masks("all masks", all, false, {16});
+    check_masks("all masks, inside of other images", all, true, {16, 8, 4, 1});
+    check_masks("near alpha", {.weights = false, .near_alpha = true}, true, {16});
+    check_masks("disocclusion", {.weights = false, .disocclusion = true}, true, {16});
+    check_budgets("near field of a part", [&](const Device& device) {
+        return near_field_masks(scene.stored(device).region(7, 5, 259, 1295), lens, all, true);
+    });
+}
+
+TEST_CASE("near field: the least budget is one row of blocks, and does not grow with the discs",
+          "[near_field][dof_masks][budget]") {
+    constexpr int width = 45, height = 1100;
+    constexpr std::size_t weights = 48 * 256 * sizeof(float), tables = 5000;
+    const Scene scene(width, height);
+    const DofMasksOptions options{.near_alpha = true, .disocclusion = true};
+    for (const double k : {10.0, 1200.0}) { // discs of up to 4 and 460 pixels
+        const CircleOfConfusion lens{.k = k, .g = 2.4 * k};
+        const auto masks = [&](const Device& device) {
+            return near_field_masks(scene.stored(device), lens, options, true);
+        };
+        const std::vector<Image> whole = masks(device_with(0));
+        for (const int vector_width : {16, 4}) {
+            const Device device = device_with(weights + tables, vector_width);
+            const std::vector<Image> got = masks(device);
+            for (std::size_t i = 0; i < got.size(); ++i)
+                CHECK(same_bits(floats(got[i]), floats(whole[i])));
+            CHECK(device.state().most_scratch_bytes <= weights + tables);
+        }
+        CHECK_THROWS_WITH(masks(device_with(weights)),
+                          "dof_masks of 45 x 1100 pixels needs a memory budget of 1 MiB, and has 1");
+    }
 }
 
 TEST_CASE("operations of single pixels take no memory for themselves", "[budget]") {
@@ -335,6 +404,7 @@ TEST_CASE("operations of single pixels take no memory for themselves", "[budget]
     unproject(stored);
     fog(stored, color, {.density = 0.1});
     dof_masks(stored, {.k = 80, .g = 190}, {.tile_px = 16});
+    near_field_masks(stored, {.k = 80, .g = 190}, {}, true);
     device.finish();
     CHECK(device.state().most_scratch_bytes == 0);
 }

@@ -3,6 +3,7 @@
 
 #include "catch.hpp"
 #include "images.hpp"
+#include "runtime/state.hpp"
 #include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
@@ -79,7 +80,9 @@ std::vector<Region> parts_of(int width, int height, int across, int down) {
 
 // The part of an image, and a halo as far as there is one.
 Region with_halo(const Region& part, int halo, int width, int height) {
-    const int left = std::max(part.x - halo, 0), top = std::max(part.y - halo, 0);
+    // The near alpha is summed up in tiles and blocks from the image's corner on.
+    constexpr int block = 256;
+    const int left = std::max(part.x - halo, 0) / block * block, top = std::max(part.y - halo, 0) / block * block;
     return {left, top, std::min(part.x + part.width + halo, width) - left,
             std::min(part.y + part.height + halo, height) - top};
 }
@@ -110,7 +113,8 @@ TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of t
         const CircleOfConfusion lens{.k = 200, .g = 608}; // circles of 2.7 to -2.7 pixels
         const Image z = linearize(stored).image, positions = unproject(stored), directions = normals(stored),
                     foggy = fog(stored, color, {.density = 0.1}), blurred = dof(stored, color, lens);
-        const DofMasks masks = dof_masks(stored, lens);
+        const DofMasksOptions near_field{.max_near_coc = true, .near_alpha = true, .disocclusion = true};
+        const DofMasks masks = dof_masks(stored, lens, near_field);
         const Image visible = ssao(stored, occlusion).visibility;
         for (const Region& part : parts_of(width, height, std::min(width, 150), std::min(height, 37))) {
             const Region around = with_halo(part, 160, width, height), inside = within(part, around);
@@ -125,9 +129,65 @@ TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of t
             CHECK(same(directions, normals(small)));
             CHECK(same(foggy, fog(small, picture, {.density = 0.1})));
             CHECK(same(blurred, dof(small, picture, lens)));
-            CHECK(same(masks.far_weight, dof_masks(small, lens).far_weight));
+            const DofMasks parts = dof_masks(small, lens, near_field);
+            CHECK(same(masks.far_weight, parts.far_weight));
+            CHECK(same(masks.max_near_coc, parts.max_near_coc));
+            CHECK(same(masks.near_alpha, parts.near_alpha));
+            CHECK(same(masks.disocclusion, parts.disocclusion));
             CHECK(same(visible, ssao(small, occlusion).visibility));
         }
+    }
+}
+
+namespace {
+
+constexpr CircleOfConfusion near_lens{.k = 200, .g = 608}; // circles of -2.7 pixels and more, from 3 m on
+constexpr DofMasksOptions near_field{.weights = false, .near_alpha = true, .disocclusion = true};
+
+// Drivers take a quarter of the memory at once, or so.
+bool takes(const Device& device, std::size_t bytes) {
+    const cl::Device target(runtime::queue_of(device).getInfo<CL_QUEUE_DEVICE>());
+    return target.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>() >= bytes;
+}
+
+} // namespace
+
+TEST_CASE("8-bit depth that passes 2^31 elements has the bits of its parts", "[large][exhaustive]") {
+    // Depth lies in single rows only: the memory between them is never touched.
+    constexpr int width = 65537, height = 33000, rows = 24;
+    constexpr std::size_t columns = width, elements = columns * height;
+    static_assert(elements > 0x80000000);
+    const Device device = Device::open("cpu");
+    if (!takes(device, elements)) {
+        WARN("skipped: the device does not take " << elements << " bytes at once");
+        return;
+    }
+    Camera camera;
+    camera.width = width;
+    camera.height = height;
+    camera.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000});
+    camera.encoding = Encoding::view_z;
+    camera.scale = 0.01;
+    const std::unique_ptr<std::uint8_t[]> depth(new std::uint8_t[elements]);
+    const StoredDepth stored{Image::from_host(device, Element::u8, depth.get(), {width, height}), camera,
+                             Storage::uint8};
+    std::vector<std::uint8_t> alone(columns * rows);
+    for (const int top : {0, height / 2, height - rows}) {
+        for (int y = 0; y < rows; ++y)
+            for (int x = 0; x < width; ++x)
+                alone[static_cast<std::size_t>(y) * columns + static_cast<std::size_t>(x)] =
+                    static_cast<std::uint8_t>((x + y) % 997 == 0 ? 0 : 250 + (x / 37 + y / 5) % 6);
+        std::copy(alone.begin(), alone.end(), depth.get() + static_cast<std::size_t>(top) * columns);
+        const StoredDepth part = stored.region(0, top, width, rows);
+        const StoredDepth same{Image::from_host(device, Element::u8, alone.data(), {width, rows}), camera,
+                               Storage::uint8, 0, top};
+        CHECK(same_bits(floats(linearize(part).image), floats(linearize(same).image)));
+        CHECK(same_bits(floats(unproject(part)), floats(unproject(same))));
+        CHECK(same_bits(floats(normals(part)), floats(normals(same))));
+        const DofMasks here = dof_masks(part, near_lens, near_field), there = dof_masks(same, near_lens, near_field);
+        CHECK(same_bits(floats(here.coc), floats(there.coc)));
+        CHECK(same_bits(floats(here.near_alpha), floats(there.near_alpha)));
+        CHECK(same_bits(floats(here.disocclusion), floats(there.disocclusion)));
     }
 }
 
@@ -136,6 +196,11 @@ TEST_CASE("three channels that pass 2^31 elements have the bits of their parts",
     constexpr int width = 65537, height = 11000, rows = 24;
     static_assert(3LL * width * height > 0x80000000LL);
     const Device device = Device::open("cpu");
+    constexpr std::size_t bytes = sizeof(float) * 3 * width * height;
+    if (!takes(device, bytes)) {
+        WARN("skipped: the device does not take " << bytes << " bytes at once");
+        return;
+    }
     Camera camera;
     camera.width = width;
     camera.height = height;
@@ -144,6 +209,7 @@ TEST_CASE("three channels that pass 2^31 elements have the bits of their parts",
     Floats depth(width, height), positions(width, height, 3);
     const StoredDepth stored{depth.on(device), camera};
     const Image result = positions.on(device);
+    const Image masks = Image::from_host(device, Element::f32, positions.row(0), {3 * width, height});
     for (const int top : {0, height / 2, height - rows}) {
         for (int y = top; y < top + rows; ++y)
             for (int x = 0; x < width; ++x)
@@ -158,6 +224,14 @@ TEST_CASE("three channels that pass 2^31 elements have the bits of their parts",
         CHECK(same_bits(floats(there), floats(unproject(same))));
         normals(part, there);
         CHECK(same_bits(floats(there), floats(normals(same))));
+        // Masks side by side in the same memory: rows of three times as many elements.
+        const auto beside = [&](int i) { return masks.region(i * width, top, width, rows); };
+        const DofMasks results{.coc = beside(0), .near_alpha = beside(1), .disocclusion = beside(2)};
+        dof_masks(part, results, near_lens, near_field);
+        const DofMasks expected = dof_masks(same, near_lens, near_field);
+        CHECK(same_bits(floats(results.coc), floats(expected.coc)));
+        CHECK(same_bits(floats(results.near_alpha), floats(expected.near_alpha)));
+        CHECK(same_bits(floats(results.disocclusion), floats(expected.disocclusion)));
     }
 }
 

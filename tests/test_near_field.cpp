@@ -288,9 +288,11 @@ TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their me
     };
     const DofMasks truth = dof_masks(stored, circle, options);
     constexpr float untouched = 77;
-    for (const int margin : {0, 1, 16}) {
+    constexpr int differing = -1;
+    for (const int given_margin : {0, 1, 16, differing}) {
         std::vector<Image> whole, parts;
         for (const Image& image : images(truth)) {
+            const int margin = given_margin == differing ? static_cast<int>(5 * whole.size() % 17) : given_margin;
             const Layout layout{image.width() + 2 * margin, image.height() + 2 * margin};
             const Image& around = whole.emplace_back(device, Element::f32, layout);
             runtime::queue_of(device).enqueueFillBuffer(runtime::buffer_of(around), untouched, 0,
@@ -314,7 +316,7 @@ TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their me
         }
         const std::vector<Image> expected = images(truth);
         for (std::size_t i = 0; i < parts.size(); ++i) {
-            INFO("margin " << margin << ", image " << i);
+            INFO("margin " << given_margin << ", image " << i);
             const std::vector<float> got = floats(parts[i]), wanted = floats(expected[i]);
             REQUIRE(got.size() == wanted.size());
             CHECK(std::memcmp(got.data(), wanted.data(), 4 * got.size()) == 0); // NaN among them

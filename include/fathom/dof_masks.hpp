@@ -98,8 +98,10 @@ DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, cons
 
 /// The same into the caller's images: those that `options` asks for, of one float a pixel, with any row stride. They share
 /// memory neither with the input nor with each other. An image that is not asked for is left alone. A second call allocates
-/// nothing. If an image is a region of another, or its rows do not start at multiples of 64 bytes, the masks that look around
-/// a pixel are copied there at the end.
+/// nothing. Kernels write straight into the images, wherever they lie in their memory.
+///
+/// For themselves, near alpha and disocclusion take 4 bytes a pixel, mixed pixels 4, and the three masks of near discs a 64th of
+/// a byte. A memory budget makes the 4 bytes of fewer rows: of 256 at least, however large the discs are. Same bits.
 /// Throws: as above, and std::invalid_argument for images that are missing or do not fit.
 void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
                const DofMasksOptions& options = {}, const Launch& launch = {});

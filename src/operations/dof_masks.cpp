@@ -5,7 +5,6 @@
 
 #include <fathom/linearize.hpp>
 
-#include "operations/bands.hpp"
 #include "operations/circle.hpp"
 #include "operations/mixed_pixels.hpp"
 #include "operations/near_field.hpp"
@@ -18,7 +17,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <tuple>
 #include <vector>
 
 namespace fathom {
@@ -71,42 +69,6 @@ void check_results(const StoredDepth& stored, const DofMasks& given, const std::
     }
 }
 
-// Elements from row to row of an image that was just allocated: what two rows take more than one.
-std::size_t fresh_stride(int width) {
-    const auto bytes_of = [&](int height) { return Image::allocation(Element::f32, {width, height}); };
-    return (bytes_of(2) - bytes_of(1)) / sizeof(float);
-}
-
-// Where the kernels write: into the caller's images if their layout is the one that the kernels assume, otherwise into
-// scratch images.
-DofMasks places_for(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& given,
-                    const std::vector<Result>& asked, runtime::Scratch& scratch) {
-    const auto one_pass = [](const Result& result) {
-        return result.image == &DofMasks::coc || result.image == &DofMasks::near_weight ||
-               result.image == &DofMasks::focus_weight || result.image == &DofMasks::far_weight;
-    };
-    const bool alike = std::ranges::all_of(asked, [&](const Result& result) {
-        const Image& image = given.*result.image;
-        return one_pass(result) && image.offset() == given.coc.offset() && image.row_stride() == given.coc.row_stride();
-    });
-    const auto needs_place = [&](const Result& result) {
-        const Image& image = given.*result.image;
-        const bool plain = image.offset() == 0 && image.row_stride() == fresh_stride(result.layout.width);
-        return !alike && !plain;
-    };
-    const int width = stored.image.width(), height = stored.image.height();
-    const std::size_t budget = stored.image.device().options().memory_budget;
-    std::size_t needed = near_field_bytes(width, height, options);
-    for (const Result& result : asked)
-        needed += needs_place(result) ? Image::allocation(Element::f32, result.layout) : 0;
-    if (budget > 0 && needed > budget)
-        refuse_budget(text("dof_masks of ", ImageSize{width, height}, " pixels, not in bands,"), needed, budget);
-    DofMasks places;
-    for (const Result& result : asked)
-        places.*result.image = needs_place(result) ? scratch.image(Element::f32, result.layout) : given.*result.image;
-    return places;
-}
-
 // A kernel that computes circles from stored depth, and what it reads them with.
 struct CircleKernel {
     const StoredDepth& stored;
@@ -123,16 +85,16 @@ struct CircleKernel {
         count_from_lens(form, coc);
     }
 
-    template <typename... Results>
-    void launch(const char* name, runtime::Defines defines, bool stream, runtime::Range range,
-                const Results&... results) const { // which all have the same layout
+    // `more`: other results, each with where it lies.
+    template <typename... More>
+    void launch(const char* name, runtime::Defines defines, bool stream, runtime::Range range, const Image& result,
+                const More&... more) const {
         const Device& device = stored.image.device();
         const Arithmetic arithmetic = device.options().arithmetic;
         runtime::Defines all = circle_defines(form, coc, view, stored.storage, vector_width, stream);
         all.insert(all.end(), defines.begin(), defines.end());
-        const Image& first = std::get<0>(std::tie(results...));
-        runtime::launch(device, runtime::kernel(device, name, all), range, stored.image, results...,
-                        grid_parameters(stored, first, 0, stored.image.width()),
+        runtime::launch(device, runtime::kernel(device, name, all), range, stored.image, result, more...,
+                        grid_parameters(stored, result, 0, stored.image.width()),
                         depth_parameters(form, stored.storage, Background::inf, arithmetic),
                         ray_parameters(view, arithmetic), circle_parameters(form, coc, options, arithmetic));
     }
@@ -144,13 +106,13 @@ void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc
     const runtime::Range range{
         static_cast<std::size_t>((stored.image.width() + kernel.vector_width - 1) / kernel.vector_width),
         static_cast<std::size_t>(stored.image.height())};
-    const bool stream = worth_streaming(masks.coc, kernel.vector_width);
+    const auto streams = [&](const Image& image) { return worth_streaming(image, kernel.vector_width); };
     const runtime::Defines weights{{"WEIGHTS", options.weights}};
-    if (options.weights)
-        kernel.launch("dof_masks", weights, stream, range, masks.coc, masks.near_weight, masks.focus_weight,
-                      masks.far_weight);
-    else
-        kernel.launch("dof_masks", weights, stream, range, masks.coc);
+    if (!options.weights)
+        return kernel.launch("dof_masks", weights, streams(masks.coc), range, masks.coc);
+    const Image &near = masks.near_weight, &focus = masks.focus_weight, &far = masks.far_weight;
+    kernel.launch("dof_masks", weights, streams(masks.coc) && streams(near) && streams(focus) && streams(far), range,
+                  masks.coc, near, place_parameters(near), focus, place_parameters(focus), far, place_parameters(far));
 }
 
 // Checks everything but the results.
@@ -180,17 +142,11 @@ void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleO
     const std::vector<Result> asked = results_of(stored, options);
     check_results(stored, results, asked);
     const runtime::Launched launched(stored.image.device(), launch);
-    runtime::Scratch scratch(stored.image.device());
-    const DofMasks masks = places_for(stored, options, results, asked, scratch);
-    circles_and_weights(stored, coc, options, form, masks);
-    near_field(stored, options, masks);
-    if (options.mixed_pixels)
-        mixed_pixels(stored, masks.mixed_pixels);
-    for (const Result& result : asked) {
-        const Image &from = masks.*result.image, &to = results.*result.image;
-        if (from.buffer() != to.buffer())
-            runtime::copy(from, to);
-    }
+    const int rows_at_once = near_field_rows(stored, options);
+    if (options.mixed_pixels) // before the others: it may refuse the budget, and then nothing is written
+        mixed_pixels(stored, results.mixed_pixels);
+    circles_and_weights(stored, coc, options, form, results);
+    near_field(stored, options, results, rows_at_once);
     launched.done();
 }
 

@@ -1,7 +1,11 @@
 // What the discs of near pixels do to those around them: tiles, then kernels/near_field_weight.cl and kernels/near_field.cl.
+//
+// The discs' weights are needed only until they are added up, and the sums go on from launch to launch in the order of one launch.
+// So weights may be held of a few rows of blocks at a time, with the same bits, however far the discs reach.
 
 #include "operations/near_field.hpp"
 
+#include "operations/bands.hpp"
 #include "operations/circle.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/scratch.hpp"
@@ -13,6 +17,7 @@ namespace fathom {
 namespace {
 
 constexpr int tile_px = 16; // a tile as wide as the widest vector
+constexpr int block_px = tile_px * params::near_block;
 
 enum class Spread { max_near_coc = 0, near_alpha = 1, disocclusion = 2 };
 
@@ -20,43 +25,53 @@ int parts(int whole, int part) {
     return (whole - 1) / part + 1;
 }
 
-// The least and the greatest of each tile, or of each block of tiles.
-struct Extremes {
-    Image least, greatest;
-};
-
-runtime::Range range_of(const Image& image, int vector_width = 1) {
-    return {static_cast<std::size_t>(parts(image.width(), vector_width)), static_cast<std::size_t>(image.height())};
+bool looks_around(const DofMasksOptions& options) {
+    return options.max_near_coc || options.near_alpha || options.disocclusion;
 }
 
-void find_extremes(const Extremes& from, int across, const Extremes& result) {
+bool needs_weights(const DofMasksOptions& options) {
+    return options.near_alpha || options.disocclusion;
+}
+
+runtime::Range range_of(int width, int height, int vector_width = 1) {
+    return {static_cast<std::size_t>(parts(width, vector_width)), static_cast<std::size_t>(height)};
+}
+
+// The least of each square of so many pixels, or tiles, across; and the greatest, if there is an image for it.
+void find_extremes(const Image& from, int across, const Image& least, const Image& greatest = {}) {
     params::near_field_params p{};
-    p.width = to_u32(from.least.width());
-    p.height = to_u32(from.least.height());
-    p.stride = to_u32(from.least.row_stride());
+    p.width = to_u32(from.width());
+    p.height = to_u32(from.height());
     p.tile = to_u32(across);
-    p.columns = to_u32(result.least.width());
-    p.rows = to_u32(result.least.height());
-    p.tile_stride = to_u32(result.least.row_stride());
-    const Device& device = from.least.device();
-    runtime::launch(device, runtime::kernel(device, "near_field_tiles", {{"V", 1}, {"STREAM", 0}}),
-                    range_of(result.least), from.least, from.greatest, result.least, result.greatest, p);
+    p.columns = to_u32(least.width());
+    p.rows = to_u32(least.height());
+    const Device& device = from.device();
+    const auto launch = [&](const auto&... results) {
+        runtime::launch(device,
+                        runtime::kernel(device, "near_field_tiles",
+                                        {{"V", 1}, {"STREAM", 0}, {"GREATEST", static_cast<bool>(greatest)}}),
+                        range_of(least.width(), least.height()), from, place_parameters(from), results..., p);
+    };
+    if (greatest)
+        launch(least, place_parameters(least), greatest, place_parameters(greatest));
+    else
+        launch(least, place_parameters(least));
 }
 
-params::near_field_params near_field_parameters(const Extremes& tiles, const Extremes& blocks, const Image& circle,
-                                                const Camera& camera, const DofMasksOptions& options) {
+params::near_field_params near_field_parameters(const Image& tiles, const Image& blocks, const StoredDepth& stored,
+                                                const DofMasksOptions& options) {
     params::near_field_params p{};
-    p.width = to_u32(circle.width());
-    p.height = to_u32(circle.height());
-    p.stride = to_u32(circle.row_stride());
+    p.width = to_u32(stored.image.width());
+    p.height = to_u32(stored.image.height());
+    p.first_row = 0;
+    p.last_row = p.height;
     p.tile = to_u32(tile_px);
-    p.columns = to_u32(tiles.least.width());
-    p.rows = to_u32(tiles.least.height());
-    p.tile_stride = to_u32(tiles.least.row_stride());
-    p.block_columns = to_u32(blocks.least.width());
-    p.block_rows = to_u32(blocks.least.height());
-    p.block_stride = to_u32(blocks.least.row_stride());
-    const PixelScale scale = pixel_scale(camera);
+    p.columns = to_u32(tiles.width());
+    p.rows = to_u32(tiles.height());
+    p.tile_stride = to_u32(tiles.row_stride());
+    p.block_columns = to_u32(blocks.width());
+    p.block_stride = to_u32(blocks.row_stride());
+    const PixelScale scale = pixel_scale(stored.camera);
     p.vertical = static_cast<float>(scale.x / scale.y);
     p.sharp = static_cast<float>(options.sharp_px);
     p.inverse_transition = inverse_transition(options);
@@ -66,59 +81,70 @@ params::near_field_params near_field_parameters(const Extremes& tiles, const Ext
 
 } // namespace
 
-std::size_t near_field_bytes(int width, int height, const DofMasksOptions& options) {
-    const bool covered = options.near_alpha || options.disocclusion;
-    if (!options.max_near_coc && !covered)
-        return 0;
+int near_field_rows(const StoredDepth& stored, const DofMasksOptions& options) {
+    const int width = stored.image.width(), height = stored.image.height();
+    const std::size_t budget = stored.image.device().options().memory_budget;
+    const int weighed = needs_weights(options) ? height : 0;
+    if (budget == 0 || !looks_around(options))
+        return weighed;
     const auto bytes = [](int across, int down) { return Image::allocation(Element::f32, {across, down}); };
-    const int columns = parts(width, tile_px), rows = parts(height, tile_px);
     const std::size_t tables =
-        2 * (bytes(columns, rows) + bytes(parts(columns, params::near_block), parts(rows, params::near_block)));
-    const int images = (covered ? 1 : 0) + (options.disocclusion && !options.near_alpha ? 1 : 0);
-    return tables + static_cast<std::size_t>(images) * bytes(width, height);
+        bytes(parts(width, tile_px), parts(height, tile_px)) + bytes(parts(width, block_px), parts(height, block_px));
+    const auto needed = [&](int rows) { return tables + (rows > 0 ? bytes(width, rows) : 0); };
+    const int least = std::min(weighed, block_px);
+    if (needed(least) > budget)
+        refuse_budget(text("dof_masks of ", ImageSize{width, height}, " pixels"), needed(least), budget);
+    int blocks = parts(std::max(weighed, 1), block_px);
+    const auto rows = [&] { return std::min(weighed, blocks * block_px); };
+    while (needed(rows()) > budget)
+        --blocks;
+    return rows();
 }
 
-void near_field(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& masks) {
+void near_field(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& masks, int rows_at_once) {
     const Image& circle = masks.coc;
     const Device& device = circle.device();
     const int width = circle.width(), height = circle.height();
     if (options.tile_px > 0)
-        find_extremes({circle, circle}, options.tile_px, {masks.tile_min_coc, masks.tile_max_coc});
-    const bool covered = options.near_alpha || options.disocclusion;
-    if (!options.max_near_coc && !covered)
+        find_extremes(circle, options.tile_px, masks.tile_min_coc, masks.tile_max_coc);
+    if (!looks_around(options))
         return;
 
     runtime::Scratch scratch(device);
-    const auto extremes = [&](int columns, int rows) {
-        const Layout layout{columns, rows};
-        return Extremes{scratch.image(Element::f32, layout), scratch.image(Element::f32, layout)};
-    };
-    const int columns = parts(width, tile_px), rows = parts(height, tile_px);
-    const Extremes tiles = extremes(columns, rows),
-                   blocks = extremes(parts(columns, params::near_block), parts(rows, params::near_block));
-    find_extremes({circle, circle}, tile_px, tiles);
+    const Image tiles = scratch.image(Element::f32, {parts(width, tile_px), parts(height, tile_px)}),
+                blocks = scratch.image(Element::f32, {parts(width, block_px), parts(height, block_px)});
+    find_extremes(circle, tile_px, tiles);
     find_extremes(tiles, params::near_block, blocks);
 
-    const params::near_field_params p = near_field_parameters(tiles, blocks, circle, stored.camera, options);
+    const params::near_field_params all = near_field_parameters(tiles, blocks, stored, options);
     const int vector_width = vector_width_for(device, width);
-    const Layout layout{width, height};
-    const auto gather = [&](Spread output, const Image& weights, const Image& result) {
+    const auto gather = [&](Spread output, const Image& weights, const Image& result,
+                            const params::near_field_params& p) {
         runtime::launch(device,
                         runtime::kernel(device, "near_field",
                                         {{"V", vector_width}, {"STREAM", 0}, {"OUTPUT", static_cast<int>(output)}}),
-                        range_of(circle, vector_width), circle, weights, tiles.least, blocks.least, result, p);
+                        range_of(width, height, vector_width), circle, place_parameters(circle), weights,
+                        place_parameters(weights), tiles, blocks, result, place_parameters(result), p);
     };
     if (options.max_near_coc)
-        gather(Spread::max_near_coc, circle, masks.max_near_coc);
-    if (!covered)
+        gather(Spread::max_near_coc, circle, masks.max_near_coc, all);
+    if (!needs_weights(options))
         return;
-    const Image weights = scratch.image(Element::f32, layout);
-    runtime::launch(device, runtime::kernel(device, "near_field_weight", {{"V", vector_width}, {"STREAM", 0}}),
-                    range_of(circle, vector_width), circle, weights, p);
-    const Image alpha = options.near_alpha ? masks.near_alpha : scratch.image(Element::f32, layout);
-    gather(Spread::near_alpha, weights, alpha);
+    const Image weights = scratch.image(Element::f32, {width, rows_at_once});
+    // Where nobody wants the near alpha it waits in the place of what is made from it.
+    const Image& alpha = options.near_alpha ? masks.near_alpha : masks.disocclusion;
+    runtime::Kernel& weigh = runtime::kernel(device, "near_field_weight", {{"V", vector_width}, {"STREAM", 0}});
+    for (int first = 0; first < height; first += rows_at_once) {
+        const int last = std::min(first + rows_at_once, height);
+        params::near_field_params band = all;
+        band.first_row = to_u32(first);
+        band.last_row = to_u32(last);
+        runtime::launch(device, weigh, range_of(width, last - first, vector_width), circle, place_parameters(circle),
+                        weights, place_parameters(weights), band);
+        gather(Spread::near_alpha, weights, alpha, band);
+    }
     if (options.disocclusion)
-        gather(Spread::disocclusion, alpha, masks.disocclusion);
+        gather(Spread::disocclusion, alpha, masks.disocclusion, all);
 }
 
 } // namespace fathom

@@ -284,6 +284,10 @@ params::grid_params grid_parameters(const StoredDepth& stored, const Image& resu
             0};
 }
 
+params::place_params place_parameters(const Image& image) {
+    return {.offset = image.offset(), .stride = to_u32(image.row_stride()), .reserved = 0};
+}
+
 int vector_width_for(const Device& device, int columns) {
     int vector_width = device.options().vector_width;
     while (vector_width > columns)

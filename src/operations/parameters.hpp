@@ -76,6 +76,9 @@ int element_define(Element element);
 /// Columns [begin, end) of the images.
 params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end);
 
+/// Where an image of one float a pixel lies in its buffer.
+params::place_params place_parameters(const Image& image);
+
 /// The device's vector width, or the largest that is no wider than that many columns.
 int vector_width_for(const Device& device, int columns);
 
