@@ -148,6 +148,8 @@ TEST_CASE("frames: apart, as many as there are threads are read and written, and
         const Busy::Entered entered(files);
         together = together || computing;
         wait_ms(3);
+        for (int waited = 0; threads > 1 && files.most() < 2 && waited < patience_ms; ++waited)
+            wait_ms(1); // on a busy machine a thread may start late
         together = together || computing;
     };
     const auto compute = [&](std::size_t, Frame&) {
