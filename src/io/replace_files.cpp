@@ -70,6 +70,8 @@ fs::path followed(const fs::path& file) {
     fs::path target = file; // the system refuses chains longer than 40
     for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links)
         target = target.parent_path() / fs::read_symlink(target, error);
+    if (error.value() == EIO) // a file would take the place of the link
+        refuse_write(file, "cannot be written", EIO, cure);
     return target;
 }
 
@@ -149,8 +151,13 @@ void Successor::write(std::span<const unsigned char> bytes, std::uint64_t at) {
 }
 
 void Successor::complete() {
-    if (struct stat old; ::stat(target_.c_str(), &old) == 0)
-        static_cast<void>(::fchmod(descriptor_, old.st_mode & 07777)); // keeps what the owner had granted
+    // What the owner had granted is kept, where the disk has such permissions.
+    struct stat old;
+    const int unknown = ::stat(target_.c_str(), &old) == 0 ? 0 : errno;
+    if (unknown == 0 && ::fchmod(descriptor_, old.st_mode & 07777) != 0 && errno != EPERM && errno != ENOTSUP)
+        fail(errno);
+    if (unknown == EIO) // it may be a file that is there for nobody else
+        fail(unknown);
     lock_ = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);                  // keeps the lock until the file has its place
     if (::close(std::exchange(descriptor_, -1)) != 0)                  // where network disks say that they are full
         fail(errno);
