@@ -182,12 +182,14 @@ bool is_file(const fs::path& name) {
 }
 
 bool is_same(const fs::path& a, const fs::path& b) {
-    if (!is_there(a) || !is_there(b))
+    const auto found = [](const fs::path& name, struct stat& status) {
+        if (::stat(name.c_str(), &status) == 0)
+            return true;
+        check_answer(name, {errno, std::generic_category()});
         return false;
-    std::error_code error;
-    const bool same = fs::equivalent(a, b, error);
-    check_answer(a, error);
-    return same;
+    };
+    struct stat of_a, of_b;
+    return found(a, of_a) && found(b, of_b) && of_a.st_dev == of_b.st_dev && of_a.st_ino == of_b.st_ino;
 }
 
 fs::path whole_path(const fs::path& name) {
