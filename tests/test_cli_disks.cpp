@@ -23,9 +23,8 @@ void with_each_fault(const std::string& call, const std::string& file, const Arg
     for (int number = 1;; ++number) {
         const Folder folder;
         const std::string log = folder / "strace.log";
-        const Outcome outcome =
-            run(arguments, {.before = {"strace", "-f", "-qq", "-o", log, "-P", file, "-e",
-                                       fmt::format("inject={}:error=EIO:when={}", call, number)}});
+        const Outcome outcome = run(arguments, {.before = {"strace", "-f", "-qq", "-o", log, "-P", file, "-e",
+                                                           fmt::format("inject={}:error=EIO:when={}", call, number)}});
         INFO(call << ' ' << number << " of " << file << ": " << outcome.err);
         if (content(log).find("(INJECTED)") == std::string::npos) {
             CHECK(number > 1);
@@ -47,9 +46,8 @@ TEST_CASE("disks: inspect names a disk that fails while it looks for a camera") 
     const Folder folder;
     const std::string file = depth_file(folder, "depth.exr"), whole = run({"inspect", file}).out;
     for (const char* call : {"openat", "read"})
-        with_each_fault(call, file, {"inspect", file}, [&](const Outcome& outcome) {
-            CHECK((outcome.code == 1 || outcome.out == whole));
-        });
+        with_each_fault(call, file, {"inspect", file},
+                        [&](const Outcome& outcome) { CHECK((outcome.code == 1 || outcome.out == whole)); });
 }
 
 TEST_CASE("disks: a report is made of all that is there, or not at all") {

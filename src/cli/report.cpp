@@ -324,17 +324,18 @@ std::optional<Layer> layer_of(const ReportArguments& options, const std::vector<
     const std::size_t count = std::min(most, files.size());
     std::vector<Viewed> viewed(count);
     std::vector<Statistics> found(count);
-    for_each_frame<int>(count,
-                        {.read =
-                             [&](std::size_t i, int&) {
-                                 const std::size_t place = count == 1 ? 0 : i * (files.size() - 1) / (count - 1);
-                                 Viewed each = read_viewed(files[place], channel_of(options, role));
-                                 found[i] = statistics_of(each);
-                                 each.image.release();
-                                 viewed[i] = std::move(each);
-                             },
-                         .report = [](std::size_t, int&, const std::exception_ptr& failure) { check_disk_of(failure); }},
-                        {.stop = is_interrupted});
+    for_each_frame<int>(
+        count,
+        {.read =
+             [&](std::size_t i, int&) {
+                 const std::size_t place = count == 1 ? 0 : i * (files.size() - 1) / (count - 1);
+                 Viewed each = read_viewed(files[place], channel_of(options, role));
+                 found[i] = statistics_of(each);
+                 each.image.release();
+                 viewed[i] = std::move(each);
+             },
+         .report = [](std::size_t, int&, const std::exception_ptr& failure) { check_disk_of(failure); }},
+        {.stop = is_interrupted});
     const auto first = std::ranges::find_if(found, [](const Statistics& each) { return each.pixels > 0; });
     if (first == found.end())
         return std::nullopt;

@@ -158,8 +158,8 @@ void Successor::complete() {
         fail(errno);
     if (unknown == EIO) // it may be a file that is there for nobody else
         fail(unknown);
-    lock_ = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);                  // keeps the lock until the file has its place
-    if (::close(std::exchange(descriptor_, -1)) != 0)                  // where network disks say that they are full
+    lock_ = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0); // keeps the lock until the file has its place
+    if (::close(std::exchange(descriptor_, -1)) != 0) // where network disks say that they are full
         fail(errno);
 }
 
