@@ -5,6 +5,7 @@
 #include <OpenEXR/IexErrnoExc.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 
+#include <cerrno>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
@@ -28,8 +29,10 @@ auto refusing_damage(const std::filesystem::path& file, const Read& read) {
         return within_memory(file, read);
     } catch (const Error&) {
         throw;
-    } catch (const Iex::ErrnoExc& error) {
-        refuse_read(file, error.errnum());
+    } catch (const Iex::EioExc&) { // exceptions of OpenEXR have a type for each number
+        refuse_read(file, EIO);
+    } catch (const Iex::EstaleExc&) {
+        refuse_read(file, ESTALE);
     } catch (const std::exception& error) {
         refuse(file, "is damaged or cut short (" + exr_reason(error.what()) + "); render or copy it again");
     }
