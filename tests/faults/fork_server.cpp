@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <sstream>
+#include <string>
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -23,21 +25,35 @@ void send_to(const char* file, int stream) {
     close(opened);
 }
 
-// FATHOM_SERVER: "ASKED TOLD", two pipes. A byte asks for a run; its number is told when it has stopped before main(), and its
-// status at its end. Gives true in the process of a run, and false when nobody asks any more.
+// The next line that asks for a run; false where there is none.
+bool read_line(int pipe, std::string& line) {
+    line.clear();
+    char byte = 0;
+    while (read(pipe, &byte, 1) == 1) {
+        if (byte == '\n')
+            return true;
+        line += byte;
+    }
+    return false;
+}
+
+// FATHOM_SERVER: "ASKED TOLD", two pipes. A line NAME=VALUE<tab>… asks for a run with these variables. Its number is told when
+// it has stopped before main(), and its status at its end. Gives true in the process of a run, false when nobody asks any more.
 bool serve(const char* pipes, const char* out, const char* err) {
     int asked = -1, told = -1;
     if (std::sscanf(pipes, "%d %d", &asked, &told) != 2)
         std::abort();
     dlopen("libpocl.so.2", RTLD_NOW | RTLD_LOCAL); // brings LLVM; where it is called otherwise, each run loads its own
-    for (char byte = 0; read(asked, &byte, 1) == 1;) {
+    for (std::string line; read_line(asked, line);) {
         const pid_t run = fork();
         if (run == 0) {
             close(asked);
             close(told);
             send_to(out, STDOUT_FILENO);
             send_to(err, STDERR_FILENO);
-            unsetenv("FATHOM_SERVER");
+            std::istringstream variables(line);
+            for (std::string name, value; std::getline(variables, name, '=') && std::getline(variables, value, '\t');)
+                setenv(name.c_str(), value.c_str(), 1);
             prctl(PR_SET_PTRACER, PR_SET_PTRACER_ANY, 0, 0, 0); // fails where the system does not ask for it
             raise(SIGSTOP);                                     // until a tracer is there
             return true;
