@@ -40,7 +40,7 @@ void with_each_fault(const std::string& call, const std::string& file, const Arg
 
 } // namespace
 
-TEST_CASE("disks: inspect names a disk that fails while it looks for a camera") {
+TEST_CASE("disks: inspect names a disk that fails while it looks for a camera", "[slow]") {
     if (cannot_trace())
         return;
     const Folder folder;
@@ -50,7 +50,7 @@ TEST_CASE("disks: inspect names a disk that fails while it looks for a camera") 
                         [&](const Outcome& outcome) { CHECK((outcome.code == 1 || outcome.out == whole)); });
 }
 
-TEST_CASE("disks: a report is made of all that is there, or not at all") {
+TEST_CASE("disks: a report is made of all that is there, or not at all", "[slow]") {
     if (cannot_trace())
         return;
     const Folder folder;
