@@ -65,13 +65,10 @@ std::pair<fs::path, int> open_temporary(const fs::path& target) {
 }
 
 /// The file that a link points to, there or not.
-fs::path followed(const fs::path& file) {
-    std::error_code error;
+fs::path followed(const fs::path& file, std::error_code& error) {
     fs::path target = file; // the system refuses chains longer than 40
     for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links)
         target = target.parent_path() / fs::read_symlink(target, error);
-    if (error.value() == EIO) // a file would take the place of the link
-        refuse_write(file, "cannot be written", EIO, cure);
     return target;
 }
 
@@ -83,7 +80,10 @@ fs::path target_of(const fs::path& file) {
         refuse(file, "is a folder; name a file in it");
     if (fs::exists(status) && !fs::is_regular_file(status))
         refuse(file, "is no regular file; write to one and copy it");
-    return followed(file);
+    fs::path target = followed(file, error);
+    if (error.value() == EIO) // a file would take the place of the link
+        refuse_write(file, "cannot be written", EIO, cure);
+    return target;
 }
 
 /// Does no process work on the file any more? Then this one has the lock, until it closes the descriptor.
@@ -179,7 +179,7 @@ void remove_abandoned(std::span<const fs::path> files) {
         std::error_code none;
         if (fs::is_directory(file, none))
             continue;
-        const fs::path target = followed(file);
+        const fs::path target = followed(file, none);
         const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
         targets[folder].emplace(std::string(begin) + digest(target.filename().native()) + "-", target);
     }
