@@ -129,6 +129,12 @@ TEST_CASE("frame patterns: the files that are there") {
           std::vector<std::string>{(folder / "a.0001.exr").string(), (folder / "a.0003.png").string()});
     put_text(folder / "s02/notes.txt", "x");
     put_text(folder / "s02/.hidden.exr", "x");
+    CHECK(matching_files((folder / "s0?/*.[e]*").string()) ==
+          std::vector<std::string>{(folder / "s01/f.1.exr").string(), (folder / "s02/f.2.exr").string(),
+                                   (folder / "s02/f.3.exr").string()});
+    CHECK(matching_files((folder / "s0?/f.2.exr").string()) ==
+          std::vector<std::string>{(folder / "s02/f.2.exr").string()});
+    CHECK(matching_files((folder / "s0?").string()).empty()); // folders
     CHECK(depth_files_in(folder / "s02") ==
           std::vector<std::string>{(folder / "s02/f.2.exr").string(), (folder / "s02/f.3.exr").string()});
 }

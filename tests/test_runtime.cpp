@@ -163,6 +163,7 @@ TEST_CASE("runtime: a kernel that does not build shows its log, with the file th
     INFO(message);
     CHECK(contains(message, "kernels/l"));
     CHECK(contains(message, "V must be 1, 4, 8 or 16"));
+    CHECK(contains(message, "; try another device or driver"));
     CHECK_THROWS_AS(runtime::kernel(device(), "no_such_kernel", {}), Error);
 }
 

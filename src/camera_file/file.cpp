@@ -72,18 +72,24 @@ private:
     int number_;
 };
 
-// Names that no file can have are not there, and nothing is in a folder that may not be looked into.
-void check_answer(const fs::path& name, const std::error_code& error) {
-    constexpr std::array no{0, ENOENT, ENOTDIR, EACCES, ENAMETOOLONG, ELOOP};
-    if (std::ranges::find(no, error.value()) == no.end())
-        refuse_read(name, error.value());
-}
-
 fs::file_status status_of(const fs::path& name) {
     std::error_code error;
     const auto status = fs::status(name, error);
     check_answer(name, error);
     return status;
+}
+
+std::string line_about(const fs::path& file, const std::string& what) {
+    auto line = file.string();
+    std::replace_if(
+        line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, ' ');
+    return line + ": " + printable(what);
+}
+
+constexpr const char* check_disk = "check the disk that it lies on";
+
+[[noreturn]] void refuse_unanswered(const fs::path& file, const std::string& what) {
+    throw UnansweredRead(line_about(file, what));
 }
 
 } // namespace
@@ -107,21 +113,19 @@ std::string printable(std::string_view text) {
 }
 
 void refuse(const fs::path& file, const std::string& what) {
-    auto line = file.string();
-    std::replace_if(
-        line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, ' ');
-    throw Error(line + ": " + printable(what));
+    throw Error(line_about(file, what));
 }
 
 std::string reason(int error) {
     return std::generic_category().message(error);
 }
 
-constexpr const char* check_disk = "check the disk that it lies on";
-
 void refuse_read(const fs::path& file, int error) {
     const bool forbidden = error == EACCES || error == EPERM;
-    refuse(file, "cannot be read: " + reason(error) + "; " + (forbidden ? "check its permissions" : check_disk));
+    const std::string what = "cannot be read: " + reason(error) + "; ";
+    if (forbidden || error == ENOENT)
+        refuse(file, what + (forbidden ? "check its permissions" : check_disk));
+    refuse_unanswered(file, what + check_disk);
 }
 
 void refuse_write(const fs::path& file, const std::string& what, int error, const std::string& cure) {
@@ -158,6 +162,13 @@ std::string host_name() {
     return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
 }
 
+// Names that no file can have are not there, and nothing is in a folder that may not be looked into.
+void check_answer(const fs::path& name, const std::error_code& error) {
+    constexpr std::array no{0, ENOENT, ENOTDIR, EACCES, ENAMETOOLONG, ELOOP};
+    if (std::ranges::find(no, error.value()) == no.end())
+        refuse_read(name, error.value());
+}
+
 bool is_there(const fs::path& name) {
     return fs::exists(status_of(name));
 }
@@ -168,6 +179,27 @@ bool is_folder(const fs::path& name) {
 
 bool is_file(const fs::path& name) {
     return fs::is_regular_file(status_of(name));
+}
+
+bool is_same(const fs::path& a, const fs::path& b) {
+    const auto found = [](const fs::path& name, struct stat& status) {
+        if (::stat(name.c_str(), &status) == 0)
+            return true;
+        check_answer(name, {errno, std::generic_category()});
+        return false;
+    };
+    struct stat of_a, of_b;
+    return found(a, of_a) && found(b, of_b) && of_a.st_dev == of_b.st_dev && of_a.st_ino == of_b.st_ino;
+}
+
+fs::path whole_path(const fs::path& name) {
+    std::error_code error;
+    const fs::path absolute = fs::absolute(name, error); // of an empty name there is none
+    if (error)
+        return name;
+    const fs::path path = fs::weakly_canonical(absolute, error);
+    check_answer(name, error);
+    return (error ? absolute : path).lexically_normal();
 }
 
 std::vector<std::string> names_in(const fs::path& folder) {
@@ -200,7 +232,7 @@ Bytes read_file(const fs::path& file) {
     OpenFile opened(file);
     Bytes bytes(opened.size());
     if (opened.read(bytes) < bytes.size())
-        refuse(file, std::string("cannot be read to its end; ") + check_disk);
+        refuse_unanswered(file, std::string("cannot be read to its end; ") + check_disk);
     return bytes;
 }
 

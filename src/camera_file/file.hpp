@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 namespace fathom::io {
@@ -42,13 +43,28 @@ std::string digest(std::string_view text);
 /// This machine's name.
 std::string host_name();
 
-/// Refuses a file that cannot be read for a reason of the system.
+/// The disk of a file does not answer. Nobody knows what it holds, so that what is guessed about other files is not about it.
+class UnansweredRead : public Error {
+public:
+    using Error::Error;
+};
+
+/// Refuses a file that cannot be read for a reason of the system. Throws: UnansweredRead unless it is forbidden or not there.
 [[noreturn]] void refuse_read(const std::filesystem::path& file, int error);
 
 /// Is there anything of this name, a folder, a file? Throws: Error when the disk does not answer.
 bool is_there(const std::filesystem::path& name);
 bool is_folder(const std::filesystem::path& name);
 bool is_file(const std::filesystem::path& name);
+
+/// Refuses a name of which the system says this, unless it says that there is no such file or that it may not be seen.
+void check_answer(const std::filesystem::path& name, const std::error_code& error);
+
+/// Are these two names of one file? Not where one of them is none. Throws: Error when the disk does not answer.
+bool is_same(const std::filesystem::path& a, const std::filesystem::path& b);
+
+/// The path of a file from the root on, without links as far as there are folders. Throws: Error when the disk does not answer.
+std::filesystem::path whole_path(const std::filesystem::path& name);
 
 /// Names of the files and folders in a folder; none if there is no such folder. Throws: Error when the disk does not answer.
 std::vector<std::string> names_in(const std::filesystem::path& folder);

@@ -29,8 +29,7 @@ int convert(const CameraArguments& options) {
     if (!options.output.empty()) {
         if (extension_of(options.output) != ".json")
             throw UsageError(options.output + ": a camera file is written as .json; name it so");
-        std::error_code none;
-        if (std::filesystem::equivalent(options.output, camera.file, none))
+        if (io::is_same(options.output, camera.file))
             throw UsageError("-o: " + options.output + " would replace the file that is read; choose another name");
     }
     const ImportedCamera imported = import_camera(

@@ -88,6 +88,8 @@ template <typename Read>
 std::optional<Viewed> if_any(const Read& read) {
     try {
         return read();
+    } catch (const io::UnansweredRead&) {
+        throw;
     } catch (const Error&) {
         return std::nullopt;
     }
@@ -134,8 +136,8 @@ bool any_negative(const cv::Mat& vectors) {
 }
 
 // Codes say nothing of their values. The record of a PNG that the program itself wrote does: docs/resume.md.
-std::optional<Viewed> from_record(const fs::path& file, const cv::Mat& codes) {
-    const auto recorded = io::holds_record(file) ? io::read_recorded(file) : std::nullopt;
+std::optional<Viewed> from_record(const fs::path& file, io::Bytes bytes, const cv::Mat& codes) {
+    const auto recorded = io::holds_record(file) ? io::find_record(std::move(bytes)) : std::nullopt;
     const auto record = nlohmann::json::parse(recorded ? recorded->record : "", nullptr, false);
     if (codes.depth() != CV_16U || !record.is_object())
         return std::nullopt;
@@ -158,8 +160,11 @@ std::optional<Viewed> from_record(const fs::path& file, const cv::Mat& codes) {
 
 Viewed from_plain(const fs::path& file, const std::string& wanted) {
     io::check_readable(file);
-    const std::optional<cv::Mat> image = io::within_memory(file, [&] { return io::read_plain(file, wanted); });
-    if (auto recorded = image ? from_record(file, *image) : std::nullopt)
+    if (!wanted.empty())
+        io::refuse_layer(file, wanted);
+    io::Bytes bytes = io::within_memory(file, [&] { return io::read_file(file); });
+    const std::optional<cv::Mat> image = io::within_memory(file, [&] { return io::read_plain(file, bytes); });
+    if (auto recorded = image ? from_record(file, std::move(bytes), *image) : std::nullopt)
         return *recorded;
     if (!image || (image->channels() != 1 && image->depth() != CV_32F))
         return picture_in(file, wanted);

@@ -67,6 +67,8 @@ std::optional<Packing> found_packing(const std::string& file) {
         DepthFile depth;
         try {
             depth = read_depth(file, {.packing = packing});
+        } catch (const io::UnansweredRead&) {
+            throw;
         } catch (const Error&) { // the image has no such channels
             continue;
         }
@@ -82,6 +84,8 @@ std::optional<Packing> found_packing(const std::string& file) {
 DepthFile read_without_camera(const InspectArguments& options, std::optional<Packing>& packing) {
     try {
         return read_depth(options.file, {.channel = options.channel});
+    } catch (const io::UnansweredRead&) {
+        throw;
     } catch (const Error&) {
         packing = options.channel.empty() ? found_packing(options.file) : std::nullopt;
         if (!packing)
@@ -97,6 +101,8 @@ std::optional<ImportedCamera> camera_for(const InspectArguments& options, std::s
     try {
         return options.camera.read();
     } catch (const UsageError&) {
+        throw;
+    } catch (const io::UnansweredRead&) {
         throw;
     } catch (const Error& error) {
         if (options.camera.given())

@@ -4,6 +4,7 @@
 #include "command.hpp"
 #include "messages.hpp"
 
+#include "camera_file/file.hpp"
 #include "camera_file/key_doubts.hpp"
 #include "camera_file/presets.hpp"
 #include "io/camera_formats.hpp"
@@ -154,7 +155,7 @@ ImportedCamera CameraOption::read_for(const Input& input, Storage storage) const
 }
 
 ImportedCamera CameraOption::read() const {
-    return read(inputs ? inputs() : std::vector<Input>{});
+    return read(inputs ? inputs() : std::vector<Input>{}, true);
 }
 
 void CameraOption::first_for(const std::function<void(const ImportedCamera&)>& use) const {
@@ -174,11 +175,21 @@ void CameraOption::first_for(const std::function<void(const ImportedCamera&)>& u
         std::rethrow_exception(lacking);
 }
 
-ImportedCamera CameraOption::read(std::vector<Input> depths) const {
+ImportedCamera CameraOption::read(std::vector<Input> depths, bool first_counts) const {
     if (file.empty() && (!image.empty() || !node.empty() || undistorted))
         throw UsageError("--image, --node and --undistorted: choose from a file; give it with --camera");
     if (!given()) {
-        std::erase_if(depths, [](const Input& depth) { return !io::exr_has_camera(depth.file); });
+        std::exception_ptr unanswered;
+        std::erase_if(depths, [&](const Input& depth) {
+            try {
+                return !io::exr_has_camera(depth.file);
+            } catch (const io::UnansweredRead&) { // is told when the turn of this input comes, if there is another one
+                unanswered = std::current_exception();
+                return true;
+            }
+        });
+        if (unanswered && (depths.empty() || first_counts))
+            std::rethrow_exception(unanswered);
         if (depths.empty())
             throw UsageError(std::string("--camera: missing; give a camera file, --preset with the source of the depth "
                                          "(fathom presets lists them)") +
@@ -189,6 +200,9 @@ ImportedCamera CameraOption::read(std::vector<Input> depths) const {
     for (std::size_t i = 0; i + 1 < depths.size(); ++i) {
         try {
             return read_for(depths[i]);
+        } catch (const io::UnansweredRead&) {
+            if (first_counts)
+                throw;
         } catch (const Error&) { // is told when the turn of this input comes
         }
     }

@@ -69,9 +69,10 @@ struct CameraOption {
     std::vector<std::filesystem::path> files_for(const Input& input) const;
 
     /// The camera of the first input that has one: refuses early what is wrong for all of them.
-    /// Throws: UsageError where there is no camera, and Error for a camera that cannot be used.
-    ImportedCamera read() const;
-    ImportedCamera read(std::vector<Input> depths) const;
+    /// Throws: UsageError where there is no camera, and Error for a camera that cannot be used. `first_counts`: also where
+    /// the disk of an earlier input does not answer, which would have another input's camera stand for all.
+    ImportedCamera read() const; ///< of all inputs, the first of which counts
+    ImportedCamera read(std::vector<Input> depths, bool first_counts = false) const;
 
     /// Calls `use` with the camera of the first input that has what it needs, for which it throws no UsageError. Where each
     /// input has a camera of its own, and none can be read, that is told when their turns come.

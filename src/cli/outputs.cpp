@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -56,18 +57,14 @@ fs::path named(const sequence::FramePattern& pattern, const std::string& option,
     return pattern.name(*input.frame);
 }
 
-fs::path resolved(const fs::path& file) {
-    std::error_code error;
-    const fs::path path = fs::weakly_canonical(file, error);
-    return error ? fs::absolute(file).lexically_normal() : path;
-}
-
 // A file on disk by whatever path, link or other name; none when it is not there.
 using Identity = std::pair<dev_t, ino_t>;
 std::optional<Identity> identity(const fs::path& file) {
     struct stat status;
-    if (stat(file.c_str(), &status) != 0)
+    if (stat(file.c_str(), &status) != 0) {
+        io::check_answer(file, {errno, std::generic_category()});
         return std::nullopt;
+    }
     return Identity{status.st_dev, status.st_ino};
 }
 
@@ -215,7 +212,7 @@ std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& ou
     std::vector<Job> jobs;
     std::map<fs::path, std::string> taken;
     if (!options.log.empty())
-        taken.emplace(resolved(options.log), "--log");
+        taken.emplace(io::whole_path(options.log), "--log");
     std::map<std::size_t, std::set<Frame>> incomplete; // of each sequence
     for (const Input& input : options.inputs.all()) {
         Job job{.input = {}, .companions = {}, .outputs = {}, .frame = input.frame};
@@ -233,7 +230,7 @@ std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& ou
         for (const Output& output : outputs) {
             const fs::path file = place(options, output, input);
             const std::string what = outputs.size() == 1 ? input.file : output.option + " of " + input.file;
-            const auto [first, is_new] = taken.emplace(resolved(file), what);
+            const auto [first, is_new] = taken.emplace(io::whole_path(file), what);
             if (!is_new)
                 throw UsageError(fmt::format("{}: would be written for {} and for {}; {}", file.native(), first->second,
                                              what, outputs.size() == 1 ? "do them one by one" : "write one elsewhere"));

@@ -303,6 +303,17 @@ ColorMap map_of(const ReportArguments& options, Role role) {
     return role == output_role ? options.map : ColorMap::viridis;
 }
 
+// A disk that does not answer ends the page: one without what lies on it would look as if there were no more.
+void check_disk_of(const std::exception_ptr& failure) {
+    try {
+        if (failure)
+            std::rethrow_exception(failure);
+    } catch (const io::UnansweredRead&) {
+        throw;
+    } catch (const std::exception&) { // is told with its frame
+    }
+}
+
 // The layer of a role, as a few frames all over the shot have it. None where no file can be read.
 std::optional<Layer> layer_of(const ReportArguments& options, const std::vector<Entry>& entries, Role role) {
     constexpr std::size_t most = 12;
@@ -313,16 +324,18 @@ std::optional<Layer> layer_of(const ReportArguments& options, const std::vector<
     const std::size_t count = std::min(most, files.size());
     std::vector<Viewed> viewed(count);
     std::vector<Statistics> found(count);
-    for_each_frame<int>(count,
-                        {.read =
-                             [&](std::size_t i, int&) {
-                                 const std::size_t place = count == 1 ? 0 : i * (files.size() - 1) / (count - 1);
-                                 Viewed each = read_viewed(files[place], channel_of(options, role));
-                                 found[i] = statistics_of(each);
-                                 each.image.release();
-                                 viewed[i] = std::move(each);
-                             }},
-                        {.stop = is_interrupted});
+    for_each_frame<int>(
+        count,
+        {.read =
+             [&](std::size_t i, int&) {
+                 const std::size_t place = count == 1 ? 0 : i * (files.size() - 1) / (count - 1);
+                 Viewed each = read_viewed(files[place], channel_of(options, role));
+                 found[i] = statistics_of(each);
+                 each.image.release();
+                 viewed[i] = std::move(each);
+             },
+         .report = [](std::size_t, int&, const std::exception_ptr& failure) { check_disk_of(failure); }},
+        {.stop = is_interrupted});
     const auto first = std::ranges::find_if(found, [](const Statistics& each) { return each.pixels > 0; });
     if (first == found.end())
         return std::nullopt;
@@ -499,10 +512,7 @@ int report(const ReportArguments& options) {
     if (!options.logs.empty() && !has_lines)
         complain(fmt::format("warning: {}: has no line of {}; is it the log of another shot?", options.logs.front(),
                              options.outputs.all().front().file));
-    const auto is_page = [&](const fs::path& file) {
-        std::error_code ignored;
-        return fs::equivalent(file, options.page, ignored);
-    };
+    const auto is_page = [&](const fs::path& file) { return io::is_same(file, options.page); };
     if (std::ranges::any_of(options.logs, is_page) ||
         std::ranges::any_of(entries, [&](const Entry& entry) { return std::ranges::any_of(entry.files, is_page); }))
         throw UsageError(options.page + ": is one of the files to read; give another name for the page");
@@ -535,6 +545,8 @@ int report(const ReportArguments& options) {
                     static_cast<void>(read_viewed(file, channel_of(options, role)));
                 else
                     work.shown[role] = shown_of(options, file, role, *shown_as[role], room);
+            } catch (const io::UnansweredRead&) {
+                throw;
             } catch (const std::exception& error) {
                 if (work.fault.empty() && !(role != output_role && has_failed(entries[i]))) // of which it is the reason
                     work.fault = error.what();

@@ -46,8 +46,14 @@ RunLog::RunLog(const std::string& file) : file_(file) {
     constexpr std::string_view beginning = R"({"run":)"; // a full disk may have left a part of it
     char found[beginning.size()];
     struct stat status;
-    const bool regular = ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode); // devices have no past
+    const bool answers = ::fstat(descriptor_, &status) == 0;
+    const bool regular = answers && S_ISREG(status.st_mode); // devices have no past
     const ssize_t length = regular ? ::pread(descriptor_, found, sizeof found, 0) : 0;
+    if (!answers || length < 0) {
+        const int unread = errno;
+        ::close(std::exchange(descriptor_, -1));
+        io::refuse_read(file, unread);
+    }
     if (length > 0 && !beginning.starts_with({found, static_cast<std::size_t>(length)})) {
         ::close(std::exchange(descriptor_, -1));
         io::refuse(file, "is no log, and is left as it is; choose another file (--log)");
@@ -72,8 +78,9 @@ void RunLog::begin(const nlohmann::ordered_json& more) {
     // A full disk may have left a part of a line.
     struct stat status;
     char last = '\n';
-    if (::fstat(descriptor_, &status) == 0 && status.st_size > 0)
-        static_cast<void>(::pread(descriptor_, &last, 1, status.st_size - 1));
+    if (::fstat(descriptor_, &status) == 0 && status.st_size > 0 &&
+        ::pread(descriptor_, &last, 1, status.st_size - 1) != 1)
+        last = '?'; // an empty line does no harm
     if (last != '\n' && ::write(descriptor_, "\n", 1) != 1)
         complete_ = false;
     add({{"run", run}});

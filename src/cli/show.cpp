@@ -74,8 +74,7 @@ std::vector<ToShow> all_to_show(const ShowArguments& options) {
     std::map<fs::path, std::string> taken;
     for (const Input& input : shown_files(options)) {
         const fs::path output = output_of(options, input);
-        std::error_code ignored;
-        if (fs::equivalent(input.file, output, ignored))
+        if (io::is_same(input.file, output))
             throw UsageError(output.native() + ": is the file to show; give another name for its picture");
         const auto [first, is_new] = taken.emplace(output, input.file);
         if (!is_new)

@@ -435,19 +435,13 @@ std::optional<Imported> imported(const Header& header) {
 }
 
 std::optional<Imported> imported(const fs::path& file) {
-    try {
-        return within_memory(file, [&]() -> std::optional<Imported> {
-            const Imf::MultiPartInputFile exr = open_exr(file);
-            for (int part = 0; part < exr.parts(); ++part)
-                if (auto found = imported(Header(file, exr.header(part))))
-                    return found;
-            return std::nullopt;
-        });
-    } catch (const Error&) {
-        throw;
-    } catch (const std::exception& error) {
-        refuse(file, "is damaged or cut short (" + std::string(error.what()) + "); render or copy it again");
-    }
+    return refusing_damage(file, [&]() -> std::optional<Imported> {
+        const Imf::MultiPartInputFile exr = open_exr(file);
+        for (int part = 0; part < exr.parts(); ++part)
+            if (auto found = imported(Header(file, exr.header(part))))
+                return found;
+        return std::nullopt;
+    });
 }
 
 } // namespace
@@ -464,6 +458,8 @@ bool exr_has_camera(const fs::path& file) {
         return false;
     try {
         return imported(file).has_value();
+    } catch (const UnansweredRead&) {
+        throw;
     } catch (const Error&) {
         return true; // it has one that cannot be used, and says why
     }

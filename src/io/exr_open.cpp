@@ -4,8 +4,6 @@
 // Source: OpenEXR file layout, "Component Two: Version Field" and "Component Three: Header".
 #include "exr_open.hpp"
 
-#include "formats.hpp"
-
 #include <OpenEXR/ImfVersion.h>
 
 #include <array>
@@ -154,6 +152,11 @@ std::uint64_t size_of_file(const std::filesystem::path& file) {
     if (error)
         refuse_read(file, error.value());
     return size;
+}
+
+std::string exr_reason(const std::string& what) {
+    const auto quoted = what.rfind("\". ");
+    return quoted == std::string::npos ? what : what.substr(quoted + 3);
 }
 
 Imf::MultiPartInputFile open_exr(const std::filesystem::path& file) {

@@ -254,23 +254,6 @@ private:
     int at_ = 0;
 };
 
-/// OpenEXR's reason without the file's name, which stands in front of our line already.
-std::string reason(const std::string& what) {
-    const auto quoted = what.rfind("\". ");
-    return quoted == std::string::npos ? what : what.substr(quoted + 3);
-}
-
-template <typename Read>
-auto refusing_damage(const std::filesystem::path& file, Read read) {
-    try {
-        return within_memory(file, read);
-    } catch (const Error&) {
-        throw;
-    } catch (const std::exception& error) {
-        refuse(file, "is damaged or cut short (" + reason(error.what()) + "); render or copy it again");
-    }
-}
-
 /// Can the file hold what its header declares, and is a good part of what is read in the file?
 void Rows::check(Imf::Compression compression) const {
     std::uint64_t pixel_bytes = 0, widest = 0;

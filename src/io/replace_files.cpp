@@ -65,8 +65,7 @@ std::pair<fs::path, int> open_temporary(const fs::path& target) {
 }
 
 /// The file that a link points to, there or not.
-fs::path followed(const fs::path& file) {
-    std::error_code error;
+fs::path followed(const fs::path& file, std::error_code& error) {
     fs::path target = file; // the system refuses chains longer than 40
     for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links)
         target = target.parent_path() / fs::read_symlink(target, error);
@@ -81,7 +80,10 @@ fs::path target_of(const fs::path& file) {
         refuse(file, "is a folder; name a file in it");
     if (fs::exists(status) && !fs::is_regular_file(status))
         refuse(file, "is no regular file; write to one and copy it");
-    return followed(file);
+    fs::path target = followed(file, error);
+    if (error.value() == EIO) // a file would take the place of the link
+        refuse_write(file, "cannot be written", EIO, cure);
+    return target;
 }
 
 /// Does no process work on the file any more? Then this one has the lock, until it closes the descriptor.
@@ -149,10 +151,15 @@ void Successor::write(std::span<const unsigned char> bytes, std::uint64_t at) {
 }
 
 void Successor::complete() {
-    if (struct stat old; ::stat(target_.c_str(), &old) == 0)
-        static_cast<void>(::fchmod(descriptor_, old.st_mode & 07777)); // keeps what the owner had granted
-    lock_ = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);                  // keeps the lock until the file has its place
-    if (::close(std::exchange(descriptor_, -1)) != 0)                  // where network disks say that they are full
+    // What the owner had granted is kept, where the disk has such permissions.
+    struct stat old;
+    const int unknown = ::stat(target_.c_str(), &old) == 0 ? 0 : errno;
+    if (unknown == 0 && ::fchmod(descriptor_, old.st_mode & 07777) != 0 && errno != EPERM && errno != ENOTSUP)
+        fail(errno);
+    if (unknown == EIO) // it may be a file that is there for nobody else
+        fail(unknown);
+    lock_ = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0); // keeps the lock until the file has its place
+    if (::close(std::exchange(descriptor_, -1)) != 0) // where network disks say that they are full
         fail(errno);
 }
 
@@ -172,7 +179,7 @@ void remove_abandoned(std::span<const fs::path> files) {
         std::error_code none;
         if (fs::is_directory(file, none))
             continue;
-        const fs::path target = followed(file);
+        const fs::path target = followed(file, none);
         const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
         targets[folder].emplace(std::string(begin) + digest(target.filename().native()) + "-", target);
     }

@@ -521,6 +521,7 @@ public:
                           all = row * static_cast<std::size_t>(size.height);
         strip_rows_ = all <= most_in_one_strip ? size.height : std::max(static_cast<int>(bytes_of_a_strip / row), 1);
         tiff_ = open(stream_, all > end_of_classic ? "w8" : "w");
+        check(tiff_ != nullptr);
         const auto set = [&](std::uint32_t tag, auto... value) {
             if (!TIFFSetField(tiff_.get(), tag, value...))
                 throw Error("libtiff does not take field " + std::to_string(tag) + ": " + stream_.error);
@@ -563,6 +564,7 @@ public:
     void finish() override {
         check(TIFFWriteDirectory(tiff_.get()));
         tiff_.reset();
+        check(true);
     }
 
 private:

@@ -73,9 +73,11 @@ cl::Program program(const Device& device, const std::string& name, const std::st
     const cl::Program built(context.context, assembled_source(name + ".cl"));
     try {
         built.build({context.device}, options.c_str());
-    } catch (const cl::Error&) {
-        throw Error(text("kernels/", name, ".cl does not build on ", device.info().name, " with ", options, ":\n",
-                         build_log(built, context.device)));
+    } catch (const cl::Error& error) {
+        if (error.err() != CL_BUILD_PROGRAM_FAILURE) // the compiler did not come so far as to have a log
+            throw;
+        throw Error(text("kernels/", name, ".cl does not build on ", device.info().name, " with ", options,
+                         "; try another device or driver, or report this:\n", build_log(built, context.device)));
     }
     return context.programs.emplace(key, built).first->second;
 }

@@ -7,7 +7,7 @@
 #include <cctype>
 #include <charconv>
 
-#include <glob.h>
+#include <fnmatch.h>
 
 namespace fathom::sequence {
 namespace {
@@ -203,15 +203,33 @@ std::map<Frame, std::string> FramePattern::files() const {
     return found;
 }
 
+namespace {
+
+// The files below a folder whose path goes on with these parts. glob() would leave out what a disk does not answer for.
+void collect_matching(const fs::path& folder, std::span<const fs::path> parts, std::vector<std::string>& files) {
+    if (parts.empty()) {
+        if (!io::is_folder(folder))
+            files.push_back(folder.native());
+        return;
+    }
+    const std::string& part = parts.front().native();
+    if (!has_glob(part)) {
+        if (io::is_there(folder / part))
+            collect_matching(folder / part, parts.subspan(1), files);
+        return;
+    }
+    for (const std::string& name : io::names_in(folder.empty() ? fs::path(".") : folder))
+        if (fnmatch(part.c_str(), name.c_str(), FNM_PERIOD) == 0)
+            collect_matching(folder / name, parts.subspan(1), files);
+}
+
+} // namespace
+
 std::vector<std::string> matching_files(const std::string& pattern) {
-    glob_t result{};
     std::vector<std::string> files;
-    std::error_code ignored;
-    if (glob(pattern.c_str(), 0, nullptr, &result) == 0)
-        for (std::size_t i = 0; i < result.gl_pathc; ++i)
-            if (const fs::path file = result.gl_pathv[i]; !fs::is_directory(file, ignored))
-                files.push_back(file.native());
-    globfree(&result);
+    const fs::path path = pattern;
+    const std::vector<fs::path> parts(path.begin(), path.end());
+    collect_matching({}, parts, files);
     std::ranges::sort(files);
     return files;
 }

@@ -14,13 +14,6 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* run_key = "#run"; // its number, added to each frame
 
-std::string whole(const fs::path& file) {
-    std::error_code error;
-    const fs::path absolute = fs::absolute(file, error); // of an empty name there is none
-    const fs::path path = error ? file : fs::weakly_canonical(absolute, error);
-    return (error ? file.lexically_normal() : path).native();
-}
-
 } // namespace
 
 std::string text_of(const Json& object, const char* key) {
@@ -29,9 +22,8 @@ std::string text_of(const Json& object, const char* key) {
 }
 
 fs::path from_here(const std::string& folder, const std::string& name) {
-    std::error_code ignored;
     const fs::path of_run = fs::path(folder) / name;
-    if (name.empty() || !fs::exists(of_run.parent_path(), ignored) || whole(of_run) == whole(name))
+    if (name.empty() || !io::is_there(of_run.parent_path()) || io::whole_path(of_run) == io::whole_path(name))
         return name;
     return of_run;
 }
@@ -80,7 +72,7 @@ void Log::read(const fs::path& file) {
 void Log::add(Json frame) {
     const std::string output = text_of(frame, "output");
     const std::string key = output.empty() ? "frame " + frame.value("frame", Json()).dump() + text_of(frame, "input")
-                                           : whole(place_of(frame, "output"));
+                                           : io::whole_path(place_of(frame, "output")).native();
     const auto [at, is_new] = by_output_.try_emplace(key, frames_.size());
     if (is_new) {
         if (!output.empty())
@@ -94,14 +86,13 @@ void Log::add(Json frame) {
 }
 
 const Json* Log::find(const fs::path& output) const {
-    if (const auto same = by_output_.find(whole(output)); same != by_output_.end())
+    if (const auto same = by_output_.find(io::whole_path(output).native()); same != by_output_.end())
         return &frames_[same->second];
     const auto [begin, end] = by_name_.equal_range(output.filename().native());
     if (begin == end || std::next(begin) != end)
         return nullptr;
     const Json& frame = frames_[begin->second];
-    std::error_code ignored;
-    return fs::exists(place_of(frame, "output"), ignored) ? nullptr : &frame; // it is another shot's, or was moved
+    return io::is_there(place_of(frame, "output")) ? nullptr : &frame; // it is another shot's, or was moved
 }
 
 } // namespace fathom::cli

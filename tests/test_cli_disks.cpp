@@ -1,0 +1,71 @@
+// Disks that do not answer: a few of the faults of tests/faults/run, which tries all of them. strace injects them.
+#include "program.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+bool cannot_trace() {
+    const bool works = std::system("strace -o /dev/null -e inject=getppid:error=EIO true 2>/dev/null") == 0;
+    if (!works)
+        WARN("skipped: strace is not installed, or cannot trace here");
+    return !works;
+}
+
+// Lets one call on a file fail at a time, until a run has no more of them. What ends well must be as it is without a fault.
+template <typename Check>
+void with_each_fault(const std::string& call, const std::string& file, const Arguments& arguments, const Check& check) {
+    for (int number = 1;; ++number) {
+        const Folder folder;
+        const std::string log = folder / "strace.log";
+        const Outcome outcome = run(arguments, {.before = {"strace", "-f", "-qq", "-o", log, "-P", file, "-e",
+                                                           fmt::format("inject={}:error=EIO:when={}", call, number)}});
+        INFO(call << ' ' << number << " of " << file << ": " << outcome.err);
+        if (content(log).find("(INJECTED)") == std::string::npos) {
+            CHECK(number > 1);
+            return;
+        }
+        if (outcome.code != 0) {
+            check_refused(outcome, 1, file);
+            CHECK(outcome.err.find("Input/output error; check the disk") != std::string::npos);
+        }
+        check(outcome);
+    }
+}
+
+} // namespace
+
+TEST_CASE("disks: inspect names a disk that fails while it looks for a camera", "[slow]") {
+    if (cannot_trace())
+        return;
+    const Folder folder;
+    const std::string file = depth_file(folder, "depth.exr"), whole = run({"inspect", file}).out;
+    for (const char* call : {"openat", "read"})
+        with_each_fault(call, file, {"inspect", file},
+                        [&](const Outcome& outcome) { CHECK((outcome.code == 1 || outcome.out == whole)); });
+}
+
+TEST_CASE("disks: a report is made of all that is there, or not at all", "[slow]") {
+    if (cannot_trace())
+        return;
+    const Folder folder;
+    const std::string depth = depth_file(folder, "depth.exr"), result = folder / "z.exr", log = folder / "run.jsonl",
+                      page = folder / "out/report.html";
+    check_done(run({"linearize", depth, "--camera", camera_file(folder), "-o", result, "--log", log, "--quiet"}));
+    const Arguments report{"report", result, "--log", log, "-o", page};
+    check_done(run(report));
+    const std::string whole = content(page);
+    for (const std::string& file : {depth, result, log})
+        for (const char* call : {"openat", "read", "newfstatat"}) {
+            write(page, "old");
+            with_each_fault(call, file, report, [&](const Outcome& outcome) {
+                CHECK(content(page) == (outcome.code == 0 ? whole : "old"));
+                write(page, "old");
+            });
+        }
+}
