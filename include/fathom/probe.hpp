@@ -23,7 +23,7 @@ struct DeviceArithmetic {
 };
 
 /// Tries 2^20 hard cases on the device: quotients and square roots as close to the middle between two floats as there are,
-/// products that cancel, and denormals. Takes some milliseconds, and the first time as long as the driver compiles.
+/// products that cancel, and denormals. Takes less than a second, and the first time as long as the driver compiles.
 /// Throws: Error from the driver.
 DeviceArithmetic probe_arithmetic(const Device& device);
 

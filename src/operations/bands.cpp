@@ -44,8 +44,9 @@ std::vector<Band> bands_of(const ReachingRows& rows, int height) {
 } // namespace
 
 void refuse_budget(std::string_view what, std::size_t needed, std::size_t budget) {
-    const auto mebibytes = [](std::size_t bytes) { return (bytes + (std::size_t{1} << 20) - 1) >> 20; };
-    throw Error(text(what, " needs a memory budget of ", mebibytes(needed), " MiB, and has ", mebibytes(budget)));
+    constexpr std::size_t mebibyte = std::size_t{1} << 20;
+    throw Error(text(what, " needs a memory budget of ", (needed + mebibyte - 1) / mebibyte, " MiB, and has ",
+                     budget / mebibyte, "; raise it"));
 }
 
 std::vector<Band> bands_within(const ReachingRows& rows, const std::function<std::size_t(int read, int made)>& bytes,

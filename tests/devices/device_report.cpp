@@ -242,8 +242,13 @@ void compare(const std::string& path, const std::string& reference) {
                 continue;
             ++so_far.different;
             so_far.unequal += a != b;
-            if (!std::isfinite(a) || !std::isfinite(b))
+            if (a == b) // 0 of either sign
                 continue;
+            if (!std::isfinite(a) || !std::isfinite(b)) { // a number on one device only
+                so_far.ulp = std::numeric_limits<std::int32_t>::max();
+                so_far.largest = std::numeric_limits<double>::infinity();
+                continue;
+            }
             so_far.ulp = std::max(so_far.ulp, std::abs(place_of(a) - place_of(b)));
             so_far.largest = std::max(so_far.largest, std::abs(static_cast<double>(a) - static_cast<double>(b)));
         }
