@@ -7,9 +7,7 @@ cmake_minimum_required(VERSION 3.25)
 
 set(slow_tags [slow] [stability] [same-bits] [real])
 
-# Files that no tag calls slow, but that take more than about eight seconds: scripts/test --quick leaves them out, too.
-set(long_files cli_dof cli_dof_masks cli_mistakes cli_program cli_resume cli_sequences cli_share cli_ssao dof dof_masks fog inverse_depth io_claim linearize normals ssao
-  ssao_brute_force ssao_cameras ssao_half ssao_options unproject)
+include(${CMAKE_CURRENT_LIST_DIR}/long_files.cmake)
 
 # Files whose exhaustive cases take minutes, or gigabytes of memory or disk: scripts/test --all alone runs those.
 set(all_only_files cli_memory cli_strips large_images)

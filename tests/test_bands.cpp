@@ -185,7 +185,7 @@ struct Blurred {
 
 } // namespace
 
-TEST_CASE("dof: bands keep the bits", "[dof][bands]") {
+TEST_CASE("dof: bands keep the bits", "[dof][bands][slow]") {
     constexpr int width = 200, height = 420, left = 3, top = 5;
     const Device device = oracle::device(Arithmetic::fp64);
     for (const auto& [quality, most] : {std::pair{Quality::fast, 12.0},
