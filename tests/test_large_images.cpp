@@ -144,6 +144,15 @@ namespace {
 constexpr CircleOfConfusion near_lens{.k = 200, .g = 608}; // circles of -2.7 pixels and more, from 3 m on
 constexpr DofMasksOptions near_field{.weights = false, .near_alpha = true, .disocclusion = true};
 
+Camera metric_camera(int width, int height) {
+    Camera camera;
+    camera.width = width;
+    camera.height = height;
+    camera.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000});
+    camera.encoding = Encoding::view_z;
+    return camera;
+}
+
 // Drivers take a quarter of the memory at once, or so.
 bool takes(const Device& device, std::size_t bytes) {
     const cl::Device target(runtime::queue_of(device).getInfo<CL_QUEUE_DEVICE>());
@@ -162,11 +171,7 @@ TEST_CASE("8-bit depth that passes 2^31 elements has the bits of its parts", "[l
         WARN("skipped: the device does not take " << elements << " bytes at once");
         return;
     }
-    Camera camera;
-    camera.width = width;
-    camera.height = height;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000});
-    camera.encoding = Encoding::view_z;
+    Camera camera = metric_camera(width, height);
     camera.scale = 0.01;
     const std::unique_ptr<std::uint8_t[]> depth(new std::uint8_t[elements]);
     const StoredDepth stored{Image::from_host(device, Element::u8, depth.get(), {width, height}), camera,
@@ -201,11 +206,7 @@ TEST_CASE("three channels that pass 2^31 elements have the bits of their parts",
         WARN("skipped: the device does not take " << bytes << " bytes at once");
         return;
     }
-    Camera camera;
-    camera.width = width;
-    camera.height = height;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000});
-    camera.encoding = Encoding::view_z;
+    const Camera camera = metric_camera(width, height);
     Floats depth(width, height), positions(width, height, 3);
     const StoredDepth stored{depth.on(device), camera};
     const Image result = positions.on(device);
