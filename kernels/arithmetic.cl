@@ -1,5 +1,6 @@
 // What the device makes of quotients, square roots and fused products, V cases per work-item. A compiler that may round
-// otherwise likes to multiply by a reciprocal where two quotients share their divisor, or where it is a constant.
+// otherwise likes to multiply by a reciprocal where two quotients share their divisor, or where it is a constant. It also
+// likes to round a product and a sum once, and to leave out a sum with 0, which makes -0 to 0.
 // The host knows the right results: src/runtime/probe.cpp.
 
 #include "vector.h"
@@ -15,4 +16,6 @@ KERNEL void arithmetic(__global const float* a, __global const float* b, __globa
     store_float(fma(left, right, third), results + 2 * p.cases + x);
     store_float(third / right, results + 3 * p.cases + x);
     store_float(left / (float)probe_divisor, results + 4 * p.cases + x);
+    store_float(left * right + third, results + 5 * p.cases + x);
+    store_float(third + 0.0f, results + 6 * p.cases + x);
 }

@@ -26,5 +26,7 @@ KERNEL void arithmetic_fp64(__global const uint* a, __global const uint* b, __gl
     put_number(results, 2 * p.cases + x, fma(left, right, third));
     put_number(results, 3 * p.cases + x, third / right);
     put_number(results, 4 * p.cases + x, left / (double)probe_divisor);
+    put_number(results, 5 * p.cases + x, left * right + third);
+    put_number(results, 6 * p.cases + x, third + 0.0);
 #endif
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "catch.hpp"
+#include "places.hpp"
 
 #include <fathom/io.hpp>
 
@@ -77,7 +78,7 @@ struct Surroundings {
     std::string variable = {};           // NAME=value
     std::string out = {};                // where stdout goes; empty: kept
     Arguments before = {};               // of another program that starts it: `faketime`, or `unshare`
-    std::string program = FATHOM_PROGRAM;
+    std::string program = places::program;
     unsigned patience_s = test::patience_s;
 };
 

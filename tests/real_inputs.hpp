@@ -1,6 +1,7 @@
 #pragma once
 
 #include "catch.hpp"
+#include "places.hpp"
 
 #include <fathom/io.hpp>
 
@@ -12,7 +13,7 @@ namespace fathom::real {
 
 namespace fs = std::filesystem;
 
-inline const fs::path data = FATHOM_SHARED_DATA;
+inline const fs::path data = test::places::shared_data;
 
 /// A test without its inputs says so, and CTest counts it as skipped.
 inline bool there(const char* folder) {

@@ -2,6 +2,7 @@
 // `fathom_tests "..."` on the other pages.
 
 #include "catch.hpp"
+#include "places.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -15,7 +16,7 @@
 
 namespace {
 
-const std::filesystem::path root = FATHOM_SOURCE_DIR;
+const std::filesystem::path root = fathom::test::places::sources;
 
 std::string text_of(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);

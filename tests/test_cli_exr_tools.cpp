@@ -139,7 +139,7 @@ TEST_CASE("exr tools: headers and windows of Blender's and a studio's files surv
     const Folder folder;
     for (const char* name :
          {"blender/perspective/sharp.exr", "blender/orthographic/sharp.exr", "openexr/beachball-singlepart.exr"}) {
-        const fs::path file = fs::path(FATHOM_SHARED_DATA) / name;
+        const fs::path file = fs::path(places::shared_data) / name;
         if (!fs::exists(file)) {
             WARN("skipped: ../shared/data is not there");
             return;

@@ -299,7 +299,7 @@ TEST_CASE("program frames: a bar on a terminal, which leaves the lines alone") {
     const winsize size{24, 60, 0, 0};
     REQUIRE(ioctl(other_end, TIOCSWINSZ, &size) == 0);
     Arguments arguments =
-        joined({FATHOM_PROGRAM, "linearize", "--camera", camera_file(folder), "-o", folder / "out/"}, shot);
+        joined({places::program, "linearize", "--camera", camera_file(folder), "-o", folder / "out/"}, shot);
     const std::string kind = GENERATE("TERM=xterm", "TERM=dumb");
     const pid_t child = fork();
     if (child == 0) {
@@ -312,7 +312,7 @@ TEST_CASE("program frames: a bar on a terminal, which leaves the lines alone") {
         for (std::string& argument : arguments)
             argv.push_back(argument.data());
         argv.push_back(nullptr);
-        execv(FATHOM_PROGRAM, argv.data());
+        execv(places::program, argv.data());
         _exit(126);
     }
     int status = 0;

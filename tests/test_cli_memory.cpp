@@ -40,7 +40,7 @@ public:
     std::string operator/(const std::string& name) const { return path_ + "/" + name; }
 
 private:
-    std::string path_ = (fs::path(FATHOM_PROGRAM).parent_path() / "memory-XXXXXX").string();
+    std::string path_ = (fs::path(places::program).parent_path() / "memory-XXXXXX").string();
 };
 
 /// Runs a command on images of so many MiB, results included, with a budget and without. What it takes beside the budget

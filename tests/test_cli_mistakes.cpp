@@ -945,7 +945,7 @@ TEST_CASE("mistakes: real depth buffers are told where they are read as distance
 TEST_CASE("mistakes: no camera of the examples warns on its scene") {
     const Folder folder;
     std::size_t count = 0;
-    for (const auto& entry : fs::directory_iterator(fs::path(FATHOM_SOURCE_DIR) / "examples/cameras")) {
+    for (const auto& entry : fs::directory_iterator(fs::path(places::sources) / "examples/cameras")) {
         INFO(entry.path().filename().string());
         CameraFile file = read_camera(entry.path());
         Camera still =

@@ -41,14 +41,14 @@ std::string with_matrix(const std::string& element) {
 }
 
 bool has_shared_data() {
-    if (fs::is_directory(FATHOM_SHARED_DATA))
+    if (fs::is_directory(places::shared_data))
         return true;
-    WARN("skipped: there is no folder " FATHOM_SHARED_DATA);
+    WARN("skipped: there is no folder " << places::shared_data);
     return false;
 }
 
 std::string shared_file(const std::string& name) {
-    return FATHOM_SHARED_DATA "/" + name;
+    return std::string(places::shared_data) + "/" + name;
 }
 
 float largest_finite(const cv::Mat& image) {

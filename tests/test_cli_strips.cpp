@@ -41,7 +41,7 @@ Outcome check_same(const Folder& folder, const Arguments& arguments, const std::
         return outcome;
     };
     INFO("fathom " << arguments.front() << " " << arguments.at(1) << " to " << extension);
-    const Outcome expected = run_into("whole", FATHOM_PROGRAM), got = run_into("strips", FATHOM_BY_STRIPS);
+    const Outcome expected = run_into("whole", places::program), got = run_into("strips", places::by_strips);
     CHECK(got.code == expected.code);
     CHECK(got.err == expected.err);
     CHECK(got.out == expected.out);
@@ -247,9 +247,9 @@ TEST_CASE("strips: take less memory than the whole", "[cli]") {
         CHECK(outcome.code == 0);
         return outcome.peak_mib;
     };
-    const long whole = peak_mib(FATHOM_PROGRAM), strips = peak_mib(FATHOM_BY_STRIPS);
+    const long whole = peak_mib(places::program), strips = peak_mib(places::by_strips);
     const std::string result = content(folder / "out/z.tif");
-    CHECK(peak_mib(FATHOM_PROGRAM, {"--memory", "32M"}) + image_mib < whole);
+    CHECK(peak_mib(places::program, {"--memory", "32M"}) + image_mib < whole);
     CHECK(content(folder / "out/z.tif") == result);
     std::cout << "strips: 61 MiB of depth take " << strips << " MiB in strips and " << whole << " MiB as a whole\n";
     CHECK(strips + image_mib < whole);
@@ -323,7 +323,8 @@ TEST_CASE("strips: what is wrong in the middle leaves no result", "[cli]") {
         "a.exr: is damaged or cut short");
     const TiffForm packed{.compression = COMPRESSION_ADOBE_DEFLATE, .rows = 10};
     const std::string tiff = damaged(write_tiff(folder / "a.tif", depth, packed));
-    for (const char* program : {FATHOM_PROGRAM, FATHOM_BY_STRIPS}) // zlib's reason depends on how much it was asked for
+    for (const char* program :
+         {places::program, places::by_strips}) // zlib's reason depends on how much it was asked for
         check_refused(run({"normals", tiff, "--camera", camera, "-o", folder / "out/n.tif"}, {.program = program}), 1,
                       "a.tif: is damaged or cut short");
     CHECK(folder.results().empty());
@@ -353,9 +354,9 @@ TEST_CASE("strips: a full disk is told, and the old result stays", "[cli]") {
                       result = folder / "out/z.tif";
     write(result, "old");
     const Arguments arguments{"linearize", file, "--camera", camera, "-o", result};
-    check_done(run(arguments, {.program = FATHOM_BY_STRIPS})); // compiles the kernel, which takes files, too
+    check_done(run(arguments, {.program = places::by_strips})); // compiles the kernel, which takes files, too
     write(result, "old");
-    const Outcome outcome = run(arguments, {.largest_file = 5'000'000, .program = FATHOM_BY_STRIPS});
+    const Outcome outcome = run(arguments, {.largest_file = 5'000'000, .program = places::by_strips});
     check_refused(outcome, 1, "z.tif: cannot be written");
     CHECK(content(result) == "old");
     CHECK(folder.results() == std::vector<std::string>{"z.tif"});
@@ -439,7 +440,7 @@ std::uint64_t available_memory_kib() {
 } // namespace
 
 TEST_CASE("strips: a gigapixel needs no more than 600 MiB", "[cli][exhaustive]") {
-    std::string made = (fs::path(FATHOM_BY_STRIPS).parent_path() / "gigapixel-XXXXXX").string();
+    std::string made = (fs::path(places::by_strips).parent_path() / "gigapixel-XXXXXX").string();
     REQUIRE(mkdtemp(made.data()));
     const fs::path folder = made;
     const struct Remove {

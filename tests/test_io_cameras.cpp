@@ -2,6 +2,7 @@
 // pixel.
 #include "catch.hpp"
 #include "io_files.hpp"
+#include "places.hpp"
 
 #include <fathom/camera.hpp>
 #include <fathom/import_camera.hpp>
@@ -913,7 +914,7 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
 }
 
 TEST_CASE("cameras: renders without a camera in their headers are not given one", "[io][cameras]") {
-    const fs::path shared = FATHOM_SHARED_DATA;
+    const fs::path shared = places::shared_data;
     if (!fs::exists(shared)) {
         std::cout << "skipped: real EXR files, since " << shared.native() << " is not there\n";
         return;

@@ -1,6 +1,7 @@
 // Frame ranges: closed forms, and the answers of fileseq and of Open Job Description's own package to hundreds of ranges,
 // which tests/frame_ranges/make has written down.
 #include "catch.hpp"
+#include "places.hpp"
 
 #include "sequence/frame_range.hpp"
 
@@ -25,7 +26,7 @@ void check_refused(Parse parse, const std::string& range, const std::string& sai
 
 // Every line of a table.
 void compare(Parse parse, const std::string& table, std::size_t least) {
-    std::ifstream file(FATHOM_SOURCE_DIR "/tests/frame_ranges/" + table);
+    std::ifstream file(std::string(fathom::test::places::sources) + "/tests/frame_ranges/" + table);
     std::string line;
     std::getline(file, line); // which version it is of
     std::size_t read = 0, refused = 0;

@@ -1,5 +1,6 @@
 // The corpus of the fuzzer, once more and without it: whatever was found stays found.
 #include "catch.hpp"
+#include "places.hpp"
 
 #include "targets.hpp"
 
@@ -19,7 +20,7 @@ TEST_CASE("fuzz: what was found stays read or refused in one line", "[io]") {
         for (const Target& target : all) {
             std::size_t of_target = 0;
             for (const auto& entry :
-                 fs::directory_iterator(fs::path(FATHOM_SOURCE_DIR "/tests/fuzz/corpus") / target.name)) {
+                 fs::directory_iterator(fs::path(fathom::test::places::sources) / "tests/fuzz/corpus" / target.name)) {
                 std::ifstream file(entry.path(), std::ios::binary);
                 Bytes bytes(std::istreambuf_iterator<char>(file), {});
                 INFO(entry.path());
@@ -42,7 +43,7 @@ TEST_CASE("fuzz: what was found stays read or refused in one line", "[io]") {
 TEST_CASE("fuzz: repairs leave whole files as they are", "[io]") {
     for (const Target& target : image_targets())
         for (const auto& entry :
-             fs::directory_iterator(fs::path(FATHOM_SOURCE_DIR "/tests/fuzz/corpus") / target.name)) {
+             fs::directory_iterator(fs::path(fathom::test::places::sources) / "tests/fuzz/corpus" / target.name)) {
             if (!target.repair || entry.path().filename().string().starts_with("found")) // which need not be whole
                 continue;
             std::ifstream file(entry.path(), std::ios::binary);

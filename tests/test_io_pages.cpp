@@ -1,6 +1,7 @@
 // The pages: camera files in them are read, C++ in them is compiled as an example, and their links lead somewhere.
 #include "catch.hpp"
 #include "io_files.hpp"
+#include "places.hpp"
 
 #include <fathom/camera.hpp>
 #include <fathom/io.hpp>
@@ -15,7 +16,7 @@ using namespace fathom::test;
 
 namespace {
 
-const fs::path root = FATHOM_SOURCE_DIR;
+const fs::path root = places::sources;
 
 std::string text_of(const fs::path& file) {
     const Bytes bytes = get(file);

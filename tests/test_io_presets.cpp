@@ -1,6 +1,7 @@
 // Sources of depth by name. The truth is each source's own formula, written down here once more, at one pixel.
 #include "catch.hpp"
 #include "io_files.hpp"
+#include "places.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/io.hpp>
@@ -353,7 +354,7 @@ TEST_CASE("presets: width, height and aspect come from the image", "[presets]") 
 }
 
 TEST_CASE("presets: the README names each, and no other", "[presets][pages]") {
-    std::ifstream page(std::string(FATHOM_SOURCE_DIR) + "/README.md");
+    std::ifstream page(std::string(places::sources) + "/README.md");
     const std::string text((std::istreambuf_iterator<char>(page)), std::istreambuf_iterator<char>());
     const std::size_t from = text.find("| source | `--preset` |"), to = text.find("`fathom presets` lists", from);
     REQUIRE((from != std::string::npos && to != std::string::npos));
@@ -378,7 +379,7 @@ TEST_CASE("presets: the README names each, and no other", "[presets][pages]") {
 }
 
 TEST_CASE("presets: the page lists each with its formula and what it needs", "[presets][pages]") {
-    std::ifstream page(std::string(FATHOM_SOURCE_DIR) + "/docs/sources.md");
+    std::ifstream page(std::string(places::sources) + "/docs/sources.md");
     const std::string text((std::istreambuf_iterator<char>(page)), std::istreambuf_iterator<char>());
     std::set<std::string> seen;
     for (const Preset& preset : presets()) {

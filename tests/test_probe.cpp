@@ -69,6 +69,15 @@ TEMPLATE_TEST_CASE("probe: what rounds otherwise is found", "", float, double) {
     CHECK(judged(cases, right, shared).division_ulp >= 1);
     CHECK(judged(cases, right, by_constant).division_ulp >= 1);
 
+    // A compiler that fuses what is to be rounded twice, and one that takes -0 for 0.
+    Results<Number> fused = right, unsigned_zeros = right;
+    for (std::size_t i = 0; i < count; ++i) {
+        fused.sum[i] = std::fma(cases.a[i], cases.b[i], cases.c[i]);
+        unsigned_zeros.sum_with_zero[i] = cases.c[i];
+    }
+    CHECK(to_string(judged(cases, right, fused)) == "a * b + c is rounded once");
+    CHECK(to_string(judged(cases, right, unsigned_zeros)) == "-0 becomes 0");
+
     const auto rooted =
         judged_after<Number>([](Number a, Number, Number, Number&, Number& r, Number&) { r = a * (1 / std::sqrt(a)); });
     CHECK(rooted.sqrt_ulp >= 1);

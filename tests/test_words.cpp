@@ -1,6 +1,7 @@
 // One word for one thing: the words of tests/words.txt stand nowhere in the project.
 
 #include "catch.hpp"
+#include "places.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -15,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path root = FATHOM_SOURCE_DIR;
+const fs::path root = fathom::test::places::sources;
 
 std::string content(const fs::path& file) {
     std::ostringstream all;

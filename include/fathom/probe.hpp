@@ -13,7 +13,9 @@ namespace fathom {
 struct DeviceArithmetic {
     /// How far the worst result lies from the correctly rounded one, in units in its last place: 0 if all are right.
     std::uint64_t division_ulp = 0, sqrt_ulp = 0, fma_ulp = 0;
-    bool denormals = true; ///< are they kept, as operands and as results?
+    bool separate_products = true; ///< are a product and a sum rounded twice, where no fused product is asked for?
+    bool denormals = true;         ///< are they kept, as operands and as results?
+    bool signed_zeros = true;      ///< does a 0 have the sign that IEEE 754 gives it, where no denormal became 0?
     /// The same of double, where the device has it: are all results the correctly rounded ones?
     std::optional<bool> fp64 = {};
 
@@ -22,8 +24,19 @@ struct DeviceArithmetic {
     bool exact() const;
 };
 
-/// Tries 2^20 hard cases on the device: quotients and square roots as close to the middle between two floats as there are,
-/// products that cancel, and denormals. Takes less than a second, and the first time as long as the driver compiles.
+/// The most by which the results of a device that is not exact were seen to differ from those of one that is, with some room:
+/// scripts/test-devices fails beyond them. Quotients of linearize and unproject are corrected by what they leave over, so that
+/// their errors stay those of their headers plus this; fog and dof are fractions of the brightest value, normals are unit
+/// vectors, coc is in pixels, and one sector of ssao more or less is a part in some hundreds. Where all that is wrong is that
+/// denormals become 0, numbers are the same, but for such.
+namespace inexact {
+inline constexpr double linearize_ulp = 1, unproject_ulp = 1; ///< units in the last place
+inline constexpr double normals_error = 1e-6, ssao_error = 2e-3, dof_masks_error = 1e-4, dof_error = 1e-6,
+                        fog_error = 1e-6;
+} // namespace inexact
+
+/// Tries 2^20 hard cases on the device: quotients and square roots that lie all but in the middle between two floats,
+/// products that cancel, denormals, and zeros of both signs. Takes less than a second, and the first time as long as the driver compiles.
 /// Throws: Error from the driver.
 DeviceArithmetic probe_arithmetic(const Device& device);
 

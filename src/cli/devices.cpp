@@ -46,7 +46,9 @@ nlohmann::ordered_json as_json(const Probed& probed) {
                                 {"division_ulp", found.division_ulp},
                                 {"sqrt_ulp", found.sqrt_ulp},
                                 {"fma_ulp", found.fma_ulp},
-                                {"denormals", found.denormals}};
+                                {"separate_products", found.separate_products},
+                                {"denormals", found.denormals},
+                                {"signed_zeros", found.signed_zeros}};
     if (found.fp64)
         line["fp64"] = *found.fp64;
     return line;

@@ -69,7 +69,7 @@ void add_quotient(Cases<Number>& cases, Random& random) {
     const int scale = static_cast<int>(random() % 60) - 30;
     cases.a.push_back(std::ldexp(static_cast<Number>(x), scale));
     cases.b.push_back(static_cast<Number>(y));
-    cases.c.push_back(0);
+    cases.c.push_back(random() & 1 ? Number{0} : -Number{0});
 }
 
 // A number whose root lies close beside the middle between two neighbours: the middle's square is larger by r.
@@ -141,17 +141,17 @@ Results<Number> found_by(const Device& device, const Cases<Number>& cases) {
         return Image::from_host(device, element, values.data(), {words * count, 1});
     };
     const Image a = on_device(cases.a), b = on_device(cases.b), c = on_device(cases.c),
-                results(device, element, {words * count, 5});
+                results(device, element, {words * count, 7});
     launch(device, kernel(device, is_float ? "arithmetic" : "arithmetic_fp64", {{"V", width}, {"STREAM", 0}}),
            {static_cast<std::size_t>(count / width), 1}, a, b, c, results,
            params::probe_params{static_cast<params::u32>(count)});
-    std::vector<Number> values(cases.a.size() * 5);
+    std::vector<Number> values(cases.a.size() * 7);
     results.download(values.data());
     const auto row = [&](int index) {
         const auto first = values.begin() + std::ptrdiff_t{index} * count;
         return std::vector<Number>(first, first + count);
     };
-    return {row(0), row(1), row(2), row(3), row(4)};
+    return {row(0), row(1), row(2), row(3), row(4), row(5), row(6)};
 }
 
 template <typename Number>
@@ -184,6 +184,8 @@ Results<Number> right_results(const Cases<Number>& cases) {
         results.fused.push_back(std::fma(cases.a[i], cases.b[i], cases.c[i]));
         results.second_quotient.push_back(cases.c[i] / cases.b[i]);
         results.by_constant.push_back(cases.a[i] / static_cast<Number>(params::probe_divisor));
+        results.sum.push_back(cases.a[i] * cases.b[i] + cases.c[i]); // fathom is compiled with -ffp-contract=off
+        results.sum_with_zero.push_back(cases.c[i] + Number{0});
     }
     return results;
 }
@@ -191,10 +193,12 @@ Results<Number> right_results(const Cases<Number>& cases) {
 template <typename Number>
 DeviceArithmetic judged(const Cases<Number>& cases, const Results<Number>& right, const Results<Number>& found) {
     DeviceArithmetic arithmetic;
+    std::uint64_t sum_ulp = 0;
     for (std::size_t i = 0; i < cases.a.size(); ++i) {
         const bool small_operand = is_denormal(cases.a[i]) || is_denormal(cases.b[i]) || is_denormal(cases.c[i]);
         const auto count = [&](Number expected, Number got, std::uint64_t& worst) {
             const std::uint64_t off = ulps_between(expected, got);
+            arithmetic.signed_zeros &= expected != 0 || got != 0 || std::signbit(expected) == std::signbit(got);
             if (off != 0 && got == 0 && (small_operand || is_denormal(expected)))
                 arithmetic.denormals = false;
             else
@@ -205,7 +209,10 @@ DeviceArithmetic judged(const Cases<Number>& cases, const Results<Number>& right
         count(right.fused[i], found.fused[i], arithmetic.fma_ulp);
         count(right.second_quotient[i], found.second_quotient[i], arithmetic.division_ulp);
         count(right.by_constant[i], found.by_constant[i], arithmetic.division_ulp);
+        count(right.sum[i], found.sum[i], sum_ulp);
+        count(right.sum_with_zero[i], found.sum_with_zero[i], sum_ulp);
     }
+    arithmetic.separate_products = sum_ulp == 0;
     return arithmetic;
 }
 
@@ -219,7 +226,8 @@ template DeviceArithmetic judged(const Cases<double>&, const Results<double>&, c
 } // namespace runtime
 
 bool DeviceArithmetic::exact() const {
-    return division_ulp == 0 && sqrt_ulp == 0 && fma_ulp == 0 && denormals && fp64.value_or(true);
+    return division_ulp == 0 && sqrt_ulp == 0 && fma_ulp == 0 && separate_products && denormals && signed_zeros &&
+           fp64.value_or(true);
 }
 
 DeviceArithmetic probe_arithmetic(const Device& device) {
@@ -240,7 +248,9 @@ std::string to_string(const DeviceArithmetic& arithmetic) {
     add(arithmetic.division_ulp > 0, "division ", arithmetic.division_ulp, " ulp");
     add(arithmetic.sqrt_ulp > 0, "square root ", arithmetic.sqrt_ulp, " ulp");
     add(arithmetic.fma_ulp > 0, "fused products ", arithmetic.fma_ulp, " ulp");
+    add(!arithmetic.separate_products, "a * b + c is rounded once");
     add(!arithmetic.denormals, "denormals become 0");
+    add(!arithmetic.signed_zeros, "-0 becomes 0");
     add(!arithmetic.fp64.value_or(true), "double is not exact");
     return said;
 }

@@ -7,14 +7,15 @@
 
 namespace fathom::runtime {
 
-/// Operands, and what became of them: a / b, the root of a, a b + c rounded once, c / b, and a / probe_divisor.
+/// Operands, and what became of them: a / b, the root of a, a b + c rounded once, c / b, a / probe_divisor, a b + c rounded
+/// twice, and c + 0.
 template <typename Number>
 struct Cases {
     std::vector<Number> a, b, c;
 };
 template <typename Number>
 struct Results {
-    std::vector<Number> quotient, root, fused, second_quotient, by_constant;
+    std::vector<Number> quotient, root, fused, second_quotient, by_constant, sum, sum_with_zero;
 };
 
 /// As many hard cases of division, of roots, of fused products and of denormals each as `count` / 4.

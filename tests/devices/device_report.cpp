@@ -226,6 +226,19 @@ struct Differences {
     double largest = 0;
 };
 
+/// Does an operation keep to what a device may differ by whose arithmetic is not exact?
+bool within_class(const std::string& operation, const Differences& found) {
+    static const std::map<std::string, double> largest{{"normals", inexact::normals_error},
+                                                       {"ssao", inexact::ssao_error},
+                                                       {"dof_masks", inexact::dof_masks_error},
+                                                       {"dof", inexact::dof_error},
+                                                       {"fog", inexact::fog_error}};
+    static const std::map<std::string, double> ulps{{"linearize", inexact::linearize_ulp},
+                                                    {"unproject", inexact::unproject_ulp}};
+    return ulps.contains(operation) ? static_cast<double>(found.ulp) <= ulps.at(operation)
+                                    : found.largest <= largest.at(operation);
+}
+
 void compare(const std::string& path, const std::string& reference) {
     const auto found = read_results(path), right = read_results(reference);
     std::map<std::string, Differences> all;
@@ -255,7 +268,7 @@ void compare(const std::string& path, const std::string& reference) {
     }
     for (const auto& [name, d] : all)
         std::cout << "bits\t" << name << '\t' << d.values << '\t' << d.different << '\t' << d.unequal << '\t' << d.ulp
-                  << '\t' << d.largest << '\n';
+                  << '\t' << d.largest << '\t' << (within_class(name, d) ? "within" : "beyond") << '\n';
 }
 
 /// Seconds on the wall, or with CLOCK=processor those of all threads together: a busy machine hardly changes them.
@@ -313,6 +326,12 @@ void time_operations(const Device& device, int width, int height) {
     }
 }
 
+std::string driver_version(const Device& device) {
+    char version[256] = {};
+    clGetDeviceInfo(device.id(), CL_DRIVER_VERSION, sizeof version - 1, version, nullptr);
+    return version;
+}
+
 int number_or(const char* text, int otherwise) {
     return text ? std::atoi(text) : otherwise;
 }
@@ -334,7 +353,7 @@ int main(int count, char* arguments[]) {
             {.arithmetic = sums && std::string(sums) == "two_float" ? Arithmetic::two_float : Arithmetic::automatic,
              .vector_width = number_or(std::getenv("LANES"), 0)});
         std::cout << "device\t" << device.info().name << '\t' << device.info().version << '\t'
-                  << device.options().vector_width << '\n';
+                  << device.options().vector_width << '\t' << driver_version(device) << '\n';
         if (what == "results" && argument(2)) {
             std::cout << "probe\t" << to_string(probe_arithmetic(device)) << std::endl;
             write_results(device, argument(2), number_or(argument(3), 20), number_or(argument(4), 161));

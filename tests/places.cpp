@@ -1,0 +1,15 @@
+#include "places.hpp"
+
+namespace fathom::test::places {
+
+const char* const sources = FATHOM_SOURCE_DIR;
+const char* const shared_data = FATHOM_SHARED_DATA;
+#ifdef FATHOM_PROGRAM
+const char* const program = FATHOM_PROGRAM;
+const char* const by_strips = FATHOM_BY_STRIPS;
+#else
+const char* const program = "";
+const char* const by_strips = "";
+#endif
+
+} // namespace fathom::test::places

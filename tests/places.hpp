@@ -1,0 +1,9 @@
+#pragma once
+
+/// Where the sources lie and what this build has made. Only places.cpp knows it, so that other builds can link the tests.
+namespace fathom::test::places {
+
+extern const char *const sources, *const shared_data;
+extern const char *const program, *const by_strips; // empty without fathom_io
+
+} // namespace fathom::test::places
