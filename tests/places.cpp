@@ -11,5 +11,10 @@ const char* const by_strips = FATHOM_BY_STRIPS;
 const char* const program = "";
 const char* const by_strips = "";
 #endif
+#ifdef __SANITIZE_ADDRESS__
+const bool sanitized = true;
+#else
+const bool sanitized = false;
+#endif
 
 } // namespace fathom::test::places

@@ -18,7 +18,7 @@ using images::same_bits;
 
 namespace {
 
-constexpr int width = 250, height = 130; // more than twice what the widest footprint needs
+constexpr int width = 307, height = 300; // more than twice what the widest footprint needs
 constexpr double nearest = 4, radius = 0.3;
 
 Camera camera() {
@@ -37,8 +37,9 @@ struct Inputs {
     Inputs() {
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
-                const double hills = nearest + 0.2 + 0.2 * std::sin(0.11 * x) * std::cos(0.07 * y);
-                depth.push_back(static_cast<float>(x % 60 < 40 ? hills : hills + 2));
+                const bool is_smooth = y >= 128; // as blocks at half resolution are
+                const double hills = nearest + 0.2 + (is_smooth ? 0.01 : 0.2) * std::sin(0.11 * x) * std::cos(0.07 * y);
+                depth.push_back(static_cast<float>(is_smooth || x % 60 < 40 ? hills : hills + 2));
                 for (int channel = 0; channel < 3; ++channel)
                     color.push_back(static_cast<float>((7 * x + 5 * y + 3 * channel) % 32) / 32);
             }
@@ -52,6 +53,7 @@ struct Subject {
     std::string name;
     int columns, rows; ///< of the footprint, on either side
     Operation run;
+    bool takes_color = false;
 };
 
 std::vector<std::vector<float>> results(const Device& device, const Inputs& inputs, const Operation& run) {
@@ -64,7 +66,7 @@ std::vector<std::vector<float>> results(const Device& device, const Inputs& inpu
 }
 
 /// Where special values are put: alone, in a pair, and in a corner of the image.
-constexpr std::array<std::array<int, 2>, 4> places{{{124, 65}, {125, 65}, {100, 70}, {0, 0}}};
+constexpr std::array<std::array<int, 2>, 4> places{{{154, 150}, {155, 150}, {130, 155}, {0, 0}}};
 
 /// How far a change went beyond the footprints, and how far it went.
 struct Reach {
@@ -113,6 +115,8 @@ void check(const std::vector<Subject>& subjects) {
             Reach most;
             for (const float special : {std::numeric_limits<float>::quiet_NaN(), infinity, -infinity})
                 for (const bool of_depth : {true, false}) {
+                    if (!of_depth && !subject.takes_color)
+                        continue;
                     Inputs inputs;
                     for (const auto& [x, y] : places)
                         if (const auto at = static_cast<std::size_t>(y * width + x); of_depth)
@@ -143,32 +147,43 @@ int pixels_of(double length) {
 } // namespace
 
 TEST_CASE("footprint: NaN and infinity touch nothing but what can see them") {
-    check({{"linearize", 0, 0,
-            [](const StoredDepth& depth, const Image&) { return std::vector{linearize(depth).image}; }},
-           {"unproject", 0, 0, [](const StoredDepth& depth, const Image&) { return std::vector{unproject(depth)}; }},
-           {"fog", 0, 0,
-            [](const StoredDepth& depth, const Image& color) {
-                return std::vector{fog(depth, color, {.density = 0.1})};
-            }},
-           {"fog, thinner with the height", 0, 0,
-            [](const StoredDepth& depth, const Image& color) {
-                return std::vector{fog(depth, color, {.density = 0.1, .height_falloff = 0.2})};
-            }},
-           {"normals of neighbours", normals_reach_neighbours, normals_reach_neighbours,
-            [](const StoredDepth& depth, const Image&) {
-                return std::vector{normals(depth, {.method = NormalMethod::neighbours})};
-            }},
-           {"normals of least squares", normals_reach_least_squares, normals_reach_least_squares,
-            [](const StoredDepth& depth, const Image&) {
-                return std::vector{normals(depth, {.method = NormalMethod::least_squares})};
-            }}});
+    check(
+        {{"linearize", 0, 0,
+          [](const StoredDepth& depth, const Image&) { return std::vector{linearize(depth).image}; }},
+         {"unproject", 0, 0, [](const StoredDepth& depth, const Image&) { return std::vector{unproject(depth)}; }},
+         {"fog", 0, 0,
+          [](const StoredDepth& depth, const Image& color) { return std::vector{fog(depth, color, {.density = 0.1})}; },
+          true},
+         {"fog, thinner with the height", 0, 0,
+          [](const StoredDepth& depth, const Image& color) {
+              return std::vector{fog(depth, color, {.density = 0.1, .height_falloff = 0.2})};
+          },
+          true},
+         {"normals of neighbours", normals_reach_neighbours, normals_reach_neighbours,
+          [](const StoredDepth& depth, const Image&) {
+              return std::vector{normals(depth, {.method = NormalMethod::neighbours})};
+          }},
+         {"normals of least squares", normals_reach_least_squares, normals_reach_least_squares,
+          [](const StoredDepth& depth, const Image&) {
+              return std::vector{normals(depth, {.method = NormalMethod::least_squares})};
+          }}});
 }
 
 TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of operations that look far", "[slow]") {
     constexpr double lens_px = 12; // the largest circle
     constexpr CircleOfConfusion lens{40, 180};
     constexpr int circle = static_cast<int>(lens_px / 2), tile = 8;
-    const int rays = pixels_of(radius) + 16;
+    constexpr double long_radius = 0.8; // 50 pixels and more: `fast` has blocks at half resolution
+    const int rays = pixels_of(radius) + 16, long_rays = pixels_of(long_radius) + 16;
+    const auto visibility = [](const StoredDepth& depth, std::optional<bool> half) {
+        return std::vector{ssao(depth, long_radius, {.quality = Quality::fast, .half_resolution = half}).visibility};
+    };
+    const auto of_inputs = [&](std::optional<bool> half) {
+        return results(Device::open("cpu"), Inputs(),
+                       [&](const StoredDepth& depth, const Image&) { return visibility(depth, half); });
+    };
+    const bool blocks_differ = of_inputs({}) != of_inputs(false);
+    CHECK(blocks_differ);
     std::vector<Subject> subjects{
         {"normals of a noisy sensor", normals_reach_noise, normals_reach_noise,
          [](const StoredDepth& depth, const Image&) { return std::vector{normals(depth, {.noise = 1e-3})}; }},
@@ -178,9 +193,9 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of o
                  ssao(depth, radius, {.half_resolution = false, .bent_normal = true, .confidence = true});
              return std::vector{all.visibility, all.bent_normal, all.confidence};
          }},
-        {"ssao in half resolution where it is worth it", std::max(ssao_block_halo, rays),
-         std::max(ssao_block_halo, rays),
-         [](const StoredDepth& depth, const Image&) { return std::vector{ssao(depth, radius).visibility}; }}};
+        {"ssao in half resolution where it is worth it", std::max(ssao_block_halo, long_rays),
+         std::max(ssao_block_halo, long_rays),
+         [=](const StoredDepth& depth, const Image&) { return visibility(depth, {}); }}};
     // The masks of discs, and the means along an axis that tell mixed pixels.
     subjects.push_back({"dof_masks", circle + tile, circle + tile, [=](const StoredDepth& depth, const Image&) {
                             const DofMasks all = dof_masks(depth, lens,
@@ -199,7 +214,8 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of o
         subjects.push_back({name, reach + dof_halo_columns, reach + dof_halo_rows,
                             [=, wanted = quality](const StoredDepth& depth, const Image& color) {
                                 return std::vector{dof(depth, color, lens, {.quality = wanted, .max_coc_px = lens_px})};
-                            }});
+                            },
+                            true});
     }
     check(subjects);
 }

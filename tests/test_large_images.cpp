@@ -177,6 +177,11 @@ TEST_CASE("8-bit depth that passes 2^31 elements has the bits of its parts", "[l
     const StoredDepth stored{Image::from_host(device, Element::u8, depth.get(), {width, height}), camera,
                              Storage::uint8};
     std::vector<std::uint8_t> alone(columns * rows);
+    Floats colors(width, rows, 3);
+    for (int y = 0; y < rows; ++y)
+        for (int i = 0; i < 3 * width; ++i)
+            colors.row(y)[i] = static_cast<float>((i * 7919LL + y * 104729LL) % 1024) / 1024.0f;
+    const Image picture = colors.on(device);
     for (const int top : {0, height / 2, height - rows}) {
         for (int y = 0; y < rows; ++y)
             for (int x = 0; x < width; ++x)
@@ -193,6 +198,9 @@ TEST_CASE("8-bit depth that passes 2^31 elements has the bits of its parts", "[l
         CHECK(same_bits(floats(here.coc), floats(there.coc)));
         CHECK(same_bits(floats(here.near_alpha), floats(there.near_alpha)));
         CHECK(same_bits(floats(here.disocclusion), floats(there.disocclusion)));
+        CHECK(same_bits(floats(fog(part, picture, {.density = 0.1})), floats(fog(same, picture, {.density = 0.1}))));
+        CHECK(same_bits(floats(dof(part, picture, near_lens)), floats(dof(same, picture, near_lens))));
+        CHECK(same_bits(floats(ssao(part, 0.002).visibility), floats(ssao(same, 0.002).visibility)));
     }
 }
 
