@@ -221,7 +221,7 @@ TEST_CASE("dof: bands keep the bits", "[dof][bands][slow]") {
     }
 }
 
-TEST_CASE("dof: what lies between its passes at 7680 x 4320", "[dof][bands][slow]") {
+TEST_CASE("dof: what lies between its passes at 7680 x 4320", "[dof][bands][exhaustive]") {
     constexpr int width = 7680, height = 4320;
     for (const auto& [quality, name, circle, most] : {std::tuple{Quality::fast, "fast", 512.0, 300e6},
                                                       {Quality::balanced, "balanced", 512.0, 300e6},
@@ -238,7 +238,7 @@ TEST_CASE("dof: what lies between its passes at 7680 x 4320", "[dof][bands][slow
     }
 }
 
-TEST_CASE("ssao: what lies between its passes at 7680 x 4320", "[ssao][bands][slow]") {
+TEST_CASE("ssao: what lies between its passes at 7680 x 4320", "[ssao][bands][exhaustive]") {
     constexpr int width = 7680, height = 4320;
     constexpr double most = 500e6; // bytes, of scratch and tables
     const Device device = Device::open("cpu");

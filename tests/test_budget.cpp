@@ -210,7 +210,7 @@ TEST_CASE("ssao: a sphere covers the rows that it is said to", "[ssao][budget]")
     CHECK(std::isinf(rows_of_sphere(rays, 2, 150, 1)));
 }
 
-TEST_CASE("ssao: a budget keeps the bits", "[ssao][budget][slow]") {
+TEST_CASE("ssao: a budget keeps the bits", "[ssao][budget][exhaustive]") {
     const Scene scene(401, 1803), parallel(401, 1803, false);
     std::vector<std::pair<std::string, std::function<std::vector<Image>(const Device&)>>> calls;
     const auto add = [&](const char* name, const SsaoCall& options, const Scene& of) {
@@ -272,7 +272,7 @@ TEST_CASE("ssao: a budget keeps the bits", "[ssao][budget][slow]") {
     });
 }
 
-TEST_CASE("dof: a budget keeps the bits", "[dof][budget][slow]") {
+TEST_CASE("dof: a budget keeps the bits", "[dof][budget][exhaustive]") {
     constexpr int width = 401, height = 1803;
     const Scene scene(width, height);
     std::vector<float> colors[2];
@@ -302,7 +302,7 @@ TEST_CASE("dof: a budget keeps the bits", "[dof][budget][slow]") {
     }
 }
 
-TEST_CASE("normals and mixed pixels: a budget keeps the bits", "[normals][dof_masks][budget][slow]") {
+TEST_CASE("normals and mixed pixels: a budget keeps the bits", "[normals][dof_masks][budget][exhaustive]") {
     const Scene scene(1009, 3001);
     for (const auto& [name, options] :
          {std::pair{"neighbours", NormalsOptions{.method = NormalMethod::neighbours}},
