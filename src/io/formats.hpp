@@ -139,8 +139,8 @@ auto within_memory(const std::filesystem::path& file, const Read& read) {
 Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
                 const std::string& record = {});
 Bytes tiff_bytes(const cv::Mat& image, const PictureFormat& format = {});
-Bytes npy_bytes(const cv::Mat& image);
-Bytes pfm_bytes(const cv::Mat& image); ///< 1 or 3 channels
+Bytes npy_bytes(const cv::Mat& image, bool is_color);
+Bytes pfm_bytes(const cv::Mat& image, bool is_color); ///< 1 or 3 channels
 Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, const cv::Mat& normals,
                 const cv::Mat& colors); ///< positions of 3 or 4 channels; the fourth is no part of the position
 Bytes png_bytes(const cv::Mat& image, double scale, double offset);
@@ -171,5 +171,8 @@ cv::Mat decode_with_opencv(const std::filesystem::path& file, const Bytes& bytes
 
 /// R, G, B for B, G, R and back; a fourth channel stays, and so do images of fewer than three.
 cv::Mat swap_red_and_blue(const cv::Mat& image);
+
+/// The same of one row in place: a picture that was read needs no second one.
+void swap_red_and_blue_of_row(cv::Mat& image, int row);
 
 } // namespace fathom::io

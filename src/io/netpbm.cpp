@@ -85,22 +85,26 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
 
     cv::Mat image(static_cast<int>(height), static_cast<int>(width), type);
     for (int y = 0; y < image.rows; ++y) {
-        auto* row = image.ptr(floats ? image.rows - 1 - y : y); // float maps begin at the bottom
+        const int at_row = floats ? image.rows - 1 - y : y; // float maps begin at the bottom
+        auto* row = image.ptr(at_row);
         std::memcpy(row, bytes.data() + at + static_cast<std::size_t>(y) * row_bytes, row_bytes);
         if (image.elemSize1() > 1 && file_little != little)
             swap_bytes(row, row_bytes / image.elemSize1(), image.elemSize1());
+        swap_red_and_blue_of_row(image, at_row); // the file's order is R, G, B
     }
-    return swap_red_and_blue(image); // the file's order is R, G, B
+    return image;
 }
 
-Bytes pfm_bytes(const cv::Mat& image) {
+Bytes pfm_bytes(const cv::Mat& image, bool is_color) {
     const auto header = std::string(image.channels() == 1 ? "Pf" : "PF") + "\n" + std::to_string(image.cols) + " " +
                         std::to_string(image.rows) + "\n" + (little ? "-1.0" : "1.0") + "\n";
     const auto row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
     Bytes bytes(header.begin(), header.end());
     bytes.reserve(header.size() + row_bytes * static_cast<std::size_t>(image.rows));
-    for (int y = image.rows - 1; y >= 0; --y)
-        bytes.insert(bytes.end(), image.ptr(y), image.ptr(y) + row_bytes);
+    for (int y = image.rows - 1; y >= 0; --y) {
+        const cv::Mat row = is_color ? swap_red_and_blue(image.row(y)) : image.row(y);
+        bytes.insert(bytes.end(), row.ptr(), row.ptr() + row_bytes);
+    }
     return bytes;
 }
 

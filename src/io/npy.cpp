@@ -91,16 +91,18 @@ Element element_at(const unsigned char* data, std::size_t place, bool swapped) {
     return std::bit_cast<Element>(bytes);
 }
 
-/// The image, each element converted by `convert`.
+/// The image, each element converted by `convert`, and in OpenCV's order: that of the file is R, G, B.
 template <typename Element, typename Held>
 cv::Mat converted(const Layout& layout, const unsigned char* data, int type, const auto& convert) {
     cv::Mat image(layout.rows, layout.cols, type);
     const bool swapped = layout.little_endian != little;
-    for (int y = 0; y < image.rows; ++y)
+    for (int y = 0; y < image.rows; ++y) {
         for (int x = 0; x < image.cols; ++x)
             for (int c = 0; c < layout.channels; ++c)
                 image.ptr<Held>(y)[x * layout.channels + c] =
                     convert(element_at<Element>(data, layout.place(y, x, c), swapped), x, y);
+        swap_red_and_blue_of_row(image, y);
+    }
     return image;
 }
 
@@ -183,10 +185,10 @@ std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& 
     if ((bytes.size() - at) / layout.bytes < needed)
         refuse(file, "ends too early: " + described(cv::Size(layout.cols, layout.rows)) + " pixels do not fit into " +
                          std::to_string(bytes.size()) + " bytes; write or copy it again");
-    return swap_red_and_blue(image_of(file, layout, bytes.data() + at)); // the file's order is R, G, B
+    return image_of(file, layout, bytes.data() + at);
 }
 
-Bytes npy_bytes(const cv::Mat& image) {
+Bytes npy_bytes(const cv::Mat& image, bool is_color) {
     std::string header = std::string("{'descr': '") + (little ? '<' : '>') + "f4', 'fortran_order': False, 'shape': (" +
                          std::to_string(image.rows) + ", " + std::to_string(image.cols);
     if (image.channels() > 1)
@@ -201,8 +203,10 @@ Bytes npy_bytes(const cv::Mat& image) {
     bytes.insert(bytes.end(), header.begin(), header.end());
     const auto row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
     bytes.reserve(bytes.size() + row_bytes * static_cast<std::size_t>(image.rows));
-    for (int y = 0; y < image.rows; ++y)
-        bytes.insert(bytes.end(), image.ptr(y), image.ptr(y) + row_bytes);
+    for (int y = 0; y < image.rows; ++y) {
+        const cv::Mat row = is_color ? swap_red_and_blue(image.row(y)) : image.row(y);
+        bytes.insert(bytes.end(), row.ptr(), row.ptr() + row_bytes);
+    }
     return bytes;
 }
 

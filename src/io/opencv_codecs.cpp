@@ -27,4 +27,9 @@ cv::Mat swap_red_and_blue(const cv::Mat& image) {
     return swapped;
 }
 
+void swap_red_and_blue_of_row(cv::Mat& image, int row) {
+    if (image.channels() >= 3)
+        swap_red_and_blue(image.row(row)).copyTo(image.row(row));
+}
+
 } // namespace fathom::io

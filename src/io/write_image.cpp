@@ -46,7 +46,8 @@ std::vector<std::string> channel_names(const std::filesystem::path& file, const 
 }
 
 io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
-                  const std::string& record) {
+                  const std::string& record, bool is_color) {
+    const auto in_file_order = [&] { return is_color ? io::swap_red_and_blue(image) : image; };
     const auto extension = extension_of(file);
     if (extension == ".exr") {
         WriteOptions named = options;
@@ -54,18 +55,18 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
         return io::exr_bytes(file, image, named, record);
     }
     if (extension == ".npy")
-        return io::npy_bytes(image);
+        return io::npy_bytes(image, is_color);
     if (extension == ".tif" || extension == ".tiff") {
         check_channels(file, image, {1, 3, 4});
-        return io::tiff_bytes(image);
+        return io::tiff_bytes(in_file_order());
     }
     if (extension == ".pfm") {
         check_channels(file, image, {1, 3});
-        return io::pfm_bytes(image);
+        return io::pfm_bytes(image, is_color);
     }
     if (extension == ".ply") {
         check_channels(file, image, {3, 4});
-        return io::ply_bytes(file, image, options.normals, options.colors);
+        return io::ply_bytes(file, in_file_order(), options.normals, options.colors);
     }
     if (extension == ".png") {
         check_channels(file, image, {1, 3, 4});
@@ -75,7 +76,7 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
         if (!std::isfinite(*options.png_scale) || !std::isfinite(options.png_offset))
             refuse(file, "the scale of a .png is " + std::to_string(*options.png_scale) + ", its offset " +
                              std::to_string(options.png_offset) + "; both must be finite");
-        return io::png_bytes(image, *options.png_scale, options.png_offset);
+        return io::png_bytes(in_file_order(), *options.png_scale, options.png_offset);
     }
     refuse(file, "the extension \"" + extension +
                      "\" is none that can be written; use .exr, .tif, .pfm, .npy, .png or .ply, "
@@ -96,12 +97,13 @@ auto described_failure(const std::filesystem::path& file, const Encode& encode) 
     }
 }
 
-io::Bytes bytes_of_values(const ImageFile& given, const std::string& record) {
+/// `is_color`: the image is B, G, R, and a file that is no EXR R, G, B.
+io::Bytes bytes_of_values(const ImageFile& given, const std::string& record, bool is_color = false) {
     const auto& file = given.file;
     const cv::Mat& image = given.image;
     if (image.empty() || image.dims != 2 || image.depth() != CV_32F)
         refuse(file, "only images of 32-bit floats can be written; convert it first");
-    return described_failure(file, [&] { return encoded(file, image, given.options, record); });
+    return described_failure(file, [&] { return encoded(file, image, given.options, record, is_color); });
 }
 
 void name_colors(ImageFile& picture) {
@@ -126,9 +128,7 @@ io::Bytes bytes_of_color(ImageFile picture, const std::string& record) {
     }
     if (extension_of(picture.file) == ".exr") // whose channels have names
         std::swap(picture.options.channels[0], picture.options.channels[2]);
-    else
-        picture.image = io::swap_red_and_blue(picture.image);
-    return bytes_of_values(picture, record);
+    return bytes_of_values(picture, record, true);
 }
 
 /// The bytes of a file; those of an EXR hold the record.
