@@ -101,15 +101,16 @@ bool is_stale(const std::string& name) {
 Imf::Header header_of(cv::Size size, const WriteOptions& options) {
     const std::optional<ExrSource>& source = options.source;
     Imf::Header header(size.width, size.height);
-    if (source) {
-        const Imf::MultiPartInputFile exr = open_exr(source->file);
-        const Imf::Header& old = exr.header(exr_part_of(source->file, source->channel));
-        for (auto each = old.begin(); each != old.end(); ++each)
-            if (!is_stale(each.name()))
-                header.insert(each.name(), each.attribute());
-        const V2i corner = old.displayWindow().min + V2i(source->windows.data.x, source->windows.data.y);
-        header.dataWindow() = Box2i(corner, corner + V2i(size.width - 1, size.height - 1));
-    }
+    if (source)
+        refusing_damage(source->file, [&] {
+            const Imf::MultiPartInputFile exr = open_exr(source->file);
+            const Imf::Header& old = exr.header(exr_part_of(source->file, source->channel));
+            for (auto each = old.begin(); each != old.end(); ++each)
+                if (!is_stale(each.name()))
+                    header.insert(each.name(), each.attribute());
+            const V2i corner = old.displayWindow().min + V2i(source->windows.data.x, source->windows.data.y);
+            header.dataWindow() = Box2i(corner, corner + V2i(size.width - 1, size.height - 1));
+        });
     header.compression() = compression_of(options.compression.value_or(ExrCompression::zip));
     header.zipCompressionLevel() = zip_level;
     return header;
@@ -320,7 +321,10 @@ Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const W
     memory.bytes.reserve(image.total() * image.elemSize()); // to grow would take as much again
     if (options.source && options.source->append) {
         Stream stream(memory);
-        append(stream, header_of(image.size(), options), file, Pixels(file, image, options), options, record);
+        const Imf::Header header = header_of(image.size(), options);
+        const Pixels pixels(file, image, options);
+        refusing_damage(options.source->file, // what is written goes into memory, so that only this one can fail
+                        [&] { append(stream, header, file, pixels, options, record); });
     } else {
         const auto encoder = exr_encoder(memory, file, image.size(), options, record);
         encoder->write(image);

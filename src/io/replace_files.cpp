@@ -67,8 +67,12 @@ std::pair<fs::path, int> open_temporary(const fs::path& target) {
 /// The file that a link points to, there or not.
 fs::path followed(const fs::path& file, std::error_code& error) {
     fs::path target = file; // the system refuses chains longer than 40
-    for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links)
-        target = target.parent_path() / fs::read_symlink(target, error);
+    for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links) {
+        const fs::path next = fs::read_symlink(target, error);
+        if (error)
+            break;
+        target = target.parent_path() / next;
+    }
     return target;
 }
 
