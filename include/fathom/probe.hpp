@@ -36,7 +36,8 @@ inline constexpr double normals_error = 1e-6, ssao_error = 2e-3, dof_masks_error
 } // namespace inexact
 
 /// Tries 2^20 hard cases on the device: quotients and square roots that lie all but in the middle between two floats,
-/// products that cancel, denormals, and zeros of both signs. Takes less than a second, and the first time as long as the driver compiles.
+/// products that cancel, denormals, and zeros of both signs. Takes less than a second, and the first time as long as the
+/// driver compiles.
 /// Throws: Error from the driver.
 DeviceArithmetic probe_arithmetic(const Device& device);
 
