@@ -11,6 +11,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <list>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -113,18 +114,23 @@ private:
 } // namespace
 
 std::size_t for_each_erased_frame(std::size_t count, const ErasedFrameSteps& steps, const FrameOptions& options) {
-    using Token = std::shared_ptr<Begun>;
+    // oneTBB 2021.8 loses what is on its way when a step throws, so that frames belong to this list. They end in order.
+    std::list<Begun> in_work;
+    std::mutex beginning_or_ending;
+    using Token = Begun*;
     std::size_t next = 0;
-    Token waiting; // read, and not yet in work
+    Token waiting = nullptr; // read, and not yet in work
     const auto begin = [&]() -> Token {
         if (waiting)
             return std::exchange(waiting, nullptr);
         if (next == count || (options.stop && options.stop()))
             return nullptr;
-        return std::make_shared<Begun>(Begun{next++, steps.make()});
+        Begun begun{next++, steps.make()};
+        const std::lock_guard lock(beginning_or_ending);
+        return &in_work.emplace_back(std::move(begun));
     };
     std::optional<ReadAhead> ahead; // if frames are read late
-    const auto read = [&](const Token& begun) {
+    const auto read = [&](Token begun) {
         if (ahead)
             ahead->await_turn(begun->index);
         if (!std::exchange(begun->was_read, true))
@@ -133,7 +139,7 @@ std::size_t for_each_erased_frame(std::size_t count, const ErasedFrameSteps& ste
             ahead->was_read();
         return begun;
     };
-    const auto compute = [&](const Token& begun) {
+    const auto compute = [&](Token begun) {
         if (ahead)
             ahead->computes();
         take(steps.compute, *begun);
@@ -141,20 +147,22 @@ std::size_t for_each_erased_frame(std::size_t count, const ErasedFrameSteps& ste
             ahead->was_computed();
         return begun;
     };
-    const auto write = [&](const Token& begun) {
+    const auto write = [&](Token begun) {
         take(steps.write, *begun);
         return begun;
     };
-    const auto report = [&](const Token& begun) {
+    const auto report = [&](Token begun) {
         steps.report(begun->index, begun->frame.get(), begun->failure);
         begun->frame.reset();
+        const std::lock_guard lock(beginning_or_ending);
+        in_work.pop_front();
     };
 
     // The first frame that can be read says how much memory one takes.
     for (Token begun; (begun = begin()); report(begun)) {
         read(begun);
         if (!begun->failure) {
-            waiting = std::move(begun);
+            waiting = begun;
             break;
         }
     }
@@ -164,7 +172,7 @@ std::size_t for_each_erased_frame(std::size_t count, const ErasedFrameSteps& ste
     const std::size_t fit = left == 1 ? 1 : most_in_work(options, steps.bytes(waiting->frame.get()));
     const std::size_t most = std::min(fit, left);
     if (most == 1) {
-        while (const Token begun = begin())
+        while (Token begun = begin())
             report(write(compute(read(begun))));
         return next;
     }
@@ -174,7 +182,7 @@ std::size_t for_each_erased_frame(std::size_t count, const ErasedFrameSteps& ste
         do {
             std::vector<Token> begun;
             for (Token one; begun.size() < fit / 2 && (one = begin());)
-                begun.push_back(std::move(one));
+                begun.push_back(one);
             workers.arena.execute([&] {
                 const auto write_or_read = [&](std::size_t i) {
                     i < computed.size() ? write(computed[i]) : read(begun[i - computed.size()]);
