@@ -363,6 +363,17 @@ TEST_CASE(
     fs::permissions(shot.claim(1), fs::perms::owner_all);
 }
 
+namespace {
+
+/// Has a process stopped, or ended?
+bool stands_still(const Run& run) {
+    siginfo_t info{};
+    const auto process = static_cast<id_t>(run.process());
+    return waitid(P_PID, process, &info, WSTOPPED | WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid != 0;
+}
+
+} // namespace
+
 TEST_CASE("share: a frame whose claim is lost before the commit is not written") {
     const Shot shot(1, {1200, 800});
     const Arguments slowly{"--quality", "accurate"};
@@ -376,6 +387,7 @@ TEST_CASE("share: a frame whose claim is lost before the commit is not written")
         started = std::make_unique<Run>(joined(shot.shared("a"), slowly));
         await([&] { return fs::exists(shot.claim(1)) || !started->is_running(); });
         started->send(SIGSTOP);
+        await([&] { return stands_still(*started); }); // its threads may go on until then
         if (started->is_running() && !fs::exists(shot.result(1)))
             break;
         started.reset();
