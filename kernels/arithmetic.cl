@@ -1,6 +1,6 @@
 // What the device makes of quotients, square roots and fused products, V cases per work-item. A compiler that may round
 // otherwise likes to multiply by a reciprocal where two quotients share their divisor, or where it is a constant. It also
-// likes to round a product and a sum once, and to leave out a sum with 0, which makes -0 to 0.
+// likes to round a product and a sum once, and to leave out a sum with 0, which turns -0 into 0.
 // The host knows the right results: src/runtime/probe.cpp.
 
 #include "vector.h"

@@ -365,6 +365,15 @@ TEST_CASE(
 
 namespace {
 
+/// The processor time of all threads of a process.
+std::chrono::nanoseconds processor_time(const Run& run) {
+    clockid_t clock{};
+    timespec time{};
+    if (clock_getcpuclockid(run.process(), &clock) != 0 || clock_gettime(clock, &time) != 0)
+        return {};
+    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
 /// Has a process stopped, or ended?
 bool stands_still(const Run& run) {
     siginfo_t info{};
@@ -386,6 +395,8 @@ TEST_CASE("share: a frame whose claim is lost before the commit is not written")
     for (int left = 20; left > 0; --left) {
         started = std::make_unique<Run>(joined(shot.shared("a"), slowly));
         await([&] { return fs::exists(shot.claim(1)) || !started->is_running(); });
+        const auto begun = processor_time(*started); // to take the claim needs next to none, and the frame much more
+        await([&] { return processor_time(*started) > begun + 30ms || !started->is_running(); });
         started->send(SIGSTOP);
         await([&] { return stands_still(*started); }); // its threads may go on until then
         if (started->is_running() && !fs::exists(shot.result(1)))

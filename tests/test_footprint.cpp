@@ -66,7 +66,7 @@ std::vector<std::vector<float>> results(const Device& device, const Inputs& inpu
 }
 
 /// Where special values are put: alone, in a pair, and in a corner of the image.
-constexpr std::array<std::array<int, 2>, 4> places{{{154, 150}, {155, 150}, {130, 155}, {0, 0}}};
+constexpr std::array<std::array<int, 2>, 5> places{{{154, 150}, {155, 150}, {130, 155}, {170, 70}, {0, 0}}};
 
 /// How far a change went beyond the footprints, and how far it went.
 struct Reach {

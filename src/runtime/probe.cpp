@@ -250,7 +250,7 @@ std::string to_string(const DeviceArithmetic& arithmetic) {
     add(arithmetic.fma_ulp > 0, "fused products ", arithmetic.fma_ulp, " ulp");
     add(!arithmetic.separate_products, "a * b + c is rounded once");
     add(!arithmetic.denormals, "denormals become 0");
-    add(!arithmetic.signed_zeros, "-0 becomes 0");
+    add(!arithmetic.signed_zeros, "signs of 0 are lost");
     add(!arithmetic.fp64.value_or(true), "double is not exact");
     return said;
 }
