@@ -7,6 +7,7 @@
 
 #include <bit>
 #include <cstring>
+#include <functional>
 #include <limits>
 
 using namespace fathom;
@@ -36,17 +37,19 @@ void append(std::string& bytes, Element value, bool big) {
 
 constexpr int rows = 3, cols = 5;
 
-/// What a pixel and a channel hold: whole numbers below 128.
+/// What a pixel and a channel hold: whole numbers below 128 in three channels, which every type holds.
 int truth(int y, int x, int c) {
     return 1 + x + y * cols + 40 * c;
 }
 
 template <typename Element>
-std::string array(const std::string& type, bool big, bool fortran, int channels = 1, int version = 1) {
+std::string array(
+    const std::string& type, bool big, bool fortran, int channels = 1, int version = 1,
+    const std::function<Element(int)>& as_element = [](int value) { return static_cast<Element>(value); }) {
     std::string shape = "(" + std::to_string(rows) + ", " + std::to_string(cols);
     shape += channels == 1 ? ")" : ", " + std::to_string(channels) + ")";
     std::string bytes = header((big ? ">" : "<") + type, fortran, shape, version);
-    const auto put_one = [&](int y, int x, int c) { append(bytes, static_cast<Element>(truth(y, x, c)), big); };
+    const auto put_one = [&](int y, int x, int c) { append(bytes, as_element(truth(y, x, c)), big); };
     if (fortran)
         for (int c = 0; c < channels; ++c)
             for (int x = 0; x < cols; ++x)
@@ -116,16 +119,36 @@ TEST_CASE("npy: a float64 is the nearest float, and axes of one element are left
     }
 }
 
+namespace {
+
+/// A picture of any type of array, in both orders of the axes, without and with an alpha.
+template <typename Element>
+void check_picture(const TempFolder& folder, const std::string& type, float largest, auto&&... as_element) {
+    for (const bool fortran : {false, true})
+        for (const int channels : {3, 4}) {
+            INFO(type << (fortran ? ", columns first, " : ", ") << channels << " channels");
+            const cv::Mat color =
+                read_color(put(folder / "a.npy", array<Element>(type, false, fortran, channels, 1, as_element...)));
+            REQUIRE(color.type() == CV_32FC(channels));
+            for (int y = 0; y < rows; ++y)
+                for (int x = 0; x < cols; ++x)
+                    for (int c = 0; c < channels; ++c) {
+                        const int of_file = c == 3 ? 3 : 2 - c; // which holds R, G, B, A; OpenCV's are B, G, R, A
+                        CHECK(color.ptr<float>(y, x)[c] == static_cast<float>(truth(y, x, of_file)) / largest);
+                    }
+        }
+}
+
+} // namespace
+
 TEST_CASE("npy: pictures and normals have channels in the order of the array", "[io]") {
     const TempFolder folder;
-    for (const bool fortran : {false, true}) {
-        const cv::Mat color = read_color(put(folder / "a.npy", array<float>("f4", false, fortran, 3)));
-        for (int y = 0; y < rows; ++y)
-            for (int x = 0; x < cols; ++x)
-                CHECK(color.at<cv::Vec3f>(y, x) == cv::Vec3f(static_cast<float>(truth(y, x, 2)),
-                                                             static_cast<float>(truth(y, x, 1)),
-                                                             static_cast<float>(truth(y, x, 0))));
-    }
+    const auto half = [](int value) { return std::bit_cast<std::uint16_t>(cv::float16_t(static_cast<float>(value))); };
+    check_picture<std::uint16_t>(folder, "f2", 1, half);
+    check_picture<float>(folder, "f4", 1);
+    check_picture<double>(folder, "f8", 1);
+    check_picture<std::uint8_t>(folder, "u1", 255);
+    check_picture<std::uint16_t>(folder, "u2", 65535);
     std::string bytes = header("<f4", false, "(1, 1, 3)");
     for (const float value : {0.0f, 0.6f, 0.8f})
         append(bytes, value, false);

@@ -23,7 +23,13 @@ cv::Mat swap_red_and_blue(const cv::Mat& image) {
         return image;
     cv::Mat swapped(image.size(), image.type());
     const int pairs[] = {0, 2, 1, 1, 2, 0, 3, 3};
-    cv::mixChannels(&image, 1, &swapped, 1, pairs, static_cast<std::size_t>(image.channels()));
+    // cv::mixChannels crashes on halves; their bits are moved as integers.
+    const auto movable = [](const cv::Mat& of) {
+        return of.depth() == CV_16F ? cv::Mat(of.size(), CV_16UC(of.channels()), of.data, of.step) : of;
+    };
+    const cv::Mat from = movable(image);
+    cv::Mat to = movable(swapped);
+    cv::mixChannels(&from, 1, &to, 1, pairs, static_cast<std::size_t>(image.channels()));
     return swapped;
 }
 
