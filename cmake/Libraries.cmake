@@ -22,6 +22,7 @@ function(fathom_library target name)
   target_include_directories(${target} PUBLIC ${include})
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_compile_options(${target} PRIVATE -ffp-contract=off) # processors with fused products give the same constants
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 15) # takes a third of the time
   target_link_libraries(${target} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
   if(NOT FATHOM_SHARED)
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})

@@ -17,9 +17,9 @@
 namespace fathom::io {
 namespace {
 
-class Header {
+class HeaderReader {
 public:
-    explicit Header(const std::filesystem::path& file)
+    explicit HeaderReader(const std::filesystem::path& file)
         : file_(file), stream_(file, std::ios::binary), size_(size_of_file(file)) {}
 
     std::uint64_t at() const { return at_; }
@@ -103,7 +103,7 @@ std::optional<std::uint64_t> size_of(const std::string& type) {
     return found == sizes.end() ? std::nullopt : std::optional(found->second);
 }
 
-void check_attribute(Header& header, const std::string& type) {
+void check_attribute(HeaderReader& header, const std::string& type) {
     const std::uint64_t size = header.number(), end = header.at() + size;
     if (header.at() + size > header.size() || size_of(type).value_or(size) != size)
         header.refuse_damaged();
@@ -130,7 +130,7 @@ void check_attribute(Header& header, const std::string& type) {
 }
 
 void check_header(const std::filesystem::path& file) {
-    Header header(file);
+    HeaderReader header(file);
     header.number(); // magic number
     const bool several_parts = Imf::isMultiPart(static_cast<int>(header.number()));
     for (bool first = true;; first = false) {

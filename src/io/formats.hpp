@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
@@ -22,6 +23,9 @@ namespace fathom::io {
 
 /// What a record is called in a file: see recorded.hpp.
 inline constexpr const char* record_name = "fathom:record";
+
+/// Whether this machine keeps the lowest byte of a number first.
+inline constexpr bool is_little_endian = std::endian::native == std::endian::little;
 
 /// Images beyond this are taken for damage: 32768 × 32768 where they are read whole, 262144 × 262144 by rows.
 inline constexpr long long most_pixels = 1LL << 30, most_pixels_by_rows = 1LL << 36;

@@ -122,7 +122,7 @@ cl_int keep_until(cl_event done, std::unique_ptr<Kept> kept) noexcept {
     return code;
 }
 
-std::string described(cv::Size size, int type) {
+std::string size_and_type(cv::Size size, int type) {
     return text(ImageSize{size.width, size.height}, " pixels of ", cv::typeToString(type));
 }
 
@@ -190,8 +190,8 @@ Image Matrices::write(cv::OutputArray array, cv::Size size, int type) {
     const bool same_size = array.dims() <= 2 && array.size() == size, same_type = array.type() == type;
     if ((!same_size && array.fixedSize()) || (!same_type && array.fixedType()))
         throw std::invalid_argument(
-            text("result: ", array.dims() <= 2 ? described(array.size(), array.type()) : "more than two dimensions",
-                 ", which cannot change; must be ", described(size, type)));
+            text("result: ", array.dims() <= 2 ? size_and_type(array.size(), array.type()) : "more than two dimensions",
+                 ", which cannot change; must be ", size_and_type(size, type)));
     const bool fits = same_size && same_type;
 
     Result result{array, !fits, {}, {}, {}};

@@ -2,6 +2,7 @@
 
 #include "camera_file/file.hpp"
 
+#include <cstdint>
 #include <optional>
 #include <span>
 
@@ -9,6 +10,11 @@
 namespace fathom::io {
 
 using View = std::span<const unsigned char>;
+
+/// The number in the first four bytes, the highest first.
+inline std::uint32_t big_endian(View b) {
+    return std::uint32_t{b[0]} << 24 | std::uint32_t{b[1]} << 16 | std::uint32_t{b[2]} << 8 | b[3];
+}
 
 /// Does a colour profile count light in proportion? All three curves are straight.
 bool is_linear_profile(View icc);

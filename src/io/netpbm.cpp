@@ -9,7 +9,6 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cstdint>
 #include <cstring>
@@ -17,8 +16,6 @@
 
 namespace fathom::io {
 namespace {
-
-constexpr bool little = std::endian::native == std::endian::little;
 
 bool is_space(char c) {
     return c == ' ' || (c >= '\t' && c <= '\r');
@@ -88,7 +85,7 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
         const int at_row = floats ? image.rows - 1 - y : y; // float maps begin at the bottom
         auto* row = image.ptr(at_row);
         std::memcpy(row, bytes.data() + at + static_cast<std::size_t>(y) * row_bytes, row_bytes);
-        if (image.elemSize1() > 1 && file_little != little)
+        if (image.elemSize1() > 1 && file_little != is_little_endian)
             swap_bytes(row, row_bytes / image.elemSize1(), image.elemSize1());
         swap_red_and_blue_of_row(image, at_row); // the file's order is R, G, B
     }
@@ -97,7 +94,7 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
 
 Bytes pfm_bytes(const cv::Mat& image, bool is_color) {
     const auto header = std::string(image.channels() == 1 ? "Pf" : "PF") + "\n" + std::to_string(image.cols) + " " +
-                        std::to_string(image.rows) + "\n" + (little ? "-1.0" : "1.0") + "\n";
+                        std::to_string(image.rows) + "\n" + (is_little_endian ? "-1.0" : "1.0") + "\n";
     const auto row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
     Bytes bytes(header.begin(), header.end());
     bytes.reserve(header.size() + row_bytes * static_cast<std::size_t>(image.rows));

@@ -15,7 +15,6 @@ namespace fathom::io {
 namespace {
 
 constexpr std::string_view magic = "\x93NUMPY";
-constexpr bool little = std::endian::native == std::endian::little;
 
 struct Layout {
     char kind = 0;             ///< 'f', 'u' or 'i', as NumPy names them
@@ -56,7 +55,7 @@ void read_type(const std::filesystem::path& file, std::string_view text, Layout&
         refuse(file, "is a NumPy array of " + type + "; save floats, or integers (array.astype(\"float32\"))");
     layout.kind = name[0];
     layout.bytes = static_cast<std::size_t>(name[1] - '0');
-    layout.little_endian = text[1] == '<' || (text[1] != '>' && little);
+    layout.little_endian = text[1] == '<' || (text[1] != '>' && is_little_endian);
 }
 
 void read_shape(const std::filesystem::path& file, std::string_view text, Layout& layout) {
@@ -95,7 +94,7 @@ Element element_at(const unsigned char* data, std::size_t place, bool swapped) {
 template <typename Element, typename Held>
 cv::Mat converted(const Layout& layout, const unsigned char* data, int type, const auto& convert) {
     cv::Mat image(layout.rows, layout.cols, type);
-    const bool swapped = layout.little_endian != little;
+    const bool swapped = layout.little_endian != is_little_endian;
     for (int y = 0; y < image.rows; ++y) {
         for (int x = 0; x < image.cols; ++x)
             for (int c = 0; c < layout.channels; ++c)
@@ -189,8 +188,9 @@ std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& 
 }
 
 Bytes npy_bytes(const cv::Mat& image, bool is_color) {
-    std::string header = std::string("{'descr': '") + (little ? '<' : '>') + "f4', 'fortran_order': False, 'shape': (" +
-                         std::to_string(image.rows) + ", " + std::to_string(image.cols);
+    std::string header = std::string("{'descr': '") + (is_little_endian ? '<' : '>') +
+                         "f4', 'fortran_order': False, 'shape': (" + std::to_string(image.rows) + ", " +
+                         std::to_string(image.cols);
     if (image.channels() > 1)
         header += ", " + std::to_string(image.channels());
     header += "), }";

@@ -5,7 +5,6 @@
 
 #include <opencv2/core.hpp>
 
-#include <bit>
 #include <cmath>
 #include <string>
 
@@ -23,7 +22,7 @@ void check(const std::filesystem::path& file, const cv::Mat& attribute, const cv
 }
 
 /// The colours of pixels as codes from 0 to 255, in the order B, G, R.
-cv::Mat codes_of(const cv::Mat& colors) {
+cv::Mat codes_of_points(const cv::Mat& colors) {
     cv::Mat light = colors.clone(), codes;
     unpremultiply(light);
     from_linear(light, ColorEncoding::srgb);
@@ -47,7 +46,7 @@ Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, con
         check(file, normals, positions, "normals");
     if (!colors.empty())
         check(file, colors, positions, "colours");
-    const cv::Mat codes = colors.empty() ? cv::Mat() : codes_of(colors);
+    const cv::Mat codes = colors.empty() ? cv::Mat() : codes_of_points(colors);
     const auto for_each_point = [&](const auto& use) {
         for (int y = 0; y < positions.rows; ++y)
             for (int x = 0; x < positions.cols; ++x)
@@ -56,7 +55,7 @@ Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, con
     };
     std::size_t count = 0;
     for_each_point([&](const float*, int, int) { ++count; });
-    const std::string order = std::endian::native == std::endian::little ? "little" : "big";
+    const std::string order = is_little_endian ? "little" : "big";
     std::string header = "ply\nformat binary_" + order + "_endian 1.0\nelement vertex " + std::to_string(count) +
                          "\nproperty float x\nproperty float y\nproperty float z\n";
     if (!normals.empty())

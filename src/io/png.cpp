@@ -21,10 +21,6 @@ namespace {
 
 constexpr std::array<unsigned char, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
 
-std::uint32_t big_endian(std::span<const unsigned char> b) {
-    return std::uint32_t{b[0]} << 24 | std::uint32_t{b[1]} << 16 | std::uint32_t{b[2]} << 8 | b[3];
-}
-
 /// What a compressed chunk holds; nothing where it is damaged or larger than any profile.
 Bytes inflated(View compressed) {
     constexpr std::size_t largest = 1u << 24;

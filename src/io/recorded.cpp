@@ -2,6 +2,7 @@
 #include "recorded.hpp"
 
 #include "formats.hpp"
+#include "metadata.hpp"
 
 #include <zlib.h>
 
@@ -22,10 +23,6 @@ constexpr std::size_t png_signature = 8, png_header = 25; // bytes
 
 std::string_view text_of(Span bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
-std::uint32_t big_endian(Span b) {
-    return std::uint32_t{b[0]} << 24 | std::uint32_t{b[1]} << 16 | std::uint32_t{b[2]} << 8 | b[3];
 }
 
 std::uint32_t little_endian(Span b) {
