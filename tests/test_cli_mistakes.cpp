@@ -841,7 +841,7 @@ TEST_CASE("mistakes: a result that loses the profile or the data of a camera is 
     CHECK(fogged("a.jpg", {"--strict"}).code == 1);
 }
 
-TEST_CASE("mistakes: what follows from a mistake is not told as another one", "[slow]") {
+TEST_CASE("mistakes: what follows from a mistake is not told as another one", "[exhaustive]") {
     const Folder folder;
     write_pictures(folder);
     const std::string camera = folder / "camera.json";

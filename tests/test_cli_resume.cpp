@@ -347,8 +347,11 @@ TEST_CASE("resume: the record says what made the frame, without a path, a host o
     CHECK(content(folder / "elsewhere/other.exr") == bytes);
 }
 
-TEST_CASE("resume: killed at random moments and resumed, every frame is made once", "[slow]") {
-    constexpr int rounds = 50, frames = 16;
+namespace {
+
+/// Kills as many runs at random moments, and resumes them: every frame is made once.
+void kill_and_resume(int rounds) {
+    constexpr int frames = 16;
     const unsigned seed = std::random_device()();
     std::mt19937 random(seed);
     INFO("seed " << seed);
@@ -415,6 +418,16 @@ TEST_CASE("resume: killed at random moments and resumed, every frame is made onc
     std::printf("resume: seed %u, %d of %d kills between the first and the last frame, %d temporary files left\n", seed,
                 in_between, rounds, temporaries);
     CHECK(in_between > rounds / 4); // or the moments were none
+}
+
+} // namespace
+
+TEST_CASE("resume: killed at random moments and resumed, every frame is made once", "[slow]") {
+    kill_and_resume(15);
+}
+
+TEST_CASE("resume: killed at fifty random moments and resumed, every frame is made once", "[exhaustive]") {
+    kill_and_resume(50);
 }
 
 TEST_CASE("resume: temporary files of killed runs are removed, those of living ones stay") {
