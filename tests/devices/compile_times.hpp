@@ -3,6 +3,10 @@
 #include <map>
 #include <string>
 
+/// Seconds on the wall, or with CLOCK=processor those of all threads and of processes that have ended: a busy machine hardly
+/// changes them.
+double seconds_now();
+
 /// What is compiled from here on is this operation's.
 void compile_for(const std::string& operation);
 

@@ -271,23 +271,14 @@ void compare(const std::string& path, const std::string& reference) {
                   << '\t' << d.largest << '\t' << (within_class(name, d) ? "within" : "beyond") << '\n';
 }
 
-/// Seconds on the wall, or with CLOCK=processor those of all threads together: a busy machine hardly changes them.
-double now() {
-    static const char* const wanted = std::getenv("CLOCK");
-    static const bool processor = wanted && std::string(wanted) == "processor";
-    timespec time{};
-    clock_gettime(processor ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_MONOTONIC, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 /// The median of several runs, in seconds. The first one compiles and is not counted.
 double seconds_of(const Device& device, int runs, const std::function<void()>& action) {
     std::vector<double> times;
     for (int run = 0; run <= runs; ++run) {
-        const double start = now();
+        const double start = seconds_now();
         action();
         device.finish();
-        times.push_back(now() - start);
+        times.push_back(seconds_now() - start);
     }
     times.erase(times.begin());
     std::ranges::nth_element(times, times.begin() + runs / 2);
