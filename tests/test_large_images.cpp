@@ -8,6 +8,7 @@
 
 #include <fathom/fathom.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -201,6 +202,53 @@ TEST_CASE("8-bit depth that passes 2^31 elements has the bits of its parts", "[l
         CHECK(same_bits(floats(fog(part, picture, {.density = 0.1})), floats(fog(same, picture, {.density = 0.1}))));
         CHECK(same_bits(floats(dof(part, picture, near_lens)), floats(dof(same, picture, near_lens))));
         CHECK(same_bits(floats(ssao(part, 0.002).visibility), floats(ssao(same, 0.002).visibility)));
+    }
+}
+
+TEST_CASE("a whole picture of more than 2^31 elements has the bits of its parts", "[large][exhaustive]") {
+    constexpr int width = 65537, height = 11000;
+    constexpr std::size_t columns = width, pixels = columns * height, elements = 3 * pixels;
+    static_assert(elements > 0x80000000);
+    const Device device = Device::open("cpu");
+    if (!takes(device, elements)) {
+        WARN("skipped: the device does not take " << elements << " bytes at once");
+        return;
+    }
+    Camera camera = metric_camera(width, height);
+    camera.scale = 0.01;
+    const std::unique_ptr<std::uint8_t[]> depth(new std::uint8_t[pixels]), colors(new std::uint8_t[elements]),
+        results(new std::uint8_t[elements]);
+    std::uint32_t state = 7; // a row and a column tell nothing of their neighbours
+    const auto next = [&state] { return static_cast<std::uint8_t>((state = state * 1664525u + 1013904223u) >> 24); };
+    std::generate(depth.get(), depth.get() + pixels, next);
+    std::generate(colors.get(), colors.get() + elements, next);
+    const FogOptions fog_options{.density = 0.4};
+    const StoredDepth stored{Image::from_host(device, Element::u8, depth.get(), {width, height}), camera,
+                             Storage::uint8};
+    const Image picture = Image::from_host(device, Element::u8, colors.get(), {width, height, 3}),
+                result = Image::from_host(device, Element::u8, results.get(), {width, height, 3});
+    fog(stored, picture, result, fog_options);
+    device.finish();
+    const auto rows_of = [&](const std::unique_ptr<std::uint8_t[]>& of, int channels, const Region& part) {
+        std::vector<std::uint8_t> rows;
+        for (int y = part.y; y < part.y + part.height; ++y) {
+            const auto* row = of.get() + (static_cast<std::size_t>(y) * columns + static_cast<std::size_t>(part.x)) *
+                                             static_cast<std::size_t>(channels);
+            rows.insert(rows.end(), row, row + part.width * channels);
+        }
+        return rows;
+    };
+    for (const Region& part : parts_of(width, height, 300, 100)) {
+        INFO("from " << part.x << ", " << part.y << " on");
+        const auto its_depth = rows_of(depth, 1, part), its_colors = rows_of(colors, 3, part);
+        const StoredDepth alone{Image::from_host(device, Element::u8, its_depth.data(), {part.width, part.height}),
+                                camera, Storage::uint8, part.x, part.y};
+        const Image foggy = fog(
+            alone, Image::from_host(device, Element::u8, its_colors.data(), {part.width, part.height, 3}), fog_options);
+        std::vector<std::uint8_t> expected(its_colors.size());
+        foggy.download(expected.data());
+        CHECK(expected != its_colors);
+        CHECK(rows_of(results, 3, part) == expected);
     }
 }
 

@@ -79,7 +79,9 @@ std::optional<std::size_t> bytes_of(std::string text) {
         factor = std::pow(1024.0, static_cast<double>(unit + 1));
         text.pop_back();
     }
-    const bool good = CLI::detail::lexical_cast(text, number) && number > 0 && number * factor < 1e18;
+    const bool decimal = text.find_first_not_of("0123456789.") == std::string::npos;
+    const bool good =
+        decimal && CLI::detail::lexical_cast(text, number) && number * factor >= 1 && number * factor < 1e18;
     return good ? std::optional(static_cast<std::size_t>(std::ceil(number * factor))) : std::nullopt;
 }
 

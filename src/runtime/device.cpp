@@ -121,10 +121,21 @@ const Found& choose(const std::vector<Found>& found, const std::string& wanted, 
     throw NoDevice(text("no OpenCL device answers to \"", wanted, "\"; there is: ", names));
 }
 
+/// Has this processor AVX but not AVX2? Its native vectors are as wide, and ssao takes 0.52 of the time with 4 pixels.
+bool has_avx_alone() {
+#if defined(__x86_64__) || defined(__i386__)
+    return __builtin_cpu_supports("avx") && !__builtin_cpu_supports("avx2");
+#else
+    return false;
+#endif
+}
+
 DeviceOptions completed(DeviceOptions options, const DeviceInfo& info) {
     // The native width, but 16 where that is 8: dof takes 0.69 of the time there. At 4, ssao takes 0.61 of what it takes at 16.
     if (options.vector_width == 0)
-        options.vector_width = !info.cpu || info.native_vector_width < 4 ? 1 : info.native_vector_width < 8 ? 4 : 16;
+        options.vector_width = !info.cpu || info.native_vector_width < 4         ? 1
+                               : info.native_vector_width < 8 || has_avx_alone() ? 4
+                                                                                 : 16;
     if (options.group_size == 0)
         options.group_size = 64;
     if (options.arithmetic == Arithmetic::automatic) {

@@ -150,29 +150,49 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
     using Images = std::vector<Image>;
     run("linearize", [&] { return Images{linearize(depth).image}; });
     run("unproject", [&] { return Images{unproject(depth)}; });
-    run("normals", [&] { return Images{normals(depth)}; });
+    run("normals", [&] {
+        return Images{normals(depth), index % 4 == 2 ? normals(depth, {.noise = 1e-3}) : Image{},
+                      index % 4 == 3 ? normals(depth, {.method = NormalMethod::least_squares}) : Image{}};
+    });
     run("ssao", [&] {
         const Occlusion open =
             ssao(depth, 0.75, {.quality = quality, .bent_normal = index % 2 == 1, .confidence = index % 4 == 1});
-        return Images{open.visibility, open.bent_normal, open.confidence};
+        const Image thick = index % 5 == 0
+                                ? ssao(depth, 0.75, {.quality = quality, .thickness_from_silhouette = true}).visibility
+                                : Image{};
+        return Images{open.visibility, open.bent_normal, open.confidence, thick};
     });
     run("dof_masks", [&] {
-        const DofMasks masks = dof_masks(depth, lens, {.max_near_coc = true, .near_alpha = true, .disocclusion = true});
-        return Images{masks.coc,          masks.near_weight, masks.far_weight,
-                      masks.max_near_coc, masks.near_alpha,  masks.disocclusion};
+        const DofMasks masks = dof_masks(
+            depth, lens, {.max_near_coc = true, .near_alpha = true, .disocclusion = true, .mixed_pixels = true});
+        return Images{masks.coc,        masks.near_weight,  masks.far_weight,  masks.max_near_coc,
+                      masks.near_alpha, masks.disocclusion, masks.mixed_pixels};
     });
     run("dof", [&] { return Images{dof(depth, picture, lens, {.quality = quality})}; });
     run("fog", [&] { return Images{fog(depth, picture, {.density = 0.02})}; });
     return all;
 }
 
-void write_results(const Device& device, const std::string& path, int scenes, int largest) {
+/// Bands of rows, which a budget asks for.
+void add_bands(std::map<std::string, Values>& all, const Device& banded, const Scene& scene) {
+    const StoredDepth depth = scene.on(banded);
+    compile_for("ssao");
+    add(all["ssao"], ssao(depth, 0.05, {.quality = Quality::fast}).visibility);
+    compile_for("dof");
+    add(all["dof"], dof(depth, scene.picture(banded), {.k = 2, .g = 10}, {.quality = Quality::fast}));
+}
+
+/// `banded`: the same device with a memory budget.
+void write_results(const Device& device, const Device& banded, const std::string& path, int scenes, int largest) {
     std::ofstream file(path, std::ios::binary);
     std::mt19937 random(7);
     for (int index = 0; index < scenes; ++index) {
         const int width = std::min(largest, index == 0 ? 161 : 1 + static_cast<int>(random() % 161)),
                   height = std::min(largest, index == 0 ? 121 : 1 + static_cast<int>(random() % 121));
-        for (const auto& [name, values] : results_of(device, index, scene(index, width, height))) {
+        auto all = results_of(device, index, scene(index, width, height));
+        if (index == 0 && width > 100) // not on a simulated device
+            add_bands(all, banded, scene(index, 161, 600));
+        for (const auto& [name, values] : all) {
             const std::uint64_t count = values.size();
             file << name << ' ' << index << ' ' << width << ' ' << height << ' ' << count << '\n';
             file.write(reinterpret_cast<const char*>(values.data()),
@@ -339,15 +359,19 @@ int main(int count, char* arguments[]) {
         }
         const char* const wanted = std::getenv("DEVICE");
         const char* const sums = std::getenv("ARITHMETIC");
-        const Device device = Device::open(
-            wanted ? wanted : "cpu",
-            {.arithmetic = sums && std::string(sums) == "two_float" ? Arithmetic::two_float : Arithmetic::automatic,
-             .vector_width = number_or(std::getenv("LANES"), 0)});
+        DeviceOptions options{.arithmetic = sums && std::string(sums) == "two_float" ? Arithmetic::two_float
+                                                                                     : Arithmetic::automatic,
+                              .vector_width = number_or(std::getenv("LANES"), 0)};
+        const std::string name = wanted ? wanted : "cpu";
+        const Device device = Device::open(name, options);
+        options.memory_budget = std::size_t{5} << 20; // the least of these bands
         std::cout << "device\t" << device.info().name << '\t' << device.info().version << '\t'
                   << device.options().vector_width << '\t' << driver_version(device) << '\n';
         if (what == "results" && argument(2)) {
             std::cout << "probe\t" << to_string(probe_arithmetic(device)) << std::endl;
-            write_results(device, argument(2), number_or(argument(3), 20), number_or(argument(4), 161));
+            std::cout << "sums\t" << (device.options().arithmetic == Arithmetic::fp64 ? "fp64" : "two_float") << '\n';
+            write_results(device, Device::open(name, options), argument(2), number_or(argument(3), 20),
+                          number_or(argument(4), 161));
         } else if (what == "times") {
             time_operations(device, number_or(argument(2), 1920), number_or(argument(3), 1080));
         } else {
