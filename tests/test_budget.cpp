@@ -158,7 +158,7 @@ TEST_CASE("bands of rows that reach differently are of one height, and keep to t
     } catch (const Error& error) {
         message = error.what();
     }
-    CHECK(message == "this needs a memory budget of 1 MiB, and has 0; raise it");
+    CHECK(message == "this needs a memory budget of 1 MiB, and has less than 1; raise it");
 }
 
 // The oracle: points of the sphere, projected.
@@ -391,7 +391,7 @@ TEST_CASE("near field: the least budget is one row of blocks, and does not grow 
             CHECK(device.state().most_scratch_bytes <= weights + tables);
         }
         CHECK_THROWS_WITH(masks(device_with(weights)),
-                          "dof_masks of 45 x 1100 pixels needs a memory budget of 1 MiB, and has 0; raise it");
+                          "dof_masks of 45 x 1100 pixels needs a memory budget of 1 MiB, and has less than 1; raise it");
     }
 }
 

@@ -7,6 +7,7 @@
 #include <fathom/error.hpp>
 
 #include <algorithm>
+#include <string>
 
 namespace fathom {
 
@@ -46,7 +47,7 @@ std::vector<Band> bands_of(const ReachingRows& rows, int height) {
 void refuse_budget(std::string_view what, std::size_t needed, std::size_t budget) {
     constexpr std::size_t mebibyte = std::size_t{1} << 20;
     throw Error(text(what, " needs a memory budget of ", (needed + mebibyte - 1) / mebibyte, " MiB, and has ",
-                     budget / mebibyte, "; raise it"));
+                     budget < mebibyte ? "less than 1" : std::to_string(budget / mebibyte), "; raise it"));
 }
 
 std::vector<Band> bands_within(const ReachingRows& rows, const std::function<std::size_t(int read, int made)>& bytes,
