@@ -122,7 +122,7 @@ void check(const std::vector<Subject>& subjects) {
                         if (const auto at = static_cast<std::size_t>(y * width + x); of_depth)
                             inputs.depth[at] = special;
                         else
-                            inputs.color[3 * at + 1] = special;
+                            inputs.color[3 * at + at % 3] = special; // a channel of its own at each place
                     const Reach reach = reach_of(subject, before, results(device, inputs, subject.run));
                     INFO(subject.name << ", " << special << " in " << (of_depth ? "depth" : "color") << ", "
                                       << vector_width << " pixels a work-item: as far as " << reach.columns
@@ -195,7 +195,16 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of o
          }},
         {"ssao in half resolution where it is worth it", std::max(ssao_block_halo, long_rays),
          std::max(ssao_block_halo, long_rays),
-         [=](const StoredDepth& depth, const Image&) { return visibility(depth, {}); }}};
+         [=](const StoredDepth& depth, const Image&) { return visibility(depth, {}); }},
+        {"ssao in half resolution", std::max(ssao_block_halo, long_rays), std::max(ssao_block_halo, long_rays),
+         [=](const StoredDepth& depth, const Image&) { return visibility(depth, true); }},
+        {"ssao with normals, a second layer of depth and a map of thicknesses", rays + normals_reach_neighbours,
+         rays + normals_reach_neighbours, [](const StoredDepth& depth, const Image&) {
+             const Image given = normals(depth, {.method = NormalMethod::neighbours}), z = linearize(depth).image;
+             return std::vector{
+                 ssao(depth, radius, {.back_depth = depth, .half_resolution = false, .normals = given}).visibility,
+                 ssao(depth, radius, {.thickness_map = z, .half_resolution = false, .normals = given}).visibility};
+         }}};
     // The masks of discs, and the means along an axis that tell mixed pixels.
     subjects.push_back({"dof_masks", circle + tile, circle + tile, [=](const StoredDepth& depth, const Image&) {
                             const DofMasks all = dof_masks(depth, lens,
@@ -217,5 +226,12 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of o
                             },
                             true});
     }
+    constexpr int far = 3 * circle + 1;
+    subjects.push_back({"dof with a clean plate", far + dof_halo_columns, far + dof_halo_rows,
+                        [=](const StoredDepth& depth, const Image& color) {
+                            const DofOptions with_plate{.max_coc_px = lens_px, .clean_plate = CleanPlate{color, depth}};
+                            return std::vector{dof(depth, color, lens, with_plate)};
+                        },
+                        true});
     check(subjects);
 }
