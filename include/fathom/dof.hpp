@@ -68,6 +68,7 @@ inline constexpr double dof_edge_rms_error = 0.003;
 /// Accuracy: `dof_edge_error`, `dof_edge_rms_error` for one edge. Balanced is not exact where one edge occludes another: the
 /// error is up to a third of the colour step. Accurate is exact there if a single edge cuts the lens and the surface behind
 /// goes on as it is seen beside the edge. Several edges are approximate, and a surface behind a second edge is not continued.
+/// `inexact::dof_error` more on a device that is not exact (probe.hpp).
 /// Throws: std::invalid_argument for options out of range and images that do not fit; Error from the device.
 /// Source: thin lens, Potmesil and Chakravarty 1981; layers by circle of confusion, Scofield 1992, Kraus and Strengert 2007;
 /// the alpha of a layer and the colour of a hidden surface as derived in docs/depth-of-field.md.

@@ -89,7 +89,8 @@ struct DofMasks {
 /// and no weight, so the sum of the weights is also the validity. `sky` says what the background is. Same bits for any vector
 /// width and group size. A region has the same bits too, except for the masks that look around a pixel: they see no farther
 /// than the given image, and cost more for larger discs.
-/// Accuracy: `coc_ulp`. Depth-buffer values of a perspective need no division, even with an oblique near plane.
+/// Accuracy: `coc_ulp`; `inexact::dof_masks_error` more on a device that is not exact (probe.hpp). Depth-buffer values of a
+/// perspective need no division, even with an oblique near plane.
 /// Throws: std::invalid_argument for options out of range and a circle that is not this camera's; Error from the device.
 /// Source: Potmesil and Chakravarty 1981; affine in the stored value because 1/z is, by Popov 2016, eq. 5, 6:
 /// docs/depth-of-field.md.

@@ -52,7 +52,7 @@ inline constexpr double fog_error = 4 * 0x1p-24;
 /// The alpha stays as it is. A pixel with an invalid depth keeps its colour, and so does a value that is not finite. The
 /// background is infinitely far: uniform fog hides it, height fog hides it along level rays and downwards; see `sky`.
 /// Same bits for any vector width, group size and region.
-/// Accuracy: `fog_error`, for floats.
+/// Accuracy: `fog_error`, for floats; `inexact::fog_error` more on a device that is not exact (probe.hpp).
 /// Throws: std::invalid_argument for options out of range, images that do not fit or share memory, and height fog of a
 /// camera without a view matrix; Error from the device.
 /// Source: Wenzel 2006, "Real-time Atmospheric Effects in Games" (height fog in closed form).

@@ -32,7 +32,7 @@ inline constexpr double exponential_least_two_float = 0x1p-100;
 /// Background becomes +inf (or what `options.background` says); NaN, values outside the stored range and, for a
 /// perspective, z ≤ 0 become NaN. Rows stay in the order of the input. Same bits for any vector width, group size or region.
 /// Accuracy: `linearize_ulp_fp64`, `linearize_ulp_two_float`, `linearize_ulp_exponential`, `linearize_ulp_ray_distance`,
-/// and the condition terms above.
+/// and the condition terms above; `inexact::linearize_ulp` more on a device that is not exact (probe.hpp).
 /// Throws: std::invalid_argument for a camera that does not fit the image or cannot be decoded; Error from the device.
 /// Source: Popov 2016, eq. 1, 3 and 5–9, as derived in docs/camera.md.
 ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options = {}, const Launch& launch = {});

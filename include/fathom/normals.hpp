@@ -56,6 +56,7 @@ inline constexpr double normals_length_error = 4 * 0x1p-24;
 /// or of `camera.depth_bits`), which removes noise and keeps edges. If rounding is small, as on a curved surface of float
 /// depth, the result is the neighbours' normal.
 /// Accuracy: `normals_slope_error`, `normals_length_error`; with noise `normals_noise_error_deg`.
+/// `inexact::normals_error` more on a device that is not exact (probe.hpp).
 /// Throws: std::invalid_argument for world space without a view matrix, for channels other than 3 and 4, for a tolerance
 /// that is not above 0, for noise that is not from 0 to less than 1, and for noise together with `max_error`.
 /// Source: two-tap extrapolation by atyuwen, "Accurate Normal Reconstruction from Depth Buffer", 2020; that 1/z is affine on

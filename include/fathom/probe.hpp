@@ -25,7 +25,7 @@ struct DeviceArithmetic {
 };
 
 /// The most by which the results of a device that is not exact were seen to differ from those of one that is, with some room:
-/// scripts/test-devices fails beyond them. Quotients of linearize and unproject are corrected by what they leave over, so that
+/// scripts/test-devices fails beyond them. They were measured where quotients are 1 unit in the last place off. Quotients of linearize and unproject are corrected by what they leave over, so that
 /// their errors stay those of their headers plus this; fog and dof are fractions of the brightest value, normals are unit
 /// vectors, coc is in pixels, and one sector of ssao more or less is a part in some hundreds. Where all that is wrong is that
 /// denormals become 0, numbers are the same, but for such.

@@ -87,7 +87,8 @@ struct Occlusion {
 /// In: one stored value a pixel, and the length of the rays in scene units. Objects farther away than `radius` occlude
 /// nothing. Out: visibility from 0 to 1. The background has visibility 1, bent normal (0, 0, 0) and confidence 1. Invalid
 /// pixels have NaN in every result. A radius of less than a pixel gives 1.
-/// Accuracy: `ssao_plane_error` for a surface that nothing rises above, under every camera and at tilts to 80°.
+/// Accuracy: `ssao_plane_error` for a surface that nothing rises above, under every camera and at tilts to 80°;
+/// `inexact::ssao_error` more on a device that is not exact (probe.hpp).
 /// Throws: std::invalid_argument for a radius that is not above 0 or not finite, for options out of range and for images
 /// whose size does not fit; Error from the device.
 /// Source: slices and their measure, Jimenez et al. 2016; sectors as bits, Therrien et al. 2023.

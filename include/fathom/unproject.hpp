@@ -24,7 +24,8 @@ inline constexpr double unproject_relative_error = 4 * 0x1p-24;
 ///
 /// In: one stored value a pixel. Out: x, y, z (and w) interleaved floats in the projection's axes or in the world's,
 /// scene units. Invalid and background pixels have NaN in x, y, z.
-/// Accuracy: `unproject_relative_error`, plus the condition term of `linearize`.
+/// Accuracy: `unproject_relative_error`, plus the condition term of `linearize`;
+/// `inexact::unproject_ulp` more on a device that is not exact (probe.hpp).
 /// Throws: std::invalid_argument for world space without a view matrix, and for channels other than 3 and 4.
 /// Source: Lenaerts 2014, reconstructing positions from the depth buffer, part 2; rays as derived in docs/camera.md.
 Image unproject(const StoredDepth& stored, const UnprojectOptions& options = {}, const Launch& launch = {});
