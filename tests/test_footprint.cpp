@@ -122,7 +122,7 @@ void check(const std::vector<Subject>& subjects) {
                         if (const auto at = static_cast<std::size_t>(y * width + x); of_depth)
                             inputs.depth[at] = special;
                         else
-                            inputs.color[3 * at + at % 3] = special; // a channel of its own at each place
+                            inputs.color[3 * at + at % 3] = special; // the places have all three channels
                     const Reach reach = reach_of(subject, before, results(device, inputs, subject.run));
                     INFO(subject.name << ", " << special << " in " << (of_depth ? "depth" : "color") << ", "
                                       << vector_width << " pixels a work-item: as far as " << reach.columns

@@ -15,6 +15,7 @@
 #include <functional>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -145,19 +146,24 @@ namespace {
 constexpr CircleOfConfusion near_lens{.k = 200, .g = 608}; // circles of -2.7 pixels and more, from 3 m on
 constexpr DofMasksOptions near_field{.weights = false, .near_alpha = true, .disocclusion = true};
 
-Camera metric_camera(int width, int height) {
+Camera metric_camera(int width, int height, double scale = 1) {
     Camera camera;
     camera.width = width;
     camera.height = height;
     camera.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000});
     camera.encoding = Encoding::view_z;
+    camera.scale = scale;
     return camera;
 }
 
-// Drivers take a quarter of the memory at once, or so.
-bool takes(const Device& device, std::size_t bytes) {
+// The device, if it takes so many bytes at once: drivers take a quarter of the memory, or so.
+std::optional<Device> device_for(std::size_t bytes) {
+    const Device device = Device::open("cpu");
     const cl::Device target(runtime::queue_of(device).getInfo<CL_QUEUE_DEVICE>());
-    return target.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>() >= bytes;
+    if (target.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>() >= bytes)
+        return device;
+    WARN("skipped: the device does not take " << bytes << " bytes at once");
+    return std::nullopt;
 }
 
 } // namespace
@@ -167,22 +173,19 @@ TEST_CASE("8-bit depth that passes 2^31 elements has the bits of its parts", "[l
     constexpr int width = 65537, height = 33000, rows = 24;
     constexpr std::size_t columns = width, elements = columns * height;
     static_assert(elements > 0x80000000);
-    const Device device = Device::open("cpu");
-    if (!takes(device, elements)) {
-        WARN("skipped: the device does not take " << elements << " bytes at once");
+    const auto device = device_for(elements);
+    if (!device)
         return;
-    }
-    Camera camera = metric_camera(width, height);
-    camera.scale = 0.01;
+    const Camera camera = metric_camera(width, height, 0.01);
     const std::unique_ptr<std::uint8_t[]> depth(new std::uint8_t[elements]);
-    const StoredDepth stored{Image::from_host(device, Element::u8, depth.get(), {width, height}), camera,
+    const StoredDepth stored{Image::from_host(*device, Element::u8, depth.get(), {width, height}), camera,
                              Storage::uint8};
     std::vector<std::uint8_t> alone(columns * rows);
     Floats colors(width, rows, 3);
     for (int y = 0; y < rows; ++y)
         for (int i = 0; i < 3 * width; ++i)
             colors.row(y)[i] = static_cast<float>((i * 7919LL + y * 104729LL) % 1024) / 1024.0f;
-    const Image picture = colors.on(device);
+    const Image picture = colors.on(*device);
     for (const int top : {0, height / 2, height - rows}) {
         for (int y = 0; y < rows; ++y)
             for (int x = 0; x < width; ++x)
@@ -190,7 +193,7 @@ TEST_CASE("8-bit depth that passes 2^31 elements has the bits of its parts", "[l
                     static_cast<std::uint8_t>((x + y) % 997 == 0 ? 0 : 250 + (x / 37 + y / 5) % 6);
         std::copy(alone.begin(), alone.end(), depth.get() + static_cast<std::size_t>(top) * columns);
         const StoredDepth part = stored.region(0, top, width, rows);
-        const StoredDepth same{Image::from_host(device, Element::u8, alone.data(), {width, rows}), camera,
+        const StoredDepth same{Image::from_host(*device, Element::u8, alone.data(), {width, rows}), camera,
                                Storage::uint8, 0, top};
         CHECK(same_bits(floats(linearize(part).image), floats(linearize(same).image)));
         CHECK(same_bits(floats(unproject(part)), floats(unproject(same))));
@@ -209,13 +212,10 @@ TEST_CASE("a whole picture of more than 2^31 elements has the bits of its parts"
     constexpr int width = 65537, height = 11000;
     constexpr std::size_t columns = width, pixels = columns * height, elements = 3 * pixels;
     static_assert(elements > 0x80000000);
-    const Device device = Device::open("cpu");
-    if (!takes(device, elements)) {
-        WARN("skipped: the device does not take " << elements << " bytes at once");
+    const auto device = device_for(elements);
+    if (!device)
         return;
-    }
-    Camera camera = metric_camera(width, height);
-    camera.scale = 0.01;
+    const Camera camera = metric_camera(width, height, 0.01);
     const std::unique_ptr<std::uint8_t[]> depth(new std::uint8_t[pixels]), colors(new std::uint8_t[elements]),
         results(new std::uint8_t[elements]);
     std::uint32_t state = 7; // a row and a column tell nothing of their neighbours
@@ -223,12 +223,12 @@ TEST_CASE("a whole picture of more than 2^31 elements has the bits of its parts"
     std::generate(depth.get(), depth.get() + pixels, next);
     std::generate(colors.get(), colors.get() + elements, next);
     const FogOptions fog_options{.density = 0.4};
-    const StoredDepth stored{Image::from_host(device, Element::u8, depth.get(), {width, height}), camera,
+    const StoredDepth stored{Image::from_host(*device, Element::u8, depth.get(), {width, height}), camera,
                              Storage::uint8};
-    const Image picture = Image::from_host(device, Element::u8, colors.get(), {width, height, 3}),
-                result = Image::from_host(device, Element::u8, results.get(), {width, height, 3});
+    const Image picture = Image::from_host(*device, Element::u8, colors.get(), {width, height, 3}),
+                result = Image::from_host(*device, Element::u8, results.get(), {width, height, 3});
     fog(stored, picture, result, fog_options);
-    device.finish();
+    device->finish();
     const auto rows_of = [&](const std::unique_ptr<std::uint8_t[]>& of, int channels, const Region& part) {
         std::vector<std::uint8_t> rows;
         for (int y = part.y; y < part.y + part.height; ++y) {
@@ -241,10 +241,11 @@ TEST_CASE("a whole picture of more than 2^31 elements has the bits of its parts"
     for (const Region& part : parts_of(width, height, 300, 100)) {
         INFO("from " << part.x << ", " << part.y << " on");
         const auto its_depth = rows_of(depth, 1, part), its_colors = rows_of(colors, 3, part);
-        const StoredDepth alone{Image::from_host(device, Element::u8, its_depth.data(), {part.width, part.height}),
+        const StoredDepth alone{Image::from_host(*device, Element::u8, its_depth.data(), {part.width, part.height}),
                                 camera, Storage::uint8, part.x, part.y};
-        const Image foggy = fog(
-            alone, Image::from_host(device, Element::u8, its_colors.data(), {part.width, part.height, 3}), fog_options);
+        const Image foggy =
+            fog(alone, Image::from_host(*device, Element::u8, its_colors.data(), {part.width, part.height, 3}),
+                fog_options);
         std::vector<std::uint8_t> expected(its_colors.size());
         foggy.download(expected.data());
         CHECK(expected != its_colors);
@@ -256,17 +257,14 @@ TEST_CASE("three channels that pass 2^31 elements have the bits of their parts",
     // Depth lies in single rows only, and so do the results that are looked at: the memory between them is never touched.
     constexpr int width = 65537, height = 11000, rows = 24;
     static_assert(3LL * width * height > 0x80000000LL);
-    const Device device = Device::open("cpu");
-    constexpr std::size_t bytes = sizeof(float) * 3 * width * height;
-    if (!takes(device, bytes)) {
-        WARN("skipped: the device does not take " << bytes << " bytes at once");
+    const auto device = device_for(sizeof(float) * 3 * width * height);
+    if (!device)
         return;
-    }
     const Camera camera = metric_camera(width, height);
     Floats depth(width, height), positions(width, height, 3);
-    const StoredDepth stored{depth.on(device), camera};
-    const Image result = positions.on(device);
-    const Image masks = Image::from_host(device, Element::f32, positions.row(0), {3 * width, height});
+    const StoredDepth stored{depth.on(*device), camera};
+    const Image result = positions.on(*device);
+    const Image masks = Image::from_host(*device, Element::f32, positions.row(0), {3 * width, height});
     for (const int top : {0, height / 2, height - rows}) {
         for (int y = top; y < top + rows; ++y)
             for (int x = 0; x < width; ++x)
@@ -275,7 +273,7 @@ TEST_CASE("three channels that pass 2^31 elements have the bits of their parts",
         Floats alone(width, rows);
         for (int y = 0; y < rows; ++y)
             std::copy(depth.row(top + y), depth.row(top + y) + width, alone.row(y));
-        const StoredDepth same{alone.on(device), camera, Storage::float32, 0, top};
+        const StoredDepth same{alone.on(*device), camera, Storage::float32, 0, top};
         const Image there = result.region(0, top, width, rows);
         unproject(part, there);
         CHECK(same_bits(floats(there), floats(unproject(same))));

@@ -22,7 +22,7 @@ void check(const std::filesystem::path& file, const cv::Mat& attribute, const cv
 }
 
 /// The colours of pixels as codes from 0 to 255, in the order B, G, R.
-cv::Mat codes_of_points(const cv::Mat& colors) {
+cv::Mat color_codes(const cv::Mat& colors) {
     cv::Mat light = colors.clone(), codes;
     unpremultiply(light);
     from_linear(light, ColorEncoding::srgb);
@@ -46,7 +46,7 @@ Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, con
         check(file, normals, positions, "normals");
     if (!colors.empty())
         check(file, colors, positions, "colours");
-    const cv::Mat codes = colors.empty() ? cv::Mat() : codes_of_points(colors);
+    const cv::Mat codes = colors.empty() ? cv::Mat() : color_codes(colors);
     const auto for_each_point = [&](const auto& use) {
         for (int y = 0; y < positions.rows; ++y)
             for (int x = 0; x < positions.cols; ++x)
