@@ -50,7 +50,7 @@ TEST_CASE("disks: inspect names a disk that fails while it looks for a camera", 
                         [&](const Outcome& outcome) { CHECK((outcome.code == 1 || outcome.out == whole)); });
 }
 
-TEST_CASE("disks: a report is made of all that is there, or not at all", "[slow]") {
+TEST_CASE("disks: a report is made of all that is there, or not at all", "[exhaustive]") {
     if (cannot_trace())
         return;
     const Folder folder;

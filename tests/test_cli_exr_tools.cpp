@@ -94,7 +94,7 @@ const std::vector<Made> files{
 
 } // namespace
 
-TEST_CASE("exr tools: headers and windows of files from OpenImageIO's and OpenEXR's tools survive", "[slow]") {
+TEST_CASE("exr tools: headers and windows of files from OpenImageIO's and OpenEXR's tools survive", "[exhaustive]") {
     for (const char* program : {"oiiotool", "exrmaketiled"})
         if (!is_installed(program)) {
             WARN("skipped: there is no " << program << " (openimageio-tools and openexr)");

@@ -1015,7 +1015,7 @@ TEST_CASE("mistakes: several channels that could be depth are told, unless one o
     }
 }
 
-TEST_CASE("mistakes: no random camera warns", "[slow]") {
+TEST_CASE("mistakes: no random camera warns", "[exhaustive]") {
     std::mt19937 random(7);
     const auto number = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
     const auto one_in = [&](int n) { return std::uniform_int_distribution(1, n)(random) == 1; };

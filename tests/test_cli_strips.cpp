@@ -197,7 +197,8 @@ TEST_CASE("strips: every operation, from TIFF of every kind", "[cli][slow]") {
                 continue;
             const std::string file = write_tiff(folder / "depth.tif", values, form);
             check_same(folder, {"linearize", file, "--camera", camera}, ".tif");
-            check_same(folder, {"normals", file, "--camera", camera}, ".exr");
+            if (values.depth() == CV_32F)
+                check_same(folder, {"normals", file, "--camera", camera}, ".exr");
         }
     const std::string file = write_tiff(folder / "depth.tif", depth, {.mode = "w8"});
     cv::Mat color(83, 61, CV_32FC3);
