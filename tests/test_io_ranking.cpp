@@ -1,6 +1,7 @@
 // What values could be, where nobody says it. The truth is each input's own description, or the formula that made it.
 #include "catch.hpp"
 #include "io_files.hpp"
+#include "places.hpp"
 #include "real_inputs.hpp"
 #include "scene/scene.hpp"
 
@@ -434,6 +435,10 @@ TEST_CASE("ranking: every camera file to start from is one") {
 
 TEST_CASE("ranking: 1920 x 1080 pixels take less than a second", "[slow]") {
     constexpr double most_seconds = 1;
+    if (places::sanitized) {
+        WARN("skipped: AddressSanitizer takes its time");
+        return;
+    }
     const Seen view = seen(scene::room(), 70, 1920, 1080);
     const DepthFile depth = sources()[1].stored(view);
     const auto start = std::chrono::steady_clock::now();
