@@ -4,6 +4,7 @@
 #include "images.hpp"
 
 #include <fathom/fathom.hpp>
+#include <fathom/relative.hpp>
 
 #include <array>
 #include <cmath>
@@ -54,11 +55,13 @@ struct Subject {
     int columns, rows; ///< of the footprint, on either side
     Operation run;
     bool takes_color = false;
+    Camera seen_by = camera();
 };
 
-std::vector<std::vector<float>> results(const Device& device, const Inputs& inputs, const Operation& run) {
+std::vector<std::vector<float>> results(const Device& device, const Inputs& inputs, const Operation& run,
+                                        const Camera& seen_by = camera()) {
     const Layout size{width, height, 1}, color_size{width, height, 3};
-    const StoredDepth stored{Image::from_host(device, Element::f32, inputs.depth.data(), size), camera()};
+    const StoredDepth stored{Image::from_host(device, Element::f32, inputs.depth.data(), size), seen_by};
     std::vector<std::vector<float>> all;
     for (const Image& image : run(stored, Image::from_host(device, Element::f32, inputs.color.data(), color_size)))
         all.push_back(images::floats(image));
@@ -106,24 +109,35 @@ Reach reach_of(const Subject& subject, const std::vector<std::vector<float>>& be
     return reach;
 }
 
+/// Metric depth is metres. Of the others every value between 0 and 1 is a depth.
+Inputs inputs_for(const Camera& camera) {
+    Inputs inputs;
+    if (camera.encoding != Encoding::view_z && camera.encoding != Encoding::ray_distance)
+        for (float& value : inputs.depth)
+            value /= 16;
+    return inputs;
+}
+
 void check(const std::vector<Subject>& subjects) {
     constexpr float infinity = std::numeric_limits<float>::infinity();
     for (const int vector_width : {1, 4, 8, 16}) {
         const Device device = Device::open("cpu", {.vector_width = vector_width});
         for (const Subject& subject : subjects) {
-            const auto before = results(device, Inputs(), subject.run);
+            const Inputs whole = inputs_for(subject.seen_by);
+            const auto before = results(device, whole, subject.run, subject.seen_by);
             Reach most;
             for (const float special : {std::numeric_limits<float>::quiet_NaN(), infinity, -infinity})
                 for (const bool of_depth : {true, false}) {
                     if (!of_depth && !subject.takes_color)
                         continue;
-                    Inputs inputs;
+                    Inputs inputs = whole;
                     for (const auto& [x, y] : places)
                         if (const auto at = static_cast<std::size_t>(y * width + x); of_depth)
                             inputs.depth[at] = special;
                         else
                             inputs.color[3 * at + at % 3] = special; // the places have all three channels
-                    const Reach reach = reach_of(subject, before, results(device, inputs, subject.run));
+                    const Reach reach =
+                        reach_of(subject, before, results(device, inputs, subject.run, subject.seen_by));
                     INFO(subject.name << ", " << special << " in " << (of_depth ? "depth" : "color") << ", "
                                       << vector_width << " pixels a work-item: as far as " << reach.columns
                                       << " columns, " << reach.rows << " rows");
@@ -233,5 +247,54 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of o
                             return std::vector{dof(depth, color, lens, with_plate)};
                         },
                         true});
+    check(subjects);
+}
+
+TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, however depth is stored") {
+    std::vector<Subject> subjects;
+    const auto add = [&](const std::string& name, const Camera& seen_by) {
+        subjects.push_back({"linearize, " + name, 0, 0,
+                            [](const StoredDepth& depth, const Image&) { return std::vector{linearize(depth).image}; },
+                            false, seen_by});
+        subjects.push_back({"unproject, " + name, 0, 0,
+                            [](const StoredDepth& depth, const Image&) { return std::vector{unproject(depth)}; }, false,
+                            seen_by});
+        subjects.push_back({"normals, " + name, normals_reach_least_squares, normals_reach_least_squares,
+                            [](const StoredDepth& depth, const Image&) { return std::vector{normals(depth)}; }, false,
+                            seen_by});
+    };
+    for (const auto& [name, encoding] : {std::pair{"window", Encoding::window},
+                                         {"ray distance", Encoding::ray_distance},
+                                         {"linear", Encoding::linear},
+                                         {"logarithmic", Encoding::logarithmic},
+                                         {"exponential", Encoding::exponential},
+                                         {"median", Encoding::median},
+                                         {"inverse", Encoding::inverse},
+                                         {"inverse range", Encoding::inverse_range}}) {
+        Camera seen_by = camera();
+        seen_by.encoding = encoding;
+        seen_by.near_plane = 0.5;
+        seen_by.far_plane = 100;
+        seen_by.median = 5;
+        add(name, seen_by);
+    }
+    Camera tilted = camera();
+    tilted.encoding = Encoding::window;
+    tilted.projection = with_oblique_near_plane(tilted.projection, Eigen::Vector4d(0.1, 0.2, -1, -0.6));
+    add("oblique near plane", tilted);
+    Camera parallel = camera();
+    parallel.encoding = Encoding::window;
+    parallel.projection = orthographic({-2, 2, -2, 2}, {0.5, 100});
+    add("orthographic", parallel);
+    const Camera relative = relative_camera(width, height, RelativeOrder::high_is_near);
+    constexpr double lens_px = 12;
+    constexpr int circle = static_cast<int>(lens_px / 2);
+    subjects.push_back({"dof of relative depth", circle + dof_halo_columns, circle + dof_halo_rows,
+                        [=](const StoredDepth& depth, const Image& color) {
+                            const CircleOfConfusion lens = relative_circle(60, 0.3, RelativeOrder::high_is_near);
+                            return std::vector{
+                                dof(depth, color, lens, {.quality = Quality::balanced, .max_coc_px = lens_px})};
+                        },
+                        true, relative});
     check(subjects);
 }
