@@ -74,7 +74,7 @@ constexpr std::array<std::array<int, 2>, 5> places{{{154, 150}, {155, 150}, {130
 /// How far a change went beyond the footprints, and how far it went.
 struct Reach {
     int columns = 0, rows = 0;
-    long beyond = 0;
+    long changed = 0, beyond = 0; // pixels of all images
 };
 
 Reach reach_of(const Subject& subject, const std::vector<std::vector<float>>& before,
@@ -91,6 +91,7 @@ Reach reach_of(const Subject& subject, const std::vector<std::vector<float>>& be
                     same &= same_bits(before[i][at + c], after[i][at + c]);
                 if (same)
                     continue;
+                ++reach.changed;
                 bool within = false;
                 int columns = width, rows = height; // of the nearest place
                 for (const auto& [column, row] : places) {
@@ -141,6 +142,7 @@ void check(const std::vector<Subject>& subjects) {
                     INFO(subject.name << ", " << special << " in " << (of_depth ? "depth" : "color") << ", "
                                       << vector_width << " pixels a work-item: as far as " << reach.columns
                                       << " columns, " << reach.rows << " rows");
+                    CHECK(reach.changed > 0);
                     CHECK(reach.beyond == 0);
                     most.columns = std::max(most.columns, reach.columns);
                     most.rows = std::max(most.rows, reach.rows);

@@ -436,7 +436,7 @@ TEST_CASE("ranking: every camera file to start from is one") {
 TEST_CASE("ranking: 1920 x 1080 pixels take less than a second", "[slow]") {
     constexpr double most_seconds = 1;
     if (places::sanitized) {
-        WARN("skipped: AddressSanitizer takes its time");
+        WARN("skipped: with AddressSanitizer all takes longer");
         return;
     }
     const Seen view = seen(scene::room(), 70, 1920, 1080);

@@ -1,5 +1,5 @@
 // Stands between a program and OpenCL's loader (LD_PRELOAD): in each kernel's source the line that keeps products and sums
-// apart becomes the text ROUNDING of the environment. So a device of PoCL rounds as OpenCL allows, and not as IEEE 754 says.
+// apart becomes the text ROUNDING of the environment. So a device of PoCL rounds otherwise than IEEE 754 says.
 
 #include <CL/cl.h>
 
