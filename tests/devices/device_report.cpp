@@ -4,7 +4,7 @@
 //   device_report compare FILE REFERENCE  compares two such files
 //   device_report times [WIDTH HEIGHT]    times each operation against a copy of the depth image
 // Each prints lines of fields with tabs between them. The environment chooses: DEVICE names the device, the CPU without it;
-// LANES is the vector width; ARITHMETIC=two_float does without double where there is double; CLOCK=processor times all threads.
+// ARITHMETIC=two_float does without double where there is double; CLOCK=processor times all threads.
 
 #include "compile_times.hpp"
 
@@ -360,8 +360,7 @@ int main(int count, char* arguments[]) {
         const char* const wanted = std::getenv("DEVICE");
         const char* const sums = std::getenv("ARITHMETIC");
         DeviceOptions options{.arithmetic = sums && std::string(sums) == "two_float" ? Arithmetic::two_float
-                                                                                     : Arithmetic::automatic,
-                              .vector_width = number_or(std::getenv("LANES"), 0)};
+                                                                                     : Arithmetic::automatic};
         const std::string name = wanted ? wanted : "cpu";
         const Device device = Device::open(name, options);
         options.memory_budget = std::size_t{5} << 20; // the least of these bands
