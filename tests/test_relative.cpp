@@ -5,7 +5,9 @@
 #include <fathom/relative.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <iostream>
 #include <random>
 
@@ -167,4 +169,39 @@ TEST_CASE("relative: a range in focus has one value, and the rest keeps its dist
     CHECK_THROWS_AS(flatten_range(values, {0.5, 0.25}), std::invalid_argument);
     CHECK_THROWS_AS(flatten_range(values, {-0.5, 0.25}), std::invalid_argument);
     CHECK_THROWS_AS(flatten_range(values, {0.5, NAN}), std::invalid_argument);
+}
+
+TEST_CASE("relative: NaN and infinity touch nothing beyond an edge of two steps", "[relative][footprint]") {
+    std::vector<float> clean;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            clean.push_back(static_cast<float>(std::round((x < width / 2 ? 100 : 30) + 0.11 * x + 0.07 * y)) / 255);
+    std::vector<float> specials = clean;
+    std::mt19937 random(5);
+    for (const float special : {not_a_number, INFINITY, -INFINITY})
+        for (int i = 0; i < 40; ++i) {
+            const auto x = i % 4 ? static_cast<int>(random() % (width / 2)) : width / 2 - 1; // some right at the edge
+            specials[random() % height * width + static_cast<std::size_t>(x)] = special;
+        }
+    std::vector<float> got = specials, expected = clean;
+    smooth_steps(got, width, height, 1 / 255.0);
+    smooth_steps(expected, width, height, 1 / 255.0);
+    int beside = 0;
+    for (std::size_t i = 0; i < got.size(); ++i)
+        if (!std::isfinite(specials[i]))
+            REQUIRE(std::bit_cast<std::uint32_t>(got[i]) == std::bit_cast<std::uint32_t>(specials[i]));
+        else if (i % width >= width / 2)
+            REQUIRE(got[i] == expected[i]);
+        else {
+            REQUIRE(std::abs(got[i] - clean[i]) * 255 <= 0.5f + 1e-4f);
+            beside += got[i] != expected[i];
+        }
+    CHECK(beside > 0);
+
+    got = specials;
+    flatten_range(got, {0.25, 0.5});
+    flatten_range(clean, {0.25, 0.5});
+    for (std::size_t i = 0; i < got.size(); ++i)
+        REQUIRE(std::bit_cast<std::uint32_t>(got[i]) ==
+                std::bit_cast<std::uint32_t>(std::isfinite(specials[i]) ? clean[i] : specials[i]));
 }
