@@ -331,7 +331,7 @@ std::string use_preset(JsonObject& json) {
     auto own = nlohmann::json::parse(preset->keys);
     if (own.contains("background") && json.holds("missing", own["background"]))
         own.erase("background"); // the file says what the value means
-    if (const auto encoding = json.string("encoding"); encoding && *encoding != own["encoding"])
+    if (const auto encoding = json.string("encoding"); encoding && own["encoding"] != nlohmann::json(*encoding))
         json.refuse_value("encoding", "contradicts the preset \"" + *name + "\", whose encoding is " +
                                           own["encoding"].dump() + "; leave one of the two out");
     json.fill_in(own);
