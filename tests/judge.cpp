@@ -70,10 +70,17 @@ std::vector<float> stored_values(const Subject& subject, const Truth& truth, con
     return values;
 }
 
+const std::vector<Arithmetic>& arithmetics() {
+    static const std::vector<Arithmetic> all = device(Arithmetic::automatic).info().fp64
+                                                   ? std::vector{Arithmetic::fp64, Arithmetic::two_float}
+                                                   : std::vector{Arithmetic::two_float};
+    return all;
+}
+
 const Device& device(Arithmetic arithmetic) {
-    static const Device fp64 = Device::open("cpu", {.arithmetic = Arithmetic::fp64});
+    static const Device automatic = Device::open("cpu");
     static const Device two_float = Device::open("cpu", {.arithmetic = Arithmetic::two_float});
-    return arithmetic == Arithmetic::fp64 ? fp64 : two_float;
+    return arithmetic == Arithmetic::two_float ? two_float : automatic;
 }
 
 const char* name(Arithmetic arithmetic) {

@@ -27,8 +27,14 @@ inline constexpr Patch default_patches[] = {{0, 0, 61, 33},
 /// values whose sums cancel.
 std::vector<float> stored_values(const Subject& subject, const Truth& truth, const Patch& patch, std::mt19937& random);
 
-/// Both arithmetics of the same device.
-const fathom::Device& device(fathom::Arithmetic arithmetic);
+/// What the device can sum with: double, where it has that, and two floats. The first is what it takes by itself.
+const std::vector<fathom::Arithmetic>& arithmetics();
+inline fathom::Arithmetic widest() {
+    return arithmetics().front();
+}
+
+/// The same device with either of them.
+const fathom::Device& device(fathom::Arithmetic arithmetic = widest());
 const char* name(fathom::Arithmetic arithmetic);
 
 /// Allowed: so many ulp, plus ε·κ, for stored values of at least this size (and 0).

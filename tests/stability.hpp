@@ -15,7 +15,6 @@ namespace fathom::stability {
 
 inline constexpr float infinity = std::numeric_limits<float>::infinity();
 inline constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
-inline constexpr Arithmetic arithmetics[] = {Arithmetic::fp64, Arithmetic::two_float};
 
 inline Camera camera_of(const Projection& projection, int width = 64, int height = 64) {
     return camera_over(projection, width, height);
@@ -24,7 +23,7 @@ inline Camera camera_of(const Projection& projection, int width = 64, int height
 /// Decodes stored values as one row of a camera that is as wide, at the camera's own top left.
 template <typename Value>
 std::vector<float> decoded(Camera camera, const std::vector<Value>& values, Storage storage = Storage::float32,
-                           Background background = Background::inf, Arithmetic arithmetic = Arithmetic::fp64) {
+                           Background background = Background::inf, Arithmetic arithmetic = oracle::widest()) {
     camera.width = static_cast<int>(values.size());
     camera.height = 1;
     std::vector<float> depth(values.size());
@@ -39,7 +38,7 @@ std::vector<float> decoded(Camera camera, const std::vector<Value>& values, Stor
 
 /// x, y, z of each of them.
 inline std::vector<float> unprojected(Camera camera, const std::vector<float>& values,
-                                      const UnprojectOptions& options = {}, Arithmetic arithmetic = Arithmetic::fp64) {
+                                      const UnprojectOptions& options = {}, Arithmetic arithmetic = oracle::widest()) {
     camera.width = static_cast<int>(values.size());
     camera.height = 1;
     std::vector<float> positions(values.size() * 3);

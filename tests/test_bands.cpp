@@ -106,7 +106,7 @@ TEST_CASE("bands make every row once and read what lies within their halo", "[ba
 TEST_CASE("ssao: bands keep the bits", "[ssao][bands]") {
     // So wide that planes are made in two bands and sums in five; a strip of rows takes one of each.
     constexpr int width = 8192, height = 1100, strip = 180, halo = 24;
-    const Device device = oracle::device(Arithmetic::fp64);
+    const Device device = oracle::device();
     const Steps steps(width, height);
     for (const Storage storage : {Storage::float32, Storage::uint16}) {
         const StoredDepth stored = steps.stored(device, storage);
@@ -124,7 +124,7 @@ TEST_CASE("ssao: bands keep the bits", "[ssao][bands]") {
 TEST_CASE("ssao: inverse depth in bands keeps the bits of blocks at half resolution", "[ssao][bands]") {
     // So large that each pass makes its own inverse depth; a strip of rows shares one.
     constexpr int width = 8192, height = 2304, strip = 1000, halo = ssao_block_halo;
-    const Device device = oracle::device(Arithmetic::fp64);
+    const Device device = oracle::device();
     const Steps steps(width, height);
     const StoredDepth stored = steps.stored(device, Storage::float32);
     SsaoCall options;
@@ -187,7 +187,7 @@ struct Blurred {
 
 TEST_CASE("dof: bands keep the bits", "[dof][bands][slow]") {
     constexpr int width = 200, height = 420, left = 3, top = 5;
-    const Device device = oracle::device(Arithmetic::fp64);
+    const Device device = oracle::device();
     for (const auto& [quality, most] : {std::pair{Quality::fast, 12.0},
                                         {Quality::fast, 90.0},
                                         {Quality::balanced, 12.0},

@@ -66,7 +66,7 @@ Camera camera_of(int width, int height) {
 }
 
 const Device& default_device() {
-    return oracle::device(Arithmetic::fp64);
+    return oracle::device();
 }
 
 /// All channels of the blurred picture.
@@ -715,7 +715,7 @@ TEST_CASE("dof: the same bits whatever the vector width and the groups, and ever
     for (const auto& [name, quality] : qualities) {
         std::vector<float> first[2]; // without a clean plate, and with it
         for (const auto& [vector_width, group_size] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}, {1, 1}}) {
-            const Device device = Device::open("cpu", {Arithmetic::fp64, vector_width, group_size});
+            const Device device = Device::open("cpu", {Arithmetic::automatic, vector_width, group_size});
             for (const bool plated : {false, true}) {
                 for (int run = 0; run < 2; ++run) {
                     DofOptions options{.quality = quality};
@@ -789,7 +789,7 @@ TEST_CASE("dof: large circles have the same bits for any vector width, and in a 
             INFO(name << (plated ? " with a clean plate" : ""));
             std::vector<float> whole;
             for (const auto& [vector_width, group_size] : {std::pair{16, 64}, {8, 64}, {4, 7}, {1, 64}}) {
-                const Device device = Device::open("cpu", {Arithmetic::fp64, vector_width, group_size});
+                const Device device = Device::open("cpu", {Arithmetic::automatic, vector_width, group_size});
                 DofOptions options{.quality = quality, .max_coc_px = static_cast<double>(most)};
                 if (plated)
                     options.clean_plate = clean_plate_of(behind, device);

@@ -150,7 +150,7 @@ std::vector<float> circles(const StoredDepth& stored, const CircleOfConfusion& c
 }
 
 void check(const std::string& label, const std::vector<Subject>& subjects) {
-    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         std::mt19937 random(11);
         Found error;
         oracle::Faults faults;
@@ -274,7 +274,7 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
     for (const Storage storage :
          {Storage::uint16, Storage::uint24, Storage::uint24_high, Storage::float16, Storage::rgb8_red_low}) {
         const bool same_codes = storage == Storage::uint24_high || storage == Storage::rgb8_red_low; // as uint24 holds
-        for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        for (const Arithmetic arithmetic : oracle::arithmetics()) {
             if (arithmetic == Arithmetic::two_float && storage != Storage::uint24)
                 continue; // the numbers that the codes are do not depend on it
             Found error;
@@ -334,7 +334,7 @@ Camera window_camera(int width, int height, DepthSpan span = {0.1, 100}) {
 }
 
 const Device& cpu() {
-    return oracle::device(Arithmetic::fp64);
+    return oracle::device();
 }
 
 struct Planes {
@@ -366,7 +366,7 @@ std::string message_of(const CircleOfConfusion& coc, const DofMasksOptions& opti
 
 TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[dof_masks]") {
     const CircleOfConfusion circle{20.3, 137, 0, false};
-    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         std::vector<Subject> subjects;
         for (const Encoding encoding : encodings)
             subjects.push_back(encoded(encoding));
@@ -599,7 +599,7 @@ TEST_CASE("dof_masks: same bits for every vector width, group size and region, o
             const DepthForm form = depth_form(subject.camera);
             const CircleOfConfusion coc = lens_of(subject.camera, form, 3);
             const DofMasksOptions options{.transition_px = 4};
-            for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+            for (const Arithmetic arithmetic : oracle::arithmetics()) {
                 if (arithmetic == Arithmetic::two_float && circle_form(form, coc) == CircleForm::recentred)
                     continue; // in floats either way
                 Planes first;

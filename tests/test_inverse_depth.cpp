@@ -148,7 +148,7 @@ Found judge(const Subject& subject) {
             exact[i] = static_cast<double>(rays.perspective ? covered / (z - rays.centre_depth) : -z);
     }
     Found found;
-    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         const Device& device = oracle::device(arithmetic);
         const Image image = Image::from_host(device, element_of(subject.storage), stored.data(), {width, height});
         runtime::Scratch scratch(device);
@@ -197,7 +197,7 @@ TEST_CASE("inverse depth: background is the farthest, and invalid pixels have no
         camera.height = 1;
         const CentreRays rays = centre_rays(camera_rays(camera));
         const float stored[] = {1.0f, std::numeric_limits<float>::quiet_NaN(), 0.5f};
-        for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        for (const Arithmetic arithmetic : oracle::arithmetics()) {
             const Device& device = oracle::device(arithmetic);
             runtime::Scratch scratch(device);
             float q[3];

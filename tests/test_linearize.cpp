@@ -119,8 +119,8 @@ StoredCodes random_codes(Storage storage, int count, std::mt19937& random) {
 }
 
 void check(const std::string& label, const std::vector<Subject>& subjects) {
-    CHECK(oracle::judge_all(label, subjects, Arithmetic::fp64) == "");
-    CHECK(oracle::judge_all(label, subjects, Arithmetic::two_float) == "");
+    for (const Arithmetic arithmetic : oracle::arithmetics())
+        CHECK(oracle::judge_all(label, subjects, arithmetic) == "");
 }
 
 } // namespace
@@ -320,7 +320,7 @@ TEST_CASE("linearize: every storage is decoded as its codes say", "[linearize][e
                                                             {Storage::bgr8_red_high, "bgr8-red-high"}};
     std::mt19937 random(7);
     for (const auto& [storage, storage_name] : storages) {
-        for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        for (const Arithmetic arithmetic : oracle::arithmetics()) {
             oracle::Worst worst;
             oracle::Faults faults;
             for (Subject subject : of_every_encoding()) {
@@ -348,8 +348,8 @@ TEST_CASE("linearize: every storage is decoded as its codes say", "[linearize][e
 TEST_CASE("linearize: background is compared bit for bit, before anything else", "[linearize]") {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const auto decode = [](const Camera& camera, std::vector<float> values, Background background) {
-        const Image image = Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, values.data(),
-                                             {static_cast<int>(values.size()), 1});
+        const Image image =
+            Image::from_host(oracle::device(), Element::f32, values.data(), {static_cast<int>(values.size()), 1});
         linearize({image, camera}, image, {background}), image.download(values.data());
         return values;
     };
@@ -394,7 +394,7 @@ TEST_CASE("linearize: what was not measured is invalid, and from background_from
     const Projection wide = perspective(1.0, 1.5, {0.5, 8}), box = orthographic({-1, 1, -1, 1}, {-5, 8});
     const auto check = [](const Camera& camera, std::vector<float> values, const std::vector<float>& expected,
                           Background background = Background::inf) {
-        for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        for (const Arithmetic arithmetic : oracle::arithmetics()) {
             const Image image = Image::from_host(oracle::device(arithmetic), Element::f32, values.data(),
                                                  {static_cast<int>(values.size()), 1});
             std::vector<float> z(values.size());
@@ -438,7 +438,7 @@ TEST_CASE("linearize: what was not measured is invalid, and from background_from
     half.encoding = Encoding::view_z;
     half.background_from = 1e10;
     std::vector<float> z(3);
-    const Device& device = oracle::device(Arithmetic::fp64);
+    const Device& device = oracle::device();
     linearize({Image::from_host(device, Element::f16, halves.data(), {3, 1}), half, Storage::float16})
         .image.download(z.data());
     CHECK((z == std::vector<float>{INFINITY, 65472, 2}));
@@ -462,7 +462,7 @@ TEST_CASE("linearize: what was not measured is invalid, and from background_from
 }
 
 TEST_CASE("linearize: an infinite metric depth stays infinite, by either arithmetic", "[linearize]") {
-    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance}) {
             Camera camera = with(perspective(1.0, 1.0, {1, 4}), 3);
             camera.encoding = encoding;
@@ -494,7 +494,7 @@ TEST_CASE("linearize: a metric depth of 0 is invalid under a perspective, whatev
     std::vector<float> values{0.0f, 1.0f, -0.0f};
     Camera camera = with(perspective(1.0, 1.5, {0.5, 8}), 3);
     camera.encoding = Encoding::view_z;
-    const Image image = Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, values.data(), {3, 1});
+    const Image image = Image::from_host(oracle::device(), Element::f32, values.data(), {3, 1});
     linearize({image, camera}, image), image.download(values.data());
     CHECK(std::isnan(values[0]));
     CHECK(values[1] == 1);
@@ -520,7 +520,7 @@ TEST_CASE("linearize: an infinite far plane is infinitely far, exactly", "[linea
 }
 
 TEST_CASE("linearize: every float within 4096 ulps of 0 and of 1", "[linearize][exact]") {
-    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         oracle::Worst worst;
         oracle::Faults faults;
         for (const Subject& subject : near_both_ends()) {
@@ -555,7 +555,7 @@ TEST_CASE("linearize: every float within 4096 ulps of 0 and of 1", "[linearize][
 TEST_CASE("linearize: sums that all but vanish are within their condition's bound", "[linearize][exact]") {
     std::mt19937 random(2718);
     std::uniform_real_distribution<double> unit(-1, 1);
-    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         oracle::Worst worst;
         oracle::Faults faults;
         for (int i = 0; i < 12; ++i) {

@@ -54,7 +54,7 @@ struct Result {
 
 template <typename Value>
 StoredDepth stored_of(const std::vector<Value>& values, const Camera& camera, Storage storage = Storage::float32,
-                      Arithmetic arithmetic = Arithmetic::fp64) {
+                      Arithmetic arithmetic = oracle::widest()) {
     return {Image::from_host(oracle::device(arithmetic), element_of(storage), values.data(),
                              {camera.width, camera.height, channels_of(storage)}),
             camera, storage};
@@ -185,7 +185,7 @@ TEST_CASE("normals: planes at tilts up to 85 degrees under every camera", "[norm
                                       std::sin(tilt * degree) * std::sin(around * degree), std::cos(tilt * degree));
                 const scene::Rendered truth =
                     scene::render({scene::Plane{{0, 0, -subject.distance}, normal}}, subject.camera);
-                const auto arithmetic = tilt == 30 ? Arithmetic::two_float : Arithmetic::fp64;
+                const auto arithmetic = tilt == 30 ? Arithmetic::two_float : oracle::widest();
                 const StoredDepth stored = stored_of(truth.stored, subject.camera, Storage::float32, arithmetic);
                 const Result nearest = normals_of(stored, {.method = NormalMethod::neighbours});
                 const Result fitted = normals_of(stored, {.method = NormalMethod::least_squares});
@@ -554,7 +554,7 @@ TEST_CASE("normals: options out of range are refused", "[normals]") {
     CHECK_THROWS_WITH(normals(stored, {.tolerance = 0}), "tolerance = 0 must be finite and greater than 0");
     CHECK_THROWS_WITH(normals(stored, {.tolerance = std::nan("")}),
                       "tolerance = nan must be finite and greater than 0");
-    CHECK_THROWS_WITH(normals(stored, Image(oracle::device(Arithmetic::fp64), Element::f32, {8, 8, 4})),
+    CHECK_THROWS_WITH(normals(stored, Image(oracle::device(), Element::f32, {8, 8, 4})),
                       "the result holds 4 floats a pixel; it must hold 3 floats");
     CHECK_THROWS_WITH(normals(stored, {.noise = -0.01}), "noise = -0.01 must be from 0 to less than 1");
     CHECK_THROWS_WITH(normals(stored, {.noise = 1}), "noise = 1 must be from 0 to less than 1");
@@ -589,7 +589,7 @@ TEST_CASE("same bits: normals, whatever the vector width, the groups and the reg
     std::map<std::pair<int, int>, Device> devices;
     for (const int vector_width : {1, 4, 8, 16})
         for (const int group : {7, 64})
-            devices[{vector_width, group}] = Device::open("cpu", {Arithmetic::fp64, vector_width, group});
+            devices[{vector_width, group}] = Device::open("cpu", {Arithmetic::automatic, vector_width, group});
     Camera plain = camera_of(perspective(1.0, 2, {0.1, 100}), width, height);
     Eigen::Matrix4d tilt = plain.projection.matrix.cast<double>();
     tilt.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);

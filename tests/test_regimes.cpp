@@ -75,7 +75,7 @@ void check_boundary(Regime& regime, const Boundary& boundary) {
 }
 
 void check(Regime (*sweep)(const Device&)) {
-    Regime regime = sweep(oracle::device(Arithmetic::fp64));
+    Regime regime = sweep(oracle::device());
     std::printf("%s against %s\n", regime.name.c_str(), regime.parameter.c_str());
     for (const Panel& panel : regime.panels)
         check_bounds(panel);

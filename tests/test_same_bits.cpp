@@ -124,13 +124,13 @@ TEST_CASE("same bits: linearize, whatever the vector width, the groups, the stri
         {{1, 1}, {1, 9}, {37, 1}, {3, 5}, {7, 4}, {15, 3}, {17, 6}, {64, 2}, {131, 7}}};
     std::mt19937 random(17);
     std::uniform_int_distribution<std::size_t> odd(0, 9);
-    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         for (const Subject& subject : subjects()) {
             for (const auto& [width, height] : sizes) {
                 const oracle::Patch patch{4099, 8191, width, height};
                 std::vector<float> first;
                 for (const int vector_width : vector_widths) {
-                    for (const int group_size : arithmetic == Arithmetic::fp64 ? group_sizes : few_group_sizes) {
+                    for (const int group_size : arithmetic == oracle::widest() ? group_sizes : few_group_sizes) {
                         INFO(subject.name << ", " << oracle::name(arithmetic) << ", " << width << " x " << height
                                           << ", vector width " << vector_width << ", groups of " << group_size);
                         const Device& on = device(arithmetic, vector_width, group_size);
@@ -167,7 +167,7 @@ TEST_CASE("same bits: unproject, whatever the vector width, the groups, the stri
     std::mt19937 random(18);
     std::uniform_int_distribution<std::size_t> odd(0, 9);
     const auto all = subjects();
-    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         for (const Subject& subject : {all.front(), all[2], all[3]}) {
             for (const int channels : {3, 4}) {
                 for (const auto& [width, height] : sizes) {
@@ -216,7 +216,7 @@ TEST_CASE("same bits: a region of the whole, of any storage", "[same-bits]") {
             for (auto& byte : codes)
                 byte = static_cast<std::uint8_t>(random());
             for (const int vector_width : {1, 16}) {
-                const Device& on = device(Arithmetic::fp64, vector_width, 64);
+                const Device& on = device(oracle::widest(), vector_width, 64);
                 const StoredDepth whole{
                     Image::from_host(on, element_of(storage), codes.data(), {width, height, channels_of(storage)}),
                     subject.camera, storage};
@@ -258,7 +258,7 @@ TEST_CASE("same bits: large aligned results, which are written past the cache", 
         value = static_cast<float>(random() >> 8) * 0x1p-24f;
     std::vector<float> first, first_positions;
     for (const int vector_width : vector_widths) {
-        const Device& on = device(Arithmetic::fp64, vector_width, 64);
+        const Device& on = device(oracle::widest(), vector_width, 64);
         const StoredDepth stored{Image::from_host(on, Element::f32, values.data(), {width, height}), subject.camera};
         std::vector<float> depth(values.size()), positions(3 * values.size());
         linearize(stored).image.download(depth.data());

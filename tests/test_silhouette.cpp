@@ -27,7 +27,7 @@ constexpr double rounding = 1e-5;         // of a thickness, relative: a few ope
 constexpr double other_decisions = 0.002; // of the pixels: where a surface is farther by nearly nothing
 
 const Device& default_device() {
-    return oracle::device(Arithmetic::fp64);
+    return oracle::device();
 }
 
 Camera camera_of(const Projection& projection) {

@@ -39,7 +39,7 @@ constexpr double reach = 1;             // radius of the rays in height fields, 
 const char* const quality_names[] = {"fast", "balanced", "accurate"};
 
 const Device& default_device() {
-    return oracle::device(Arithmetic::fp64);
+    return oracle::device();
 }
 
 SsaoCall options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
@@ -307,7 +307,7 @@ TEST_CASE("ssao: the same bits whatever the vector width and the groups, and eve
                 static std::map<std::pair<int, int>, Device> devices;
                 if (!devices.contains({vector_width, group_size}))
                     devices[{vector_width, group_size}] =
-                        Device::open("cpu", {Arithmetic::fp64, vector_width, group_size});
+                        Device::open("cpu", {Arithmetic::automatic, vector_width, group_size});
                 const Device& device = devices[{vector_width, group_size}];
                 for (int run = 0; run < 2; ++run) {
                     const auto got = visibility_of(stored_of(room.stored, room.camera, device), options);
@@ -337,7 +337,7 @@ TEST_CASE("ssao: the same bits whatever the vector width on a terrain, where tap
             options.jitter = jitter;
             std::vector<float> first;
             for (const int vector_width : {16, 8, 4, 1}) {
-                const Device device = Device::open("cpu", {Arithmetic::fp64, vector_width, 64});
+                const Device device = Device::open("cpu", {Arithmetic::automatic, vector_width, 64});
                 const auto got = visibility_of(stored_of(stored, camera, device), options);
                 if (first.empty())
                     first = got;

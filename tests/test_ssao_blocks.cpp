@@ -46,8 +46,7 @@ Camera orthographic_camera() {
     return camera;
 }
 
-StoredDepth stored_of(const std::vector<float>& values, const Camera& camera,
-                      const Device& device = oracle::device(Arithmetic::fp64)) {
+StoredDepth stored_of(const std::vector<float>& values, const Camera& camera, const Device& device = oracle::device()) {
     return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
 }
 
@@ -219,7 +218,7 @@ TEST_CASE("ssao in blocks: the same bits whatever the vector width and the group
     for (const Quality quality : {Quality::fast, Quality::accurate}) {
         std::vector<float> first[3];
         for (const auto& [vector_width, group] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}}) {
-            const Device device = Device::open("cpu", {Arithmetic::fp64, vector_width, group});
+            const Device device = Device::open("cpu", {Arithmetic::automatic, vector_width, group});
             SsaoCall call = by_quality(quality, yard_radius(quality));
             call.confidence = call.bent_normal = vector_width % 15 == 1; // these kernels are long to build
             const Occlusion results = ssao(stored_of(values, camera, device), call);

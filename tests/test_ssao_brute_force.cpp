@@ -38,7 +38,7 @@ struct Seen {
 
     Seen(const scene::Scene& scene, const Camera& from)
         : camera(from), image(scene::render(scene, camera)), layer(camera, image.z) {
-        const Device& device = oracle::device(Arithmetic::fp64);
+        const Device& device = oracle::device();
         stored = {Image::from_host(device, Element::f32, image.stored.data(), {camera.width, camera.height}), camera};
         for (const Vector3d& normal : image.normal)
             for (int i = 0; i < 3; ++i)

@@ -42,7 +42,7 @@ struct Seen {
 
     Seen(const scene::Scene& scene, const oracle::View& view)
         : name(view.name), camera(view.camera), to_world(scene::to_world(camera)),
-          image(scene::render(scene, camera)), stored{Image::from_host(oracle::device(Arithmetic::fp64), Element::f32,
+          image(scene::render(scene, camera)), stored{Image::from_host(oracle::device(), Element::f32,
                                                                        image.stored.data(), {width, height}),
                                                       camera} {}
     Seen(const Seen&) = delete;

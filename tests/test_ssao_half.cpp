@@ -48,8 +48,7 @@ SsaoCall half(double radius, Quality quality = Quality::balanced) {
     return options;
 }
 
-StoredDepth stored_of(const std::vector<float>& values, const Camera& camera,
-                      const Device& device = oracle::device(Arithmetic::fp64)) {
+StoredDepth stored_of(const std::vector<float>& values, const Camera& camera, const Device& device = oracle::device()) {
     return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
 }
 
@@ -191,7 +190,7 @@ TEST_CASE("ssao at half resolution: the same bits whatever the vector width and 
         std::vector<float> first[3];
         for (const auto& [vector_width, group] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}}) {
             if (!devices.contains({vector_width, group}))
-                devices[{vector_width, group}] = Device::open("cpu", {Arithmetic::fp64, vector_width, group});
+                devices[{vector_width, group}] = Device::open("cpu", {Arithmetic::automatic, vector_width, group});
             SsaoCall options = half(0.5);
             // All outputs for the smallest and the largest vector width only: these kernels are long to build.
             options.confidence = options.bent_normal =

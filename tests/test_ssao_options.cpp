@@ -42,7 +42,7 @@ constexpr int width = 161, height = 121;
 constexpr double rounding_mean = 2e-5, rounding_worst = 1.0 / 31;
 
 const Device& device() {
-    return oracle::device(Arithmetic::fp64);
+    return oracle::device();
 }
 
 std::size_t index(int x, int y, int row = width) {
@@ -62,13 +62,13 @@ struct Seen {
     scene::Rendered image;
     StoredDepth stored;
 
-    Seen(const scene::Scene& scene, const Camera& from, Arithmetic arithmetic = Arithmetic::fp64)
+    Seen(const scene::Scene& scene, const Camera& from, Arithmetic arithmetic = oracle::widest())
         : camera(from), image(scene::render(scene, from)) {
         upload(arithmetic);
     }
     Seen(const Seen&) = delete;
 
-    void upload(Arithmetic arithmetic = Arithmetic::fp64) {
+    void upload(Arithmetic arithmetic = oracle::widest()) {
         stored = {Image::from_host(oracle::device(arithmetic), Element::f32, image.stored.data(),
                                    {camera.width, camera.height}),
                   camera};
@@ -615,7 +615,7 @@ TEST_CASE("ssao: a device without double gives the same", "[ssao]") {
         Seen room(scene::room(), camera);
         for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
             const SsaoCall options = options_of(0.5, quality);
-            room.upload(Arithmetic::fp64);
+            room.upload();
             const auto expected = room.visibility(options);
             room.upload(Arithmetic::two_float);
             CHECK(room.stored.image.device().options().arithmetic == Arithmetic::two_float);

@@ -68,8 +68,7 @@ TEST_CASE("ssao scene: thickness from the silhouette halves the error of railing
     const scene::Scene scene = scene::railings();
     const auto image = scene::render(scene, camera);
     const double width = oracle::median_width(oracle::DepthLayer(camera, image.z));
-    const StoredDepth stored{
-        Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, image.stored.data(), {960, 540}), camera};
+    const StoredDepth stored{Image::from_host(oracle::device(), Element::f32, image.stored.data(), {960, 540}), camera};
     for (const double fraction : {0.05, 0.4}) {
         const auto points = oracle::ray_traced(scene, camera, image, fraction * width, oracle::sample_rays, 23);
         const auto rms = [&](const SsaoOptions& options) {

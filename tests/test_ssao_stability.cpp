@@ -39,7 +39,7 @@ constexpr double thicknesses[] = {0.1, oracle::infinite};
 template <typename Value>
 std::vector<float> visibility_of(const std::vector<Value>& values, const Camera& camera, const SsaoCall& options,
                                  Storage storage = Storage::float32) {
-    const Device& device = oracle::device(Arithmetic::fp64);
+    const Device& device = oracle::device();
     const Image stored = Image::from_host(device, element_of(storage), values.data(),
                                           {camera.width, camera.height, channels_of(storage)});
     return images::floats(ssao({stored, camera, storage}, options).visibility);
@@ -366,8 +366,7 @@ TEST_CASE("stability: ssao of railings of one to three pixels against thickness"
              {0.5 * own, own, 2 * own, railing_reach / 4, railing_reach / 2, railing_reach, oracle::infinite}) {
             SsaoCall options = options_of(railing_reach, Quality::balanced, thickness);
             const auto got = visibility_of(image.stored, camera, options);
-            options.normals =
-                Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, true_normals.data(), {320, 180, 3});
+            options.normals = Image::from_host(oracle::device(), Element::f32, true_normals.data(), {320, 180, 3});
             const auto with_normals = visibility_of(image.stored, camera, options);
             double square[4] = {};
             for (const Point& p : points) {
@@ -413,7 +412,7 @@ TEST_CASE("stability: ssao of things that leave the image loses no more than the
     const scene::Scene scene{scene::Plane{{0, -1, 0}, {0, 1, 0}}, scene::Box{{-1.6, -0.6, -4}, {0.5, 0.4, 0.4}, 0.3},
                              scene::Sphere{{1.6, -0.5, -4}, 0.5}};
     const auto image = scene::render(scene, camera);
-    const Device& device = oracle::device(Arithmetic::fp64);
+    const Device& device = oracle::device();
     const StoredDepth whole{Image::from_host(device, Element::f32, image.stored.data(), {321, 241}), camera};
     constexpr int left = 80, top = 100, width = 161, height = 101; // through the box and the sphere
     const StoredDepth part = whole.region(left, top, width, height);

@@ -79,7 +79,7 @@ std::string faults_of(const Subject& subject, oracle::Worst& worst) {
     const Camera& camera = subject.camera;
     const int w = 37, h = 5;
     std::string faults;
-    for (const Arithmetic arithmetic : arithmetics) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         for (const auto& [x, y] :
              {std::pair{0, 0}, std::pair{camera.width - w, 0}, std::pair{0, camera.height - h},
               std::pair{camera.width - w, camera.height - h}, std::pair{camera.width / 2, camera.height / 2 - 3}}) {
@@ -101,7 +101,7 @@ TEST_CASE("stability: far/near up to 1e9 keeps its last bit, which 1/(Z d + W) i
         const Subject subject = oracle::named(oracle::from_field_of_view(1.1, 1.5, {near, far}), "perspective", 256, 1);
         const oracle::Truth truth(subject, Storage::float32);
         const auto z_scale = static_cast<float>(1 / far - 1 / near), w_offset = static_cast<float>(1 / near);
-        for (const Arithmetic arithmetic : arithmetics) {
+        for (const Arithmetic arithmetic : oracle::arithmetics()) {
             const std::vector<float> stored = over_the_range();
             const std::vector<float> z =
                 decoded(subject.camera, stored, Storage::float32, Background::decode, arithmetic);
@@ -214,7 +214,7 @@ TEST_CASE("stability: an orthographic oblique plane may have the origin on its k
             oracle::with_oblique_near_plane(oracle::from_orthographic({-4, 4, -3, 3}, span), plane), "C_w > 0", 96, 64);
         oracle::Worst worst;
         CHECK(faults_of(subject, worst) == "");
-        const Judged verdict = judged(subject, {0.25f}, Arithmetic::fp64, {0, 0, 96, 64});
+        const Judged verdict = judged(subject, {0.25f}, oracle::widest(), {0, 0, 96, 64});
         CHECK(verdict.surfaces == 96 * 64); // depths of any sign are surfaces
     }
     CHECK(contains(refusal([&] {
@@ -227,7 +227,7 @@ TEST_CASE("stability: stored depth exactly 0 and 1, one ulp inside and one outsi
     const float below_one = std::nextafter(1.0f, 0.0f), above_one = std::nextafter(1.0f, 2.0f);
     const float denormal = std::numeric_limits<float>::denorm_min();
     const std::vector<float> stored{0.0f, -0.0f, denormal, -denormal, 1.0f, below_one, above_one};
-    for (const Arithmetic arithmetic : arithmetics) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
             const bool reversed = order == DepthOrder::reversed;
             for (const Projection& p :
@@ -258,7 +258,7 @@ TEST_CASE("stability: median depth at the camera centre and at infinity", "[stab
     camera.encoding = Encoding::median;
     camera.median = 5;
     const float below_one = std::nextafter(1.0f, 0.0f);
-    for (const Arithmetic arithmetic : arithmetics) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         const auto z = decoded(camera, std::vector<float>{0, 0x1p-149f, 0x1p-126f, 0.5f, below_one, 1.0f},
                                Storage::float32, Background::inf, arithmetic);
         CHECK(std::isnan(z[0])); // the camera centre itself is invalid
@@ -273,7 +273,7 @@ TEST_CASE("stability: median depth at the camera centre and at infinity", "[stab
 }
 
 TEST_CASE("stability: an infinite far plane at its own stored value", "[stability]") {
-    for (const Arithmetic arithmetic : arithmetics) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
             Camera camera = camera_of(perspective(1.0, 1.5, {0.1, HUGE_VAL, order}, Convention::direct3d()));
             const float far = order == DepthOrder::reversed ? 0.0f : 1.0f;
@@ -302,7 +302,7 @@ TEST_CASE("stability: a fourth row with x and y, through the pixels where w goes
         const Subject subject = oracle::named(
             oracle::from_matrix(oracle::tilted(oracle::perspective_matrix(0.8, 0.6, 0.1, 100), tilt, -tilt / 2)),
             "tilted", 64, 48);
-        for (const Arithmetic arithmetic : arithmetics) {
+        for (const Arithmetic arithmetic : oracle::arithmetics()) {
             INFO("tilt " << tilt << ' ' << oracle::name(arithmetic));
             const Judged verdict = judged(subject, over_the_range(), arithmetic, {0, 0, 64, 48});
             CHECK(verdict.faults == "");

@@ -180,7 +180,7 @@ TEST_CASE("stability: values that are no depth do not reach their neighbours", "
     std::vector<float> soiled = clean;
     for (std::size_t i = 0, next = 0; i < soiled.size(); i += 5)
         soiled[i] = specials[next++ % std::size(specials)];
-    for (const Arithmetic arithmetic : arithmetics) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         const Device& device = oracle::device(arithmetic);
         for (const Camera& camera : of_every_form(width, height)) {
             for (const std::size_t channels : {1u, 3u}) {
@@ -231,7 +231,7 @@ std::optional<std::size_t> wrong_at_the_end(Storage storage, std::size_t source_
     const Sparse source(source_stride * size * element_bytes(element)), target(result_stride * size * sizeof(float));
     if (!source.data() || !target.data())
         return std::nullopt;
-    const Device& device = oracle::device(Arithmetic::fp64);
+    const Device& device = oracle::device();
     const Camera camera = of_every_form(size, size)[1]; // oblique: depends on the pixel
 
     std::mt19937 random(4);
@@ -293,7 +293,7 @@ constexpr int largest_unit = 34; // powers of ten; the farthest depth of these c
 
 TEST_CASE("stability: scene units from 1e-34 to 1e34 decode to the same digits", "[stability]") {
     const std::vector<float> stored = random_depths(64, 5);
-    for (const Arithmetic arithmetic : arithmetics) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         const auto plain = of_every_form(64, 1);
         // Both results are within so many ulp, of two roundings each at most; the unit itself is one more.
         const double ulps = arithmetic == Arithmetic::fp64 ? linearize_ulp_fp64 : linearize_ulp_two_float;
@@ -341,7 +341,7 @@ TEST_CASE("stability: no unit of length costs a camera its simple form", "[stabi
 }
 
 TEST_CASE("stability: depth ranges that are inverted, narrow, or end on no float", "[stability]") {
-    for (const Arithmetic arithmetic : arithmetics) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         for (const auto& range : {std::array{1.0, 0.0}, std::array{0.4, 0.6}, std::array{0.6, 0.4},
                                   std::array{0.1, 0.7}, std::array{-1.0, 1.0}, std::array{1 / 3.0, 2 / 3.0}}) {
             for (const Projection& p : {perspective(1.0, 1.5, {2, 64}), orthographic({-1, 1, -1, 1}, {2, 64})}) {
@@ -381,7 +381,7 @@ TEST_CASE("stability: a background of every storage", "[stability]") {
         Camera camera = camera_of(perspective(1.0, 1.5, {2, 64}));
         camera.background = background;
         using Value = std::decay_t<decltype(holding)>;
-        for (const Arithmetic arithmetic : arithmetics) {
+        for (const Arithmetic arithmetic : oracle::arithmetics()) {
             INFO(to_string(storage) << " background " << background);
             const std::vector<Value> values{holding, beside};
             const auto z = decoded(camera, values, storage, Background::inf, arithmetic);
@@ -426,7 +426,7 @@ TEST_CASE("stability: a background of every storage", "[stability]") {
 
 TEST_CASE("stability: metric depth that is infinite, zero or behind the camera centre", "[stability]") {
     const std::vector<float> stored{infinity, -infinity, -1.0f, 0.0f, 2.0f, not_a_number};
-    for (const Arithmetic arithmetic : arithmetics) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         const auto decode = [&](const Projection& p, Encoding encoding) {
             Camera camera = camera_of(p);
             camera.encoding = encoding;
@@ -465,7 +465,7 @@ TEST_CASE("stability: positions far from the world's origin keep their digits ar
     camera.view = pose.inverse();
     const Eigen::Vector3d origin = pose.topRightCorner<3, 1>() + Eigen::Vector3d(1, 2, -3);
     const std::vector<float> stored = random_depths(64, 6);
-    for (const Arithmetic arithmetic : arithmetics) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         const auto view = unprojected(camera, stored, {}, arithmetic);
         const auto world = unprojected(camera, stored, {.space = Space::world, .origin = origin}, arithmetic);
         const auto absolute = unprojected(camera, stored, {.space = Space::world}, arithmetic);
@@ -490,7 +490,7 @@ TEST_CASE("stability: positions far from the world's origin keep their digits ar
 }
 
 TEST_CASE("stability: what cannot be decoded or placed is refused", "[stability]") {
-    const Device& device = oracle::device(Arithmetic::fp64);
+    const Device& device = oracle::device();
     const Camera camera = camera_of(perspective(1.0, 1.5, {0.1, 100}), 8, 4);
     const Image image(device, Element::f32, {8, 4}), codes(device, Element::u16, {8, 4});
     const auto said = [&](auto change, Storage storage = Storage::float32) {

@@ -178,7 +178,7 @@ void check(const Subject& plain, const Placing& placing, Arithmetic arithmetic, 
 } // namespace
 
 TEST_CASE("unproject: positions are within their bound, in view and in world space", "[unproject][exact]") {
-    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+    for (const Arithmetic arithmetic : oracle::arithmetics()) {
         for (const Placing& placing : placings()) {
             Worst worst;
             for (const Subject& subject : cameras()) {
@@ -201,7 +201,7 @@ TEST_CASE("unproject: an invalid pixel has no position", "[unproject]") {
         for (const int channels : {3, 4}) {
             const std::vector<float> values{1.0f, nan, -0.5f, 2.0f, INFINITY, 0.5f};
             std::vector<float> p(values.size() * static_cast<std::size_t>(channels));
-            const Image image = Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, values.data(), {6, 1});
+            const Image image = Image::from_host(oracle::device(), Element::f32, values.data(), {6, 1});
             unproject({image, camera}, {.channels = channels, .background = background}).download(p.data());
             for (int i = 0; i < 6; ++i) {
                 const bool surface = i == 5 || (i == 0 && background == Background::decode);
@@ -225,9 +225,9 @@ TEST_CASE("unproject: the depth of a position is the linearized depth, to the bi
         std::mt19937 random(3);
         const oracle::Patch patch{100, 200, 37, 5};
         const std::vector<float> values = oracle::stored_values(subject, truth, patch, random);
-        const StoredDepth stored{Image::from_host(oracle::device(Arithmetic::fp64), Element::f32, values.data(),
-                                                  {patch.width, patch.height}),
-                                 subject.camera, Storage::float32, patch.x, patch.y};
+        const StoredDepth stored{
+            Image::from_host(oracle::device(), Element::f32, values.data(), {patch.width, patch.height}),
+            subject.camera, Storage::float32, patch.x, patch.y};
         std::vector<float> z(values.size()), p(3 * values.size());
         linearize(stored).image.download(z.data());
         unproject(stored).download(p.data());
@@ -243,7 +243,7 @@ TEST_CASE("unproject: refuses the world without a view, and channels that do not
     Camera camera;
     camera.projection = perspective(1.0, 1.0, {1, 4});
     camera.width = camera.height = 1;
-    const Image image(oracle::device(Arithmetic::fp64), Element::f32, {1, 1});
+    const Image image(oracle::device(), Element::f32, {1, 1});
     CHECK_THROWS_AS(unproject({image, camera}, {.space = Space::world}), std::invalid_argument);
     CHECK_THROWS_AS(unproject({image, camera}, {.channels = 2}), std::invalid_argument);
     camera.view = Eigen::Matrix4d::Zero();

@@ -1,0 +1,49 @@
+# Read by scripts that try something in a bare Debian, after setup.sh. `suite` is its name: bookworm or trixie. Needs root or
+# sudo, and the network.
+
+as_root=()
+((EUID == 0)) || as_root=(sudo)
+kept=$root/build/bare-debian/$suite
+mkdir -p "$kept/archives"
+if [ ! -e "$kept/base/etc/debian_version" ]; then
+    "${as_root[@]}" rm -rf "$kept/base" "$kept/base.part"
+    step "making a bare Debian ($suite)" debootstrap.log \
+        "${as_root[@]}" debootstrap --variant=minbase "$suite" "$kept/base.part"
+    "${as_root[@]}" mv "$kept/base.part" "$kept/base"
+fi
+
+# new_bare_system: in $bare, with the project in /fathom.
+bare=
+new_bare_system() {
+    remove_bare_system
+    bare=$(mktemp -d "$kept/system.XXXXXX")
+    "${as_root[@]}" cp -a "$kept/base/." "$bare"
+    "${as_root[@]}" cp /etc/resolv.conf "$bare/etc/"
+    # `apt` asks no question, and keeps what it loads. `sudo` is what the pages say, and the bare system has none.
+    printf '%s\n' 'APT::Get::Assume-Yes "true";' 'Binary::apt::APT::Keep-Downloaded-Packages "true";' |
+        "${as_root[@]}" tee "$bare/etc/apt/apt.conf.d/90unattended" >/dev/null
+    echo force-unsafe-io | "${as_root[@]}" tee "$bare/etc/dpkg/dpkg.cfg.d/quick" >/dev/null # nobody needs it after a crash
+    printf '#!/bin/sh\nexec "$@"\n' | "${as_root[@]}" install -m 755 /dev/stdin "$bare/usr/local/bin/sudo"
+    "${as_root[@]}" mkdir "$bare/fathom"
+    git -C "$root" ls-files -z --cached --others --exclude-standard | tar -C "$root" --null -T - -c |
+        "${as_root[@]}" tar -C "$bare/fathom" -x
+    in_bare_system "apt-get update"
+}
+remove_bare_system() {
+    [ -z "$bare" ] || "${as_root[@]}" rm -rf --one-file-system "$bare"
+}
+trap remove_bare_system EXIT
+
+# in_bare_system COMMANDS: in the project's folder. What it mounts is gone when it ends: it has mounts of its own.
+in_bare_system() {
+    # PoCL asks /proc and /sys what processor it runs on.
+    # shellcheck disable=SC2016
+    "${as_root[@]}" unshare --mount --propagation private bash -euc '
+        mount -t proc proc "$1/proc"
+        mount --rbind /sys "$1/sys"
+        mount --rbind /dev "$1/dev"
+        mount --bind "$2" "$1/var/cache/apt/archives"
+        exec chroot "$1" /usr/bin/env -i HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
+            PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+            bash -euo pipefail -c "cd /fathom; set -x; $3"' - "$bare" "$kept/archives" "$1"
+}
