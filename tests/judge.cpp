@@ -2,6 +2,8 @@
 
 #include "quad.hpp"
 
+#include <fathom/probe.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -83,6 +85,11 @@ const Device& device(Arithmetic arithmetic) {
     return arithmetic == Arithmetic::two_float ? two_float : automatic;
 }
 
+bool keeps_denormals() {
+    static const bool kept = probe_arithmetic(device()).denormals;
+    return kept;
+}
+
 const char* name(Arithmetic arithmetic) {
     return arithmetic == Arithmetic::fp64 ? "fp64" : "two-float";
 }
@@ -114,6 +121,9 @@ std::string judge(const Subject& subject, const Truth& truth, Form form, const P
     if (!truth.in_range(v))
         return std::isnan(got) ? std::string() : fault("the value is outside the range");
     const Quad exact = truth.depth(v, x, y);
+    const auto is_denormal = [](const Quad& number) { return number != 0 && fabsq(number) < Quad(0x1p-126); };
+    if ((is_denormal(v) || is_denormal(exact)) && !keeps_denormals())
+        return {};
     const Quad condition = truth.condition(form, v, x, y);
     const Quad slack = isinfq(exact) ? 0 : promise.condition * condition * fabsq(exact);
     const auto condition_ulp = static_cast<double>(slack / ulp(exact));

@@ -33,6 +33,9 @@ inline fathom::Arithmetic widest() {
     return arithmetics().front();
 }
 
+/// Does the device keep numbers below 2^-126? Others take them for 0, so that `judge` leaves them out.
+bool keeps_denormals();
+
 /// The same device with either of them.
 const fathom::Device& device(fathom::Arithmetic arithmetic = widest());
 const char* name(fathom::Arithmetic arithmetic);
