@@ -85,9 +85,9 @@ const Device& device(Arithmetic arithmetic) {
     return arithmetic == Arithmetic::two_float ? two_float : automatic;
 }
 
-bool keeps_denormals() {
+bool is_lost(Quad number) {
     static const bool kept = probe_arithmetic(device()).denormals;
-    return kept;
+    return !kept && number != 0 && fabsq(number) < Quad(0x1p-126);
 }
 
 const char* name(Arithmetic arithmetic) {
@@ -121,8 +121,7 @@ std::string judge(const Subject& subject, const Truth& truth, Form form, const P
     if (!truth.in_range(v))
         return std::isnan(got) ? std::string() : fault("the value is outside the range");
     const Quad exact = truth.depth(v, x, y);
-    const auto is_denormal = [](const Quad& number) { return number != 0 && fabsq(number) < Quad(0x1p-126); };
-    if ((is_denormal(v) || is_denormal(exact)) && !keeps_denormals())
+    if (is_lost(v) || is_lost(exact))
         return {};
     const Quad condition = truth.condition(form, v, x, y);
     const Quad slack = isinfq(exact) ? 0 : promise.condition * condition * fabsq(exact);

@@ -33,8 +33,8 @@ inline fathom::Arithmetic widest() {
     return arithmetics().front();
 }
 
-/// Does the device keep numbers below 2^-126? Others take them for 0, so that `judge` leaves them out.
-bool keeps_denormals();
+/// Is a number below 2^-126, and does the device take such numbers for 0?
+bool is_lost(Quad number);
 
 /// The same device with either of them.
 const fathom::Device& device(fathom::Arithmetic arithmetic = widest());

@@ -115,7 +115,10 @@ std::string judge(const Subject& subject, const oracle::Truth& truth, const Dept
     if (!truth.in_range(v))
         return std::isnan(got) ? std::string() : fault("the value is outside the range");
     const double epsilon = condition_of(form.form, arithmetic);
-    const Quad z = truth.depth(v, x, y), condition = epsilon == 0 ? Quad(1) : truth.condition(form.form, v, x, y);
+    const Quad z = truth.depth(v, x, y);
+    if (oracle::is_lost(v) || oracle::is_lost(z))
+        return {};
+    const Quad condition = epsilon == 0 ? Quad(1) : truth.condition(form.form, v, x, y);
     if (!(epsilon * condition < Quad(0.125)))
         return {}; // not even the sign is promised
     const Quad slack_z = isinfq(z) ? Quad(0) : epsilon * condition * fabsq(z) + oracle::ulp(z);
@@ -125,6 +128,8 @@ std::string judge(const Subject& subject, const oracle::Truth& truth, const Dept
     if (!circle.telecentric && !truth.in_front(z + slack_z))
         return fault("the exact depth, " + oracle::text_of(z) + ", is not in front of the camera");
     const Quad exact = exact_circle(circle, z), k = circle.k;
+    if (oracle::is_lost(exact))
+        return {};
     const Quad terms = k + fabsq(circle.telecentric ? circle.g * z : k - exact); // k and g z, or g/(z − lens_depth)
     const double unit = oracle::ulp(fabsq(exact) > k ? exact : k);
     const auto slack = isinfq(z) ? 0.0 : static_cast<double>(epsilon * condition * terms / unit);
