@@ -165,6 +165,14 @@ inline Outcome run(const Arguments& arguments, const Surroundings& surroundings 
     return Run(arguments, surroundings).outcome();
 }
 
+/// Does the program not start by another one, as `faketime`? Then a test says what it skips.
+inline bool is_missing(const Arguments& before, const std::string& what) {
+    const bool missing = run({"--version"}, {.before = before}).code != 0;
+    if (missing)
+        WARN("skipped: " << what);
+    return missing;
+}
+
 inline void check_done(const Outcome& outcome) {
     INFO(outcome.err);
     CHECK(outcome.code == 0);

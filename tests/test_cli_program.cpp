@@ -564,3 +564,42 @@ TEST_CASE("program: an interrupt ends between two files, with whole results only
         CHECK_NOTHROW(fathom::read_depth(folder / ("out/" + result)));
     }
 }
+
+TEST_CASE("program: an interrupt while kernels are compiled is no failure of theirs") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png", ramp(48, 32));
+    const Arguments arguments{"ssao", input, "--camera", camera, "--radius", "1", "-o", folder / "out/ao.exr"};
+    const auto start = std::chrono::steady_clock::now();
+    CHECK(run(arguments).code == 0);
+    const auto whole = std::chrono::steady_clock::now() - start;
+    constexpr int moments = 16;
+    int interrupted = 0;
+    for (int i = 0; i < moments; ++i) {
+        Run running(arguments);
+        std::this_thread::sleep_for(whole * i / moments);
+        running.send(SIGTERM);
+        const Outcome outcome = running.outcome();
+        INFO(outcome.err);
+        interrupted += outcome.code != 0;
+        CHECK((outcome.code == 0 || outcome.code == 128 + SIGTERM));
+        CHECK((outcome.err.empty() || outcome.err.starts_with("fathom: interrupted")));
+    }
+    CHECK(interrupted > 0);
+}
+
+TEST_CASE("program: a full disk where PoCL keeps kernels is named, and no fault of the driver") {
+    const Folder folder;
+    const std::string full = folder / "full";
+    const Arguments alone{"unshare", "--user", "--map-root-user", "--mount"};
+    if (is_missing(alone, "no new mount namespace is permitted here (unshare --mount)"))
+        return;
+    fs::create_directory(full);
+    const Arguments on_full_disk{"sh", "-c", R"(mount -t tmpfs -o size=64k none "$0" && POCL_CACHE_DIR=$0 exec "$@")",
+                                 full};
+    const Arguments arguments{"linearize", depth_file(folder, "depth.png", ramp(48, 32)),
+                              "--camera",  camera_file(folder),
+                              "-o",        folder / "out/z.exr"};
+    const Outcome outcome = run(arguments, {.before = joined(alone, on_full_disk)});
+    check_refused(outcome, 1, full + ", where nothing can be written (No space left on device)");
+    CHECK(folder.results().empty());
+}

@@ -183,13 +183,6 @@ Arguments unprivileged() {
     return geteuid() == 0 ? Arguments{"setpriv", "--bounding-set=-dac_override,-dac_read_search"} : Arguments{};
 }
 
-bool is_missing(const Arguments& before, const std::string& what) {
-    const bool missing = run({"--version"}, {.before = before}).code != 0;
-    if (missing)
-        WARN("skipped: " << what);
-    return missing;
-}
-
 } // namespace
 
 TEST_CASE("share: four processes make each frame once") {

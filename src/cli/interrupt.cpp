@@ -1,34 +1,56 @@
-// Signals set a flag, which is tested between two steps of the work.
+// A thread waits for signals and sets a flag, which is tested between two steps of the work. All others have them blocked:
+// compilers of OpenCL kernels in this process have handlers of their own, which would delete what they compile.
 #include "interrupt.hpp"
 
 #include <atomic>
 #include <csignal>
 #include <initializer_list>
+#include <system_error>
+#include <thread>
+
+#include <unistd.h>
 
 namespace fathom::cli {
 namespace {
 
-std::atomic<int> received = 0; // read by several threads
-static_assert(std::atomic<int>::is_always_lock_free);
+std::atomic<bool> asks = false; // the first signal only asks
+std::atomic<int> received = 0;
 
-void remember(int signal) {
-    received = signal;
+[[noreturn]] void wait_for(const sigset_t& signals) {
+    for (;;) {
+        int signal = 0;
+        if (sigwait(&signals, &signal) != 0)
+            continue;
+        if (asks && received.exchange(signal) == 0)
+            continue;
+        std::signal(signal, SIG_DFL);
+        pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+        kill(getpid(), signal);
+    }
 }
 
 } // namespace
 
-void catch_interrupts() {
-    std::signal(SIGXFSZ, SIG_IGN);
+void watch_interrupts() {
+    sigset_t signals;
+    sigemptyset(&signals);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         struct sigaction action {};
         sigaction(signal, nullptr, &action);
-        if (action.sa_handler == SIG_IGN) // started with nohup or in the background: stays ignored
-            continue;
-        action = {};
-        action.sa_handler = remember;
-        action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
-        sigaction(signal, &action, nullptr);
+        if (action.sa_handler != SIG_IGN) // started with nohup or in the background: stays ignored
+            sigaddset(&signals, signal);
     }
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr); // threads that start from now on inherit it
+    try {
+        std::thread(wait_for, signals).detach();
+    } catch (const std::system_error&) { // no more threads: signals end the program as ever
+        pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+    }
+}
+
+void catch_interrupts() {
+    std::signal(SIGXFSZ, SIG_IGN);
+    asks = true;
 }
 
 bool is_interrupted() {

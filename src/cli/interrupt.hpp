@@ -2,6 +2,9 @@
 
 namespace fathom::cli {
 
+/// Call it before there are other threads: one that it starts takes Ctrl-C, SIGTERM and SIGHUP, which end the program.
+void watch_interrupts();
+
 /// From now on the first Ctrl-C (or SIGTERM, SIGHUP) only asks the work to stop where nothing is left half done;
 /// the second ends the program at once. A file that grows past `ulimit -f` is an error, not the end.
 void catch_interrupts();

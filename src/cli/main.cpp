@@ -9,6 +9,7 @@
 #include <fathom/error.hpp>
 
 #include <cstdio>
+#include <cstdlib>
 #include <new>
 #include <system_error>
 
@@ -67,6 +68,9 @@ void keep_freed_memory() {
 
 int main(int argc, char** argv) {
     keep_freed_memory();
+    if (const char* const folder = std::getenv("POCL_CACHE_DIR"); folder && !*folder)
+        unsetenv("POCL_CACHE_DIR"); // PoCL aborts
+    watch_interrupts();
     prepare_streams();
     remember_command_line(argc, argv);
     return guarded_run(argc, argv);

@@ -4,14 +4,19 @@
 // Source: OpenEXR file layout, "Component Two: Version Field" and "Component Three: Header".
 #include "exr_open.hpp"
 
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfTileDescription.h>
 #include <OpenEXR/ImfVersion.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdint>
 #include <fstream>
 #include <map>
 #include <optional>
+#include <string>
 #include <system_error>
 
 namespace fathom::io {
@@ -162,6 +167,25 @@ std::string exr_reason(const std::string& what) {
 Imf::MultiPartInputFile open_exr(const std::filesystem::path& file) {
     check_header(file);
     return Imf::MultiPartInputFile(file.c_str());
+}
+
+void check_tiles(const std::filesystem::path& file, const Imf::MultiPartInputFile& exr) {
+    constexpr double always = 1 << 24; // bytes; a renderer may have one size of tiles for all images
+    for (int part = 0; part < exr.parts(); ++part) {
+        const Imf::Header& header = exr.header(part);
+        if (!header.hasTileDescription())
+            continue;
+        double pixel_bytes = 0;
+        for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+            pixel_bytes += c.channel().type == Imf::HALF ? 2 : 4;
+        const Imath::Box2i window = header.dataWindow();
+        const double pixels = (1.0 + window.max.x - window.min.x) * (1.0 + window.max.y - window.min.y);
+        const Imf::TileDescription& tile = header.tileDescription();
+        if (pixel_bytes * tile.xSize * tile.ySize > std::max(always, pixel_bytes * pixels))
+            refuse(file,
+                   "has tiles of " + std::to_string(tile.xSize) + " x " + std::to_string(tile.ySize) +
+                       " pixels, more than the whole image; it is damaged, or has to be written with smaller tiles");
+    }
 }
 
 } // namespace fathom::io

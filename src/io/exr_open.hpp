@@ -16,6 +16,10 @@ namespace fathom::io {
 /// The file, once the lengths in its header were compared with its own. Throws: Error, and what OpenEXR does.
 Imf::MultiPartInputFile open_exr(const std::filesystem::path& file);
 
+/// Each thread of OpenEXR takes memory for a whole tile, however small the image is.
+/// Throws: Error, if a tile of more than 16 MiB has more pixels than its image.
+void check_tiles(const std::filesystem::path& file, const Imf::MultiPartInputFile& exr);
+
 /// Bytes of a file that is there.
 std::uint64_t size_of_file(const std::filesystem::path& file);
 

@@ -192,6 +192,7 @@ public:
     Rows(const std::filesystem::path& file, const std::vector<std::string>& names, const ExrPixels& wanted,
          long long most)
         : exr_(open_exr(file)), file_(file) {
+        check_tiles(file, exr_);
         const auto candidates = channels_of(exr_);
         for (const std::string& name : names)
             chosen_.push_back(choose(file, candidates, name));

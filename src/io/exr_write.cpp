@@ -291,6 +291,7 @@ std::string layer_of(const std::vector<std::string>& channels) {
 void append(Stream& stream, const Imf::Header& header, const std::filesystem::path& file, const Pixels& pixels,
             const WriteOptions& options, const std::string& record) {
     Imf::MultiPartInputFile exr = open_exr(options.source->file);
+    check_tiles(options.source->file, exr);
     for (int i = 0; i < exr.parts(); ++i)
         if (!exr.partComplete(i))
             refuse(options.source->file, "is incomplete: some of its rows were never written; copy it again, or write "

@@ -6,7 +6,14 @@
 #include "runtime/state.hpp"
 #include "text.hpp"
 
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
 #include <set>
+#include <system_error>
+
+#include <fcntl.h>
+#include <unistd.h>
 
 namespace fathom::runtime {
 namespace {
@@ -63,6 +70,50 @@ std::string build_log(const cl::Program& program, const cl::Device& device) {
     }
 }
 
+// The folder where PoCL keeps what it compiles. Source: PoCL 3.1 and 6.0, "Environment variables".
+std::filesystem::path pocl_folder() {
+    const auto variable = [](const char* name) {
+        const char* const value = std::getenv(name);
+        return std::filesystem::path(value ? value : "");
+    };
+    if (const auto own = variable("POCL_CACHE_DIR"); !own.empty())
+        return own;
+    if (const auto cache = variable("XDG_CACHE_HOME"); !cache.empty())
+        return cache / "pocl/kcache";
+    const auto home = variable("HOME");
+    return home.empty() ? "/tmp/pocl/kcache" : home / ".cache/pocl/kcache";
+}
+
+// Why as much as a kernel takes cannot be written into a folder; 0 where it can be.
+int refusal_to_write(const std::filesystem::path& folder) {
+    std::error_code failure;
+    std::filesystem::create_directories(folder, failure);
+    if (failure)
+        return failure.value();
+    std::string name = (folder / "fathom-XXXXXX").string();
+    const int file = mkstemp(name.data());
+    if (file < 0)
+        return errno;
+    constexpr off_t most = 1 << 20;
+    const int refusal = posix_fallocate(file, 0, most);
+    close(file);
+    unlink(name.c_str());
+    return refusal;
+}
+
+// Where PoCL cannot write what it compiles, it says no more than that it does not compile. On a full disk its compiler may end
+// the process, so that is looked for before. Others are told when the build has failed.
+void check_pocl_folder(const std::string& name, const Device& device, bool has_failed) {
+    if (device.info().platform != "Portable Computing Language")
+        return;
+    const std::filesystem::path folder = pocl_folder();
+    if (const int refusal = refusal_to_write(folder);
+        refusal == ENOSPC || refusal == EDQUOT || (has_failed && refusal != 0))
+        throw Error(text("kernels/", name, ".cl is not compiled: PoCL keeps what it compiles in ", folder.string(),
+                         ", where nothing can be written (", std::generic_category().message(refusal),
+                         "); make room there, or let POCL_CACHE_DIR name another folder"));
+}
+
 // Under the context's lock, so that two threads do not build the same.
 cl::Program program(const Device& device, const std::string& name, const std::string& options) {
     Context& context = *device.state().shared;
@@ -70,12 +121,14 @@ cl::Program program(const Device& device, const std::string& name, const std::st
     const std::string key = name + ' ' + options;
     if (const auto found = context.programs.find(key); found != context.programs.end())
         return found->second;
+    check_pocl_folder(name, device, false);
     const cl::Program built(context.context, assembled_source(name + ".cl"));
     try {
         built.build({context.device}, options.c_str());
     } catch (const cl::Error& error) {
         if (error.err() != CL_BUILD_PROGRAM_FAILURE) // the compiler did not come so far as to have a log
             throw;
+        check_pocl_folder(name, device, true);
         throw Error(text("kernels/", name, ".cl does not build on ", device.info().name, " with ", options,
                          "; try another device or driver, or report this:\n", build_log(built, context.device)));
     }

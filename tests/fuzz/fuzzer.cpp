@@ -9,6 +9,8 @@
 #include <cstdlib>
 #include <ctime>
 
+#include <dlfcn.h>
+
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t most);
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed);
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
@@ -32,6 +34,8 @@ std::size_t limited(std::size_t size) {
 
 } // namespace
 
+// Libraries call them, too, although the build hides what it does not ask to be seen.
+#pragma GCC visibility push(default)
 extern "C" void* malloc(std::size_t size) {
     return __libc_malloc(limited(size));
 }
@@ -57,6 +61,23 @@ extern "C" int posix_memalign(void** where, std::size_t alignment, std::size_t s
     *where = __libc_memalign(alignment, limited(size));
     return *where ? 0 : ENOMEM;
 }
+#pragma GCC visibility pop
+
+namespace {
+
+bool libraries_are_limited() {
+    return dlsym(RTLD_DEFAULT, "malloc") == reinterpret_cast<void*>(&malloc);
+}
+
+} // namespace
+#else
+namespace {
+
+bool libraries_are_limited() {
+    return true;
+}
+
+} // namespace
 #endif
 
 namespace {
@@ -67,6 +88,10 @@ const fathom::fuzz::Target& target() {
         const auto* found = fathom::fuzz::find_target(name ? name : "");
         if (!found) {
             std::fprintf(stderr, "FATHOM_FUZZ_TARGET: %s is no target\n", name ? name : "(nothing)");
+            std::exit(2);
+        }
+        if (!libraries_are_limited()) {
+            std::fprintf(stderr, "the limit of allocations does not reach the libraries\n");
             std::exit(2);
         }
         return *found;

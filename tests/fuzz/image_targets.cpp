@@ -3,6 +3,7 @@
 #include "repair.hpp"
 
 #include "io/formats.hpp"
+#include "io/rows.hpp"
 
 #include <fathom/import_camera.hpp>
 #include <fathom/io.hpp>
@@ -11,7 +12,9 @@
 
 #include <opencv2/core/utils/logger.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 
 namespace fs = std::filesystem;
@@ -25,15 +28,31 @@ constexpr std::optional<Packing> packings[] = {std::nullopt,          Packing::r
                                                Packing::rgba_red_low, Packing::rgba_red_high, Packing::uint8,
                                                Packing::uint24_high};
 
+/// An image in bands of a few rows, as strips of large images are read. Not all files can be.
+template <typename Rows>
+void read_by_rows(const std::unique_ptr<Rows>& rows, int most) {
+    for (int left = rows ? rows->size().height : 0, some; left > 0; left -= some) {
+        some = std::min(left, most);
+        rows->read(some);
+    }
+}
+
 void read_one(const fs::path& file, unsigned choice) {
+    const bool by_rows = (choice & 64) != 0;
+    const int band = 1 + static_cast<int>(choice / 8 % 8);
     switch (choice % 4) {
     case 0: {
-        const DepthFile depth =
-            read_depth(file, {.packing = packings[choice / 4 % std::size(packings)], .overscan = (choice & 128) != 0});
+        const ReadOptions options{.packing = packings[choice / 4 % std::size(packings)],
+                                  .overscan = (choice & 128) != 0};
+        if (by_rows)
+            return read_by_rows(io::depth_rows(file, options), band);
+        const DepthFile depth = read_depth(file, options);
         expect(!depth.values.empty() && depth.windows.data.size() == depth.values.size(), "depth without pixels");
         return;
     }
     case 1: {
+        if (by_rows)
+            return read_by_rows(io::picture_rows(file, {}), band);
         const cv::Mat color = read_picture(file, {}).color;
         expect(!color.empty() && (color.type() == CV_32FC3 || color.type() == CV_32FC4), "no picture");
         return;

@@ -105,30 +105,39 @@ void repair_png(Bytes& input) {
 
 void repair_tiff(Bytes& input) {
     Numbers file(input);
-    constexpr std::size_t least = 8 + 2 + 12 + 4;
+    constexpr std::size_t least = 16 + 8 + 20 + 8;
     if (file.size() < least)
         return;
     file.big = file.bytes()[0] == 'M';
     file.set(0, 2, file.big ? 0x4d4d : 0x4949);
-    file.set(2, 2, 42);
-    if (file.get(4, 4) < 8 || file.get(4, 4) > file.size() - 18)
-        file.set(4, 4, 8);
-    const auto directory = static_cast<std::size_t>(file.get(4, 4));
-    const std::size_t entries = std::min<std::size_t>(file.get(directory, 2), (file.size() - directory - 6) / 12);
-    file.set(directory, 2, entries);
-    file.set(directory + 2 + 12 * entries, 4, 0); // there is no other image
-    constexpr std::uint64_t long_type = 4, strips = 273, tiles = 324, strip_sizes = 279, tile_sizes = 325;
+    const bool is_bigtiff = file.get(2, 2) == 43;
+    const std::size_t word = is_bigtiff ? 8 : 4, count_bytes = is_bigtiff ? 8 : 2, entry = is_bigtiff ? 20 : 12;
+    const std::size_t head = is_bigtiff ? 16 : 8, first = head - word;
+    if (is_bigtiff)
+        file.set(4, 4, file.big ? 0x80000 : 8); // bytes of an offset, and 0
+    else
+        file.set(2, 2, 42);
+    if (file.get(first, word) < head || file.get(first, word) > file.size() - count_bytes - entry - word)
+        file.set(first, word, head);
+    const auto directory = static_cast<std::size_t>(file.get(first, word));
+    const std::size_t entries =
+        std::min<std::size_t>(file.get(directory, count_bytes), (file.size() - directory - count_bytes - word) / entry);
+    file.set(directory, count_bytes, entries);
+    file.set(directory + count_bytes + entry * entries, word, 0); // there is no other image
+    constexpr std::uint64_t long_type = 4, long8_type = 16;
+    constexpr std::uint64_t strips = 273, tiles = 324, strip_sizes = 279, tile_sizes = 325;
     std::uint64_t offset = 0;
     for (std::size_t i = 0; i < entries; ++i) {
-        const std::size_t at = directory + 2 + 12 * i;
-        const std::uint64_t tag = file.get(at, 2);
-        if (file.get(at + 2, 2) != long_type || file.get(at + 4, 4) != 1)
+        const std::size_t at = directory + count_bytes + entry * i, value = at + entry - word;
+        const std::uint64_t tag = file.get(at, 2), type = file.get(at + 2, 2);
+        const std::size_t bytes = type == long_type ? 4 : is_bigtiff && type == long8_type ? 8 : 0;
+        if (bytes == 0 || file.get(at + 4, word) != 1)
             continue;
         if (tag == strips || tag == tiles) {
-            offset = std::min<std::uint64_t>(file.get(at + 8, 4), file.size() - 1);
-            file.set(at + 8, 4, offset);
+            offset = std::min<std::uint64_t>(file.get(value, bytes), file.size() - 1);
+            file.set(value, bytes, offset);
         } else if (tag == strip_sizes || tag == tile_sizes) {
-            file.set(at + 8, 4, std::clamp<std::uint64_t>(file.get(at + 8, 4), 1, file.size() - offset));
+            file.set(value, bytes, std::clamp<std::uint64_t>(file.get(value, bytes), 1, file.size() - offset));
         }
     }
 }
