@@ -572,9 +572,9 @@ TEST_CASE("program: an interrupt while kernels are compiled is no failure of the
     const auto start = std::chrono::steady_clock::now();
     CHECK(run(arguments).code == 0);
     const auto whole = std::chrono::steady_clock::now() - start;
-    constexpr int moments = 16;
+    constexpr int moments = 9;
     int interrupted = 0;
-    for (int i = 0; i < moments; ++i) {
+    for (int i = 1; i < moments; ++i) {
         Run running(arguments);
         std::this_thread::sleep_for(whole * i / moments);
         running.send(SIGTERM);

@@ -17,10 +17,10 @@ constexpr const char* exit_codes = R"(Exit codes:
   2    wrong usage; nothing was done
   3    no OpenCL device as asked for
   130  interrupted (Ctrl-C) after the inputs in work; no half-written file is left
-  143  the same after SIGTERM)";
+  143  the same after SIGTERM, and 129 after SIGHUP)";
 
 constexpr const char* exit_codes_in_short =
-    "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130 and 143 interrupted.";
+    "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130, 143 and 129 interrupted.";
 
 } // namespace
 

@@ -33,9 +33,9 @@ std::vector<float> depth(int width, int height) {
     return values;
 }
 
-namespace {
+int width = 40, height = 24;
 
-constexpr int width = 40, height = 24;
+namespace {
 
 /// What an operation reads.
 struct Inputs {

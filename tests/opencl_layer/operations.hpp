@@ -18,7 +18,9 @@ struct Operation {
     std::function<Bytes(const fathom::Device&)> run;
 };
 
-/// On images of 40 × 24 pixels.
+/// Of the images. A test may set them to what it needs.
+extern int width, height;
+
 const std::vector<Operation>& all();
 
 /// An image so large that its scratch memory is taken in huge pages.

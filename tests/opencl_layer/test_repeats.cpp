@@ -5,10 +5,15 @@
 
 #include <fathom/device.hpp>
 
+#include <tuple>
+#include <utility>
+
 using namespace fathom;
 
 TEST_CASE("repeats: every operation has the same bits a thousand times over", "[repeats]") {
     constexpr int times = 1000;
+    const auto small = std::pair(operations::width, operations::height);
+    std::tie(operations::width, operations::height) = std::pair(200, 120); // many groups run side by side in every pass
     const Device device = Device::open("cpu");
     for (const operations::Operation& operation : operations::all()) {
         const auto first = operation.run(device);
@@ -18,4 +23,5 @@ TEST_CASE("repeats: every operation has the same bits a thousand times over", "[
         INFO(operation.name);
         CHECK(different == 0);
     }
+    std::tie(operations::width, operations::height) = small;
 }
