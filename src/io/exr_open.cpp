@@ -178,7 +178,7 @@ void check_tiles(const std::filesystem::path& file, const Imf::MultiPartInputFil
         double pixel_bytes = 0;
         for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
             pixel_bytes += c.channel().type == Imf::HALF ? 2 : 4;
-        const Imath::Box2i window = header.dataWindow();
+        const Imath::Box2i& window = header.dataWindow();
         const double pixels = (1.0 + window.max.x - window.min.x) * (1.0 + window.max.y - window.min.y);
         const Imf::TileDescription& tile = header.tileDescription();
         if (pixel_bytes * tile.xSize * tile.ySize > std::max(always, pixel_bytes * pixels))
