@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 namespace fathom::runtime {
@@ -86,6 +87,10 @@ std::filesystem::path pocl_folder() {
 
 // Why as much as a kernel takes cannot be written into a folder; 0 where it can be.
 int refusal_to_write(const std::filesystem::path& folder) {
+    constexpr off_t most = 1 << 20;
+    rlimit limit{};
+    if (getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur < rlim_t{most}) // to try would be a signal
+        return 0;
     std::error_code failure;
     std::filesystem::create_directories(folder, failure);
     if (failure)
@@ -94,7 +99,6 @@ int refusal_to_write(const std::filesystem::path& folder) {
     const int file = mkstemp(name.data());
     if (file < 0)
         return errno;
-    constexpr off_t most = 1 << 20;
     const int refusal = posix_fallocate(file, 0, most);
     close(file);
     unlink(name.c_str());
