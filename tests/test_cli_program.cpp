@@ -569,6 +569,7 @@ TEST_CASE("program: an interrupt while kernels are compiled is no failure of the
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png", ramp(48, 32));
     const Arguments arguments{"ssao", input, "--camera", camera, "--radius", "1", "-o", folder / "out/ao.exr"};
+    CHECK(run(arguments).code == 0); // PoCL keeps the kernels: the other runs take the time of the next one
     const auto start = std::chrono::steady_clock::now();
     CHECK(run(arguments).code == 0);
     const auto whole = std::chrono::steady_clock::now() - start;

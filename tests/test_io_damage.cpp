@@ -1,6 +1,7 @@
 // Files that are missing, cut short or damaged: one line that says so, nothing else on stderr, no crash.
 #include "catch.hpp"
 #include "io_files.hpp"
+#include "places.hpp"
 
 #include <fathom/io.hpp>
 #include <fathom/picture.hpp>
@@ -11,7 +12,11 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <random>
+#include <string>
 #include <string_view>
 
 using namespace fathom;
@@ -171,4 +176,14 @@ TEST_CASE("damage: noise behind the first bytes of every format is refused", "[i
             const auto file = put(folder / "noise", bytes);
             check_says(refusal([&] { read_depth(file); }), {"noise: "});
         }
+}
+
+TEST_CASE("damage: an EXR whose tiles are far larger than its image is refused", "[io]") {
+    const TempFolder folder;
+    std::ifstream seed(fs::path(places::sources) / "tests/fuzz/corpus/exr/found_tile_of_a_small_image",
+                       std::ios::binary);
+    seed.get(); // the target's choice
+    const std::string bytes(std::istreambuf_iterator<char>(seed), {});
+    check_says(refusal([&] { read_depth(put(folder / "tiles.exr", bytes)); }),
+               {"tiles.exr: has tiles of 23000 x 23000 pixels", "smaller tiles"});
 }

@@ -95,7 +95,7 @@ int refusal_to_write(const std::filesystem::path& folder) {
     std::filesystem::create_directories(folder, failure);
     if (failure)
         return failure.value();
-    std::string name = (folder / "fathom-XXXXXX").string();
+    std::string name = (folder / "fathom-XXXXXX").string(); // mkstemp puts letters in the place of the last six
     const int file = mkstemp(name.data());
     if (file < 0)
         return errno;
