@@ -1,6 +1,7 @@
 // What one device makes of every operation: does it give the bits of another device, how fast is it, and how long does its
 // driver compile?
-//   device_report results FILE [SCENES]   writes every result of 20 scenes, or fewer
+//   device_report results FILE [SCENES [LARGEST]]
+//                                         writes every result of 20 scenes, or fewer, and of all ways to store depth
 //   device_report compare FILE REFERENCE  compares two such files
 //   device_report times [WIDTH HEIGHT]    times each operation against a copy of the depth image
 // Each prints lines of fields with tabs between them. The environment chooses: DEVICE names the device, the CPU without it;
@@ -13,6 +14,7 @@
 #include <fathom/fathom.hpp>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -24,6 +26,7 @@
 #include <map>
 #include <random>
 #include <sstream>
+#include <tuple>
 
 using namespace fathom;
 
@@ -35,27 +38,69 @@ constexpr double near_plane = 0.5, far_plane = 100;
 struct Scene {
     Camera camera;
     Storage storage = Storage::float32;
-    std::vector<float> values, colors;
-    std::vector<std::uint16_t> codes;
+    std::vector<std::uint8_t> depth; ///< as `storage` holds it
+    Element color_type = Element::f32;
+    int color_channels = 3;
+    std::vector<std::uint8_t> colors;
 
     StoredDepth on(const Device& device) const {
-        if (storage == Storage::uint16)
-            return {Image::from_host(device, Element::u16, codes.data(), {camera.width, camera.height}), camera,
-                    storage};
-        return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera, storage};
+        const Layout layout{camera.width, camera.height, channels_of(storage)};
+        return {Image::from_host(device, element_of(storage), depth.data(), layout), camera, storage};
     }
     Image picture(const Device& device) const {
-        return Image::from_host(device, Element::f32, colors.data(), {camera.width, camera.height, 3});
+        return Image::from_host(device, color_type, colors.data(), {camera.width, camera.height, color_channels});
     }
 };
 
+/// A way to store depth that needs no other projection than the perspective one.
+struct Stored {
+    Encoding encoding = Encoding::window;
+    Storage storage = Storage::float32;
+    Along along = Along::axis;
+    bool from_near_plane = false;
+};
+
+/// Every encoding as floats, and everything else that may hold a depth.
+const Stored ways_to_store[] = {
+    {Encoding::view_z},
+    {Encoding::ray_distance},
+    {Encoding::ray_distance, Storage::float32, Along::axis, true},
+    {Encoding::linear},
+    {Encoding::linear, Storage::float32, Along::ray},
+    {Encoding::logarithmic},
+    {Encoding::exponential},
+    {Encoding::median},
+    {Encoding::pseudo_linear},
+    {Encoding::inverse},
+    {Encoding::inverse, Storage::float32, Along::ray},
+    {Encoding::inverse_range},
+    {Encoding::inverse_range, Storage::float32, Along::ray},
+    {Encoding::window, Storage::float16},
+    {Encoding::window, Storage::uint8},
+    {Encoding::window, Storage::uint16},
+    {Encoding::window, Storage::uint24},
+    {Encoding::window, Storage::uint24_high},
+    {Encoding::window, Storage::rgb8_red_low},
+    {Encoding::window, Storage::rgb8_red_high},
+    {Encoding::window, Storage::bgr8_red_low},
+    {Encoding::window, Storage::bgr8_red_high},
+    {Encoding::view_z, Storage::uint16},
+};
+constexpr int main_scenes = 20;
+
+template <typename T>
+void append(std::vector<std::uint8_t>& bytes, T value) {
+    const auto memory = std::bit_cast<std::array<std::uint8_t, sizeof(T)>>(value);
+    bytes.insert(bytes.end(), memory.begin(), memory.end());
+}
+
 /// Distance in scene units: slopes, boxes before them, and what lies behind everything.
-double distance_at(int x, int y, int width) {
+double distance_at(int x, int y, int width, bool boxes) {
     const auto wave = [](int i, int period) { return std::abs(2.0 * (i % period) / period - 1); };
     if (y < 3 && x % 5 == 0)
         return far_plane;
     const double ground = 4 + 0.03 * y + wave(x, 37) + 0.5 * wave(y + x / 3, 23);
-    return x / 19 % 3 == 1 && y % 31 < 17 && x * 3 > width ? ground - 2.25 : ground;
+    return boxes && x / 19 % 3 == 1 && y % 31 < 17 && x * 3 > width ? ground - 2.25 : ground;
 }
 
 Projection projection_of(int kind, double aspect) {
@@ -76,57 +121,156 @@ Projection projection_of(int kind, double aspect) {
 }
 
 float stored_value(const Camera& camera, double z) {
+    constexpr double median = 8, scale = 1 / near_plane - 1 / far_plane;
     switch (camera.encoding) {
     case Encoding::window:
         return camera.projection.matrix(3, 2) == 0
                    ? static_cast<float>((z - near_plane) / (far_plane - near_plane))
                    : static_cast<float>(far_plane * (z - near_plane) / (z * (far_plane - near_plane)));
+    case Encoding::linear:
     case Encoding::logarithmic:
+    case Encoding::exponential:
+    case Encoding::pseudo_linear:
         return static_cast<float>((z - near_plane) / (far_plane - near_plane));
+    case Encoding::median:
+        return static_cast<float>(0.5 + 0.5 * (z - median) / (z + median));
+    case Encoding::inverse:
+        return static_cast<float>(1 / z);
+    case Encoding::inverse_range:
+        return static_cast<float>((1 / near_plane - 1 / z) / scale);
     default:
         return static_cast<float>(z);
     }
 }
 
-Scene scene(int index, int width, int height) {
+/// A pixel's depth as memory holds it. `value` is from 0 to 1 where it becomes a code.
+void append_depth(Scene& scene, float value) {
+    const auto code = [&](double most) {
+        return static_cast<std::uint32_t>(std::clamp(double{value}, 0.0, 1.0) * most);
+    };
+    const std::uint32_t code24 = code(0xffffff);
+    const auto bytes = [&](int first, int second, int third) {
+        for (const int shift : {first, second, third})
+            append(scene.depth, static_cast<std::uint8_t>(code24 >> shift));
+    };
+    switch (scene.storage) {
+    case Storage::float32:
+        return append(scene.depth, value);
+    case Storage::float16:
+        return append(scene.depth, static_cast<Eigen::half>(value).x);
+    case Storage::uint8:
+        return append(scene.depth, static_cast<std::uint8_t>(code(0xff)));
+    case Storage::uint16:
+        return append(scene.depth, static_cast<std::uint16_t>(code(0xffff)));
+    case Storage::uint24:
+        return append(scene.depth, code24);
+    case Storage::uint24_high:
+        return append(scene.depth, code24 << 8);
+    case Storage::rgb8_red_low:
+    case Storage::bgr8_red_high:
+        return bytes(0, 8, 16);
+    case Storage::rgb8_red_high:
+    case Storage::bgr8_red_low:
+        return bytes(16, 8, 0);
+    }
+}
+
+void append_color(Scene& scene, int level) {
+    switch (scene.color_type) {
+    case Element::u8:
+        return append(scene.colors, static_cast<std::uint8_t>(level));
+    case Element::u16:
+        return append(scene.colors, static_cast<std::uint16_t>(level * 257));
+    case Element::f16:
+        return append(scene.colors, static_cast<Eigen::half>(static_cast<float>(level) / 256).x);
+    default:
+        return append(scene.colors, static_cast<float>(level) / 256);
+    }
+}
+
+/// `boxes`: does something stand before the slopes?
+Scene scene(int index, int width, int height, bool boxes = true) {
     Scene made;
     Camera& camera = made.camera;
-    camera.projection = projection_of(index % 7 < 4 ? index % 7 : 0, double(width) / height);
+    const bool main = index < main_scenes;
+    const Stored way = main ? Stored{} : ways_to_store[index - main_scenes];
+    camera.projection = projection_of(main && index % 7 < 4 ? index % 7 : 0, double(width) / height);
     camera.width = width;
     camera.height = height;
+    camera.encoding = way.encoding;
+    camera.along = way.along;
+    camera.from_near_plane = way.from_near_plane;
+    camera.near_plane = near_plane;
+    camera.far_plane = far_plane;
+    camera.median = 8;
     camera.view = Eigen::Matrix4d::Identity();
-    if (index % 7 == 4)
+    if (index % 2 == 1) // a turn that has exact numbers
+        camera.view->topLeftCorner<2, 2>() << 0.6, -0.8, 0.8, 0.6;
+    if (main && index % 7 == 4)
         camera.encoding = Encoding::ray_distance;
-    if (index % 7 == 5)
+    if (main && index % 7 == 5)
         camera.encoding = Encoding::view_z;
-    if (index % 7 == 6) {
+    if (main && index % 7 == 6)
         camera.encoding = Encoding::logarithmic;
-        camera.far_plane = far_plane;
-    }
-    made.storage = index % 3 == 2 && camera.encoding == Encoding::window ? Storage::uint16 : Storage::float32;
+    made.storage = way.storage;
+    if (main && index % 3 == 2 && camera.encoding == Encoding::window)
+        made.storage = Storage::uint16;
+    const bool floats = made.storage == Storage::float32 || made.storage == Storage::float16;
+    const bool distances = made.storage == Storage::uint16 && camera.encoding == Encoding::view_z;
+    if (distances)
+        camera.scale = 128.0 / 65535;
+    constexpr std::pair<Element, int> pictures[] = {
+        {Element::f32, 3}, {Element::f32, 4}, {Element::f16, 4}, {Element::u8, 3}, {Element::u16, 4}};
+    std::tie(made.color_type, made.color_channels) = pictures[main ? index % 2 : index % 5];
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
-            const bool missing = (x * 7 + y * 13) % 101 == 50;
-            const float value = stored_value(camera, distance_at(x, y, width));
-            made.values.push_back(missing ? std::numeric_limits<float>::quiet_NaN() : value);
-            made.codes.push_back(static_cast<std::uint16_t>(std::clamp(value, 0.0f, 1.0f) * 65535));
-            for (int channel = 0; channel < 3; ++channel)
-                made.colors.push_back(static_cast<float>((x * 31 + y * 17 + channel * 85) % 256) / 256);
+            const bool missing = floats && (x * 7 + y * 13) % 101 == 50;
+            const float value = stored_value(camera, distance_at(x, y, width, boxes));
+            append_depth(made, missing ? std::numeric_limits<float>::quiet_NaN() : distances ? value / 128 : value);
+            for (int channel = 0; channel < made.color_channels; ++channel)
+                append_color(made, channel == 3 ? 255 : (x * 31 + y * 17 + channel * 85 + (boxes ? 0 : 64)) % 256);
         }
     }
     return made;
 }
 
-/// Results as the bits of floats.
-using Values = std::vector<float>;
+/// Results as floats, of which halves and codes are rounded.
+struct Values {
+    std::vector<float> numbers;
+    double step = 0; ///< of the rounding
+};
+
+template <typename T>
+std::vector<float> numbers_of(const Image& image, const std::function<float(T)>& number) {
+    std::vector<T> memory(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
+                          static_cast<std::size_t>(image.channels()));
+    image.download(memory.data());
+    std::vector<float> numbers(memory.size());
+    std::ranges::transform(memory, numbers.begin(), number);
+    return numbers;
+}
 
 void add(Values& all, const Image& image) {
     if (!image)
         return;
-    Values part(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
-                static_cast<std::size_t>(image.channels()));
-    image.download(part.data());
-    all.insert(all.end(), part.begin(), part.end());
+    std::vector<float> part;
+    switch (image.element()) {
+    case Element::u8:
+        part = numbers_of<std::uint8_t>(image, [](std::uint8_t code) { return static_cast<float>(code) / 255; });
+        all.step = 1.0 / 255;
+        break;
+    case Element::u16:
+        part = numbers_of<std::uint16_t>(image, [](std::uint16_t code) { return static_cast<float>(code) / 65535; });
+        all.step = 1.0 / 65535;
+        break;
+    case Element::f16:
+        part = numbers_of<Eigen::half>(image, [](Eigen::half half) { return static_cast<float>(half); });
+        all.step = 0x1p-11; // of numbers below 1
+        break;
+    default:
+        part = numbers_of<float>(image, [](float number) { return number; });
+    }
+    all.numbers.insert(all.numbers.end(), part.begin(), part.end());
 }
 
 CircleOfConfusion lens_of(const Camera& camera) {
@@ -141,6 +285,13 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
     const Image picture = scene.picture(device);
     const Quality quality = qualities[index % 3];
     const CircleOfConfusion lens = lens_of(scene.camera);
+    const int width = scene.camera.width, height = scene.camera.height;
+    const Scene behind = ::scene(index, width, height, false); // without boxes
+    const StoredDepth depth_behind = behind.on(device);
+    const Image picture_behind = behind.picture(device);
+    const std::vector<float> constant(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0.375f);
+    const Space space = index % 2 == 1 ? Space::world : Space::view;
+    const int channels = index / 2 % 2 == 1 ? 4 : 3;
     std::map<std::string, Values> all;
     const auto run = [&](const char* name, const auto& images) {
         compile_for(name);
@@ -149,18 +300,42 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
     };
     using Images = std::vector<Image>;
     run("linearize", [&] { return Images{linearize(depth).image}; });
-    run("unproject", [&] { return Images{unproject(depth)}; });
+    run("unproject", [&] {
+        const Background background = index % 3 == 1 ? Background::decode : Background::inf;
+        return Images{unproject(depth),
+                      unproject(depth, {.space = space, .channels = channels, .background = background})};
+    });
     run("normals", [&] {
-        return Images{normals(depth), index % 4 == 2 ? normals(depth, {.noise = 1e-3}) : Image{},
+        return Images{normals(depth), normals(depth, {.space = space, .channels = channels}),
+                      index % 4 == 2 ? normals(depth, {.noise = 1e-3}) : Image{},
                       index % 4 == 3 ? normals(depth, {.method = NormalMethod::least_squares}) : Image{}};
     });
     run("ssao", [&] {
-        const Occlusion open =
-            ssao(depth, 0.75, {.quality = quality, .bent_normal = index % 2 == 1, .confidence = index % 4 == 1});
-        const Image thick = index % 5 == 0
-                                ? ssao(depth, 0.75, {.quality = quality, .thickness_from_silhouette = true}).visibility
-                                : Image{};
-        return Images{open.visibility, open.bent_normal, open.confidence, thick};
+        SsaoOptions options{.quality = quality, .bent_normal = index % 2 == 1, .confidence = index % 4 == 1};
+        const Occlusion open = ssao(depth, 0.75, options);
+        options.falloff = index % 3 == 0 ? 0.25 : 0;
+        options.border = index % 3 == 1 ? Border::clamp : Border::open;
+        options.half_resolution = index % 3 == 2;
+        options.normals_space = space;
+        switch (index % 5) {
+        case 0:
+            options.thickness_from_silhouette = true;
+            break;
+        case 1:
+            options.thickness_map = Image::from_host(device, Element::f32, constant.data(), {width, height});
+            break;
+        case 2:
+            options.back_depth = depth_behind;
+            break;
+        case 3:
+            options.normals = normals(depth, {.space = space});
+            break;
+        default:
+            options.thickness = std::numeric_limits<double>::infinity();
+        }
+        const Occlusion other = ssao(depth, 0.75, options);
+        return Images{open.visibility,  open.bent_normal,  open.confidence,
+                      other.visibility, other.bent_normal, other.confidence};
     });
     run("dof_masks", [&] {
         const DofMasks masks = dof_masks(
@@ -168,8 +343,23 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
         return Images{masks.coc,        masks.near_weight,  masks.far_weight,  masks.max_near_coc,
                       masks.near_alpha, masks.disocclusion, masks.mixed_pixels};
     });
-    run("dof", [&] { return Images{dof(depth, picture, lens, {.quality = quality})}; });
-    run("fog", [&] { return Images{fog(depth, picture, {.density = 0.02})}; });
+    run("dof", [&] {
+        const Aperture apertures[] = {
+            {}, {.blades = 6, .rotation_degrees = 15}, {.rotation_degrees = 30, .ratio = 0.5}};
+        DofOptions options{.aperture = apertures[index / 2 % 3], .quality = quality};
+        if (index % 5 == 1)
+            options.clean_plate = CleanPlate{picture_behind, depth_behind};
+        return Images{dof(depth, picture, lens, options)};
+    });
+    run("fog", [&] {
+        FogOptions options{.density = 0.02};
+        if (index % 2 == 1) {
+            options.height_falloff = 0.125;
+            options.sky = index % 4 == 1 ? FogSky::keep : FogSky::fog;
+            options.alpha = index % 4 == 3 ? FogAlpha::straight : FogAlpha::premultiplied;
+        }
+        return Images{fog(depth, picture, options)};
+    });
     return all;
 }
 
@@ -186,16 +376,19 @@ void add_bands(std::map<std::string, Values>& all, const Device& banded, const S
 void write_results(const Device& device, const Device& banded, const std::string& path, int scenes, int largest) {
     std::ofstream file(path, std::ios::binary);
     std::mt19937 random(7);
-    for (int index = 0; index < scenes; ++index) {
-        const int width = std::min(largest, index == 0 ? 161 : 1 + static_cast<int>(random() % 161)),
-                  height = std::min(largest, index == 0 ? 121 : 1 + static_cast<int>(random() % 121));
+    for (int index = 0; index < main_scenes + static_cast<int>(std::size(ways_to_store)); ++index) {
+        const unsigned columns = index < main_scenes ? 161 : 40, rows = index < main_scenes ? 121 : 30;
+        const int width = std::min(largest, index == 0 ? 161 : 1 + static_cast<int>(random() % columns)),
+                  height = std::min(largest, index == 0 ? 121 : 1 + static_cast<int>(random() % rows));
+        if (index >= scenes && index < main_scenes)
+            continue;
         auto all = results_of(device, index, scene(index, width, height));
         if (index == 0 && width > 100) // not on a simulated device
-            add_bands(all, banded, scene(index, 161, 600));
+            add_bands(all, banded, scene(0, 161, 600));
         for (const auto& [name, values] : all) {
-            const std::uint64_t count = values.size();
-            file << name << ' ' << index << ' ' << width << ' ' << height << ' ' << count << '\n';
-            file.write(reinterpret_cast<const char*>(values.data()),
+            const std::uint64_t count = values.numbers.size();
+            file << name << ' ' << index << ' ' << width << ' ' << height << ' ' << count << ' ' << values.step << '\n';
+            file.write(reinterpret_cast<const char*>(values.numbers.data()),
                        static_cast<std::streamsize>(count * sizeof(float)));
         }
     }
@@ -220,9 +413,10 @@ std::vector<Record> read_results(const std::string& path) {
         Record record;
         int index = 0, width = 0, height = 0;
         std::uint64_t count = 0;
-        fields >> record.name >> index >> width >> height >> count;
-        record.values.resize(count);
-        file.read(reinterpret_cast<char*>(record.values.data()), static_cast<std::streamsize>(count * sizeof(float)));
+        fields >> record.name >> index >> width >> height >> count >> record.values.step;
+        record.values.numbers.resize(count);
+        file.read(reinterpret_cast<char*>(record.values.numbers.data()),
+                  static_cast<std::streamsize>(count * sizeof(float)));
         if (!fields || !file)
             throw Error(path + " is damaged");
         records.push_back(std::move(record));
@@ -243,7 +437,7 @@ struct Differences {
     std::size_t different = 0; ///< have other bits; NaN is NaN
     std::size_t unequal = 0;   ///< are other numbers, or a number on one device only
     std::int64_t ulp = 0;      ///< the largest difference between two numbers
-    double largest = 0;
+    double largest = 0;        ///< the largest difference, less the step of halves and codes
 };
 
 /// Does an operation keep to what a device may differ by whose arithmetic is not exact?
@@ -265,12 +459,12 @@ void compare(const std::string& path, const std::string& reference) {
     if (found.size() > right.size())
         throw Error(reference + " has fewer results than " + path);
     for (std::size_t i = 0; i < found.size(); ++i) {
-        if (found[i].name != right[i].name || found[i].values.size() != right[i].values.size())
+        if (found[i].name != right[i].name || found[i].values.numbers.size() != right[i].values.numbers.size())
             throw Error(path + " and " + reference + " are of different scenes");
         Differences& so_far = all[found[i].name];
-        so_far.values += found[i].values.size();
-        for (std::size_t k = 0; k < found[i].values.size(); ++k) {
-            const float a = found[i].values[k], b = right[i].values[k];
+        so_far.values += found[i].values.numbers.size();
+        for (std::size_t k = 0; k < found[i].values.numbers.size(); ++k) {
+            const float a = found[i].values.numbers[k], b = right[i].values.numbers[k];
             if (std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b) || (std::isnan(a) && std::isnan(b)))
                 continue;
             ++so_far.different;
@@ -283,7 +477,8 @@ void compare(const std::string& path, const std::string& reference) {
                 continue;
             }
             so_far.ulp = std::max(so_far.ulp, std::abs(place_of(a) - place_of(b)));
-            so_far.largest = std::max(so_far.largest, std::abs(static_cast<double>(a) - static_cast<double>(b)));
+            const double difference = std::abs(static_cast<double>(a) - static_cast<double>(b));
+            so_far.largest = std::max(so_far.largest, difference - found[i].values.step);
         }
     }
     for (const auto& [name, d] : all)
@@ -310,7 +505,7 @@ void time_operations(const Device& device, int width, int height) {
     const Scene large = scene(0, width, height);
     const StoredDepth depth = large.on(device);
     const Image picture = large.picture(device);
-    const std::size_t bytes = large.values.size() * sizeof(float);
+    const std::size_t bytes = large.depth.size();
     const Image to(device, Element::f32, {width, height});
     const double copy = seconds_of(device, 4 * runs, [&] {
         if (clEnqueueCopyBuffer(device.queue(), depth.image.buffer(), to.buffer(), 0, 0, bytes, 0, nullptr, nullptr) !=
@@ -369,7 +564,7 @@ int main(int count, char* arguments[]) {
         if (what == "results" && argument(2)) {
             std::cout << "probe\t" << to_string(probe_arithmetic(device)) << std::endl;
             std::cout << "sums\t" << (device.options().arithmetic == Arithmetic::fp64 ? "fp64" : "two_float") << '\n';
-            write_results(device, Device::open(name, options), argument(2), number_or(argument(3), 20),
+            write_results(device, Device::open(name, options), argument(2), number_or(argument(3), main_scenes),
                           number_or(argument(4), 161));
         } else if (what == "times") {
             time_operations(device, number_or(argument(2), 1920), number_or(argument(3), 1080));
