@@ -224,9 +224,10 @@ CLI::Validator is_one_of(const std::vector<std::string>& names) {
 CLI::Validator is_a_number(const std::string& kind, const std::function<bool(double)>& accepted) {
     return CLI::Validator(
         [kind, accepted](std::string& text) {
-            double value;
-            const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && accepted(value);
-            return good ? std::string() : "'" + text + "' will not do; it is a " + kind;
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && std::isfinite(value) && accepted(value))
+                return std::string();
+            return "'" + text + "' will not do; it is a " + (std::isinf(value) ? "finite " : "") + kind;
         },
         "");
 }
