@@ -97,6 +97,8 @@ TEST_CASE("fog program: what is wrong is told in one line") {
     check_refused(run(scene.arguments(out, {"--density", "1", "--max-opacity", "2"})), 2, "--max-opacity");
     check_refused(run(scene.arguments(out, {"--density", "1", "--fog-color", "1,2"})), 2, "three numbers");
     check_refused(run(scene.arguments(out, {"--density", "1", "--up", "0,1,0"})), 2, "--height-falloff");
+    check_refused(run(scene.arguments(out, {"--density", "1", "--height-falloff", "1", "--up", "0,0,0"})), 2,
+                  "is not 0");
     const std::string plain = camera_file(scene.folder);
     check_refused(run({"fog", scene.input, "--color", scene.picture_file, "--camera", plain, "-o", out, "--density",
                        "1", "--height-falloff", "1"}),

@@ -588,6 +588,15 @@ TEST_CASE("program: an interrupt while kernels are compiled is no failure of the
     CHECK(interrupted > 0);
 }
 
+TEST_CASE("program: where PoCL cannot make its folder, the folder is named") {
+    const Outcome outcome = run({"devices"}, {.before = {"env", "POCL_CACHE_DIR=/proc/nope"}});
+    CHECK(outcome.code == 3);
+    CHECK(outcome.out.empty());
+    CHECK(outcome.err.find(
+              "/proc/nope, where nothing can be written (No such file or directory); make room there, or let "
+              "POCL_CACHE_DIR name another folder") != std::string::npos);
+}
+
 TEST_CASE("program: a full disk where PoCL keeps kernels is named, and no fault of the driver") {
     const Folder folder;
     const std::string full = folder / "full";

@@ -247,6 +247,9 @@ TEST_CASE("camera file: JSON that is none says where", "[io]") {
     check_says(refusal([&] { read_camera(put(folder / "c.json", "{} {}")); }), {"c.json: is no JSON"});
     check_says(refusal([&] { read_camera(put(folder / "d.json", "{\"a\": \"\xff\"}")); }), {"d.json: is no JSON"});
     check_says(refused(R"("near": 1, "far": 2, "near": 3)"), {"\"near\" is given twice"});
+    const std::string long_key = refused('"' + std::string(1 << 20, 'k') + R"(": 1)");
+    check_says(long_key, {"unknown key \"kkk", "kkk...", "the nearest known one is"});
+    CHECK(long_key.size() < 400);
     check_says(refusal([&] { read_camera(put(folder / "e.json", std::string(100000, '['))); }), {"e.json: is no JSON"});
 }
 

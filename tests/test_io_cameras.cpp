@@ -28,6 +28,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <iostream>
 #include <numbers>
 #include <random>
@@ -298,6 +299,17 @@ TEST_CASE("cameras: glTF sees what its specification says, through parents and s
     refused(R"([{"camera": 0, "matrix": "x"}])", {"nodes[0].matrix", "16 numbers"});
     refused(R"([7])", {"nodes[0]", "must be an object"});
     check_says(refusal([&] { import_camera(put(folder / "bad.gltf", R"({"asset": {}})")); }), {"has no camera"});
+
+    std::string chain = R"({"asset": {}, "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}],
+                            "nodes": [)";
+    constexpr int nodes = 200'000;
+    for (int i = 1; i < nodes; ++i)
+        chain += R"({"translation": [0, 0, 0.5], "children": [)" + std::to_string(i) + "]},";
+    const fs::path long_chain = put(folder / "chain.gltf", chain + R"({"camera": 0}]})");
+    const std::clock_t start = std::clock();
+    CHECK((*camera_for(import_camera(long_chain), 640, 480).view)(2, 3) == -0.5 * (nodes - 1));
+    constexpr double most_s = 3; // 0.3 s of the processor; if each node looked at all others, it would take 7 s
+    CHECK((places::sanitized || static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC < most_s));
 }
 
 TEST_CASE("cameras: transforms.json of nerfstudio and instant-ngp", "[io][cameras]") {

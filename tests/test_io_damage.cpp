@@ -3,6 +3,7 @@
 #include "io_files.hpp"
 #include "places.hpp"
 
+#include <fathom/import_camera.hpp>
 #include <fathom/io.hpp>
 #include <fathom/picture.hpp>
 
@@ -186,4 +187,30 @@ TEST_CASE("damage: an EXR whose tiles are far larger than its image is refused",
     const std::string bytes(std::istreambuf_iterator<char>(seed), {});
     check_says(refusal([&] { read_depth(put(folder / "tiles.exr", bytes)); }),
                {"tiles.exr: has tiles of 23000 x 23000 pixels", "smaller tiles"});
+}
+
+TEST_CASE("damage: files that are far longer than what they hold are refused unread", "[io]") {
+    constexpr std::uintmax_t bytes = std::uintmax_t{20} << 30; // of zeros, which take no room on the disk
+    const TempFolder folder;
+    const std::string ihdr("\0\0\0\rIHDR\0\0\0\x0a\0\0\0\x0a", 16);
+    const std::string array = "{'descr': '<f4', 'fortran_order': False, 'shape': (10, 10), }";
+    const std::pair<const char*, std::string> beginnings[] = {
+        {"a.pfm", "Pf\n10 10\n-1\n"},          {"a.pgm", "P5\n10 10\n65535\n"},
+        {"a.png", "\x89PNG\r\n\x1a\n" + ihdr}, {"a.npy", std::string("\x93NUMPY\x01\0\x76\0", 10) + array},
+        {"a.jpg", "\xff\xd8\xff\xe0"},         {"a.hdr", "#?RADIANCE\n"},
+    };
+    for (const auto& [name, beginning] : beginnings) {
+        CAPTURE(name);
+        const auto file = put(folder / name, beginning);
+        fs::resize_file(file, bytes);
+        check_says(refusal([&] { read_picture(file); }),
+                   {name, "has 21474836480 bytes", "check that it is the right one"});
+    }
+    const auto noise = put(folder / "noise.png", "xx");
+    fs::resize_file(noise, bytes);
+    check_says(refusal([&] { read_depth(noise); }), {"noise.png: is no image that holds depth"});
+    const auto camera = put(folder / "camera.json", "{");
+    fs::resize_file(camera, bytes);
+    check_says(refusal([&] { read_camera(camera); }), {"camera.json: has 21474836480 bytes"});
+    check_says(refusal([&] { import_camera(camera); }), {"camera.json: has 21474836480 bytes"});
 }

@@ -23,6 +23,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::vector<std::string> nearest_words(std::vector<std::string> known, std::string_view word, std::size_t most) {
+    word = word.substr(0, 100); // longer than whatever is known
     std::vector<std::pair<std::size_t, std::string>> far;
     for (std::string& each : known) {
         const std::size_t edits = edit_distance(each, word);

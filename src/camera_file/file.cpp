@@ -227,9 +227,12 @@ void check_readable(const fs::path& file) {
     OpenFile opened(file);
 }
 
-Bytes read_file(const fs::path& file) {
+Bytes read_file(const fs::path& file, std::uint64_t most) {
     check_readable(file);
     OpenFile opened(file);
+    if (opened.size() > most)
+        refuse(file, "has " + std::to_string(opened.size()) + " bytes, and at most " + std::to_string(most) +
+                         " are read of such a file; check that it is the right one");
     Bytes bytes(opened.size());
     if (opened.read(bytes) < bytes.size())
         refuse_unanswered(file, std::string("cannot be read to its end; ") + check_disk);

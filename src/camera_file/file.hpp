@@ -2,6 +2,7 @@
 
 #include <fathom/error.hpp>
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -72,8 +73,11 @@ std::vector<std::string> names_in(const std::filesystem::path& folder);
 /// Refuses what cannot be read as a file: missing, a directory, empty, no permission.
 void check_readable(const std::filesystem::path& file);
 
-/// The whole file.
-Bytes read_file(const std::filesystem::path& file);
+/// Bytes of the longest text.
+constexpr std::uint64_t most_text = 256 << 20;
+
+/// The whole file; one of more than `most` bytes is refused before it is read.
+Bytes read_file(const std::filesystem::path& file, std::uint64_t most = most_text);
 
 /// The first bytes of a file that is there; fewer than `most` of a shorter one.
 Bytes read_head(const std::filesystem::path& file, std::size_t most);

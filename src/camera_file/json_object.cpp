@@ -19,23 +19,56 @@ std::string shown(const json& value) {
     return text.size() > most ? text.substr(0, most) + "..." : text;
 }
 
-json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes) {
-    std::vector<std::set<std::string>> open; // keys of the objects that the parser is in
-    constexpr int deepest = 100;             // whoever prints or compares a deeper value recurses too often
-    const auto no_key_twice = [&](int depth, json::parse_event_t event, json& key) {
-        if (depth > deepest)
-            refuse(file,
-                   "is no JSON of a camera: its values are nested more than " + std::to_string(deepest) + " deep");
-        if (event == json::parse_event_t::object_start)
-            open.emplace_back();
-        else if (event == json::parse_event_t::object_end)
-            open.pop_back();
-        else if (event == json::parse_event_t::key && !open.back().insert(key.get<std::string>()).second)
-            refuse(file, "key " + shown(key) + " is given twice; keep one");
+namespace {
+
+/// Refuses a key that is given twice, and values that are nested too deeply: whoever prints or compares one recurses too often.
+/// json::parse with a callback could do it, too, but looks through the whole of an array after each of its objects.
+class Checked : public nlohmann::json_sax<json> {
+public:
+    explicit Checked(const std::filesystem::path& file) : file_(file) {}
+    bool null() override { return true; }
+    bool boolean(bool) override { return true; }
+    bool number_integer(number_integer_t) override { return true; }
+    bool number_unsigned(number_unsigned_t) override { return true; }
+    bool number_float(number_float_t, const string_t&) override { return true; }
+    bool string(string_t&) override { return true; }
+    bool binary(binary_t&) override { return true; }
+    bool start_object(std::size_t) override { return opened(); }
+    bool start_array(std::size_t) override { return opened(); }
+    bool end_object() override { return closed(); }
+    bool end_array() override { return closed(); }
+    bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override { return false; }
+    bool key(string_t& key) override {
+        if (!open_.back().insert(key).second)
+            refuse(file_, "key " + shown(key) + " is given twice; keep one");
         return true;
-    };
+    }
+
+private:
+    bool opened() {
+        constexpr std::size_t deepest = 100;
+        open_.emplace_back();
+        if (open_.size() > deepest)
+            refuse(file_,
+                   "is no JSON of a camera: its values are nested more than " + std::to_string(deepest) + " deep");
+        return true;
+    }
+    bool closed() {
+        open_.pop_back();
+        return true;
+    }
+
+    const std::filesystem::path& file_;
+    std::vector<std::set<std::string>> open_; ///< keys of the objects that the parser is in
+};
+
+} // namespace
+
+json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes) {
+    Checked checked(file);
+    json::sax_parse(bytes.begin(), bytes.end(), &checked);
     try {
-        return json::parse(bytes.begin(), bytes.end(), no_key_twice);
+        return json::parse(bytes.begin(), bytes.end());
     } catch (const json::exception& error) {
         // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."
         std::string what = error.what();
@@ -65,7 +98,7 @@ void JsonObject::check_keys(const std::vector<std::string>& above) const {
         const std::string& key = item.key();
         if (holds(known_, key))
             continue;
-        const std::string unknown = "unknown key " + json(path_to(key)).dump() + "; ";
+        const std::string unknown = "unknown key " + shown(path_to(key)) + "; ";
         if (const std::string object = object_of(key); !object.empty() && object != name_)
             refuse(file_, unknown + "it belongs in \"" + object + "\": {...}");
         if (const std::string meant = key_for(key); !meant.empty())

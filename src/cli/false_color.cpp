@@ -162,7 +162,7 @@ Viewed from_plain(const fs::path& file, const std::string& wanted) {
     io::check_readable(file);
     if (!wanted.empty())
         io::refuse_layer(file, wanted);
-    io::Bytes bytes = io::within_memory(file, [&] { return io::read_file(file); });
+    io::Bytes bytes = io::within_memory(file, [&] { return io::read_image_file(file); });
     const std::optional<cv::Mat> image = io::within_memory(file, [&] { return io::read_plain(file, bytes); });
     if (auto recorded = image ? from_record(file, std::move(bytes), *image) : std::nullopt)
         return *recorded;

@@ -67,7 +67,13 @@ void add_fog_options(CLI::App& app, FogOptions& fog) {
             fog.up = {up[0], up[1], up[2]};
         },
         "the world's up axis (default: 0,1,0)")
-        ->needs(falloff);
+        ->needs(falloff)
+        ->check(CLI::Validator(
+            [](std::string& text) {
+                const auto up = three_numbers(text);
+                return up == std::array<double, 3>{} ? "'" + text + "' will not do; one of the three is not 0" : "";
+            },
+            ""));
     add_enum_option(app, "--sky", fog.sky, {{"fog", FogSky::fog}, {"keep", FogSky::keep}},
                     "the background: infinitely far away (default), or left alone")
         ->group("Fog");

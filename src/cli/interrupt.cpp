@@ -40,6 +40,7 @@ void watch_interrupts() {
         if (action.sa_handler != SIG_IGN) // started with nohup or in the background: stays ignored
             sigaddset(&signals, signal);
     }
+    std::signal(SIGXFSZ, SIG_IGN); // a file that would be larger than allowed cannot be written, as on a full disk
     pthread_sigmask(SIG_BLOCK, &signals, nullptr); // threads that start from now on inherit it
     try {
         std::thread(wait_for, signals).detach();
@@ -49,7 +50,6 @@ void watch_interrupts() {
 }
 
 void catch_interrupts() {
-    std::signal(SIGXFSZ, SIG_IGN);
     asks = true;
 }
 

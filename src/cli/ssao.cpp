@@ -328,7 +328,7 @@ AO, a .png in 16 bits as round(value × 65535). The background has 1. Invalid pi
 normal has the EXR channels N.X N.Y N.Z. A .png of it holds ½n + ½, and black for none.
 
 With several inputs, OUT and every FILE above are folders, in which each input keeps its own name. If one file of an
-input cannot be written, none of that input's files is. docs/ambient-occlusion.md explains the method.
+input cannot be written, none of that input's files is replaced. docs/ambient-occlusion.md explains the method.
 
 Example:
   fathom ssao frame.exr --camera camera.json -o frame.ao.png --radius 0.5

@@ -190,7 +190,8 @@ std::string keys_of(const YAML::Node& map) {
 }
 
 Imported imported(const fs::path& file, const ImportOptions& options) {
-    const Bytes bytes = read_file(file);
+    constexpr std::uint64_t most = 1 << 20; // YAML takes some two hundred times its bytes; calibrations have thousands
+    const Bytes bytes = read_file(file, most);
     std::string text(bytes.begin(), bytes.end());
     if (text.starts_with("%YAML:")) // cv::FileStorage's directive, which YAML does not know
         text.erase(0, std::min(text.find('\n'), text.size()));

@@ -77,6 +77,9 @@ std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& 
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer = {});
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes);
 
+/// The bytes for `read_plain`; only the first ones if no image begins so. A file that is far longer than its image is refused.
+Bytes read_image_file(const std::filesystem::path& file);
+
 /// Refuses a layer of a file that has none.
 [[noreturn]] void refuse_layer(const std::filesystem::path& file, const std::string& layer);
 

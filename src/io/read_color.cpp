@@ -118,7 +118,7 @@ PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& op
         return {.image = io::read_exr_floats(file, exr_channels(file, options), "colours", options.windows),
                 .icc = {},
                 .exif = {}};
-    const io::Bytes bytes = io::read_file(file);
+    const io::Bytes bytes = io::read_image_file(file);
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 10));
     if (!options.layer.empty())
         io::refuse_layer(file, options.layer);

@@ -83,7 +83,7 @@ std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& f
     }
     if (!channel.empty())
         refuse(file, "is no OpenEXR file and has no channel \"" + channel + "\"; leave --channel out");
-    const io::Bytes bytes = io::read_file(file);
+    const io::Bytes bytes = io::read_image_file(file);
     if (const auto jpeg = io::read_jpeg(file, bytes))
         return {jpeg->image, ""};
     if (const auto image = io::read_plain(file, bytes))

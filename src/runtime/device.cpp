@@ -1,6 +1,7 @@
 // Devices: explicit enumeration (no driver's idea of a default), selection by kind, index or name.
 
 #include "require.hpp"
+#include "runtime/program.hpp"
 #include "runtime/state.hpp"
 
 #include <algorithm>
@@ -105,6 +106,8 @@ const Found& choose(const std::vector<Found>& found, const std::string& wanted, 
     if (found.empty() && !failure.empty())
         throw NoDevice("no OpenCL device answers: " + failure);
     if (found.empty()) {
+        if (const std::string reason = runtime::pocl_refusal(); !reason.empty())
+            throw NoDevice("no OpenCL device answers; if PoCL is installed, it keeps what it compiles in " + reason);
         throw NoDevice("no OpenCL device is installed; a CPU becomes one with the package pocl-opencl-icd, "
                        "which needs a folder to write into (POCL_CACHE_DIR)");
     }

@@ -89,8 +89,6 @@ std::filesystem::path pocl_folder() {
 int refusal_to_write(const std::filesystem::path& folder) {
     constexpr off_t most = 1 << 20;
     rlimit limit{};
-    if (getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur < rlim_t{most}) // to try would be a signal
-        return 0;
     std::error_code failure;
     std::filesystem::create_directories(folder, failure);
     if (failure)
@@ -99,10 +97,20 @@ int refusal_to_write(const std::filesystem::path& folder) {
     const int file = mkstemp(name.data());
     if (file < 0)
         return errno;
-    const int refusal = posix_fallocate(file, 0, most);
+    const bool limited =
+        getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur < rlim_t{most}; // to try would be a signal
+    const int refusal = limited ? EFBIG : posix_fallocate(file, 0, most);
     close(file);
     unlink(name.c_str());
     return refusal;
+}
+
+// The folder, and why PoCL cannot write into it.
+std::string described(int refusal) {
+    return text(pocl_folder().string(), ", where ", refusal == EFBIG ? "files must be small" : "nothing can be written",
+                " (", std::generic_category().message(refusal), "); ",
+                refusal == EFBIG ? "raise the limit of file sizes (ulimit -f)"
+                                 : "make room there, or let POCL_CACHE_DIR name another folder");
 }
 
 // Where PoCL cannot write what it compiles, it says no more than that it does not compile. On a full disk its compiler may end
@@ -110,12 +118,9 @@ int refusal_to_write(const std::filesystem::path& folder) {
 void check_pocl_folder(const std::string& name, const Device& device, bool has_failed) {
     if (device.info().platform != "Portable Computing Language")
         return;
-    const std::filesystem::path folder = pocl_folder();
-    if (const int refusal = refusal_to_write(folder);
+    if (const int refusal = refusal_to_write(pocl_folder());
         refusal == ENOSPC || refusal == EDQUOT || (has_failed && refusal != 0))
-        throw Error(text("kernels/", name, ".cl is not compiled: PoCL keeps what it compiles in ", folder.string(),
-                         ", where nothing can be written (", std::generic_category().message(refusal),
-                         "); make room there, or let POCL_CACHE_DIR name another folder"));
+        throw Error(text("kernels/", name, ".cl is not compiled: PoCL keeps what it compiles in ", described(refusal)));
 }
 
 // Under the context's lock, so that two threads do not build the same.
@@ -140,6 +145,11 @@ cl::Program program(const Device& device, const std::string& name, const std::st
 }
 
 } // namespace
+
+std::string pocl_refusal() {
+    const int refusal = refusal_to_write(pocl_folder());
+    return refusal == 0 || refusal == EFBIG ? "" : described(refusal);
+}
 
 Kernel& kernel(const Device& device, const std::string& name, Defines defines) {
     Device::State& state = device.state();

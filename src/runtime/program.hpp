@@ -18,6 +18,9 @@ namespace fathom::runtime {
 /// file and the line that a person would open.
 std::string assembled_source(const std::string& file);
 
+/// Why PoCL cannot write into the folder where it keeps what it compiles, and the folder; empty if it can.
+std::string pocl_refusal();
+
 /// Finite choices that a kernel is built for: -D name=value.
 using Defines = std::vector<std::pair<const char*, int>>;
 

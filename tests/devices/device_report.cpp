@@ -401,6 +401,7 @@ void write_results(const Device& device, const Device& banded, const std::string
 
 struct Record {
     std::string name;
+    std::array<int, 3> scene{}; ///< its number, width and height
     Values values;
 };
 
@@ -411,9 +412,11 @@ std::vector<Record> read_results(const std::string& path) {
     while (std::getline(file, line)) {
         std::istringstream fields(line);
         Record record;
-        int index = 0, width = 0, height = 0;
         std::uint64_t count = 0;
-        fields >> record.name >> index >> width >> height >> count >> record.values.step;
+        fields >> record.name;
+        for (int& each : record.scene)
+            fields >> each;
+        fields >> count >> record.values.step;
         record.values.numbers.resize(count);
         file.read(reinterpret_cast<char*>(record.values.numbers.data()),
                   static_cast<std::streamsize>(count * sizeof(float)));
@@ -456,10 +459,11 @@ bool within_class(const std::string& operation, const Differences& found) {
 void compare(const std::string& path, const std::string& reference) {
     const auto found = read_results(path), right = read_results(reference);
     std::map<std::string, Differences> all;
-    if (found.size() > right.size())
-        throw Error(reference + " has fewer results than " + path);
+    if (found.size() != right.size())
+        throw Error(path + " and " + reference + " have another number of results");
     for (std::size_t i = 0; i < found.size(); ++i) {
-        if (found[i].name != right[i].name || found[i].values.numbers.size() != right[i].values.numbers.size())
+        if (found[i].name != right[i].name || found[i].scene != right[i].scene ||
+            found[i].values.numbers.size() != right[i].values.numbers.size())
             throw Error(path + " and " + reference + " are of different scenes");
         Differences& so_far = all[found[i].name];
         so_far.values += found[i].values.numbers.size();

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <string_view>
 
 namespace fathom::cli {
@@ -40,7 +41,7 @@ fs::path Log::place_of(const Json& frame, const char* key) const {
 
 void Log::read(const fs::path& file) {
     io::check_readable(file);
-    const io::Bytes bytes = io::read_file(file);
+    const io::Bytes bytes = io::read_file(file, std::numeric_limits<std::uint64_t>::max());
     std::string_view rest(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     std::size_t good = 0;
     const std::size_t first_run = runs_.size();
