@@ -588,6 +588,19 @@ TEST_CASE("program: an interrupt while kernels are compiled is no failure of the
     CHECK(interrupted > 0);
 }
 
+TEST_CASE("program: a name that is too long is told so, and so are too many open files") {
+    const Folder folder;
+    const std::string depth = depth_file(folder, "depth.png", ramp(48, 32)), camera = camera_file(folder);
+    const std::string file = folder / (std::string(300, 'n') + ".exr");
+    check_refused(run({"linearize", depth, "--camera", camera, "-o", file}), 1,
+                  "cannot be written: File name too long; choose a shorter name");
+    if (is_missing({"strace", "-o", "/dev/null"}, "strace is not installed or not permitted"))
+        return;
+    const Arguments strace{"strace", "-f", "-qq", "-o", "/dev/null", "-P", depth, "-e", "inject=openat:error=EMFILE"};
+    check_refused(run({"linearize", depth, "--camera", camera, "-o", folder / "out/z.exr"}, {.before = strace}), 1,
+                  "cannot be read: Too many open files; raise the limit of open files (ulimit -n)");
+}
+
 TEST_CASE("program: where PoCL cannot make its folder, the folder is named") {
     const Outcome outcome = run({"devices"}, {.before = {"env", "POCL_CACHE_DIR=/proc/nope"}});
     CHECK(outcome.code == 3);

@@ -87,6 +87,12 @@ std::string line_about(const fs::path& file, const std::string& what) {
 }
 
 constexpr const char* check_disk = "check the disk that it lies on";
+constexpr const char* raise_limit = "raise the limit of open files (ulimit -n)";
+
+// Has the process, or the machine, as many open files as it may?
+bool is_too_many(int error) {
+    return error == EMFILE || error == ENFILE;
+}
 
 [[noreturn]] void refuse_unanswered(const fs::path& file, const std::string& what) {
     throw UnansweredRead(line_about(file, what));
@@ -123,6 +129,8 @@ std::string reason(int error) {
 void refuse_read(const fs::path& file, int error) {
     const bool forbidden = error == EACCES || error == EPERM;
     const std::string what = "cannot be read: " + reason(error) + "; ";
+    if (is_too_many(error))
+        refuse(file, what + raise_limit);
     if (forbidden || error == ENOENT)
         refuse(file, what + (forbidden ? "check its permissions" : check_disk));
     refuse_unanswered(file, what + check_disk);
@@ -131,9 +139,11 @@ void refuse_read(const fs::path& file, int error) {
 void refuse_write(const fs::path& file, const std::string& what, int error, const std::string& cure) {
     const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
     refuse(file, what + ": " + reason(error) + "; " +
-                     (full           ? "free some space or write elsewhere"
-                      : error == EIO ? check_disk
-                                     : cure));
+                     (full                    ? "free some space or write elsewhere"
+                      : error == EIO          ? check_disk
+                      : error == ENAMETOOLONG ? "choose a shorter name"
+                      : is_too_many(error)    ? raise_limit
+                                              : cure));
 }
 
 void refuse_making(const fs::path& file, const std::string& what, int error, const std::string& cure) {
