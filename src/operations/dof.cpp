@@ -408,9 +408,10 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
         call.hiding = scratch.image(Element::u32,
                                     {words_of(static_cast<int>(whole.columns) / params::dof_hiding_columns, read), 1});
     }
+    // As a float, the aspect is the same on every host: long double and its tangents are not.
     const LayerPlanOptions plan{.aperture = options.aperture,
                                 .scale = scale,
-                                .aspect = static_cast<double>(pixels.y / pixels.x),
+                                .aspect = static_cast<double>(call.aspect),
                                 .upright = call.upright,
                                 .quality = options.quality,
                                 .channels = channels,
