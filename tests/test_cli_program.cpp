@@ -601,6 +601,14 @@ TEST_CASE("program: a name that is too long is told so, and so are too many open
                   "cannot be read: Too many open files; raise the limit of open files (ulimit -n)");
 }
 
+TEST_CASE("program: an image that is too wide is named, not its camera") {
+    const Folder folder;
+    const std::string camera = folder / "camera.json", depth = depth_file(folder, "wide.pfm", ramp(130'001, 1));
+    write(camera, R"({"orthographic": {"left": -1, "right": 1, "bottom": -1, "top": 1, "near": 1, "far": 2}})");
+    check_refused(run({"ssao", depth, "--camera", camera, "--radius", "1", "-o", folder / "out/ao.exr"}), 1,
+                  "wide.pfm: an image of 130001 x 1 pixels: at most 130000 in a row or column; crop it or split it");
+}
+
 TEST_CASE("program: where PoCL cannot make its folder, the folder is named") {
     const Outcome outcome = run({"devices"}, {.before = {"env", "POCL_CACHE_DIR=/proc/nope"}});
     CHECK(outcome.code == 3);

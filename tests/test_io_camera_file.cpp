@@ -250,6 +250,8 @@ TEST_CASE("camera file: JSON that is none says where", "[io]") {
     const std::string long_key = refused('"' + std::string(1 << 20, 'k') + R"(": 1)");
     check_says(long_key, {"unknown key \"kkk", "kkk...", "the nearest known one is"});
     CHECK(long_key.size() < 400);
+    const std::string deep = "{\"a\": " + std::string(101, '[') + std::string(101, ']') + "}";
+    check_says(refusal([&] { read_camera(put(folder / "deep.json", deep)); }), {"deep.json", "more than 100 deep"});
     check_says(refusal([&] { read_camera(put(folder / "e.json", std::string(100000, '['))); }), {"e.json: is no JSON"});
 }
 

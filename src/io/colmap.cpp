@@ -59,12 +59,12 @@ struct ColmapImage {
     std::string name = {};
 };
 
-constexpr std::uint64_t most = std::uint64_t{4} << 30; // an image takes 24 bytes for each of its points
+constexpr std::uint64_t longest = std::uint64_t{4} << 30; // an image takes 24 bytes for each of its points
 
 /// Reads a binary file from its beginning to its end.
 class Reader {
 public:
-    explicit Reader(const fs::path& file) : file_(file), bytes_(read_file(file, most)) {}
+    explicit Reader(const fs::path& file) : file_(file), bytes_(read_file(file, longest)) {}
 
     template <typename Number>
     Number next() {
@@ -142,7 +142,7 @@ std::vector<ColmapImage> read_binary_images(const fs::path& file) {
 
 /// Lines that are no comments.
 std::vector<std::string> lines_of(const fs::path& file) {
-    const Bytes bytes = read_file(file, most);
+    const Bytes bytes = read_file(file, longest);
     std::istringstream text(std::string(bytes.begin(), bytes.end()));
     std::vector<std::string> lines;
     for (std::string line; std::getline(text, line);) {

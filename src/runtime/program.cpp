@@ -87,16 +87,16 @@ std::filesystem::path pocl_folder() {
 
 // Why as much as a kernel takes cannot be written into a folder; 0 where it can be.
 int refusal_to_write(const std::filesystem::path& folder) {
-    constexpr off_t most = 1 << 20;
-    rlimit limit{};
     std::error_code failure;
     std::filesystem::create_directories(folder, failure);
     if (failure)
         return failure.value();
-    std::string name = (folder / "fathom-XXXXXX").string(); // mkstemp puts letters in the place of the last six
+    std::string name = (folder / ("fathom-" + std::string(6, 'X'))).string(); // mkstemp asks for these six
     const int file = mkstemp(name.data());
     if (file < 0)
         return errno;
+    constexpr off_t most = 1 << 20;
+    rlimit limit{};
     const bool limited =
         getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur < rlim_t{most}; // to try would be a signal
     const int refusal = limited ? EFBIG : posix_fallocate(file, 0, most);
