@@ -1147,6 +1147,9 @@ TEST_CASE("dof: options out of range and images that do not fit are refused", "[
                       "quality = 7 is none of its type's values: fast, balanced or accurate");
     CHECK_THROWS_WITH(dof(depth, color, lens, {.sky = static_cast<Sky>(-1)}),
                       "sky = -1 is none of its type's values: blur, sharp or exclude");
+    const int wide = 4'194'241;
+    const StoredDepth row{Image(device, Element::f32, {wide, 1}), camera_of(wide, 1)};
+    CHECK_THROWS_AS(dof(row, Image(device, Element::f32, {wide, 1, 3}), lens), ImageTooLarge);
     CHECK_THROWS_AS(dof(depth, color, color, lens), std::invalid_argument);
     CHECK_THROWS_AS(dof(depth, color, Image(device, Element::u8, {20, 10, 3}), lens), std::invalid_argument);
 }

@@ -248,6 +248,8 @@ TEST_CASE("runtime: a region outside, an empty image and a stride that is too sh
     CHECK_THROWS_AS(Image(device(), Element::f32, {4, -1}), std::invalid_argument);
     CHECK_THROWS_AS(Image(device(), Element::f32, {4, 4, 0}), std::invalid_argument);
     CHECK_THROWS_AS(Image::from_host(device(), Element::f32, nullptr, {4, 4, 3, 11}), std::invalid_argument);
+    constexpr std::size_t longest = std::numeric_limits<std::size_t>::max() / 16;
+    CHECK_THROWS_AS(Image(device(), Element::f32, {4, 4, 1, longest}), ImageTooLarge);
 }
 
 TEST_CASE("runtime: images that do not belong together are refused", "[runtime]") {

@@ -19,5 +19,11 @@ public:
     using Error::Error;
 };
 
+/// An image has more pixels than an operation can take. The message names its size.
+class ImageTooLarge : public std::invalid_argument {
+public:
+    using std::invalid_argument::invalid_argument;
+};
+
 #pragma GCC visibility pop
 } // namespace fathom

@@ -21,6 +21,7 @@
 
 #include "text.hpp"
 
+#include <fathom/error.hpp>
 #include <fathom/frames.hpp>
 #include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
@@ -770,9 +771,9 @@ std::string in_words(const std::exception_ptr& failure, const DepthOptions& opti
         std::rethrow_exception(failure);
     } catch (const std::bad_alloc&) {
         return about(job.input, "not enough memory for an image of this size; crop it or split it");
-    } catch (const std::invalid_argument& error) { // a field of the camera, or the image's size
-        if (std::string_view(error.what()).starts_with("an image of "))
-            return about(job.input, error.what() + std::string("; crop it or split it"));
+    } catch (const ImageTooLarge& error) {
+        return about(job.input, error.what() + std::string("; crop it or split it"));
+    } catch (const std::invalid_argument& error) { // a field of the camera
         return about(options.relative.order ? job.input : camera_name(options, job), error.what(), {job.input});
     } catch (const std::exception& error) {
         return about(job.input, error.what(), job.others());

@@ -53,8 +53,9 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
     require(std::isfinite(options.aperture.rotation_degrees), "rotation_degrees = ", options.aperture.rotation_degrees,
             " must be finite");
     constexpr int widest = ENTRY_COLUMN_MASK * params::dof_tile_columns;
-    require(stored.image.width() <= widest, "an image of ", ImageSize{stored.image.width(), stored.image.height()},
-            " pixels: at most ", widest, " in a row");
+    require<ImageTooLarge>(stored.image.width() <= widest, "an image of ",
+                           ImageSize{stored.image.width(), stored.image.height()}, " pixels: at most ", widest,
+                           " in a row");
     require(options.max_coc_px >= 1 && options.max_coc_px <= 512, "max_coc_px = ", options.max_coc_px,
             " must be 1 to 512");
 }
@@ -388,8 +389,8 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
                       lays = bytes(laid_planes) * static_cast<std::size_t>(made);
     const ImageSize size{stored.image.width(), stored.image.height()};
     constexpr std::size_t most = sizeof(float) << 31; // elements are counted in 32 bits
-    require(reads < most && lays < most, "an image of ", size,
-            " pixels is too wide for circles of this size; blur it in parts");
+    require<ImageTooLarge>(reads < most && lays < most, "an image of ", size,
+                           " pixels is too wide for circles of this size; blur it in parts");
     call.image_bytes = reads + lays;
     check_budget(device, size, call.image_bytes, 0);
 

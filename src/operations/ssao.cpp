@@ -85,9 +85,9 @@ bool same_rays(const StoredDepth& a, const StoredDepth& b) {
 
 void check(const StoredDepth& stored, double radius, const SsaoOptions& options) {
     check_stored(stored);
-    require(std::max(stored.image.width(), stored.image.height()) <= longest_side, "an image of ",
-            ImageSize{stored.image.width(), stored.image.height()}, " pixels: at most ", longest_side,
-            " in a row or column");
+    require<ImageTooLarge>(std::max(stored.image.width(), stored.image.height()) <= longest_side, "an image of ",
+                           ImageSize{stored.image.width(), stored.image.height()}, " pixels: at most ", longest_side,
+                           " in a row or column");
     require(std::isfinite(radius) && radius > 0, "radius = ", radius, " must be finite and greater than 0");
     check_enum("quality", options.quality, {"fast", "balanced", "accurate"});
     check_enum("border", options.border, {"open", "clamp"});

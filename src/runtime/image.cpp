@@ -32,8 +32,8 @@ void check(const Layout& layout) {
     const std::size_t row = row_elements(layout), stride = std::max(layout.row_stride, row);
     require(layout.row_stride == 0 || layout.row_stride >= row, "row_stride = ", layout.row_stride,
             " must be at least ", row);
-    require(stride <= most / static_cast<std::size_t>(layout.height), "an image of ", layout.height, " rows of ",
-            stride, " elements is too large for any memory");
+    require<ImageTooLarge>(stride <= most / static_cast<std::size_t>(layout.height), "an image of ", layout.height,
+                           " rows of ", stride, " elements is too large for any memory");
 }
 
 Layout with_stride(Layout layout) {
