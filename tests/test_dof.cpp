@@ -1124,6 +1124,24 @@ TEST_CASE("dof: focus near, at infinity and behind everything", "[dof]") {
     }
 }
 
+TEST_CASE("dof: a camera whose pixels are squares but for a host's rounding gives the same bits", "[dof]") {
+    // On 64-bit ARM the aspect came out as 1 - 2^-53, and four times as many taps were made of some circles.
+    const Picture picture(
+        21, 6, [](int x, int y) { return (x * 7 + y * 5) % 17 - 8.0; }, [](int x, int y) { return (x * y) % 4 / 4.0; });
+    const Image depth = Image::from_host(default_device(), Element::f32, picture.depth.data(), {21, 6});
+    const Image color = Image::from_host(default_device(), Element::f32, picture.color.data(), {21, 6, 3});
+    for (const int blades : {0, 4, 6}) {
+        const auto with_height = [&](long double height) {
+            Camera camera = camera_of(21, 6);
+            camera.projection.matrix(1, 1) *= height;
+            return floats(dof({depth, camera}, color, lens, {.aperture = {blades, 0}, .quality = Quality::accurate}));
+        };
+        const std::vector<float> expected = with_height(1);
+        for (const long double height : {1 - 0x1p-51L, 1 - 0x1p-52L, 1 + 0x1p-52L, 1 + 0x1p-51L})
+            CHECK(same_bits(with_height(height), expected));
+    }
+}
+
 TEST_CASE("dof: options out of range and images that do not fit are refused", "[dof]") {
     const Device& device = default_device();
     const StoredDepth depth{Image(device, Element::f32, {20, 10}), camera_of(20, 10)};
