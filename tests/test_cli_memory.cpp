@@ -45,11 +45,12 @@ private:
 
 /// Runs a command on images of so many MiB, results included, with a budget and without. What it takes beside the budget
 /// and its images, and the processor time that bands cost, are bounded.
-void check_budget(const Arguments& command, const FolderOnDisk& folder, long budget_mib, long images_mib) {
+void check_budget(const Arguments& command, const FolderOnDisk& folder, long budget_mib, long images_mib,
+                  const std::string& extension = ".npy") {
     constexpr long program_mib = 200;
     constexpr double most_time = 1.3;
     constexpr unsigned patience_s = 1800;
-    const std::string whole = folder / "whole.npy", banded = folder / "banded.npy";
+    const std::string whole = folder / ("whole" + extension), banded = folder / ("banded" + extension);
     const std::string budget = std::to_string(budget_mib) + "M";
     // The first run compiles kernels.
     check_done(run(joined(command, {"-o", banded, "--memory", budget}), {.patience_s = patience_s}));
@@ -99,7 +100,8 @@ TEST_CASE("program: --memory keeps the bytes of a result, or says what is needed
     CHECK(content(folder / "out/blurred.npy") == content(folder / "out/blurred-in-bands.npy"));
 }
 
-TEST_CASE("program: ssao of 8192 x 8192 pixels keeps to 512 MiB, dof of 16384 x 8192 to 1 GiB", "[exhaustive]") {
+TEST_CASE("program: ssao of 8192 x 8192 pixels keeps to 512 MiB, dof of 16384 x 8192 to 1 GiB, masks to 64 MiB",
+          "[exhaustive]") {
     const FolderOnDisk folder;
     const std::string depth = folder / "depth.npy", color = folder / "color.npy", camera = folder / "camera.json";
     write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.1, "far": 100}, "encoding": "view-z"})");
@@ -107,6 +109,12 @@ TEST_CASE("program: ssao of 8192 x 8192 pixels keeps to 512 MiB, dof of 16384 x 
         write_image(depth, steps(8192, 8192));
         // A twentieth of what the camera sees at 3.5 m.
         check_budget({"ssao", depth, "--camera", camera, "--radius", "0.2"}, folder, 512, 256 + 256);
+    }
+    SECTION("dof-masks") {
+        write_image(depth, steps(8192, 4096));
+        check_budget({"dof-masks", depth, "--camera", camera, "--focus", "3.1", "--f-stop", "1.4", "--focal-length-mm",
+                      "35", "--mm-per-unit", "100"},
+                     folder, 64, 128 + 4 * 128, ".exr");
     }
     SECTION("dof") {
         write_image(depth, steps(16384, 8192));

@@ -11,7 +11,9 @@
 
 #include <opencv2/core.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace fathom::cli {
 namespace {
@@ -49,38 +51,6 @@ Product product_of(const DofMasksArguments& options) {
     return product;
 }
 
-cv::Mat side_by_side(const std::vector<Image>& images) {
-    std::vector<cv::Mat> parts;
-    for (const Image& image : images)
-        parts.push_back(to_mat(image));
-    cv::Mat all;
-    cv::merge(parts, all);
-    return all;
-}
-
-// The masks, then what else was asked for, in the order of `more_of`.
-std::vector<Result> masks_of(const DofMasksArguments& options, const StoredDepth& stored, const Job& job) {
-    DofMasksOptions asked = options.masks;
-    asked.weights = options.mask != Mask::circle;
-    asked.max_near_coc = options.max_near_coc.has_value();
-    asked.near_alpha = options.near_alpha.has_value();
-    asked.disocclusion = options.disocclusion.has_value();
-    asked.mixed_pixels = options.mixed_pixels.has_value();
-    if (!options.tiles)
-        asked.tile_px = 0;
-    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, job);
-    const DofMasks masks = dof_masks(stored, circle, asked);
-    const std::vector<Image> all{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
-    std::vector<Result> results{options.mask ? to_mat(all[static_cast<std::size_t>(*options.mask)])
-                                             : side_by_side(all)};
-    for (const Image& image : {masks.max_near_coc, masks.near_alpha, masks.disocclusion, masks.mixed_pixels})
-        if (image)
-            results.emplace_back(to_mat(image));
-    if (options.tiles)
-        results.emplace_back(side_by_side({masks.tile_min_coc, masks.tile_max_coc}));
-    return results;
-}
-
 More more_of(const DofMasksArguments& options) {
     const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".npy", ".png"};
     More more;
@@ -95,6 +65,59 @@ More more_of(const DofMasksArguments& options) {
     add("--mixed-pixels", options.mixed_pixels, {.extensions = extensions, .channels = {"mixed"}, .png_scale = 1});
     add("--tiles", options.tiles, {.extensions = {".exr"}, .channels = {"min", "max"}});
     return more;
+}
+
+void merge_into(cv::Mat& all, const std::vector<Image>& images) {
+    std::vector<cv::Mat> parts;
+    for (const Image& image : images)
+        parts.push_back(to_mat(image));
+    cv::merge(parts, all);
+}
+
+// The mask that was asked for, or all of them as channels. By rows, so that all masks of all pixels, and the result, never lie in
+// memory together.
+cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, const CircleOfConfusion& circle) {
+    constexpr int pixels = 1 << 20; // of a part
+    const int width = stored.image.width(), height = stored.image.height(), most = std::max(pixels / width, 1);
+    DofMasksOptions asked = options.masks;
+    asked.weights = options.mask != Mask::circle;
+    asked.tile_px = 0;
+    cv::Mat all(height, width, CV_32FC(options.mask ? 1 : static_cast<int>(channels.size())));
+    for (int y = 0; y < height; y += most) {
+        const int rows = std::min(most, height - y);
+        const DofMasks masks = dof_masks(stored.region(0, y, width, rows), circle, asked);
+        const std::vector<Image> each{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
+        cv::Mat part = all.rowRange(y, y + rows);
+        merge_into(part, options.mask ? std::vector{each[static_cast<std::size_t>(*options.mask)]} : each);
+    }
+    return all;
+}
+
+// What was asked for beside the masks, in the order of `more_of`. These look around a pixel.
+std::vector<Result> more_masks_of(const DofMasksArguments& options, const StoredDepth& stored,
+                                  const CircleOfConfusion& circle) {
+    DofMasksOptions asked = options.masks;
+    asked.weights = false;
+    asked.max_near_coc = options.max_near_coc.has_value();
+    asked.near_alpha = options.near_alpha.has_value();
+    asked.disocclusion = options.disocclusion.has_value();
+    asked.mixed_pixels = options.mixed_pixels.has_value();
+    if (!options.tiles)
+        asked.tile_px = 0;
+    if (more_of(options).outputs.empty())
+        return {};
+    DofMasks masks = dof_masks(stored, circle, asked);
+    masks.coc = {};
+    std::vector<Result> results;
+    for (Image* image : {&masks.max_near_coc, &masks.near_alpha, &masks.disocclusion, &masks.mixed_pixels})
+        if (*image)
+            results.emplace_back(to_mat(std::exchange(*image, {})));
+    if (options.tiles) {
+        cv::Mat extremes;
+        merge_into(extremes, {masks.tile_min_coc, masks.tile_max_coc});
+        results.emplace_back(extremes);
+    }
+    return results;
 }
 
 void add_more_options(CLI::App& app, DofMasksArguments& options) {
@@ -160,7 +183,10 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
                                options->masks.max_coc_px);
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
-            return masks_of(*options, stored, frame);
+            const CircleOfConfusion circle = circle_of(options->relative, options->lens, stored, frame);
+            std::vector<Result> results = more_masks_of(*options, stored, circle);
+            results.emplace(results.begin(), masks_of(*options, stored, circle));
+            return results;
         });
     };
 }

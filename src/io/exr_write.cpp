@@ -318,8 +318,7 @@ std::unique_ptr<RowEncoder> exr_encoder(ByteSink& sink, const std::filesystem::p
 
 Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
                 const std::string& record) {
-    MemorySink memory;
-    memory.bytes.reserve(image.total() * image.elemSize()); // to grow would take as much again
+    MemorySink memory(image);
     if (options.source && options.source->append) {
         Stream stream(memory);
         const Imf::Header header = header_of(image.size(), options);

@@ -114,6 +114,13 @@ public:
 
 class MemorySink : public ByteSink {
 public:
+    /// Has room for an image that is not compressed, with a header and what stands before each row: to grow would take as much
+    /// again.
+    explicit MemorySink(const cv::Mat& image) {
+        constexpr std::size_t header = 1 << 16, row = 64;
+        bytes.reserve(image.total() * image.elemSize() + header + row * static_cast<std::size_t>(image.rows));
+    }
+
     void write(std::span<const unsigned char> more, std::uint64_t at) override {
         if (at + more.size() > bytes.size())
             bytes.resize(at + more.size());

@@ -594,7 +594,7 @@ std::unique_ptr<RowEncoder> tiff_encoder(ByteSink& sink, cv::Size size, int type
 }
 
 Bytes tiff_bytes(const cv::Mat& image, const PictureFormat& format) {
-    MemorySink memory;
+    MemorySink memory(image);
     Encoder encoder(memory, image.size(), image.type(), format);
     encoder.write(image);
     encoder.finish();
