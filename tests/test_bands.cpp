@@ -103,6 +103,34 @@ TEST_CASE("bands make every row once and read what lies within their halo", "[ba
     }
 }
 
+TEST_CASE("bands: the budget that is named is the smallest one that works", "[bands]") {
+    constexpr std::size_t mebibyte = std::size_t{1} << 20;
+    const std::vector<int> reaches(1000, 40);
+    const ReachingRows rows{.begin = 0, .end = 1000, .height = 1000, .reaches = reaches};
+    // Low bands take more than some higher ones do.
+    const auto bytes = [](int read, int made) {
+        return static_cast<std::size_t>(read + (made < 100 ? 90 : 0)) * mebibyte;
+    };
+    std::size_t smallest = 0;
+    const auto works = [&](std::size_t budget) {
+        try {
+            bands_within(rows, bytes, budget, "this");
+            return true;
+        } catch (const Error& error) {
+            std::size_t named = 0;
+            REQUIRE(std::sscanf(error.what(), "this needs a memory budget of %zu MiB", &named) == 1);
+            if (smallest == 0)
+                smallest = named * mebibyte;
+            CHECK(named * mebibyte == smallest);
+            return false;
+        }
+    };
+    CHECK(!works(1));
+    CHECK(works(smallest));
+    CHECK(!works(smallest - 1));
+    CHECK(bytes(64 + 80, 64) > smallest);
+}
+
 TEST_CASE("ssao: bands keep the bits", "[ssao][bands]") {
     // So wide that planes are made in two bands and sums in five; a strip of rows takes one of each.
     constexpr int width = 8192, height = 1100, strip = 180, halo = 24;

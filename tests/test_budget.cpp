@@ -65,6 +65,8 @@ void check_budgets(const std::string& name, const std::function<std::vector<Imag
                 static_cast<double>(taken) / mebibyte, static_cast<double>(least) / mebibyte);
     REQUIRE(least > 0);
     CHECK(least < taken);
+    if (least > mebibyte)
+        CHECK(needed([&](const Device&) { images(device_with(least - mebibyte)); }) == least);
     for (const int vector_width : vector_widths) {
         for (const std::size_t budget :
              {least, least + least / 4, (least + 2 * taken) / 2, 4 * taken + 64 * mebibyte}) {

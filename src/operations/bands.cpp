@@ -7,6 +7,7 @@
 #include <fathom/error.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <string>
 
 namespace fathom {
@@ -53,6 +54,7 @@ void refuse_budget(std::string_view what, std::size_t needed, std::size_t budget
 std::vector<Band> bands_within(const ReachingRows& rows, const std::function<std::size_t(int read, int made)>& bytes,
                                std::size_t budget, std::string_view what) {
     const int count = rows.end - rows.begin;
+    std::size_t fewest = std::numeric_limits<std::size_t>::max();
     for (int height = count;;) {
         const std::vector<Band> all = bands_of(rows, height);
         int read = 0;
@@ -61,9 +63,10 @@ std::vector<Band> bands_within(const ReachingRows& rows, const std::function<std
         const std::size_t needed = bytes(read, height);
         if (needed <= budget)
             return all;
+        fewest = std::min(fewest, needed); // lower bands may take more: what they share is larger
         const int least = std::min(std::max(64, (read - height) / 8), count);
         if (height <= least)
-            refuse_budget(what, needed, budget);
+            refuse_budget(what, fewest, budget);
         const int parts = (count + height - 1) / height, more = std::max(parts + 1, parts * 11 / 10);
         height = std::max((count + more - 1) / more, least);
     }

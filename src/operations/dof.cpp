@@ -144,11 +144,12 @@ void check_budget(const Device& device, const ImageSize& size, std::size_t image
     const auto fits = [&](std::size_t bytes) {
         return images + 2 * std::max(dof_bytes(bytes).layer, layer) <= without_tables(bytes);
     };
-    std::size_t enough = budget;
-    while (budget > 0 && !fits(enough))
+    if (budget == 0 || fits(budget))
+        return;
+    std::size_t enough = (budget / step + 1) * step;
+    while (!fits(enough))
         enough += step;
-    if (enough > budget)
-        refuse_budget(text("dof of ", size, " pixels with circles of this size"), enough, budget);
+    refuse_budget(text("dof of ", size, " pixels with circles of this size"), enough, budget);
 }
 
 int words_of(int tiles_across, int tiles_down) {
