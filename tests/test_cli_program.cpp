@@ -450,6 +450,34 @@ TEST_CASE("program: a full disk behind stdout is an error") {
     check_refused(run({"inspect", input}, full), 1, "standard output");
     check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}, full), 1,
                   "standard output");
+    const std::string reason = "standard output: cannot be written: No space left on device";
+    for (const Arguments& command : {Arguments{"--version"}, {"--help"}, {"linearize", "--help"}, {"devices"}})
+        check_refused(run(command, full), 1, reason);
+}
+
+TEST_CASE("program: when nobody reads what it prints, it stops after the frames in work, without a line") {
+    const Folder folder;
+    const std::string camera = camera_file(folder);
+    Arguments command{"linearize"};
+    constexpr std::size_t frames = 40;
+    for (std::size_t i = 0; i < frames; ++i)
+        command.push_back(depth_file(folder, "depth" + std::to_string(i) + ".png"));
+    command = joined(command, {"--camera", camera, "-o", folder / "out", "--log", folder / "log"});
+    // `exec` keeps the process, so that its exit code is the program's. The reader ends at once.
+    const Surroundings unread{.before = {"bash", "-c", "exec \"$@\" 1> >(exec true)", "bash"}};
+    const Outcome outcome = run(command, unread);
+    CHECK(outcome.code == 141);
+    CHECK(outcome.err.empty());
+    const std::vector<std::string> results = folder.results();
+    CHECK(results.size() < frames);
+    const std::string log =
+        content(folder / "log"); // begins with a line of the run; a frame's is written after it is printed
+    CHECK(static_cast<std::size_t>(std::ranges::count(log, '\n')) == 1 + results.size());
+    for (const std::string& name : results) {
+        CHECK(name.starts_with("depth"));
+        CHECK(!fathom::read_depth(folder / ("out/" + name)).values.empty());
+    }
+    CHECK(run({"presets"}, unread).code == 141);
 }
 
 TEST_CASE("program: no such device") {

@@ -41,6 +41,7 @@ void watch_interrupts() {
             sigaddset(&signals, signal);
     }
     std::signal(SIGXFSZ, SIG_IGN); // a file that would be larger than allowed cannot be written, as on a full disk
+    std::signal(SIGPIPE, SIG_IGN); // would leave a file half written
     pthread_sigmask(SIG_BLOCK, &signals, nullptr); // threads that start from now on inherit it
     try {
         std::thread(wait_for, signals).detach();
@@ -51,6 +52,11 @@ void watch_interrupts() {
 
 void catch_interrupts() {
     asks = true;
+}
+
+void interrupt(int signal) {
+    int none = 0;
+    received.compare_exchange_strong(none, signal);
 }
 
 bool is_interrupted() {

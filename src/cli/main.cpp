@@ -8,6 +8,8 @@
 
 #include <fathom/error.hpp>
 
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <new>
@@ -40,13 +42,17 @@ int guarded_run(int argc, char** argv) {
         complain(error.what());
         return no_device;
     } catch (const Interrupted& stop) {
-        complain("interrupted; files that were finished are complete");
+        if (stop.signal != SIGPIPE) // who has stopped reading knows
+            complain("interrupted; files that were finished are complete");
         return 128 + stop.signal;
     } catch (const std::bad_alloc&) {
         complain("not enough memory");
         return input_failed;
     } catch (const std::system_error& error) {
-        complain(std::ferror(stdout) != 0 ? unwritable_output(error.code().value()) : error.what());
+        const bool of_output = std::ferror(stdout) != 0;
+        if (of_output && error.code().value() == EPIPE)
+            return 128 + SIGPIPE;
+        complain(of_output ? unwritable_output(error.code().value()) : error.what());
         return input_failed;
     } catch (const std::exception& error) {
         complain(error.what());

@@ -2,6 +2,7 @@
 #include "messages.hpp"
 
 #include "codecs.hpp"
+#include "interrupt.hpp"
 
 #include "camera_file/edit_distance.hpp"
 #include "camera_file/file.hpp"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 
 namespace fathom::cli {
@@ -38,10 +40,14 @@ void flush_output() {
     errno = 0;
     if (std::fflush(stdout) != 0 && output_error == 0)
         output_error = errno;
+    if (output_error == EPIPE)
+        interrupt(SIGPIPE);
 }
 
 void check_output() {
     flush_output();
+    if (output_error == EPIPE)
+        throw Interrupted{SIGPIPE};
     if (output_error != 0 || std::ferror(stdout) != 0)
         throw Error(unwritable_output(output_error));
 }

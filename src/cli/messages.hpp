@@ -9,10 +9,10 @@
 
 namespace fathom::cli {
 
-/// Gives what was printed to the one who reads it.
+/// Gives what was printed to the one who reads it. Without a reader the work is asked to stop.
 void flush_output();
 
-/// Throws: Error when something that was printed could not be written.
+/// Throws: Error when something that was printed could not be written; Interrupted when nobody reads it.
 void check_output();
 
 /// What is said then; `error`: the system's number, 0 if it is not known.

@@ -6,7 +6,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include <fmt/core.h>
+
 #include <exception>
+#include <sstream>
 
 namespace fathom::cli {
 namespace {
@@ -17,10 +20,10 @@ constexpr const char* exit_codes = R"(Exit codes:
   2    wrong usage; nothing was done
   3    no OpenCL device as asked for
   130  interrupted (Ctrl-C) after the inputs in work; no half-written file is left
-  143  the same after SIGTERM, and 129 after SIGHUP)";
+  143  the same after SIGTERM, 129 after SIGHUP, and 141 if nobody reads what is printed)";
 
 constexpr const char* exit_codes_in_short =
-    "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130, 143 and 129 interrupted.";
+    "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130, 143, 129 and 141 interrupted.";
 
 } // namespace
 
@@ -51,7 +54,10 @@ std::function<int()> Program::parse(int argc, const char* const* argv) {
             try {
                 std::rethrow_exception(wanted);
             } catch (const CLI::Success& success) {
-                return app_->exit(success);
+                std::ostringstream said;
+                const int code = app_->exit(success, said, said);
+                fmt::print("{}", said.str()); // std::cout would forget why it could not be written
+                return code;
             }
         };
     } catch (const CLI::ParseError& error) {
