@@ -344,6 +344,14 @@ TEST_CASE("strips: what is wrong in the middle leaves no result", "[cli]") {
     depth.at<float>(120, 33) = 70000;
     check_refused(check_same(folder, {"linearize", write_exr(far_away, depth), "--camera", metric, "--half"}, ".exr"),
                   1, "pixel (33, 120) is 70000");
+    // What is probably wrong with the image is told, too, and with --strict instead.
+    const cv::Mat units(150, 200, CV_16UC1, cv::Scalar(65530));
+    const Arguments halves{"linearize", write_tiff(folder / "units.tif", units), "--camera", metric, "--half"};
+    const Outcome doubtful = check_same(folder, halves, ".exr");
+    CHECK(doubtful.code == 1);
+    CHECK(doubtful.err.find("its integers count as scene units") < doubtful.err.find("pixel (0, 0) is 65530"));
+    CHECK(doubtful.err.find("pixel (0, 0) is 65530") != std::string::npos);
+    check_refused(check_same(folder, joined(halves, {"--strict"}), ".exr"), 1, "its integers count as scene units");
     const std::string codes = write_exr(folder / "codes.exr", depth, {.type = Imf::UINT});
     check_refused(check_same(folder, {"linearize", codes, "--camera", camera}, ".exr"), 1, "pixel (33, 120) holds");
     check_refused(

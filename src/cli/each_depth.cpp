@@ -282,6 +282,7 @@ struct Work {
     // Computed.
     bool doubtful_values = false;
     std::vector<std::string> explained; // by an operation that went by strips
+    std::exception_ptr failure;         // of a strip: told after what is doubtful about the image
     std::vector<Result> results;
     std::unique_ptr<io::ResultRows> file; // of the result, if it is made strip by strip
 
@@ -607,8 +608,7 @@ void Steps::stream(Work& work) {
                 join(picture, work.picture->read(rows).color);
         }
         read += rows;
-        std::vector<Result> results;
-        {
+        const auto compute = [&] {
             const Stopwatch watch(work.times.compute);
             if (work.picture)
                 strip.images = later([&] { return Images{.picture = {picture, work.picture->format()}}; });
@@ -620,11 +620,18 @@ void Steps::stream(Work& work) {
             StoredDepth stored = subject.stored;
             stored.image = to_device(device_, values);
             stored.y = first;
-            results = operation_(stored, strip);
+            return operation_(stored, strip);
+        };
+        try {
+            if (!work.failure) {
+                std::vector<Result> results = compute();
+                write_strip(work, results.front(), {made - first, end - first});
+                if (made == 0)
+                    work.explained = std::move(strip.said);
+            }
+        } catch (...) {
+            work.failure = std::current_exception(); // the other rows may say what is wrong with the image
         }
-        write_strip(work, results.front(), {made - first, end - first});
-        if (made == 0)
-            work.explained = std::move(strip.said);
         made = end;
         const int kept = read == height ? height : std::max(made - halo, first);
         const auto keep = [&](cv::Mat& image) {
@@ -671,6 +678,8 @@ void Steps::compute(Work& work) {
         warn_once(work, frame.input, more_.length_doubts(work.subject.stored, work.subject.look, frame));
     frame.said.insert(frame.said.end(), work.explained.begin(), work.explained.end());
     work.subject.look.z.release();
+    if (work.failure)
+        std::rethrow_exception(work.failure);
     if (!work.rows)
         work.results = operation_(work.subject.stored, frame);
     work.subject.stored.image = {};
