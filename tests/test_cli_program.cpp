@@ -463,8 +463,8 @@ TEST_CASE("program: when nobody reads what it prints, it stops after the frames 
     for (std::size_t i = 0; i < frames; ++i)
         command.push_back(depth_file(folder, "depth" + std::to_string(i) + ".png"));
     command = joined(command, {"--camera", camera, "-o", folder / "out", "--log", folder / "log"});
-    // `exec` keeps the process, so that its exit code is the program's. The reader ends at once.
-    const Surroundings unread{.before = {"bash", "-c", "exec \"$@\" 1> >(exec true)", "bash"}};
+    // The reader has ended before the program starts. `exec` keeps the process, so that its exit code is the program's.
+    const Surroundings unread{.before = {"bash", "-c", "exec 3> >(exec true); wait $!; exec \"$@\" >&3 3>&-", "bash"}};
     const Outcome outcome = run(command, unread);
     CHECK(outcome.code == 141);
     CHECK(outcome.err.empty());
