@@ -462,7 +462,7 @@ TEST_CASE("program: when nobody reads what it prints, it stops after the frames 
     constexpr std::size_t frames = 40;
     for (std::size_t i = 0; i < frames; ++i)
         command.push_back(depth_file(folder, "depth" + std::to_string(i) + ".png"));
-    command = joined(command, {"--camera", camera, "-o", folder / "out", "--log", folder / "log"});
+    command = joined(command, {"--camera", camera, "-o", folder / "out", "--log", folder / "log", "--threads", "1"});
     // The reader has ended before the program starts. `exec` keeps the process, so that its exit code is the program's.
     const Surroundings unread{.before = {"bash", "-c", "exec 3> >(exec true); wait $!; exec \"$@\" >&3 3>&-", "bash"}};
     const Outcome outcome = run(command, unread);
