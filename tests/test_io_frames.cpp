@@ -361,7 +361,7 @@ TEST_CASE("frames: late frames are read just before they are computed, and compu
                                            for (int most = most_ahead;
                                                 ahead > most && !most_ahead.compare_exchange_weak(most, ahead);) {
                                            }
-                                           wait_ms(slow_to_read ? 20 : 0);
+                                           wait_ms(slow_to_read ? 80 : 0); // long beside what a busy machine adds
                                        },
                                    .compute =
                                        [&](std::size_t, Frame&) {
