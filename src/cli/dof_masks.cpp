@@ -74,8 +74,8 @@ void merge_into(cv::Mat& all, const std::vector<Image>& images) {
     cv::merge(parts, all);
 }
 
-// The mask that was asked for, or all of them as channels. By rows, so that all masks of all pixels, and the result, never lie in
-// memory together.
+// The mask that was asked for, or all of them as channels. It is made some rows at a time: the masks of a whole image beside
+// these channels would take the memory twice.
 cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, const CircleOfConfusion& circle) {
     constexpr int pixels = 1 << 20; // of a part
     const int width = stored.image.width(), height = stored.image.height(), most = std::max(pixels / width, 1);
@@ -93,9 +93,11 @@ cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, co
     return all;
 }
 
-// What was asked for beside the masks, in the order of `more_of`. These look around a pixel.
+// What was asked for beside the masks, in the order of `more_of`. It depends on the pixels around each one, so it is made at once.
 std::vector<Result> more_masks_of(const DofMasksArguments& options, const StoredDepth& stored,
                                   const CircleOfConfusion& circle) {
+    if (more_of(options).outputs.empty())
+        return {};
     DofMasksOptions asked = options.masks;
     asked.weights = false;
     asked.max_near_coc = options.max_near_coc.has_value();
@@ -104,8 +106,6 @@ std::vector<Result> more_masks_of(const DofMasksArguments& options, const Stored
     asked.mixed_pixels = options.mixed_pixels.has_value();
     if (!options.tiles)
         asked.tile_px = 0;
-    if (more_of(options).outputs.empty())
-        return {};
     DofMasks masks = dof_masks(stored, circle, asked);
     masks.coc = {};
     std::vector<Result> results;

@@ -41,7 +41,7 @@ void watch_interrupts() {
             sigaddset(&signals, signal);
     }
     std::signal(SIGXFSZ, SIG_IGN); // a file that would be larger than allowed cannot be written, as on a full disk
-    std::signal(SIGPIPE, SIG_IGN); // would leave a file half written
+    std::signal(SIGPIPE, SIG_IGN); // it would end the program while a file is written
     pthread_sigmask(SIG_BLOCK, &signals, nullptr); // threads that start from now on inherit it
     try {
         std::thread(wait_for, signals).detach();

@@ -63,7 +63,7 @@ std::vector<Band> bands_within(const ReachingRows& rows, const std::function<std
         const std::size_t needed = bytes(read, height);
         if (needed <= budget)
             return all;
-        fewest = std::min(fewest, needed); // lower bands may take more: what they share is larger
+        fewest = std::min(fewest, needed); // lower bands may take more, as where all passes of ssao share their depth
         const int least = std::min(std::max(64, (read - height) / 8), count);
         if (height <= least)
             refuse_budget(what, fewest, budget);

@@ -31,7 +31,7 @@ struct ReachingRows {
 
 /// The highest bands whose `bytes(read, made)` are at most `budget`, all of one height but the last. They are at least 64 rows
 /// high, and an eighth of the rows that they read around them: lower ones would read most rows again and again. Pure: no device.
-/// Throws: Error that names `what` and the budget that such bands need.
+/// Throws: Error that names `what` and the smallest budget that is enough for such bands.
 std::vector<Band> bands_within(const ReachingRows& rows, const std::function<std::size_t(int read, int made)>& bytes,
                                std::size_t budget, std::string_view what);
 
