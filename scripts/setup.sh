@@ -1,4 +1,4 @@
-# Read by scripts/demo, scripts/test and scripts/package: installs what is missing, builds, and reports in one line a step.
+# Read by the scripts that build something: installs what is missing, builds, and reports in one line a step.
 
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -12,10 +12,11 @@ export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$root/build/pocl-cache}
 mkdir -p "$POCL_CACHE_DIR"
 
 # What the program and the demo need. A script that needs more sets `more_packages` and `parts` before it reads this file;
-# one that builds another preset than `release` sets `preset`.
-packages=(g++ cmake ninja-build pocl-opencl-icd ocl-icd-opencl-dev opencl-clhpp-headers opencl-c-headers
+# one that builds another preset than `release` sets `preset`, and one that builds nothing sets `packages`.
+[[ -v packages ]] || packages=(g++ cmake ninja-build pocl-opencl-icd ocl-icd-opencl-dev opencl-clhpp-headers opencl-c-headers
     libopencv-core-dev libopencv-imgcodecs-dev libopenexr-dev libtiff-dev zlib1g-dev libtbb-dev libeigen3-dev
-    libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libfmt-dev libxxhash-dev "${more_packages[@]}")
+    libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libfmt-dev libxxhash-dev)
+packages+=("${more_packages[@]}")
 
 fail() {
     echo "${0##*/}: $*" >&2
@@ -46,6 +47,7 @@ install_packages() {
         return
     fi
     local missing as_root=()
+    ((${#packages[@]})) || return 0
     mapfile -t missing < <(missing_packages)
     if ((${#missing[@]} == 0)); then
         return

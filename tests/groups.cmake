@@ -1,11 +1,12 @@
 # Writes CTest's list of groups: all test cases of one file and one tier are one CTest test, which is one process.
 #   cmake -DPROGRAM=fathom_tests -DOUTPUT=tests.cmake -P groups.cmake
 # A tag says which tier a case belongs to: [exhaustive] runs in scripts/test --ci and --all only, and scripts/test --quick leaves
-# out the tags of slow_tags and the files of long_files. With -DCHECK=ON and -DCATCH_VERSION=... it fails unless each
+# out the tags of slow_tags and the files of long_files. What reads ../shared/data has the tag [real] and groups of their own,
+# so that where the folder is absent all of a group is skipped, and nothing else. With -DCHECK=ON and -DCATCH_VERSION=... it fails unless each
 # case of the program is in one group.
 cmake_minimum_required(VERSION 3.25)
 
-set(slow_tags [slow] [stability] [same-bits] [real])
+set(slow_tags [slow] [stability] [same-bits])
 
 include(${CMAKE_CURRENT_LIST_DIR}/long_files.cmake)
 
@@ -15,16 +16,18 @@ set(all_only_files cli_memory cli_strips large_images)
 # Files that measure times, which nothing may run beside.
 set(serial_files cli_cost)
 
-# Sets a variable to the specification of a tier, narrowed to a file by its tag. The three hold every case once.
+# Sets a variable to the specification of a tier, narrowed to a file by its tag. The four hold every case once.
 function(spec_of variable tier file)
   if(tier STREQUAL exhaustive)
     set(spec "${file}[exhaustive]")
+  elseif(tier STREQUAL real)
+    set(spec "${file}[real]~[exhaustive]")
   elseif(tier STREQUAL slow)
-    list(TRANSFORM slow_tags REPLACE "(.+)" "${file}\\1~[exhaustive]" OUTPUT_VARIABLE spec)
+    list(TRANSFORM slow_tags REPLACE "(.+)" "${file}\\1~[real]~[exhaustive]" OUTPUT_VARIABLE spec)
     list(JOIN spec "," spec)
   else()
     list(JOIN slow_tags "~" spec)
-    set(spec "${file}~${spec}~[exhaustive]")
+    set(spec "${file}~${spec}~[real]~[exhaustive]")
   endif()
   set(${variable} "${spec}" PARENT_SCOPE)
 endfunction()
@@ -48,7 +51,7 @@ set(environment_of_opencv_umat OPENCV_OPENCL_DEVICE=:CPU:)
 set(text)
 set(specs)
 set(grouped 0)
-foreach(tier quick slow exhaustive)
+foreach(tier quick slow real exhaustive)
   spec_of(spec ${tier} "")
   lines_of(tags --list-tags "${spec}")
   foreach(line IN LISTS tags)
@@ -71,18 +74,24 @@ foreach(tier quick slow exhaustive)
     if(tier STREQUAL exhaustive AND name IN_LIST all_only_files)
       set(label long)
     endif()
+    if(tier STREQUAL real) # the images of test_real_* take a while, and so do programs
+      set(label "real\;quick")
+      if(name MATCHES "^(real|cli)_")
+        set(label "real\;slow")
+      endif()
+    endif()
     set(serial)
     if(name IN_LIST serial_files)
       set(serial "RUN_SERIAL ON")
     endif()
-    if(NOT tier STREQUAL quick)
+    if(NOT tier STREQUAL quick AND NOT name MATCHES "^${tier}_")
       string(APPEND name "_${tier}")
     endif()
-    if(NOT label STREQUAL quick)
+    if(NOT label MATCHES quick)
       set(cost "COST 100") # long ones first, so that no core waits for the last of them
     endif()
     string(APPEND text "add_test([[${name}]] [[${PROGRAM}]] --filenames-as-tags --durations yes [=[${spec}]=])\n"
-      "set_tests_properties([[${name}]] PROPERTIES LABELS ${label} TIMEOUT 1800 ${cost} ${serial} ${environment})\n")
+      "set_tests_properties([[${name}]] PROPERTIES LABELS \"${label}\" TIMEOUT 1800 ${cost} ${serial} ${environment})\n")
   endforeach()
 endforeach()
 

@@ -281,7 +281,7 @@ TEST_CASE("program: --help has an example and the exit codes for every command")
     CHECK(run({"--version"}).out.starts_with("fathom "));
 }
 
-TEST_CASE("program: real inputs of every kind", "[slow]") {
+TEST_CASE("program: real inputs of every kind", "[real]") {
     if (!has_shared_data())
         return;
     const Folder folder;

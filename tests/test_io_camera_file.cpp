@@ -290,7 +290,7 @@ TEST_CASE("camera file: a projection that waits for the image's size is that of 
                perspective(Intrinsics{500, 510, 320.5, 240.5, 640, 480}, {1, infinity}));
 }
 
-TEST_CASE("camera file: those of the real inputs", "[io]") {
+TEST_CASE("camera file: those of the real inputs", "[io][real]") {
     if (!real::there("habitat"))
         return;
     const fs::path& data = real::data;

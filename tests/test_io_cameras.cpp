@@ -925,7 +925,7 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
     CHECK(lens.lens.sensor_mm == 36.0);
 }
 
-TEST_CASE("cameras: renders without a camera in their headers are not given one", "[io][cameras]") {
+TEST_CASE("cameras: renders without a camera in their headers are not given one", "[io][cameras][real]") {
     const fs::path shared = places::shared_data;
     if (!fs::exists(shared)) {
         std::cout << "skipped: real EXR files, since " << shared.native() << " is not there\n";

@@ -205,7 +205,7 @@ TEST_CASE("exr: windows that no image has are refused before memory is asked for
         }
 }
 
-TEST_CASE("exr: real files", "[io]") {
+TEST_CASE("exr: real files", "[io][real]") {
     if (!real::there("habitat"))
         return;
     const fs::path& data = real::data;

@@ -284,16 +284,37 @@ const std::vector<Source>& more_sources() {
     return all;
 }
 
-} // namespace
-
-TEST_CASE("ranking: the family of 32 inputs, none wrong") {
-    constexpr int least_right = 27; // as docs/inspect.md says
+Count sources_in_a_room() {
     Count count;
     const Seen room = seen(scene::room(), 80);
     for (const Source& source : sources())
         count.add(source.name, rank_encodings(host(source.stored(room))), source.truth);
+    return count;
+}
+
+void check_unnamed(const char* name, const cv::Mat& image) {
+    INFO(name);
+    for (int type : {CV_32F, CV_16U}) {
+        cv::Mat values;
+        image.convertTo(values, type, type == CV_16U ? 10000 : 1);
+        const Ranking ranking =
+            rank_encodings(host(DepthFile{values, type == CV_16U ? Storage::uint16 : Storage::float32, {}}));
+        INFO((ranking.family ? to_string(*ranking.family) : "cannot tell"));
+        CHECK(!ranking.family);
+    }
+}
+
+} // namespace
+
+TEST_CASE("ranking: the family of every source in a room, none wrong") {
+    const Count count = sources_in_a_room();
     CHECK(count.wrong == 0);
     CHECK(count.right == 10);
+}
+
+TEST_CASE("ranking: the family of 32 inputs, none wrong", "[real]") {
+    constexpr int least_right = 27; // as docs/inspect.md says
+    Count count = sources_in_a_room();
     for (const char* folder : {"opengl", "blender", "habitat"})
         if (!real::there(folder))
             return;
@@ -343,17 +364,6 @@ TEST_CASE("ranking: every source in every scene and under three angles of view, 
 TEST_CASE("ranking: what is no depth, or shows no planes, has no family") {
     std::mt19937 random(7);
     std::normal_distribution<float> normal;
-    const auto unnamed = [](const char* name, const cv::Mat& image) {
-        INFO(name);
-        for (int type : {CV_32F, CV_16U}) {
-            cv::Mat values;
-            image.convertTo(values, type, type == CV_16U ? 10000 : 1);
-            const Ranking ranking =
-                rank_encodings(host(DepthFile{values, type == CV_16U ? Storage::uint16 : Storage::float32, {}}));
-            INFO((ranking.family ? to_string(*ranking.family) : "cannot tell"));
-            CHECK(!ranking.family);
-        }
-    };
     const auto made = [](int width, int height, const std::function<double(int, int)>& value) {
         cv::Mat image(height, width, CV_32FC1);
         for (int y = 0; y < height; ++y)
@@ -361,31 +371,35 @@ TEST_CASE("ranking: what is no depth, or shows no planes, has no family") {
                 image.at<float>(y, x) = static_cast<float>(value(x, y));
         return image;
     };
-    unnamed("noise", made(200, 150, [&](int, int) { return 2 + 0.3 * static_cast<double>(normal(random)); }));
-    unnamed("noise from 0 to 1", made(200, 150, [&](int, int) { return static_cast<double>(random()) / 0x1p32; }));
-    unnamed("one value", made(200, 150, [](int, int) { return 0.5; }));
-    unnamed("one pixel", made(1, 1, [](int, int) { return 0.5; }));
-    unnamed("one row", made(500, 1, [](int x, int) { return 1.0 / (x + 1); }));
-    unnamed("nothing but NaN", made(200, 150, [](int, int) { return NAN; }));
-    unnamed("nothing but infinity", made(200, 150, [](int, int) { return INFINITY; }));
-    unnamed("steps", made(200, 150, [](int x, int) { return 1.0 + x / 50; }));
-    unnamed("a wave", made(200, 150, [](int x, int y) { return 2 + std::sin(x * 0.05) * std::cos(y * 0.04); }));
-    unnamed("a photograph of a sphere", made(200, 150, [](int x, int y) {
-                const double r = std::hypot(x - 100, y - 75) / 60;
-                return r < 1 ? 0.2 + 0.8 * std::sqrt(1 - r * r) : 0.1;
-            }));
+    check_unnamed("noise", made(200, 150, [&](int, int) { return 2 + 0.3 * static_cast<double>(normal(random)); }));
+    check_unnamed("noise from 0 to 1",
+                  made(200, 150, [&](int, int) { return static_cast<double>(random()) / 0x1p32; }));
+    check_unnamed("one value", made(200, 150, [](int, int) { return 0.5; }));
+    check_unnamed("one pixel", made(1, 1, [](int, int) { return 0.5; }));
+    check_unnamed("one row", made(500, 1, [](int x, int) { return 1.0 / (x + 1); }));
+    check_unnamed("nothing but NaN", made(200, 150, [](int, int) { return NAN; }));
+    check_unnamed("nothing but infinity", made(200, 150, [](int, int) { return INFINITY; }));
+    check_unnamed("steps", made(200, 150, [](int x, int) { return 1.0 + x / 50; }));
+    check_unnamed("a wave", made(200, 150, [](int x, int y) { return 2 + std::sin(x * 0.05) * std::cos(y * 0.04); }));
+    check_unnamed("a photograph of a sphere", made(200, 150, [](int x, int y) {
+                      const double r = std::hypot(x - 100, y - 75) / 60;
+                      return r < 1 ? 0.2 + 0.8 * std::sqrt(1 - r * r) : 0.1;
+                  }));
     for (const double radius : {1.0, 3.0}) {
         const Seen sphere = seen({scene::Sphere{{0, 0, -5}, radius}}, 60);
-        unnamed("a sphere alone", made(sphere.width, sphere.height, [&](int x, int y) {
-                    return sphere.z[static_cast<std::size_t>(y * sphere.width + x)];
-                }));
+        check_unnamed("a sphere alone", made(sphere.width, sphere.height, [&](int x, int y) {
+                          return sphere.z[static_cast<std::size_t>(y * sphere.width + x)];
+                      }));
     }
     CHECK_THROWS_AS(rank_encodings(HostDepth{}), std::invalid_argument);
+}
+
+TEST_CASE("ranking: what a renderer wrote beside depth has no family", "[real]") {
     if (!real::there("blender"))
         return;
     for (const char* view : {"blender/perspective", "blender/orthographic"})
         for (const char* channel : {"ViewLayer.Combined.G", "ViewLayer.AO.R", "ViewLayer.Normal.X"})
-            unnamed(channel, read_depth(real::data / view / "sharp.exr", {.channel = channel}).values);
+            check_unnamed(channel, read_depth(real::data / view / "sharp.exr", {.channel = channel}).values);
 }
 
 TEST_CASE("ranking: what is named beside the family agrees with how the values were made") {

@@ -188,7 +188,7 @@ TEST_CASE("read: a PNG's remarks do not reach stderr", "[io]") {
     CHECK((outcome.starts_with("(") || outcome.find("check sum") != std::string::npos));
 }
 
-TEST_CASE("read: the OpenGL buffers", "[io]") {
+TEST_CASE("read: the OpenGL buffers", "[io][real]") {
     if (!real::there("opengl"))
         return;
     const fs::path data = real::data / "opengl";
