@@ -1,13 +1,13 @@
-# Embeds kernels/* verbatim, one array of bytes a file, and lets clang check every kernel while building.
+# Embeds the files of kernels/ verbatim, by their paths in it, and lets clang check every kernel while building.
 
 option(FATHOM_CHECK_KERNELS "Let clang check the kernels while building" ${PROJECT_IS_TOP_LEVEL})
 
 set(FATHOM_CMAKE_DIR ${CMAKE_CURRENT_LIST_DIR})
-set(FATHOM_KERNEL_DIR ${CMAKE_CURRENT_LIST_DIR}/../kernels)
+cmake_path(SET FATHOM_KERNEL_DIR NORMALIZE ${CMAKE_CURRENT_LIST_DIR}/../kernels)
 find_program(FATHOM_CLANG NAMES clang clang-19 clang-16 clang-15 clang-14 DOC "clang, which checks the kernels while building")
 
-# Adds the text of files to a target, as `FUNCTION()`: name to content.
-function(fathom_embed target function)
+# Adds the text of files to a target, as `FUNCTION()`: path in a folder to content.
+function(fathom_embed target function folder)
   set(files)
   foreach(file IN LISTS ARGN)
     cmake_path(ABSOLUTE_PATH file)
@@ -15,15 +15,15 @@ function(fathom_embed target function)
   endforeach()
   set(embedded ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
   add_custom_command(OUTPUT ${embedded}
-    COMMAND ${CMAKE_COMMAND} -D OUTPUT=${embedded} -D FUNCTION=${function} -D "FILES=${files}"
+    COMMAND ${CMAKE_COMMAND} -D OUTPUT=${embedded} -D FUNCTION=${function} -D FOLDER=${folder} -D "FILES=${files}"
       -P ${FATHOM_CMAKE_DIR}/embed.cmake
     DEPENDS ${files} ${FATHOM_CMAKE_DIR}/embed.cmake VERBATIM COMMENT "Embedding ${function}")
   target_sources(${target} PRIVATE ${embedded})
 endfunction()
 
 function(fathom_embed_kernels target)
-  file(GLOB files CONFIGURE_DEPENDS ${FATHOM_KERNEL_DIR}/*.cl ${FATHOM_KERNEL_DIR}/*.h)
-  fathom_embed(${target} fathom_kernel_files ${files})
+  file(GLOB_RECURSE files CONFIGURE_DEPENDS ${FATHOM_KERNEL_DIR}/*.cl ${FATHOM_KERNEL_DIR}/*.h)
+  fathom_embed(${target} fathom_kernel_files ${FATHOM_KERNEL_DIR} ${files})
   if(FATHOM_CHECK_KERNELS)
     fathom_check_kernels(${target}_kernels_checked ${FATHOM_KERNEL_DIR})
   endif()
@@ -37,13 +37,13 @@ function(fathom_check_kernels target folder)
     return()
   endif()
   cmake_path(ABSOLUTE_PATH folder NORMALIZE)
-  file(GLOB kernels CONFIGURE_DEPENDS ${folder}/*.cl)
+  file(GLOB_RECURSE kernels CONFIGURE_DEPENDS ${folder}/*.cl)
   set(stamps)
   foreach(kernel IN LISTS kernels)
-    cmake_path(GET kernel STEM name)
+    cmake_path(GET kernel STEM name) # which no two kernels share: they are launched by it
     set(stamp ${CMAKE_CURRENT_BINARY_DIR}/${target}/${name})
     add_custom_command(OUTPUT ${stamp}
-      COMMAND ${FATHOM_CMAKE_DIR}/check-kernel.sh ${FATHOM_CLANG} ${kernel} ${stamp}
+      COMMAND ${FATHOM_CMAKE_DIR}/check-kernel.sh ${FATHOM_CLANG} ${folder} ${kernel} ${stamp}
       DEPENDS ${kernel} ${FATHOM_CMAKE_DIR}/check-kernel.sh DEPFILE ${stamp}.d VERBATIM COMMENT "Checking the kernel ${name}")
     list(APPEND stamps ${stamp})
   endforeach()

@@ -1,19 +1,20 @@
 #!/bin/sh
-# Lets clang check a kernel with the finite choices that it is built for: check-kernel.sh CLANG KERNEL.cl STAMP
-# The kernel and the headers that it includes state them in lines like this one; a kernel's own values replace a header's:
+# Lets clang check a kernel with the finite choices that it is built for: check-kernel.sh CLANG FOLDER KERNEL.cl STAMP
+# The kernel and the headers that it includes, by their paths in FOLDER, state them in lines like this one; a kernel's own values replace a header's:
 #   // Built for: V = 1 4 8 16; FP64 = 0 1
 # STAMP is touched where nothing was found, and STAMP.d lists the headers.
 # Every pair of values of two choices is in one of the builds at least, since all combinations would be hundreds.
 set -eu
 clang=$1
-kernel=$2
-stamp=$3
+folder=$2
+kernel=$3
+stamp=$4
 
 # Prints the lines of a file, and after them those of the headers that it includes.
 choices() {
     sed -n 's|^// Built for: *||p' "$1"
     for header in $(sed -n 's|^#include "\(.*\)".*|\1|p' "$1"); do
-        choices "$(dirname "$1")/$header"
+        choices "$folder/$header"
     done
 }
 
@@ -80,7 +81,7 @@ choices "$kernel" | awk '
                     }
     }' | while read -r defines; do
     # shellcheck disable=SC2086 # one line is several definitions
-    "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -fsyntax-only -Wall -Werror \
+    "$clang" -x cl -cl-std=CL1.2 -I "$folder" -Xclang -finclude-default-header -fsyntax-only -Wall -Werror \
         -MD -MF "$stamp.d" -MT "$stamp" $defines "$kernel" || {
         echo "$kernel does not compile with $defines" >&2
         exit 1

@@ -1,9 +1,9 @@
-# Writes OUTPUT: a C++ file whose function FUNCTION gives the text of every one of FILES by name, byte for byte.
+# Writes OUTPUT: a C++ file whose function FUNCTION gives the text of every one of FILES, byte for byte, by its path in FOLDER.
 set(text "#include <map>\n#include <string>\n\nconst std::map<std::string, std::string>& ${FUNCTION}();\n\n")
 string(APPEND text "const std::map<std::string, std::string>& ${FUNCTION}() {\n")
 string(APPEND text "    static const std::map<std::string, std::string> files{\n")
 foreach(file IN LISTS FILES)
-  cmake_path(GET file FILENAME name)
+  cmake_path(RELATIVE_PATH file BASE_DIRECTORY ${FOLDER} OUTPUT_VARIABLE name)
   file(READ "${file}" content)
   string(APPEND text "        {\"${name}\", R\"fathom_kernel(${content})fathom_kernel\"},\n")
 endforeach()

@@ -132,7 +132,7 @@ typedef struct {
 } ray_params;
 PARAMS(ray_params, 248)
 
-// From inverse depth q and its slopes gx, gy per pixel to a normal. See kernels/normals.cl.
+// From inverse depth q and its slopes gx, gy per pixel to a normal. See kernels/normals/normals.cl.
 //   n = of_slope_x gx + of_slope_y gy + of_depth (q - gx (x - centre_x) - gy (y - centre_y)), or 1 for the last factor
 // for an orthographic camera. The bound of q's error is error_constant + error_linear |q| + error_quadratic q^2.
 typedef struct {
@@ -181,7 +181,7 @@ typedef struct {
 } band_params;
 PARAMS(band_params, 16)
 
-// Blocks of 64 x 64 pixels of the camera's image, see kernels/blocks.h.
+// Blocks of 64 x 64 pixels of the camera's image, see kernels/ssao/blocks.h.
 CONSTANT(ssao_block_shift, 6)
 
 // The blocks of an image, and those that a pass works for.
@@ -224,13 +224,13 @@ typedef struct {
     float slope_errors;    // of the tangent plane, in errors of inverse depth per pixel
     float error_constant, error_linear, error_quadratic; // of inverse depth, see InverseDepthError
     float pixel;           // a pixel's width: at distance one (perspective), or anywhere
-    float edge;            // how many of them a neighbour may lie off the tangent plane
+    float edge;            // how many of these widths a neighbour may lie off the tangent plane
     u32 slices;            // per pixel
     u32 levels;            // of radii on the screen, each the square root of two times the last
 } occlusion_params;
 PARAMS(occlusion_params, 136)
 
-// What a silhouette's width is measured by, see kernels/silhouette.cl. Lengths are in scene units.
+// What a silhouette's width is measured by, see kernels/ssao/silhouette.cl. Lengths are in scene units.
 typedef struct {
     float step[4];     // a pixel's step along the row, the column and the two diagonals: at distance one (perspective)
     float least_step;  // of these
@@ -239,7 +239,7 @@ typedef struct {
 } silhouette_params;
 PARAMS(silhouette_params, 32)
 
-// The circle of confusion of a stored value: see CircleOfConfusion in include/fathom/lens.hpp and kernels/circle.h.
+// The circle of confusion of a stored value: CircleOfConfusion of include/fathom/lens.hpp as kernels/dof_masks/circle.h has it.
 typedef struct {
     wide numerator[4];   // sum: c, or 1/(z - lens_depth) under a perspective; quotient: c = numerator / denominator
     wide denominator[4];
@@ -257,7 +257,7 @@ typedef struct {
 PARAMS(circle_params, 152)
 
 // The bound of inverse depth's error, as in normal_params; and the least step between two surfaces that counts, constant and
-// per inverse depth. See kernels/mixed_pixels.cl.
+// per inverse depth. See kernels/dof_masks/mixed_pixels.cl.
 typedef struct {
     float error_constant, error_linear, error_quadratic;
     float step_constant, step_linear;
@@ -385,7 +385,7 @@ typedef struct {
 } aperture_tap_params;
 PARAMS(aperture_tap_params, 20)
 
-// How a layer's pixels lie in the lens, and which tables its parts are read from. See kernels/dof_parts.cl.
+// How a layer's pixels lie in the lens, and which tables its parts are read from. See kernels/dof/dof_parts.cl.
 typedef struct {
     float across, down;  // lens coordinates per column and row
     float radius;        // of the aperture, parts of a pixel
@@ -403,7 +403,7 @@ typedef struct {
 } behind_params;
 PARAMS(behind_params, 16)
 
-// Fog, see kernels/fog.cl. The exponents are those of two.
+// Fog, see kernels/fog/fog.cl. The exponents are those of two.
 typedef struct {
     wide at_centre[3]; // log2 of the density where the ray starts, over ln 2: affine in (x, y, 1)
     wide per_step[3];  // what one step of the direction adds to it
@@ -416,7 +416,7 @@ typedef struct {
 } fog_params;
 PARAMS(fog_params, 88)
 
-// How many cases of arithmetic are tried, and a divisor that compilers know, see kernels/arithmetic.cl.
+// How many cases of arithmetic are tried, and a divisor that compilers know, see kernels/device/arithmetic.cl.
 CONSTANT(probe_divisor, 65535)
 typedef struct {
     u32 cases;

@@ -166,7 +166,7 @@ bool Corner::away_from_edges(int x, int y) const {
     const auto at = [&](int column) {
         return truth_.position[static_cast<std::size_t>(y * truth_.width + column)].x() - edge_;
     };
-    return at(x - margin) * at(x + margin) > 0; // false where there is invalid
+    return at(x - margin) * at(x + margin) > 0; // false where either is no number
 }
 
 double Corner::normals_off(const std::vector<float>& normals) const {

@@ -60,7 +60,7 @@ inline constexpr double normals_length_error = 4 * 0x1p-24;
 /// Throws: std::invalid_argument for world space without a view matrix, for channels other than 3 and 4, for a tolerance
 /// that is not above 0, for noise that is not from 0 to less than 1, and for noise together with `max_error`.
 /// Source: two-tap extrapolation by atyuwen, "Accurate Normal Reconstruction from Depth Buffer", 2020; that 1/z is affine on
-/// the screen, Blinn 1992; both for every camera as derived in kernels/normals.cl and docs/camera.md.
+/// the screen, Blinn 1992; both for every camera as derived in kernels/normals/normals.cl and docs/camera.md.
 Image normals(const StoredDepth& stored, const NormalsOptions& options = {}, const Launch& launch = {});
 
 /// The same into an image of the caller's: `options.channels` floats a pixel, the size of the depth, with any row stride.

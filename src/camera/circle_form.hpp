@@ -5,7 +5,7 @@
 
 namespace fathom {
 
-/// How kernels/circle.h computes a circle; the values are the CIRCLE_ constants of params.h.
+/// How kernels/dof_masks/circle.h computes a circle; the values are the CIRCLE_ constants of params.h.
 enum class CircleForm {
     recentred, ///< affine in the stored value, in floats
     sum,       ///< affine in the stored value and the pixel, in double or two floats

@@ -545,8 +545,6 @@ cv::Mat Steps::decoded(const Work& work, const cv::Mat& values, int first_row) c
     return look_at(stored).z;
 }
 
-// So many that the images of a strip take what they may: the stored values, twice where they are moved, the depth, pictures, and
-// the result, before and while it is packed.
 // What a row of the images takes: depth, two copies of it, the result and its file, and a picture.
 std::size_t Steps::row_bytes(int width, bool picture) const {
     const std::size_t channels = outputs_.front().product.channels.size();

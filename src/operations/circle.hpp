@@ -11,7 +11,7 @@
 
 namespace fathom {
 
-/// Constants of kernels/circle.h, and of the weights of kernels/dof_masks.cl.
+/// Constants of kernels/dof_masks/circle.h, and of the weights of kernels/dof_masks/dof_masks.cl.
 params::circle_params circle_parameters(const DepthForm& form, const CircleOfConfusion& circle,
                                         const DofMasksOptions& options, Arithmetic arithmetic);
 

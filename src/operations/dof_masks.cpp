@@ -1,5 +1,5 @@
-// Masks for depth of field: one pass of kernels/dof_masks.cl, and the passes of near_field.cpp and mixed_pixels.cpp if
-// they are asked for.
+// Masks for depth of field: one pass of kernels/dof_masks/dof_masks.cl, and the passes of near_field.cpp and
+// mixed_pixels.cpp if they are asked for.
 
 #include <fathom/dof_masks.hpp>
 

@@ -1,4 +1,4 @@
-// Fog over a picture: one pass of kernels/fog.cl.
+// Fog over a picture: one pass of kernels/fog/fog.cl.
 
 #include <fathom/fog.hpp>
 

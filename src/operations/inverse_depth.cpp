@@ -1,4 +1,4 @@
-// Inverse depth from stored depth: one pass of kernels/inverse_depth.cl.
+// Inverse depth from stored depth: one pass of kernels/camera/inverse_depth.cl.
 
 #include "operations/inverse_depth.hpp"
 

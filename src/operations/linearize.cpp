@@ -1,4 +1,4 @@
-// View depth from stored depth: one pass of kernels/linearize.cl.
+// View depth from stored depth: one pass of kernels/camera/linearize.cl.
 
 #include <fathom/linearize.hpp>
 

@@ -1,4 +1,4 @@
-// Pixels between two surfaces: kernels/inverse_depth.cl, then kernels/mixed_pixels.cl.
+// Pixels between two surfaces: kernels/camera/inverse_depth.cl, then kernels/dof_masks/mixed_pixels.cl.
 
 #include "operations/mixed_pixels.hpp"
 

@@ -1,4 +1,5 @@
-// What the discs of near pixels do to those around them: tiles, then kernels/near_field_weight.cl and kernels/near_field.cl.
+// What the discs of near pixels do to those around them: tiles, then near_field_weight.cl and
+// near_field.cl of kernels/dof_masks.
 //
 // The discs' weights are needed only until they are added up, and the sums go on from launch to launch in the order of one launch.
 // So weights may be held of a few rows of blocks at a time, with the same bits, however far the discs reach.

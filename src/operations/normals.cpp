@@ -1,4 +1,4 @@
-// Normals from stored depth: kernels/inverse_depth.cl, then kernels/normals.cl.
+// Normals from stored depth: kernels/camera/inverse_depth.cl, then kernels/normals/normals.cl.
 
 #include "operations/normals.hpp"
 

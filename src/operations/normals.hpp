@@ -8,7 +8,7 @@
 
 namespace fathom {
 
-/// Constants of kernels/normals.cl for rays in the axes of the result. Pure: no device.
+/// Constants of kernels/normals/normals.cl for rays in the axes of the result. Pure: no device.
 params::normal_params normal_parameters(const CentreRays& rays, const InverseDepthError& error,
                                         const NormalsOptions& options);
 

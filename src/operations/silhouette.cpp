@@ -1,4 +1,4 @@
-// Thickness from the silhouette's width: one pass of kernels/silhouette.cl.
+// Thickness from the silhouette's width: one pass of kernels/ssao/silhouette.cl.
 
 #include "operations/silhouette.hpp"
 

@@ -29,7 +29,7 @@ namespace {
 
 constexpr float slope_errors_fitted = 0.6f; // as slope_errors_neighbours, for a fit to seven pixels across
 
-// ImageSize that a neighbour may lie off the tangent plane and still be of the same surface.
+// Widths of a pixel that a neighbour may lie off the tangent plane and still be of the same surface.
 constexpr float filter_edge = 0.5f;
 
 // What lies between the passes, besides the planes.
@@ -56,7 +56,7 @@ struct Sampling {
 struct HalfResolution {
     int samples;
     double least_px; // radius on every surface of such a block, pixels
-    bool smooth;     // no low steps and thin objects: kernels/ssao_blocks.cl
+    bool smooth;     // no low steps and thin objects: kernels/ssao/ssao_blocks.cl
 };
 constexpr HalfResolution half_of_quality[] = {{16, 48, false}, {48, 128, true}, {36, 48, true}};
 
@@ -253,7 +253,7 @@ params::grid_params grid(const Image& target, const Region& region) {
             .y_begin = to_u32(region.y)};
 }
 
-// THICKNESS of kernels/ssao_planes.cl. What is infinite is `longest_length` thick.
+// THICKNESS of kernels/ssao/ssao_planes.cl. What is infinite is `longest_length` thick.
 int thickness_kind(const SsaoOptions& options) {
     return options.thickness_from_silhouette ? 3 : options.back_depth ? 2 : options.thickness_map ? 1 : 0;
 }
@@ -631,7 +631,7 @@ void half_resolution(Call& call, const Image& depth, const std::vector<Wanted>& 
         upsample(call, depth, found[i], results[i].output, results[i].image, region);
 }
 
-// Which blocks of the camera's image are computed at all pixels, see kernels/blocks.h.
+// Which blocks of the camera's image are computed at all pixels, see kernels/ssao/blocks.h.
 std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& depth, const HalfResolution& half) {
     const PixelLattice all = pixel_lattice(call.stored);
     const int x = call.stored.x >> params::ssao_block_shift, y = call.stored.y >> params::ssao_block_shift;

@@ -1,4 +1,4 @@
-// Positions from stored depth: one pass of kernels/unproject.cl.
+// Positions from stored depth: one pass of kernels/camera/unproject.cl.
 
 #include <fathom/unproject.hpp>
 

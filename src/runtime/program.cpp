@@ -19,6 +19,14 @@
 namespace fathom::runtime {
 namespace {
 
+// A kernel's file in kernels/: no two kernels have the same name.
+std::string file_of(const std::string& kernel) {
+    for (const auto& [path, content] : fathom_kernel_files())
+        if (std::filesystem::path(path).filename() == kernel + ".cl")
+            return path;
+    throw Error(text("no kernel named ", kernel, " is built in"));
+}
+
 void append(std::string& source, const std::string& file, std::set<std::string>& included) {
     if (!included.insert(file).second)
         return;
@@ -115,30 +123,30 @@ std::string described(int refusal) {
 
 // Where PoCL cannot write what it compiles, it says no more than that it does not compile. On a full disk its compiler may end
 // the process, so that is looked for before. Others are told when the build has failed.
-void check_pocl_folder(const std::string& name, const Device& device, bool has_failed) {
+void check_pocl_folder(const std::string& file, const Device& device, bool has_failed) {
     if (device.info().platform != "Portable Computing Language")
         return;
     if (const int refusal = refusal_to_write(pocl_folder());
         refusal == ENOSPC || refusal == EDQUOT || (has_failed && refusal != 0))
-        throw Error(text("kernels/", name, ".cl is not compiled: PoCL keeps what it compiles in ", described(refusal)));
+        throw Error(text("kernels/", file, " is not compiled: PoCL keeps what it compiles in ", described(refusal)));
 }
 
 // Under the context's lock, so that two threads do not build the same.
-cl::Program program(const Device& device, const std::string& name, const std::string& options) {
+cl::Program program(const Device& device, const std::string& file, const std::string& options) {
     Context& context = *device.state().shared;
     const auto lock = locked(context.programs_mutex);
-    const std::string key = name + ' ' + options;
+    const std::string key = file + ' ' + options;
     if (const auto found = context.programs.find(key); found != context.programs.end())
         return found->second;
-    check_pocl_folder(name, device, false);
-    const cl::Program built(context.context, assembled_source(name + ".cl"));
+    check_pocl_folder(file, device, false);
+    const cl::Program built(context.context, assembled_source(file));
     try {
         built.build({context.device}, options.c_str());
     } catch (const cl::Error& error) {
         if (error.err() != CL_BUILD_PROGRAM_FAILURE) // the compiler did not come so far as to have a log
             throw;
-        check_pocl_folder(name, device, true);
-        throw Error(text("kernels/", name, ".cl does not build on ", device.info().name, " with ", options,
+        check_pocl_folder(file, device, true);
+        throw Error(text("kernels/", file, " does not build on ", device.info().name, " with ", options,
                          "; try another device or driver, or report this:\n", build_log(built, context.device)));
     }
     return context.programs.emplace(key, built).first->second;
@@ -162,12 +170,13 @@ Kernel& kernel(const Device& device, const std::string& name, Defines defines) {
         if (const auto found = state.kernels.find(key); found != state.kernels.end())
             return found->second;
     }
+    const std::string file = file_of(name);
     const auto make = [&]() -> Kernel& {
-        const cl::Kernel made(program(device, name, options), name.c_str());
+        const cl::Kernel made(program(device, file, options), name.c_str());
         const auto lock = locked(state.mutex);
-        return state.kernels.emplace(key, Kernel{made, "kernels/" + key}).first->second;
+        return state.kernels.emplace(key, Kernel{made, text("kernels/", file, ' ', options)}).first->second;
     };
-    return ask(device, make, "refused kernels/", name, ".cl");
+    return ask(device, make, "refused kernels/", file);
 }
 
 } // namespace fathom::runtime

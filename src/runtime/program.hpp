@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-/// Text of every file in kernels/, by name. Generated while building (cmake/embed.cmake).
+/// Text of every file of kernels/, by its path there. Generated while building (cmake/embed.cmake).
 const std::map<std::string, std::string>& fathom_kernel_files();
 
 namespace fathom::runtime {
 
-/// A kernel file with the headers it includes in place, each once, and #line directives, so that a build log names the
+/// A file of kernels/ with the headers it includes in place, each once, and #line directives, so that a build log names the
 /// file and the line that a person would open.
 std::string assembled_source(const std::string& file);
 
@@ -33,7 +33,7 @@ struct Kernel {
     std::size_t group_limit = 0; ///< work-items per group that the device allows it; 0: not asked yet
 };
 
-/// The kernel `name` of kernels/<name>.cl. Its program is built when the context first asks for it.
+/// The kernel `name` of the file <name>.cl. Its program is built when the context first asks for it.
 /// Throws: Error with the build log.
 Kernel& kernel(const Device& device, const std::string& name, Defines defines);
 

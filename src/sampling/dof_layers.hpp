@@ -47,20 +47,20 @@ inline bool has_bit(const TileBits& tile, int bit) {
     return (tile[static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0;
 }
 
-/// A launch of kernels/dof_strips.cl, unless the pixels are read directly, and of kernels/dof_gather.cl. Where pixels are read
-/// directly and the quality is not accurate, a launch is of several layers, the first in `gather`: after its tile an entry of
-/// the list has a bit for each that reaches it, and a bit for each that follows one that does; at `starts` stand where a
-/// layer's own starts begin, and its reach.
+/// A launch of kernels/dof/dof_strips.cl, unless the pixels are read directly, and of dof_gather.cl beside it. Where pixels are
+/// read directly and the quality is not accurate, a launch is of several layers, the first in `gather`: after its tile an
+/// entry of the list has a bit for each that reaches it, and a bit for each that follows one that does; at `starts` stand where
+/// a layer's own starts begin, and its reach.
 ///
-/// Where an aperture is many pixels wide, it is summed over cells of pixels instead: a launch of kernels/dof_cells.cl,
-/// kernels/dof_cell_sums.cl and kernels/dof_cell_layer.cl, of several layers where there is room for their cells. Entries of
-/// its lists of blocks have the layer's number after them, counted from the first; those of tiles have bits as above.
+/// Where an aperture is many pixels wide, it is summed over cells of pixels instead: a launch of dof_cells.cl,
+/// dof_cell_sums.cl and dof_cell_layer.cl, of several layers where there is room for their cells. Entries of its lists of
+/// blocks have the layer's number after them, counted from the first; those of tiles have bits as above.
 struct LayerPass {
     params::layer_params strips, gather;
     params::cell_params cells;
     int cell;                 ///< pixels across and down; 1: `strips` and `gather` are used
     params::part_params part; ///< accurate only
-    bool parts;               ///< of the lens are kept: kernels/dof_parts.cl. Accurate only
+    bool parts;               ///< of the lens are kept: kernels/dof/dof_parts.cl. Accurate only
     bool direct, fill, bright;
 };
 

@@ -8,7 +8,7 @@
 
 namespace fathom {
 
-/// Where the pixels of each of the 16 jitter patterns are sampled, as kernels/ssao.cl reads it.
+/// Where the pixels of each of the 16 jitter patterns are sampled, as kernels/ssao/ssao.cl reads it.
 struct SliceTable {
     int slices;
     int samples;

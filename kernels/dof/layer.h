@@ -1,0 +1,151 @@
+// One layer of the depth of field: what a pixel counts in it, and how it is laid over those before it.
+//   seen = T O / (O + B),  colour += seen (mean of the layer's own),  T <- T - seen
+// O and B are sums over the aperture: of the layer's own pixels, and of those behind it.
+
+#ifndef FATHOM_LAYER_H
+#define FATHOM_LAYER_H
+
+#include "dof/tiles.h"
+
+#if !defined(FILL) || !defined(BRIGHT) || !defined(BEHIND) || !defined(MOMENT)
+#error "FILL, BRIGHT, BEHIND and MOMENT are not defined: 1 to sum what lies behind, what lies beyond the knee apart, the\
+ second surface of a pixel, and columns, 0 otherwise"
+#endif
+#define HIGHLIGHTS (2 + CHANNELS + FILL * (2 + CHANNELS))
+#define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + MOMENT)
+
+// 16 pixels at once, whatever V is: the order of a sum decides its bits.
+typedef float16 __attribute__((aligned(4))) float16_anywhere;
+#define LOAD_16(pointer) (*(__global const float16_anywhere*)(pointer))
+
+// Adds a channel of a surface, weighted by `own`; the part beyond the knee is summed apart.
+INLINE void add_color(float16* value, int k, float16 own, float16 color, float knee) {
+#if BRIGHT
+    const float16 base = min(max(color, -knee), knee);
+    value[HIGHLIGHTS + k] = fma(own, color - base, value[HIGHLIGHTS + k]);
+#else
+    const float16 base = color;
+#endif
+    value[2 + k] = fma(own, base, value[2 + k]);
+}
+
+// The weight of a pixel that lies `off` layers behind this one, or in it.
+INLINE float16 behind_layer(float16 off) {
+    return min(max(off + 2.0f, 0.0f), 1.0f);
+}
+
+// Adds what 16 pixels of a row count for a layer. `columns` are their numbers, used under MOMENT.
+INLINE void add_pixels(float16* value, __global const float* here, float layer, float16 columns, const blur_params* p) {
+    const float16 off = LOAD_16(here) - layer;
+    const float16 own = max(1.0f - fabs(off), 0.0f);
+#if BEHIND
+    __global const float* second = here + (1 + CHANNELS) * p->plane;
+    const float16 off_second = LOAD_16(second) - layer;
+#if MOMENT
+    const float16 open = min(max((-off - JUMP) * (1.0f / SLOPE), 0.0f), 1.0f);
+#else
+    const float16 open = 1.0f;
+#endif
+    const float16 own_second = open * max(1.0f - fabs(off_second), 0.0f);
+    const float16 all = own + own_second;
+#else
+    const float16 all = own;
+#endif
+    value[0] += all;
+#if BEHIND
+    value[1] += max(behind_layer(off), open * behind_layer(off_second));
+#else
+    value[1] += behind_layer(off);
+#endif
+#if MOMENT
+    value[PLANES - 1] = fma(all, columns, value[PLANES - 1]);
+#endif
+#if FILL
+    const float alike = 2.0f * ((float)p->middle - layer); // layers on, circles are as large again
+    const float16 sharper = min(max(min(off - 1.0f, alike - off), 0.0f), 1.0f);
+    value[2 + CHANNELS] += sharper;
+    value[3 + 2 * CHANNELS] += min(max(off - alike + 1.0f, 0.0f), 1.0f);
+#endif
+    for (int k = 0; k < CHANNELS; ++k) {
+        const float16 color = LOAD_16(here + (k + 1) * p->plane);
+        add_color(value, k, own, color, p->knee);
+#if BEHIND
+        add_color(value, k, own_second, LOAD_16(second + (k + 1) * p->plane), p->knee);
+#endif
+#if FILL
+        value[3 + CHANNELS + k] = fma(sharper, color, value[3 + CHANNELS + k]);
+#endif
+    }
+}
+
+// Lays the layer's part of a row of pixels over what was seen before it.
+// `wide` is not 0 where the pixel itself belongs to the foreground, its circle is smaller than the layer's, and no
+// clean plate shows what the foreground hides. It is 1 from one layer of difference on.
+INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* wide) {
+    __global float* before = here + (2 * CHANNELS + 2) * plane;
+    __global float* left_to_wide = before + plane;
+    const floatV through = LOAD(float, here);
+    const floatV through_far = follows ? LOAD(float, before) : through;
+    *(__global float_lanes*)before = through;
+    const intV some = (sum[0] > 0.0f) & (through > 0.0f);
+    if (!any_of(some))
+        return;
+    floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / sum[1])), some);
+    if (wide) {
+        const floatV left = LOAD(float, left_to_wide);
+        seen = fma(*wide, min(seen, max(left, 0.0f)) - seen, seen);
+        *(__global float_lanes*)left_to_wide = fma(-*wide, seen, left);
+    }
+    const floatV fraction = select((floatV)0.0f, seen / sum[0], some);
+    *(__global float_lanes*)here = through - seen;
+    for (int k = 0; k < CHANNELS; ++k) {
+        __global float* to = here + (k + 1) * plane;
+#if BRIGHT
+        const floatV color = sum[2 + k] + sum[HIGHLIGHTS + k];
+#else
+        const floatV color = sum[2 + k];
+#endif
+        *(__global float_lanes*)to = fma(fraction, color, LOAD(float, to));
+    }
+#if FILL
+    // What is left to wide circles is the mean over the layers of the foreground, each weighted by what is seen of it.
+    const floatV left = LOAD(float, left_to_wide), wider = through_far * (sum[3 + 2 * CHANNELS] / sum[1]);
+    const floatV part = seen / (1.0f - (through - seen));
+    const intV first = through == 1.0f;
+    *(__global float_lanes*)left_to_wide = select(left, select(fma(wider - left, part, left), wider, first), some);
+    __global float* hidden = here + (CHANNELS + 1) * plane;
+    *(__global float_lanes*)hidden = fma(fraction, sum[2 + CHANNELS], LOAD(float, hidden));
+    for (int k = 0; k < CHANNELS; ++k) {
+        __global float* to = hidden + (k + 1) * plane;
+        *(__global float_lanes*)to = fma(fraction, sum[3 + CHANNELS + k], LOAD(float, to));
+    }
+#endif
+}
+
+// A layer, and what is known of it in a tile.
+typedef struct {
+    __global const float* planes;
+    const blur_params* p;
+    float layer;
+    bool follows, has_foreground;
+} layer_at;
+
+INLINE void lay(const layer_at* s, __global float* state, size_t at, const floatV* sum) {
+    const float middle = (float)s->p->middle;
+    const floatV own = LOAD(float, s->planes + at), alike = 2.0f * middle - own;
+    intV unknown = own < middle; // is it unknown what lies behind the pixel?
+#if BEHIND
+    unknown &= LOAD(float, s->planes + (1 + CHANNELS) * s->p->plane + at) < 0.0f;
+#endif
+    const floatV wide = select((floatV)0.0f, min(max(s->layer - alike + 1.0f, 0.0f), 1.0f), unknown);
+    composite(state + in_state(s->p, at), s->p->state_plane, s->follows, sum, s->has_foreground && s->layer > middle ? &wide : 0);
+}
+
+// Stores T for the next layer, which reads the T from before this layer. This layer adds nothing here.
+INLINE void keep_open(__global float* here, const blur_params* p, int rows) {
+    __global float* before = here + (2 * CHANNELS + 2) * p->state_plane;
+    for (int i = 0; i < rows; ++i)
+        *(__global float_lanes*)(before + i * p->stride) = LOAD(float, here + i * p->stride);
+}
+
+#endif

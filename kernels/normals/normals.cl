@@ -1,0 +1,149 @@
+// Normals from inverse depth q, which is affine in the pixel on every plane.
+//   perspective, P = O + D(x, y)/q:     n = gx Dy x D1 + gy D1 x Dx + (q - gx x - gy y) Dx x Dy
+//   orthographic rays, P = O(x, y) - q D:   n = gx Oy x D  + gy D x Ox  + Ox x Oy
+// gx, gy: the slopes of q per pixel; Dx, Dy, D1 (Ox, Oy) the columns of the rays that multiply x, y and 1. Pixels are counted
+// from where the first two are across the third, so that nothing cancels. With positions instead, a normal would be a
+// difference of numbers that share their leading digits; here only q is subtracted, and the plane is met exactly.
+// RADIUS 0: slopes as slope.h chooses them. Otherwise a plane is fitted to those pixels of the window that lie within the
+// stored values' rounding, and within a few standard deviations of a sensor's noise, of it: first in a small window, whose
+// slopes are good enough to tell the pixels of a wider one apart.
+// Built for: RADIUS = 0 3 5 8
+
+#include "params.h"
+#include "normals/slope.h"
+#include "store.h"
+#include "camera/window.h"
+
+#if !defined(RADIUS) || RADIUS < 0 || RADIUS > 16
+#error "RADIUS is not defined: 0 for slopes of the nearest neighbours, or how far the window reaches, up to the margin's columns"
+#endif
+#define SMALL_RADIUS 3 // no more than depth_margin_rows
+
+// What errors of one bound each make of the slope of five pixels in a row, sum |x| / sum x^2, and of that of seven.
+#define GUESS_ERROR 0.6f
+#define FIT_ERROR 0.43f
+
+// How far a pixel of the same plane may lie off it, in standard deviations of the noise: at the centre, and more per pixel
+// away. The nearest neighbours' plane goes through a pixel that is off itself, and its slopes have 0.32 of them; those of
+// the small window have 0.07, and 0.17 beside an edge.
+#define GUESS_NOISE 4.5f
+#define GUESS_SLOPE_NOISE 0.5f
+#define FIT_NOISE 4.0f
+#define FIT_SLOPE_NOISE 0.1f
+
+// A plane about the pixel: its inverse depth there, and its slopes.
+typedef struct {
+    floatV q, gx, gy;
+} plane;
+
+INLINE void nearest_plane(const window* w, floatV error, plane* p) {
+    const floatV tolerance = 4.0f * error;
+    p->q = neighbour(w, 0, 0);
+    p->gx = slope(neighbour(w, -2, 0), neighbour(w, -1, 0), p->q, neighbour(w, 1, 0),
+                  neighbour(w, 2, 0), tolerance);
+    p->gy = slope(neighbour(w, 0, -2), neighbour(w, 0, -1), p->q, neighbour(w, 0, 1),
+                  neighbour(w, 0, 2), tolerance);
+}
+
+#if RADIUS > 0
+// The plane of least squares through the pixels that `p` predicts to within `margin` + `per_pixel` times the distance.
+// It is drawn towards `p` with the weight of one pixel, so that a pixel without any neighbour that fits keeps `p`.
+// Rows from `first` to `last` are there to be read; those beyond are as empty as these two.
+INLINE void refit(const window* w, const int radius, int first, int last, floatV margin, floatV per_pixel, plane* p) {
+    floatV n = (floatV)0.0f, sx = (floatV)0.0f, sy = (floatV)0.0f, sr = (floatV)0.0f;
+    floatV sxx = (floatV)1.0f, sxy = (floatV)0.0f, syy = (floatV)1.0f, sxr = (floatV)0.0f, syr = (floatV)0.0f;
+#pragma unroll
+    for (int dy = -radius; dy <= radius; ++dy) {
+        const int row = clamp(dy, first, last);
+        const floatV middle = fma(p->gy, (floatV)(float)dy, p->q);
+        const floatV limit = fma(per_pixel, (floatV)(float)abs(dy), margin);
+        floatV row_n = (floatV)0.0f, row_x = (floatV)0.0f, row_xx = (floatV)0.0f, row_r = (floatV)0.0f;
+#pragma unroll
+        for (int dx = -radius; dx <= radius; ++dx) {
+            const floatV rest = neighbour(w, dx, row) - fma(p->gx, (floatV)(float)dx, middle);
+            const intV fits = fabs(rest) <= fma(per_pixel, (floatV)(float)abs(dx), limit);
+            const floatV one = select((floatV)0.0f, (floatV)1.0f, fits), r = select((floatV)0.0f, rest, fits);
+            row_n += one;
+            row_x = fma(one, (floatV)(float)dx, row_x);
+            row_xx = fma(one, (floatV)(float)(dx * dx), row_xx);
+            row_r += r;
+            sxr = fma(r, (floatV)(float)dx, sxr);
+        }
+        n += row_n;
+        sx += row_x;
+        sxx += row_xx;
+        sr += row_r;
+        sy = fma(row_n, (floatV)(float)dy, sy);
+        sxy = fma(row_x, (floatV)(float)dy, sxy);
+        syy = fma(row_n, (floatV)(float)(dy * dy), syy);
+        syr = fma(row_r, (floatV)(float)dy, syr);
+    }
+    // About the mean; all but the residuals' sums are small integers, so nothing is lost.
+    const floatV each = 1.0f / max(n, (floatV)1.0f);
+    const floatV mx = sx * each, my = sy * each, mr = sr * each;
+    const floatV xx = fma(-mx, sx, sxx), xy = fma(-mx, sy, sxy), yy = fma(-my, sy, syy);
+    const floatV xr = fma(-mx, sr, sxr), yr = fma(-my, sr, syr);
+    const floatV inverse = 1.0f / fma(xx, yy, -xy * xy);
+    const floatV cx = fma(yy, xr, -xy * yr) * inverse, cy = fma(xx, yr, -xy * xr) * inverse;
+    p->q += mr - fma(cx, mx, cy * my);
+    p->gx += cx;
+    p->gy += cy;
+}
+#endif
+
+INLINE floatV component(const normal_params* p, int i, const plane* plane, floatV along) {
+    const floatV of_slopes = fma((floatV)p->of_slope_x[i], plane->gx, (floatV)p->of_slope_y[i] * plane->gy);
+    return fma((floatV)p->of_depth[i], along, of_slopes);
+}
+
+KERNEL void normals(__global const float* source, __global float* target, const grid_params grid,
+                      const normal_params p) {
+    const uint x = first_column(grid.x_begin, grid.x_end);
+    const uint made = get_global_id(1), y = grid.y_begin + made;
+    if (x >= grid.x_end || y >= grid.height)
+        return;
+
+    const window w = window_at(source, &grid, (int)x, (int)y);
+    READ_AHEAD(w.here + 2 * w.stride);
+    const floatV q = neighbour(&w, 0, 0), size = fabs(q);
+#if PERSPECTIVE
+    const intV surface = (size > 0.0f) & (size < INFINITY);
+#else
+    const intV surface = size < INFINITY;
+#endif
+    const floatV error =
+        fma(fma((floatV)p.error_quadratic, size, (floatV)p.error_linear), size, (floatV)p.error_constant);
+    const floatV deviation = (floatV)p.noise * size;
+    plane found;
+    nearest_plane(&w, fma((floatV)2.0f, deviation, error), &found);
+#if RADIUS > 0
+    refit(&w, SMALL_RADIUS, -SMALL_RADIUS, SMALL_RADIUS, fma((floatV)GUESS_NOISE, deviation, 2.0f * error),
+          fma((floatV)GUESS_SLOPE_NOISE, deviation, GUESS_ERROR * error), &found);
+    const int first = RADIUS > depth_margin_rows ? -(int)y - depth_margin_rows : -RADIUS;
+    const int last = RADIUS > depth_margin_rows ? (int)(grid.height - 1 - y) + depth_margin_rows : RADIUS;
+    refit(&w, RADIUS, first, last, fma((floatV)FIT_NOISE, deviation, 2.0f * error),
+          fma((floatV)FIT_SLOPE_NOISE, deviation, FIT_ERROR * error), &found);
+#endif
+
+#if PERSPECTIVE
+    const floatV column = (vector_from(grid.pixel_x + x) - p.centre_x[0]) - p.centre_x[1];
+    const float row = ((float)(grid.pixel_y + y) + 0.5f - p.centre_y[0]) - p.centre_y[1];
+    const floatV along = fma(-found.gx, column, fma(-found.gy, (floatV)row, found.q));
+#else
+    const floatV along = (floatV)1.0f;
+#endif
+    const floatV nx = component(&p, 0, &found, along), ny = component(&p, 1, &found, along),
+                 nz = component(&p, 2, &found, along);
+    // The vector is brought into [1, 2) by a power of two, so that squares neither overflow nor vanish, and is made one
+    // long. After a step of Newton on the guess only roundings are left.
+    const floatV largest = max(max(fabs(nx), fabs(ny)), fabs(nz));
+    const floatV scale = as_floatV(0x7f000000 - (as_intV(largest) & 0x7f800000));
+    const floatV sx = nx * scale, sy = ny * scale, sz = nz * scale;
+    const floatV square = fma(sx, sx, fma(sy, sy, sz * sz));
+    const floatV guess = inverse_root_guess(square);
+    const floatV rest = fma(-square * guess, guess, (floatV)1.0f);
+    const floatV inverse = fma(0.5f * guess, rest, guess), none = (floatV)0.0f;
+    store_vectors(select(none, sx * inverse, surface), select(none, sy * inverse, surface),
+                  select(none, sz * inverse, surface), select(none, (floatV)1.0f, surface),
+                  target + grid.target_offset + (size_t)made * grid.target_stride + (size_t)CHANNELS * x);
+}

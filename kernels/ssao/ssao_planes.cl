@@ -1,0 +1,171 @@
+// What the occlusion kernels read, from inverse depth: occluders and tangent planes, split into 4 x 4 planes.
+//   front   inverse depth of the surface; behind everything where there is none
+//   back    inverse depth of the end of what is assumed solid behind it
+//   slopes  of the tangent plane on the screen, right and down, from neighbouring depths or from given normals
+// Outside the image there is nothing, or the border's pixels again.
+// Built for: THICKNESS = 0 1 2 3; GIVEN_NORMALS = 0 1 2; CLAMP = 0 1
+
+#include "ssao/blocks.h"
+#include "ssao/lattice.h"
+#include "ssao/ray.h"
+#include "normals/slope.h"
+#include "ssao/split.h"
+
+#ifndef PERSPECTIVE
+#error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
+#endif
+#ifndef THICKNESS
+#error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 inverse depth of the back, 3 an image of every pixel that is computed"
+#endif
+#ifndef GIVEN_NORMALS
+#error                                                                                                                 \
+    "GIVEN_NORMALS is not defined: 1 where normals come as an image, 2 where they were fitted to the depths, 0 for neither"
+#endif
+#ifndef CLAMP
+#error "CLAMP is not defined: 1 to repeat the border outside the image, 0 for nothing there"
+#endif
+
+// V neighbours of a row at (x, y), of an image of all pixels or of every `every`-th; beyond it the border's pixels under
+// CLAMP, `outside` otherwise.
+INLINE floatV row_at(__global const float* image, const grid_params* grid, int every, int x, int y, float outside) {
+    const int width = (int)grid->x_end, height = (int)grid->height;
+    if (y >= 0 && y < height && x >= 0 && x + V + every - 1 <= width) {
+        __global const float* const first =
+            image + grid->source_offset + (size_t)y * grid->source_stride + every * x;
+        return every == EVERY ? load_every(first) : LOAD(float, first);
+    }
+    float lanes[V];
+    for (int i = 0; i < V; ++i) {
+        const int column = clamp(x + i, 0, width - 1), row = clamp(y, 0, height - 1);
+        const bool inside = CLAMP || (column == x + i && row == y);
+        lanes[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + every * column] : outside;
+    }
+    return *(const float_lanes*)lanes;
+}
+
+#if GIVEN_NORMALS != 1
+// Pixels of the image, also where the work-item's are every second one. The border does not repeat, so slopes are one-sided
+// there.
+INLINE floatV neighbours_at(__global const float* image, const grid_params* pixels, int x, int y) {
+    return surface_only(pixels_at(image, pixels, x, y));
+}
+
+// The slope where the pixels next to this one are missing, as in every second row of a frame: from those beyond them.
+INLINE floatV across_gaps(floatV found, const floatV* nearby, floatV q, floatV step) {
+    const intV before = isfinite(nearby[0]), after = isfinite(nearby[3]);
+    const floatV from_before = 0.5f * (q - nearby[0]), from_after = 0.5f * (nearby[3] - q);
+    const floatV one_side = select(select((floatV)0.0f, from_after, after), from_before, before);
+    const floatV wide = select(one_side, 0.5f * (from_before + from_after), before & after);
+    const floatV off = select(one_side, from_before - from_after, before & after); // both sides agree on a plane
+    return select(found, wide, !isfinite(nearby[1]) & !isfinite(nearby[2]) & (fabs(off) < step));
+}
+
+#endif
+
+#if GIVEN_NORMALS
+// The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
+// factor for an orthographic camera. If a normal points away from the camera, its surface is taken to face the camera.
+INLINE void slopes_of(__global const float* normals, const source_params* source, const split_params* split,
+                      const occlusion_params* p, int x, int y, floatV q, floatV fx, float fy, floatV* right,
+                      floatV* down) {
+    floatV n[3];
+    for (int c = 0; c < 3; ++c) {
+        float lanes[V];
+        for (int i = 0; i < V; ++i) {
+            const bool inside = y >= 0 && y < (int)split->height && x + i >= 0 && x + i < (int)split->width;
+            const size_t at = source->offset + (size_t)y * source->stride;
+            lanes[i] = inside ? normals[at + (size_t)(EVERY * (x + i)) * source->channels + c] : 0;
+        }
+        n[c] = *(const float_lanes*)lanes;
+    }
+    const floatV given[3] = {n[0], n[1], n[2]};
+    for (int c = 0; c < 3; ++c)
+        n[c] = fma(given[0], (floatV)p->normals[c][0],
+                   fma(given[1], (floatV)p->normals[c][1], given[2] * p->normals[c][2]));
+    const floatV facing =
+        fma(n[0], direction_at(p, 0, fx, fy), fma(n[1], direction_at(p, 1, fx, fy), n[2] * direction_at(p, 2, fx, fy)));
+    const floatV scale = (PERSPECTIVE ? q : (floatV)1.0f) / facing;
+    const intV good = facing < 0.0f;
+    for (int k = 0; k < 2; ++k) {
+        const floatV step = fma(n[0], p->step[0][k], fma(n[1], p->step[1][k], n[2] * p->step[2][k]));
+        *(k == 0 ? right : down) = select((floatV)0.0f, scale * step, good);
+    }
+}
+#endif
+
+KERNEL void ssao_planes(__global const float* depth, __global const float* extra, __global const float* normals,
+                          __global const uint* blocks, __global float* fronts, __global float* backs,
+                          __global float* slopes, const grid_params grid, const grid_params pixels,
+                          const grid_params extra_grid, const source_params normals_source, const split_params split,
+                          const block_params work, const occlusion_params occlusion) {
+    const int column = (int)get_global_id(0) * V - split_margin;
+    const int v = (int)(get_global_id(1) + grid.y_begin) - 4; // rows of the split image, its margins included
+    if (column >= (int)split.columns + split_margin || !is_any_needed(blocks, &work))
+        return;
+    const int y = v - (int)(split.pixel_y & 3);
+    const int left = 4 * column - (int)(split.pixel_x & 3);
+
+    floatV front[4], back[4], slopes_here[4];
+    for (int j = 0; j < 4; ++j) {
+        const int x = left + j * V;
+        const floatV q = row_at(depth, &grid, EVERY, x, y, NAN);
+        const intV known = !isnan(q), surface = known & (q > (PERSPECTIVE ? 0.0f : -FLT_MAX));
+        front[j] = select(select((floatV)UNKNOWN, (floatV)NOTHING, known), q, surface);
+        const floatV fx = convert_floatV((intV)x + LANE_INDEX(int)) + ((float)split.pixel_x + 0.5f);
+        const float fy = (float)y + (float)split.pixel_y + 0.5f;
+#if THICKNESS != 2
+        const floatV length = ray_length(&occlusion, fx, fy);
+#if THICKNESS == 0
+        const floatV thickness = (floatV)occlusion.thickness;
+#else
+        const floatV thickness = row_at(extra, &extra_grid, THICKNESS == 3 ? 1 : EVERY, x, y, 0.0f);
+#endif
+#if PERSPECTIVE
+        const floatV behind = q / fma(q, thickness / length, (floatV)1.0f);
+#else
+        const floatV behind = q - thickness / length;
+#endif
+        back[j] = select(front[j], behind, surface & (thickness >= 0.0f));
+#else
+        const floatV behind = row_at(extra, &extra_grid, EVERY, x, y, NAN);
+        back[j] = select(front[j], select((floatV)NOTHING, behind, behind > (PERSPECTIVE ? 0.0f : -FLT_MAX)),
+                         surface & (behind <= q));
+#endif
+        floatV right, down;
+#if GIVEN_NORMALS
+        slopes_of(normals, &normals_source, &split, &occlusion, x, y, q, fx, fy, &right, &down);
+#endif
+#if GIVEN_NORMALS != 1
+        const floatV tolerance = 4.0f * depth_error(&occlusion, q);
+        const int ix = EVERY * (x + (int)grid.pixel_x) - (int)pixels.pixel_x; // of the image
+        const int iy = EVERY * (y + (int)grid.pixel_y) - (int)pixels.pixel_y;
+        const floatV across[4] = {neighbours_at(depth, &pixels, ix - 2, iy), neighbours_at(depth, &pixels, ix - 1, iy),
+                                  neighbours_at(depth, &pixels, ix + 1, iy), neighbours_at(depth, &pixels, ix + 2, iy)};
+        const floatV along[4] = {neighbours_at(depth, &pixels, ix, iy - 2), neighbours_at(depth, &pixels, ix, iy - 1),
+                                 neighbours_at(depth, &pixels, ix, iy + 1), neighbours_at(depth, &pixels, ix, iy + 2)};
+#if GIVEN_NORMALS
+        right *= 1.0f / EVERY, down *= 1.0f / EVERY;
+#endif
+#if !GIVEN_NORMALS
+        right = slope(across[0], across[1], q, across[2], across[3], tolerance);
+        down = slope(along[0], along[1], q, along[2], along[3], tolerance);
+#endif
+        const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
+                                (floatV)(THIN * occlusion.radius), tolerance);
+        right = EVERY * unless_thin(across_gaps(right, across, q, step), across, q, step);
+        down = EVERY * unless_thin(across_gaps(down, along, q, step), along, q, step);
+#endif
+        slopes_here[j] = select((floatV)0.0f, packed_slopes(right, down), surface);
+    }
+
+    floatV dealt[4];
+    const uint at = (uint)((v + 4) >> 2) * split.stride + (uint)(column + split_margin);
+    const uint first = (uint)(v & 3) * 4;
+#define STORE(values, target)                                                                                          \
+    DEAL(values, dealt);                                                                                               \
+    for (uint phase = 0; phase < 4; ++phase)                                                                           \
+    *(__global float_lanes*)((target) + (first + phase) * split.plane + at) = dealt[phase]
+    STORE(front, fronts);
+    STORE(back, backs);
+    STORE(slopes_here, slopes);
+}
