@@ -77,7 +77,7 @@ struct Surroundings {
     rlim_t largest_file = RLIM_INFINITY; // bytes: what a full disk looks like to a program
     std::string variable = {};           // NAME=value
     std::string out = {};                // where stdout goes; empty: kept
-    Arguments before = {};               // of another program that starts it: `faketime`, or `unshare`
+    Arguments before = {};               // of another program that starts it: `strace`, or `unshare`
     std::string program = places::program;
     unsigned patience_s = test::patience_s;
 };
@@ -165,7 +165,7 @@ inline Outcome run(const Arguments& arguments, const Surroundings& surroundings 
     return Run(arguments, surroundings).outcome();
 }
 
-/// Does the program not start by another one, as `faketime`? Then a test says what it skips.
+/// Does the program not start by another one, as `strace`? Then a test says what it skips.
 inline bool is_missing(const Arguments& before, const std::string& what) {
     const bool missing = run({"--version"}, {.before = before}).code != 0;
     if (missing)

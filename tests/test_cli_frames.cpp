@@ -235,7 +235,7 @@ TEST_CASE("program frames: a folder that cannot be written ends the run in one l
     const Arguments command{"linearize", folder / "f1##.exr",  "--camera", camera_file(folder),
                             "--log",     folder / "run.jsonl", "-o"};
     for (const std::string out : {"/sys/z.##.exr", "/sys/new/", "/sys/%02d/z.exr"}) // also root makes no file there
-        for (const Arguments& how : {Arguments{}, Arguments{"--resume"}, Arguments{"--share"}, Arguments{"--quiet"}}) {
+        for (const Arguments& how : {Arguments{}, Arguments{"--resume"}, Arguments{"--quiet"}}) {
             const Outcome outcome = run(joined(command, joined({out}, how)));
             check_refused(outcome, 1, "; no other frame has a place either");
             CHECK(lines_of(outcome.err).size() == 1);

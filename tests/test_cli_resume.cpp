@@ -226,6 +226,32 @@ TEST_CASE("resume: a frame is kept until something changes that makes it") {
     CHECK(frames_of(run(fewer), false) == all);
 }
 
+// Version 0.2 had --share, whose processes claimed frames by such files.
+TEST_CASE("resume: --share is refused with what takes its place, and claims that it left are ignored") {
+    const Shot shot(3);
+    const Names claims{shot.result(1) + ".claim", shot.folder / "out/.fathom-claim-0123456789abcdef.tmp"};
+    for (const std::string& file : claims)
+        write(file, R"({"host":"render07","process":4711,"random":"3f0c"})");
+    for (const Arguments& option : {Arguments{"--share"}, Arguments{"--share", "--lease", "60"}}) {
+        const Outcome refused = run(joined(shot.command(), option));
+        check_refused(refused, 2,
+                      "--share: is no option any more; give each machine a --frames range of its own, as "
+                      "docs/farms.md shows");
+        CHECK_FALSE(fs::exists(shot.result(1)));
+    }
+    for (const Frames& made : {shot.all(), Frames{}}) {
+        const Outcome outcome = run(joined(shot.command(), {"--resume"}));
+        check_done(outcome);
+        CHECK(frames_of(outcome, false) == made);
+    }
+    for (const std::string& file : claims)
+        CHECK(content(file).starts_with(R"({"host")"));
+    // A folder of results is an input, too.
+    const Outcome shown = run({"show", shot.folder / "out", "--json"});
+    check_done(shown);
+    CHECK(lines_of(shown.out).size() == 2 * shot.all().size());
+}
+
 TEST_CASE("resume: every type of result holds a record, or has one beside it") {
     const Folder folder;
     const std::string depth = depth_file(folder, "d.exr"), camera = camera_file(folder);

@@ -110,7 +110,7 @@ TEST_CASE("sequences: results go into a folder, which is made, under the names o
     CHECK(fs::exists(shot.folder / "out/b2.exr"));
 }
 
-TEST_CASE("sequences: --frames chooses and orders, in the syntax of fileseq or of Open Job Description") {
+TEST_CASE("sequences: --frames chooses and orders, in the syntax of fileseq") {
     const Shot shot({-2, 1, 2, 3, 4, 5, 6});
     const auto frames = [&](const Arguments& range) {
         const Outcome outcome = run(joined({"linearize", shot.folder / "shot.####.exr", "--camera", shot.camera(), "-o",
@@ -124,7 +124,6 @@ TEST_CASE("sequences: --frames chooses and orders, in the syntax of fileseq or o
     CHECK(frames({"--frames", "6-1:3"}) == std::vector<int>{6, 3, 4, 2, 5, 1});
     CHECK(frames({"--frames", "-2"}) == std::vector<int>{-2});
     CHECK(frames({"--frames=-2--2,4"}) == std::vector<int>{-2, 4});
-    CHECK(frames({"--openjd-frames", "1-6:3, -2"}) == std::vector<int>{-2, 1, 4});
     CHECK(fs::exists(shot.folder / "out/z.-002.exr"));
     const Outcome folder = run({"linearize", shot.folder / "shot.*.exr", "--camera", shot.camera(), "-o",
                                 shot.folder / "out/", "--frames", "2-4", "--json"});
@@ -386,8 +385,9 @@ TEST_CASE("sequences: wrong usage is told before anything is done") {
         {{depths, "-o", out, "--frames", "1-5z2"}, 2, "--frames: '1-5z2': at character 4 ('z')"},
         {{depths, "-o", out, "--frames", ""}, 2, "--frames"},
         {{depths, "-o", out, "--frames", "1-99999999"}, 2, "more than 10000000 frames"},
-        {{depths, "-o", out, "--frames", "1", "--openjd-frames", "1"}, 2, "--frames"},
-        {{depths, "-o", out, "--openjd-frames", "1-5x2"}, 2, "--openjd-frames: '1-5x2': at character 4 ('x')"},
+        {{depths, "-o", out, "--openjd-frames", "1-5:2"},
+         2,
+         "--openjd-frames: is no option any more; give the range to --frames"},
         {{depths, "-o", out, "--missing", "keep"}, 2, "error, skip or hold"},
         {{shot.file(1), "-o", out, "--frames", "1"}, 2, "--frames: chooses from a sequence"},
         {{folder / "s*.exr", "-o", folder / "out/", "--frames", "1"}, 2, "more than one sequence"},

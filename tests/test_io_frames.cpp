@@ -345,36 +345,3 @@ TEST_CASE("frames: a step may take frames of its own through steps") {
     for (const std::vector<std::size_t>& each : reported)
         CHECK(each == first_numbers(inner));
 }
-
-TEST_CASE("frames: late frames are read just before they are computed, and computing does not wait for them") {
-    constexpr std::size_t count = 40;
-    constexpr int threads = 8;
-    const bool late = GENERATE(true, false);
-    const bool slow_to_read = GENERATE(true, false);
-    std::atomic<int> read = 0, computed = 0, most_ahead = 0; // frames that were begun, and are not yet computed
-    Busy reading;
-    fathom::for_each_frame<Frame>(count,
-                                  {.read =
-                                       [&](std::size_t, Frame&) {
-                                           const Busy::Entered entered(reading);
-                                           const int ahead = ++read - computed;
-                                           for (int most = most_ahead;
-                                                ahead > most && !most_ahead.compare_exchange_weak(most, ahead);) {
-                                           }
-                                           wait_ms(slow_to_read ? 80 : 0); // long beside what a busy machine adds
-                                       },
-                                   .compute =
-                                       [&](std::size_t, Frame&) {
-                                           wait_ms(slow_to_read ? 2 : 20);
-                                           ++computed;
-                                       }},
-                                  {.threads = threads, .late = late});
-    INFO("late " << late << ", slow to read " << slow_to_read << ": " << most_ahead << " ahead");
-    CHECK(computed == static_cast<int>(count));
-    if (late && !slow_to_read)
-        CHECK(most_ahead <= 3); // one is computed, one is read, and one was begun because a count lags behind
-    if (!late || slow_to_read)
-        CHECK(most_ahead > 3);
-    if (slow_to_read)
-        CHECK(reading.most() > 3);
-}

@@ -23,9 +23,6 @@ struct FrameOptions {
     std::size_t memory = 0;
     /// Asked before a frame is read. Once it says true no more frames begin; those in work are finished.
     std::function<bool()> stop = {};
-    /// Are frames read only shortly before they are computed? For frames that other processes would take in the meantime.
-    /// Does not matter if they are read `apart`.
-    bool late = false;
 };
 
 /// What is done with a frame. A step that throws ends its frame, and no other: `report` gets the exception.

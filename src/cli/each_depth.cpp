@@ -10,7 +10,6 @@
 #include "record.hpp"
 #include "relative.hpp"
 #include "run_log.hpp"
-#include "share.hpp"
 #include "strip_limits.hpp"
 
 #include "camera_file/file.hpp"
@@ -263,9 +262,6 @@ struct Work {
     // Read.
     std::optional<nlohmann::ordered_json> record; // of a run with records
     bool kept = false;                            // lie the results there already?
-    std::unique_ptr<sequence::Claim> claim;       // of a run that shares its frames
-    bool claimed_elsewhere = false;               // does another process have the frame now?
-    bool made_elsewhere = false;                  // did another process have the frame when it was asked for first?
     DepthFile depth{{}, Storage::float32, {}};
     std::unique_ptr<io::DepthRows> rows; // of an input that is done strip by strip: `depth` has no values
     std::unique_ptr<io::PictureRows> picture;
@@ -285,8 +281,6 @@ struct Work {
     std::exception_ptr failure;         // of a strip: told after what is doubtful about the image
     std::vector<Result> results;
     std::unique_ptr<io::ResultRows> file; // of the result, if it is made strip by strip
-
-    bool is_idle() const { return kept || claimed_elsewhere; } // is there nothing to compute?
 };
 
 // The files of an input for --json and --log.
@@ -319,8 +313,6 @@ nlohmann::ordered_json result_in_json(const std::vector<Output>& outputs, const 
     nlohmann::ordered_json line = files_in_json(outputs, job);
     if (work.kept) {
         line["kept"] = true;
-        if (work.made_elsewhere)
-            line["elsewhere"] = true;
         return line;
     }
     const Result& made = work.results.front();
@@ -344,7 +336,7 @@ std::string result_in_words(const Work& work) {
     for (const std::filesystem::path& file : job.outputs)
         line += (line.empty() ? "" : ", ") + file.native();
     if (work.kept)
-        return line + (work.made_elsewhere ? "  kept, another process had claimed it" : "  kept");
+        return line + "  kept";
     const Result& made = work.results.front();
     const auto format = written_format(job, made);
     const std::string picture = !format ? ""
@@ -391,7 +383,7 @@ public:
     Steps(const DepthOptions& options, const std::vector<Output>& outputs, const More& more, const Operation& operation,
           const Device& device, bool apart)
         : options_(options), outputs_(outputs), more_(more), operation_(operation), device_(device), apart_(apart) {
-        if (options.resume || options.share)
+        if (options.resume)
             records_.emplace(options, outputs_, more.companions, device);
     }
 
@@ -435,18 +427,8 @@ void Steps::read(Work& work) const {
     Loaded& frame = work.frame;
     if (!frame.missing.empty())
         throw Error(missing_in_words(options_, frame));
-    // What is finished needs no claim, and may lie where none can be made.
-    if (!options_.share || io::is_there(frame.outputs.front()))
-        work.kept = is_finished(work);
-    if (options_.share && !work.kept) { // before its files are read, which may take long
-        prepare_folders(options_, outputs_, frame);
-        work.claim = claim(frame, options_.lease);
-        work.claimed_elsewhere = !work.claim;
-        work.kept = work.claim && is_finished(work); // another process may have made it meanwhile
-        if (work.kept)
-            work.claim.reset();
-    }
-    if (work.is_idle())
+    work.kept = is_finished(work);
+    if (work.kept)
         return;
     load(work);
     if (!apart_ && !work.rows)
@@ -652,7 +634,7 @@ void Steps::stream(Work& work) {
 }
 
 void Steps::compute(Work& work) {
-    if (work.is_idle())
+    if (work.kept)
         return;
     Loaded& frame = work.frame;
     set_values(options_.animations, frame.values);
@@ -686,16 +668,14 @@ void Steps::compute(Work& work) {
 }
 
 void Steps::write(Work& work) const {
-    if (work.is_idle())
+    if (work.kept)
         return;
     const Stopwatch watch(work.times.write);
     const Loaded& frame = work.frame;
     if (work.rows) {
         warn(work, frame.outputs.front(), metadata_doubts(frame.outputs.front(), work.results.front()));
         work.file->complete();
-        check_claim(work.claim.get());
         work.file->take_over();
-        work.claim.reset();
         return;
     }
     for (std::size_t i = 0; i < outputs_.size() && has_overscan(frame); ++i) {
@@ -710,16 +690,13 @@ void Steps::write(Work& work) const {
     const std::vector<ImageFile> files = files_of(options_, outputs_, frame, work.results, work.source);
     const StderrSilenced silenced;
     if (work.record)
-        io::write_recorded(
-            files, [&](const auto& bytes) { return records_->text(*work.record, bytes); },
-            [&] { check_claim(work.claim.get()); });
+        io::write_recorded(files, [&](const auto& bytes) { return records_->text(*work.record, bytes); });
     else
         write_images(files);
-    work.claim.reset();
 }
 
 std::size_t Steps::bytes(const Work& work) const {
-    if (work.is_idle()) { // was not read, but says for all how much one takes
+    if (work.kept) { // was not read, but says for all how much one takes
         Work other;
         static_cast<Job&>(other.frame) = work.frame;
         try {
@@ -787,46 +764,12 @@ std::string in_words(const std::exception_ptr& failure, const DepthOptions& opti
     }
 }
 
-// Does another process have the frame now? What failed is asked for once more then.
-bool is_lost(const std::exception_ptr& failure, const Work& work) {
-    if (!failure || !work.claim)
-        return false;
-    try {
-        std::rethrow_exception(failure);
-    } catch (const ClaimLost&) { // though it may have been renewed since
-        return true;
-    } catch (...) {
-    }
-    try {
-        check_claim(work.claim.get());
-    } catch (const ClaimLost&) {
-        return true;
-    } catch (const std::exception&) { // the folder cannot be reached, as the failure says, too
-    }
-    return false;
-}
-
-std::string lost_in_words(const Job& job, const DepthOptions& options) {
-    return fmt::format(
-        "warning: {}: is not written, because this process stood still for more than --lease {}; another "
-        "one makes it, or this one again",
-        job.outputs.front().native(), std::chrono::duration<double>(options.lease).count());
-}
-
 // A frame that is left out.
 void announce_skipped(Report report, const Job& job) {
     if (report == Report::line)
         fmt::print("frame {}  left out: {} is not there\n", *job.frame, job.missing.native());
     if (report == Report::json)
         print_json({{"frame", *job.frame}, {"missing", job.missing.native()}, {"skipped", true}});
-    flush_output();
-}
-
-// Frames that other processes have now.
-void announce_waiting(Report report, std::size_t count, const Job& first) {
-    if (report == Report::line)
-        fmt::print("{} {} for other processes; {} says for which\n", count, count == 1 ? "frame waits" : "frames wait",
-                   claim_file(first).native());
     flush_output();
 }
 
@@ -893,7 +836,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
         options.device.share_among(jobs.size());
     Steps steps(options, outputs, more, operation, device, apart);
     RunLog log(options.log); // an empty one would say of no run
-    if (options.resume || options.share)
+    if (options.resume)
         remove_abandoned(jobs);
     log.begin({{"kernels", kernels_hash()}, {"device", device_class(device)}, {"frames", jobs.size()}});
     const auto is_skipped = [&](std::size_t i) {
@@ -916,25 +859,14 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
             }
     };
     std::vector<std::string> failed;
-    std::vector<std::size_t> order = wanted, waiting; // for other processes, which have claimed these
-    std::set<std::size_t> have_waited;
     std::atomic<bool> no_place = false; // can no result be written?
     const auto report = [&](std::size_t n, Work& work, const std::exception_ptr& failure) {
-        const Job& job = jobs[order[n]];
+        const Job& job = jobs[wanted[n]];
         progress.hide();
-        tell_skipped(order[n]);
-        told = std::max(told, order[n] + 1);
-        work.made_elsewhere = work.kept && have_waited.contains(order[n]);
+        tell_skipped(wanted[n]);
+        told = wanted[n] + 1;
         for (const std::string& line : work.frame.said)
             complain(line);
-        const bool lost = is_lost(failure, work);
-        if (lost)
-            complain(lost_in_words(job, options));
-        if (lost || work.claimed_elsewhere) {
-            waiting.push_back(order[n]);
-            have_waited.insert(order[n]);
-            return;
-        }
         std::string error;
         if (failure) {
             error = in_words(failure, options, job);
@@ -951,45 +883,27 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
         log.add(log_line(outputs, work, error));
         progress.advance();
     };
-    bool all_begun = true, told_waiting = false;
-    while (!order.empty()) {
-        const std::size_t begun =
-            for_each_frame<Work>(order.size(),
-                                 {.read =
-                                      [&](std::size_t n, Work& work) {
-                                          static_cast<Job&>(work.frame) = jobs[order[n]];
-                                          work.claimed_elsewhere = options.share && is_interrupted();
-                                          if (!work.claimed_elsewhere) // or another process does it
-                                              steps.read(work);
-                                      },
-                                  .compute = [&](std::size_t, Work& work) { steps.compute(work); },
-                                  .write = [&](std::size_t, Work& work) { steps.write(work); },
-                                  .report = report,
-                                  .bytes = [&](const Work& work) { return steps.bytes(work); }},
-                                 {.threads = options.device.threads,
-                                  .apart = apart,
-                                  .memory = options.memory,
-                                  .stop = [&] { return is_interrupted() || no_place; },
-                                  .late = options.share});
-        all_begun = begun == order.size();
-        if (!all_begun || no_place)
-            break;
-        progress.hide();
-        if (!waiting.empty() && !std::exchange(told_waiting, true))
-            announce_waiting(said, waiting.size(), jobs[waiting.front()]);
-        order = take_free(waiting, jobs, options.lease);
-    }
+    const std::size_t begun =
+        for_each_frame<Work>(wanted.size(),
+                             {.read =
+                                  [&](std::size_t n, Work& work) {
+                                      static_cast<Job&>(work.frame) = jobs[wanted[n]];
+                                      steps.read(work);
+                                  },
+                              .compute = [&](std::size_t, Work& work) { steps.compute(work); },
+                              .write = [&](std::size_t, Work& work) { steps.write(work); },
+                              .report = report,
+                              .bytes = [&](const Work& work) { return steps.bytes(work); }},
+                             {.threads = options.device.threads, .apart = apart, .memory = options.memory, .stop = [&] {
+                                  return is_interrupted() || no_place;
+                              }});
     progress.hide();
     if (!no_place)
         list_failed(failed, wanted.size());
-    if (!all_begun || !waiting.empty())
+    if (begun < wanted.size())
         stop_if_interrupted();
     if (!no_place)
         tell_skipped(jobs.size());
-    if (options.share) {
-        remove_abandoned(jobs);
-        remove_left_claims(jobs, options.lease);
-    }
     return failed.empty() && log.complete() ? done : input_failed;
 }
 

@@ -3,7 +3,6 @@
 
 #include "codecs.hpp"
 #include "messages.hpp"
-#include "pixel_font.hpp"
 
 #include "io/color_encoding.hpp"
 #include "io/depth_channels.hpp"
@@ -16,6 +15,8 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include <opencv2/imgproc.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -252,6 +253,22 @@ std::vector<double> round_values(const ColorRange& range, int most) {
     return found;
 }
 
+// Text of a legend, in pixels at a scale of 1.
+constexpr int letter_width = 8, letter_height = 13; // of a figure
+constexpr double letter_scale = 0.4;
+const cv::Scalar ink(32, 32, 32);
+
+int width_of(const std::string& text, int scale) {
+    return cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, letter_scale * scale, scale, nullptr).width;
+}
+
+// `at`: the upper left corner.
+void draw_text(cv::Mat& image, cv::Point at, const std::string& text, int scale) {
+    constexpr int ascent = 10;
+    cv::putText(image, text, at + cv::Point(0, ascent * scale), cv::FONT_HERSHEY_SIMPLEX, letter_scale * scale, ink,
+                scale, cv::LINE_AA);
+}
+
 // As many digits as tell values of the range apart.
 std::string label_of(double value, const ColorRange& range) {
     const double largest = std::max(std::abs(range.low), std::abs(range.high)), span = range.high - range.low;
@@ -359,7 +376,7 @@ ColorRange choose_range(const Statistics& of, bool from_0_to_1, const RangeWish&
 
 std::vector<Tick> ticks_of(const ColorRange& range, int letters_a_line) {
     const double letter = 1.0 / letters_a_line;
-    const auto width = [&](const std::string& label) { return letters(label) * letter; };
+    const auto width = [&](const std::string& label) { return static_cast<double>(label.size()) * letter; };
     std::vector<Tick> ticks{{0, label_of(range.low, range)}, {1, label_of(range.high, range)}};
     std::vector<std::pair<double, double>> taken{{0, width(ticks[0].label)}, {1 - width(ticks[1].label), 1}};
     for (const double value : round_values(range, std::max(2, letters_a_line / 10))) {
@@ -420,7 +437,7 @@ std::string meaning_of(const Viewed& viewed, const ColorRange& range) {
         return viewed.name + unit + scale;
     }
     case Kind::normals:
-        return viewed.name + ": ½n + ½, x red, y green, z blue";
+        return viewed.name + ": (n + 1) / 2, x red, y green, z blue";
     case Kind::picture:
         return viewed.name + ": sRGB";
     }
@@ -434,7 +451,6 @@ cv::Mat with_legend(const cv::Mat& picture, const Viewed& viewed, const Statisti
     const int width = std::max(picture.cols, least_width * scale), line = (letter_height + gap) * scale;
     const bool has_bar = viewed.kind == Kind::values, has_marks = found.invalid > 0 || found.background > 0;
     const int bar = has_bar ? (bar_height + gap) * scale + line : 0;
-    const cv::Vec3b ink(32, 32, 32);
     cv::Mat whole(picture.rows + 2 * pad * scale + bar + line * (has_marks ? 2 : 1), width, CV_8UC3,
                   cv::Scalar(250, 250, 250));
     picture.copyTo(whole(cv::Rect((width - picture.cols) / 2, 0, picture.cols, picture.rows)));
@@ -442,25 +458,22 @@ cv::Mat with_legend(const cv::Mat& picture, const Viewed& viewed, const Statisti
     int y = picture.rows + pad * scale;
     const int left = pad * scale, inside = width - 2 * left;
     if (has_bar) {
-        const auto& colors = colors_of(map);
-        for (int x = 0; x < inside; ++x)
-            whole(cv::Rect(left + x, y, 1, bar_height * scale))
-                .setTo(colors[static_cast<std::size_t>(x * 256 / inside)]);
+        const cv::Mat colors(cv::Mat(colors_of(map)).reshape(3, 1));
+        cv::Mat place = whole(cv::Rect(left, y, inside, bar_height * scale));
+        cv::resize(colors, place, place.size(), 0, 0, cv::INTER_NEAREST);
         y += bar_height * scale;
         for (const Tick& tick : ticks_of(range, inside / (letter_width * scale))) {
-            const int at = left + static_cast<int>(tick.place * (inside - scale)),
-                      wide = letters(tick.label) * letter_width * scale;
-            whole(cv::Rect(at, y, scale, 3 * scale)).setTo(cv::Scalar(32, 32, 32));
-            draw_text(whole, {std::clamp(at - wide / 2, left, left + inside - wide), y + gap * scale}, tick.label, ink,
+            const int at = left + static_cast<int>(tick.place * (inside - scale)), wide = width_of(tick.label, scale);
+            whole(cv::Rect(at, y, scale, 3 * scale)).setTo(ink);
+            draw_text(whole, {std::clamp(at - wide / 2, left, left + inside - wide), y + gap * scale}, tick.label,
                       scale);
         }
         y += gap * scale + line;
     }
-    const auto most = static_cast<std::size_t>(inside / (letter_width * scale));
     std::string meaning = meaning_of(viewed, range);
-    if (static_cast<std::size_t>(letters(meaning)) > most)
-        meaning = meaning.substr(0, most - 3) + "...";
-    draw_text(whole, {left, y}, meaning, ink, scale);
+    for (std::size_t cut = meaning.size(); width_of(meaning, scale) > inside; --cut)
+        meaning = meaning.substr(0, cut) + "...";
+    draw_text(whole, {left, y}, meaning, scale);
     y += line;
     int x = left;
     const auto mark = [&](std::size_t count, const std::array<unsigned char, 3>& color, const char* name) {
@@ -468,8 +481,8 @@ cv::Mat with_legend(const cv::Mat& picture, const Viewed& viewed, const Statisti
             return;
         const std::string text = fmt::format("{} {}", count, name);
         whole(cv::Rect(x, y + scale, 11 * scale, 11 * scale)).setTo(cv::Scalar(color[0], color[1], color[2]));
-        draw_text(whole, {x + 16 * scale, y}, text, ink, scale);
-        x += (16 + (letters(text) + 2) * letter_width) * scale;
+        draw_text(whole, {x + 16 * scale, y}, text, scale);
+        x += (16 + 2 * letter_width) * scale + width_of(text, scale);
     };
     mark(found.invalid, invalid_color, "invalid");
     mark(found.background, background_color, "background");

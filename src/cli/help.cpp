@@ -120,6 +120,15 @@ std::vector<std::string> option_names(const CLI::App& command) {
     return names;
 }
 
+// What to do without the options that version 0.2 had.
+std::string cure_for_removed(const std::string& option) {
+    if (option == "--share" || option == "--lease")
+        return "give each machine a --frames range of its own, as docs/farms.md shows";
+    if (option == "--openjd-frames")
+        return "give the range to --frames with x for each colon, as in 1-9x2";
+    return {};
+}
+
 std::string unknown(const std::string& kind, const std::string& name, const std::vector<std::string>& known) {
     const std::string meant = nearest(name, known);
     return name + ": unknown " + kind + "; " + (meant.empty() ? "try --help" : "did you mean " + meant + "?");
@@ -136,8 +145,11 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
     // An unknown option is reported first, because it causes other errors: its value was taken for an input, or the
     // option that was meant is missing.
     for (const std::string& extra : command.remaining())
-        if (extra.size() > 1 && extra.front() == '-')
-            return unknown("option", extra.substr(0, extra.find('=')), option_names(command));
+        if (extra.size() > 1 && extra.front() == '-') {
+            const std::string option = extra.substr(0, extra.find('=')), cure = cure_for_removed(option);
+            return cure.empty() ? unknown("option", option, option_names(command))
+                                : option + ": is no option any more; " + cure;
+        }
     if (&command == &program) {
         for (const std::string& extra : program.remaining())
             return unknown("command", extra, command_names(program));

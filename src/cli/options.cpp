@@ -276,24 +276,19 @@ void add_device_options(CLI::App& app, DeviceOption& device) {
 }
 
 void add_frame_options(CLI::App& app, DepthOptions& options) {
-    const auto add_range = [&](const char* name, std::vector<Frame> (*parse)(std::string_view, std::size_t),
-                               const char* description) {
-        const auto take = [=, &options](const std::string& text) {
-            try {
-                options.inputs.frames = parse(text, sequence::most_frames);
-            } catch (const std::invalid_argument& error) {
-                throw CLI::ValidationError(name, error.what());
-            }
-        };
-        return app.add_option_function<std::string>(name, take, description)->type_name("RANGE")->group("Frames");
+    const auto take = [&options](const std::string& text) {
+        try {
+            options.inputs.frames = sequence::parse_frames(text);
+        } catch (const std::invalid_argument& error) {
+            throw CLI::ValidationError("--frames", error.what());
+        }
     };
-    CLI::Option* frames = add_range("--frames", sequence::parse_frames,
-                                    "frames of shot.####.exr, as in 1-240, 1-240x2 (every second),\n"
-                                    "1-240y2 (the others), 1-240:4 (x4, x3, x2, x1) or 1-9,20\n"
-                                    "(default: those that are there)");
-    add_range("--openjd-frames", sequence::parse_openjd_frames,
-              "the same as Open Job Description writes it, where : is a step")
-        ->excludes(frames);
+    app.add_option_function<std::string>("--frames", take,
+                                         "frames of shot.####.exr, as in 1-240, 1-240x2 (every second),\n"
+                                         "1-240y2 (the others), 1-240:4 (x4, x3, x2, x1) or 1-9,20\n"
+                                         "(default: those that are there)")
+        ->type_name("RANGE")
+        ->group("Frames");
     add_enum_option(app, "--missing", options.inputs.missing,
                     {{"error", Missing::error}, {"skip", Missing::skip}, {"hold", Missing::hold}},
                     "a frame without its files is an error (default), is left out\n"
@@ -387,18 +382,6 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     app.add_flag("--resume", options.resume,
                  "keep what is finished: results say what made them, and a frame\nis made only if that changed "
                  "(docs/resume.md)")
-        ->group("Frames");
-    CLI::Option* share = app.add_flag(
-        "--share", options.share,
-        "work on the same frames as other processes, here and on other\nmachines; implies --resume (docs/sharing.md)");
-    share->group("Frames");
-    app.add_option_function<double>(
-           "--lease",
-           [&options](double seconds) { options.lease = std::chrono::milliseconds(std::llround(seconds * 1000)); },
-           "with --share: after how many seconds without a sign of life others\ntake a frame over (default: 120)")
-        ->type_name("SECONDS")
-        ->check(is_a_number("number from 1 to 86400", [](double s) { return s >= 1 && s <= 86400; }))
-        ->needs(share)
         ->group("Frames");
     app.add_option(
            "--log", options.log,

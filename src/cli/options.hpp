@@ -3,8 +3,6 @@
 #include "animation.hpp"
 #include "inputs.hpp"
 
-#include "sequence/claim.hpp"
-
 #include <fathom/device.hpp>
 #include <fathom/import_camera.hpp>
 #include <fathom/io.hpp>
@@ -15,7 +13,6 @@
 #include <CLI/CLI.hpp>
 
 #include <array>
-#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
@@ -114,8 +111,6 @@ struct DepthOptions {
     bool strict = false;    ///< is what is probably wrong an error?
     std::size_t memory = 0; ///< bytes of the images in work, and as many beside them; 0: see FrameOptions
     ProgressKind progress = ProgressKind::automatic;
-    bool share = false; ///< are frames made that other processes may make, too? implies `resume`
-    std::chrono::milliseconds lease = sequence::default_lease; ///< of claims on such frames
     bool resume = false;           ///< are frames kept that are finished, and do results say what made them?
     std::string log;               ///< file that the run is told to; empty: none, "-": stdout
     const CLI::App* app = nullptr; ///< the command, whose options were given

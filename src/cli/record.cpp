@@ -23,10 +23,9 @@ using nlohmann::ordered_json;
 
 // Options that change no result, and those of files, whose contents count.
 const std::set<std::string>& left_out() {
-    static const std::set<std::string> names{"DEPTH",           "--output",   "--camera",  "--format", "--frames",
-                                             "--openjd-frames", "--missing",  "--animate", "--device", "--threads",
-                                             "--memory",        "--progress", "--json",    "--quiet",  "--explain",
-                                             "--resume",        "--log",      "--share",   "--lease"};
+    static const std::set<std::string> names{
+        "DEPTH",     "--output", "--camera",   "--format", "--frames", "--missing", "--animate", "--device",
+        "--threads", "--memory", "--progress", "--json",   "--quiet",  "--explain", "--resume",  "--log"};
     return names;
 }
 

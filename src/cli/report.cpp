@@ -21,6 +21,7 @@
 #include <fmt/format.h>
 
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include <algorithm>
 #include <array>
@@ -89,29 +90,13 @@ std::string base64(const std::vector<unsigned char>& bytes) {
 }
 
 // Each pixel is the mean of those that it covers.
-template <typename Pixel>
-cv::Mat means(const cv::Mat& picture, int width) {
-    const int height =
-        std::max(1, static_cast<int>(std::lround(picture.rows * static_cast<double>(width) / picture.cols)));
-    const auto begin = [](int i, int count, int of) {
-        return static_cast<int>(static_cast<long long>(i) * of / count);
-    };
-    cv::Mat small(height, width, picture.type());
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const int y0 = begin(y, height, picture.rows), y1 = std::max(y0 + 1, begin(y + 1, height, picture.rows)),
-                      x0 = begin(x, width, picture.cols), x1 = std::max(x0 + 1, begin(x + 1, width, picture.cols));
-            cv::Vec<float, Pixel::channels> sum = cv::Vec<float, Pixel::channels>::all(0);
-            for (int v = y0; v < y1; ++v)
-                for (const auto* pixel = picture.ptr<Pixel>(v) + x0; pixel != picture.ptr<Pixel>(v) + x1; ++pixel)
-                    sum += *pixel;
-            small.at<Pixel>(y, x) = Pixel(sum * (1.0f / static_cast<float>((y1 - y0) * (x1 - x0))));
-        }
-    return small;
-}
-
 cv::Mat shrunk(const cv::Mat& picture, int width) {
-    return picture.cols <= width ? picture : means<cv::Vec3b>(picture, width);
+    if (picture.cols <= width)
+        return picture;
+    const double height = std::round(picture.rows * static_cast<double>(width) / picture.cols);
+    cv::Mat small;
+    cv::resize(picture, small, {width, std::max(1, static_cast<int>(height))}, 0, 0, cv::INTER_AREA);
+    return small;
 }
 
 // The picture of an image, not wider than this. Light is added as light; a color that is invalid stays so in any mean.
@@ -126,7 +111,7 @@ cv::Mat small_picture(const Viewed& viewed, const ColorRange& range, ColorMap ma
             return std::isfinite(value) ? std::min(value, 1.0f) : std::numeric_limits<float>::quiet_NaN();
         });
     }
-    small.image = cut.channels() == 4 ? means<cv::Vec4f>(cut, width) : means<cv::Vec3f>(cut, width);
+    small.image = shrunk(cut, width);
     return false_color(small, range, map);
 }
 

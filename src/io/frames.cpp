@@ -8,12 +8,9 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <chrono>
-#include <condition_variable>
 #include <cstddef>
 #include <list>
 #include <mutex>
-#include <optional>
 #include <thread>
 #include <vector>
 
@@ -66,51 +63,6 @@ struct Workers {
     tbb::task_arena arena;
 };
 
-// Lets frames be read just so early that computing need not wait for them.
-class ReadAhead {
-public:
-    explicit ReadAhead(std::size_t first) : computed_(first) {}
-
-    // Waits until a frame is one of the next. Not for good while none is computed: oneTBB promises no number of threads, and
-    // the frame before may need this one. A thread that computes may be given this frame while it waits inside.
-    void await_turn(std::size_t index) {
-        std::unique_lock lock(mutex_);
-        const auto turn = [&] { return index <= computed_ + ahead_; };
-        while (!moved_.wait_for(lock, std::chrono::seconds(1), turn))
-            if (computing_ == std::thread::id() || computing_ == std::this_thread::get_id())
-                return;
-    }
-
-    void computes() {
-        const std::lock_guard lock(mutex_);
-        computing_ = std::this_thread::get_id();
-    }
-
-    void was_read() {
-        const std::lock_guard lock(mutex_);
-        ++ready_;
-    }
-
-    void was_computed() {
-        const std::lock_guard lock(mutex_);
-        computing_ = {};
-        ++computed_;
-        --ready_;
-        if (ready_ == 0) // computing waits
-            ++ahead_;
-        else if (ready_ >= ahead_) // all are ready while one is computed
-            ahead_ = std::max<std::size_t>(ahead_ / 2, 1);
-        moved_.notify_all();
-    }
-
-private:
-    std::mutex mutex_;
-    std::condition_variable moved_;
-    std::size_t computed_, ahead_ = 1;
-    std::size_t ready_ = 0;     // read, and not yet computed
-    std::thread::id computing_; // none: nothing is computed
-};
-
 } // namespace
 
 std::size_t for_each_erased_frame(std::size_t count, const ErasedFrameSteps& steps, const FrameOptions& options) {
@@ -129,22 +81,13 @@ std::size_t for_each_erased_frame(std::size_t count, const ErasedFrameSteps& ste
         const std::lock_guard lock(beginning_or_ending);
         return &in_work.emplace_back(std::move(begun));
     };
-    std::optional<ReadAhead> ahead; // if frames are read late
     const auto read = [&](Token begun) {
-        if (ahead)
-            ahead->await_turn(begun->index);
         if (!std::exchange(begun->was_read, true))
             take(steps.read, *begun);
-        if (ahead)
-            ahead->was_read();
         return begun;
     };
     const auto compute = [&](Token begun) {
-        if (ahead)
-            ahead->computes();
         take(steps.compute, *begun);
-        if (ahead)
-            ahead->was_computed();
         return begun;
     };
     const auto write = [&](Token begun) {
@@ -197,8 +140,6 @@ std::size_t for_each_erased_frame(std::size_t count, const ErasedFrameSteps& ste
         return next;
     }
 
-    if (options.late)
-        ahead.emplace(waiting->index);
     using tbb::filter_mode;
     Workers workers(most);
     workers.arena.execute([&] {

@@ -41,9 +41,7 @@ using RecordOf = std::function<std::string(const std::vector<Rest>&)>;
 
 /// Writes images as `write_images` does, with a record in the first one, or beside it. The file that has the record takes its
 /// place last: where it lies, all of them lie.
-/// `before_commit`: see replace_files.
-void write_recorded(const std::vector<ImageFile>& images, const RecordOf& record_of,
-                    const std::function<void()>& before_commit);
+void write_recorded(const std::vector<ImageFile>& images, const RecordOf& record_of);
 
 /// A PNG with a record in it, behind its first chunk.
 RecordedFile png_with_record(Bytes png, const std::string& record);

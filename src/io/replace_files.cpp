@@ -200,15 +200,13 @@ void remove_abandoned(std::span<const fs::path> files) {
     }
 }
 
-void replace_files(std::span<const NewFile> files, const std::function<void()>& before_commit) {
+void replace_files(std::span<const NewFile> files) {
     std::deque<Successor> successors;
     for (const NewFile& file : files) {
         Successor& successor = successors.emplace_back(file.file);
         successor.write(file.bytes, 0);
         successor.complete();
     }
-    if (before_commit)
-        before_commit();
     for (Successor& successor : successors)
         successor.take_over();
 }

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <span>
 
 namespace fathom::io {
@@ -44,8 +43,8 @@ private:
 /// a full disk), the old ones stay and nothing else is left behind.
 ///
 /// Until then each content lies beside its file as `.fathom-TARGET-MACHINE-PROCESS-NUMBER.tmp`, with a lock (flock) that ends
-/// with the process. `before_commit` is called when all of them are complete; what it throws leaves the old files.
-void replace_files(std::span<const NewFile> files, const std::function<void()>& before_commit = {});
+/// with the process.
+void replace_files(std::span<const NewFile> files);
 
 /// Removes what killed processes left beside these files, which need not be there. What a process of this machine works on
 /// is locked; what another machine left must also be old, by the clock of the disk.

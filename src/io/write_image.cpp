@@ -211,8 +211,7 @@ void write_images(const std::vector<ImageFile>& images) {
     io::replace_files(files);
 }
 
-void io::write_recorded(const std::vector<ImageFile>& images, const RecordOf& record_of,
-                        const std::function<void()>& before_commit) {
+void io::write_recorded(const std::vector<ImageFile>& images, const RecordOf& record_of) {
     // The record holds what depends on the bytes around it, so that its place is made before.
     const std::string placeholder = record_of(std::vector<Rest>(images.size()));
     std::vector<NewFile> files; // all but the first
@@ -236,7 +235,7 @@ void io::write_recorded(const std::vector<ImageFile>& images, const RecordOf& re
         files.push_back({sidecar_of(file), Bytes(record.begin(), record.end())});
     if (!exr && !png)
         files.back().bytes.push_back('\n');
-    replace_files(files, before_commit);
+    replace_files(files);
 }
 
 } // namespace fathom

@@ -1,4 +1,4 @@
-// Frame ranges as fileseq 3.4 (github.com/justinfx/fileseq, class FrameSet) and Open Job Description write them.
+// Frame ranges as fileseq 3.4 (github.com/justinfx/fileseq, class FrameSet) writes them.
 #include "frame_range.hpp"
 
 #include "text.hpp"
@@ -11,13 +11,13 @@
 namespace fathom::sequence {
 namespace {
 
-constexpr std::string_view blanks = " \t\n\v\f\r";
-constexpr std::string_view blanks_and_padding = " \t\n\v\f\r#@";
+constexpr std::string_view ignored = " \t\n\v\f\r#@";
+constexpr const char* form = "write frames as in 1-240, 1-240x2, 1-240y2, 1-240:4 or 7, with commas between them";
 
 /// A place in a text.
 class Cursor {
 public:
-    Cursor(std::string_view text, std::string_view ignored) : text_(text), ignored_(ignored) { skip(); }
+    explicit Cursor(std::string_view text) : text_(text) { skip(); }
 
     bool at_end() const { return at_ == text_.size(); }
     bool sees(char c) const { return !at_end() && text_[at_] == c; }
@@ -41,7 +41,7 @@ public:
                 refuse(first, text("a number of more than ", most_figures, " figures; shorten it"));
         }
         if (at_ == first)
-            refuse(first, text("a whole number is missing; ", form_));
+            refuse(first, text("a whole number is missing; ", form));
         skip();
         return negative ? -value : value;
     }
@@ -51,20 +51,14 @@ public:
             place < text_.size() ? text("character ", place + 1, " ('", text_[place], "')") : std::string("its end");
         throw std::invalid_argument(text("'", text_, "': at ", where, ": ", what));
     }
-    [[noreturn]] void refuse_unknown(const char* form) const { refuse(at_, text("cannot be read here; ", form)); }
-
-    void expect(const char* form) { form_ = form; }
+    [[noreturn]] void refuse_unknown() const { refuse(at_, text("cannot be read here; ", form)); }
 
 private:
-    void skip() { at_ = std::min(text_.find_first_not_of(ignored_, at_), text_.size()); }
+    void skip() { at_ = std::min(text_.find_first_not_of(ignored, at_), text_.size()); }
 
-    std::string_view text_, ignored_;
+    std::string_view text_;
     std::size_t at_ = 0;
-    const char* form_ = "";
 };
-
-constexpr const char* form = "write frames as in 1-240, 1-240x2, 1-240y2, 1-240:4 or 7, with commas between them";
-constexpr const char* openjd_form = "write frames as in 1-240, 1-240:2 or 7, with commas between them";
 
 // Frames from one to another, both included, in steps of either sign.
 void append(std::vector<Frame>& frames, Frame first, Frame last, Frame step) {
@@ -125,8 +119,7 @@ std::vector<Frame> without_repeats(const std::vector<Frame>& frames) {
 } // namespace
 
 std::vector<Frame> parse_frames(std::string_view range, std::size_t most) {
-    Cursor cursor(range, blanks_and_padding);
-    cursor.expect(form);
+    Cursor cursor(range);
     std::vector<Frame> frames;
     std::size_t parts = 0;
     do {
@@ -136,51 +129,10 @@ std::vector<Frame> parse_frames(std::string_view range, std::size_t most) {
         ++parts;
     } while (cursor.take(','));
     if (!cursor.at_end())
-        cursor.refuse_unknown(form);
+        cursor.refuse_unknown();
     if (frames.empty())
         throw std::invalid_argument(text("'", range, "': names no frame; ", form));
     return parts > 1 ? without_repeats(frames) : frames;
-}
-
-std::vector<Frame> parse_openjd_frames(std::string_view range, std::size_t most) {
-    struct Part {
-        Frame first, last, step;
-    };
-    Cursor cursor(range, blanks);
-    cursor.expect(openjd_form);
-    std::vector<Part> parts;
-    std::size_t count = 0;
-    do {
-        const std::size_t place = cursor.place();
-        const Frame first = cursor.number();
-        Frame last = first, step = 1;
-        if (cursor.take('-')) {
-            last = cursor.number();
-            const std::size_t step_place = cursor.place();
-            if (cursor.take(':'))
-                step = cursor.number();
-            if (step == 0 || (last > first && step < 0) || (last < first && step > 0))
-                cursor.refuse(step_place,
-                              "the step must lead from the first frame to the last: above 0 where they rise, "
-                              "below 0 where they fall");
-        }
-        const Frame steps = (last - first) / step;
-        check_count(cursor, place, count, steps + 1, most);
-        count += static_cast<std::size_t>(steps) + 1;
-        last = first + steps * step;
-        parts.push_back(step > 0 ? Part{first, last, step} : Part{last, first, -step});
-    } while (cursor.take(','));
-    if (!cursor.at_end())
-        cursor.refuse_unknown(openjd_form);
-    std::ranges::sort(parts, {}, [](const Part& part) { return std::pair(part.first, part.last); });
-    std::vector<Frame> frames;
-    for (const Part& part : parts) {
-        if (!frames.empty() && frames.back() >= part.first)
-            throw std::invalid_argument(text("'", range, "': parts overlap at frame ", part.first,
-                                             ", which Open Job Description does not allow; write each frame once"));
-        append(frames, part.first, part.last, part.step);
-    }
-    return frames;
 }
 
 std::string in_words(std::span<const Frame> frames) {

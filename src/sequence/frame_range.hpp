@@ -23,10 +23,6 @@ inline constexpr std::size_t most_frames = 10'000'000;  ///< of a range, as in f
 /// Throws: std::invalid_argument with the text, the place in it and what would be right; also for more frames than `most`.
 std::vector<Frame> parse_frames(std::string_view text, std::size_t most = most_frames);
 
-/// The same of Open Job Description's integer range expression (Template Schemas 2023-09, <IntRangeExpr>), in which ":" is
-/// a step: "1-10:3", "10-1:-3", "1-5, 9". It is a set: the frames rise. Its parts may not overlap.
-std::vector<Frame> parse_openjd_frames(std::string_view text, std::size_t most = most_frames);
-
 /// Rising frames in a few words: "1-3, 7".
 std::string in_words(std::span<const Frame> frames);
 

@@ -6,7 +6,6 @@
 #include "cli/program.hpp"
 #include "cli/report/log.hpp"
 #include "io/recorded.hpp"
-#include "sequence/claim.hpp"
 #include "sequence/frame_pattern.hpp"
 #include "sequence/frame_range.hpp"
 #include "sequence/frame_values.hpp"
@@ -105,19 +104,16 @@ void run_preset(Input input) {
     }
 }
 
-using Parse = std::vector<sequence::Frame> (*)(std::string_view, std::size_t);
-
 void run_frames(Input input) {
     constexpr std::size_t few = 1000; // as many as are allowed take a second
-    const Parse parse = taken_choice(input) & 1 ? sequence::parse_frames : sequence::parse_openjd_frames;
     try {
-        const auto frames = parse(text_of(input), few);
+        const auto frames = sequence::parse_frames(text_of(input), few);
         const std::set<sequence::Frame> each(frames.begin(), frames.end());
         expect(!frames.empty() && frames.size() <= few && each.size() == frames.size(), "a frame twice, or none");
         expect(std::max(std::abs(*each.begin()), std::abs(*each.rbegin())) <= sequence::largest_frame, "a large frame");
         const std::vector<sequence::Frame> sorted(each.begin(), each.end());
         const std::string words = sequence::in_words(sorted);
-        expect(parse(words, few) == sorted, "other frames are read from " + words);
+        expect(sequence::parse_frames(words, few) == sorted, "other frames are read from " + words);
     } catch (const std::invalid_argument& refused) {
         expect(std::string_view(refused.what()).starts_with("'"), refused.what());
     }
@@ -148,7 +144,7 @@ void run_values(Input input) {
     read_or_refuse(file, [&] { expect(!sequence::read_frame_values(file, "focus-distance").empty(), "no value"); });
 }
 
-// Records in results, claims on frames, and the log of a run.
+// Records in results, and the log of a run.
 void run_records(Input input) {
     const unsigned choice = taken_choice(input);
     if (choice & 1) {
@@ -157,10 +153,6 @@ void run_records(Input input) {
         return;
     }
     const fs::path file = file_with("run.log", input);
-    if (choice & 2) {
-        read_or_refuse(file, [&] { sequence::find_claim(file); });
-        return;
-    }
     read_or_refuse(file, [&] {
         cli::Log log;
         log.read(file);
