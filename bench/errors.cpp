@@ -127,14 +127,16 @@ private:
     Deviation circle_error(const std::vector<float>& got) const {
         const oracle::Truth truth(view_.subject, Storage::float32);
         const CircleOfConfusion lens = on_.lens();
-        return summary("ulp", over_surfaces(stride, [&](int x, int y) {
-                           const std::size_t i = index(x, y);
-                           const auto z = static_cast<long double>(
-                               truth.depth(static_cast<double>(rendered_.stored[i]), x + 0.5, y + 0.5));
-                           const long double exact = coc_at(lens, z);
-                           const double off = static_cast<double>(static_cast<long double>(got[i]) - exact);
-                           return off / oracle::ulp(static_cast<Quad>(std::max(std::abs(exact), lens.k)));
-                       }));
+        return summary(
+            "ulp", over_surfaces(stride, [&](int x, int y) {
+                const std::size_t i = index(x, y);
+                const auto z =
+                    static_cast<long double>(truth.depth(static_cast<double>(rendered_.stored[i]), x + 0.5, y + 0.5));
+                const long double exact = coc_at(lens, z);
+                const double off = static_cast<double>(static_cast<long double>(got[i]) - exact);
+                return off /
+                       oracle::ulp(static_cast<Quad>(std::max(std::abs(exact), static_cast<long double>(lens.k))));
+            }));
     }
 
     // OpenCV turns a normal by the sign of its z, which is noise on walls along the axis. That error does not count.

@@ -184,7 +184,8 @@ void add_streams(std::vector<Method>& list) {
                     }});
     list.push_back({"dof_masks", "fathom", Kind::library, Storage::float32, "fan out", [](Case& on) {
                         const DofMasks results = on.masks();
-                        dof_masks(on.stored(), results, on.lens());
+                        dof_masks(on.stored(), results, on.lens(),
+                                  {.near_weight = true, .focus_weight = true, .far_weight = true});
                         return results.coc;
                     }});
 }
@@ -192,10 +193,8 @@ void add_streams(std::vector<Method>& list) {
 Method occlusion(std::string name, const SsaoOptions& options) {
     return {"ssao", std::move(name), Kind::library, Storage::float32, "copy", [options](Case& on) {
                 SsaoOptions asked = options;
-                if (on.as_thick_as_brute_force) {
+                if (on.as_thick_as_brute_force)
                     asked.thickness = on.brute_force_thickness();
-                    asked.thickness_from_silhouette = false;
-                }
                 return ssao(on.stored(), on.radius(), asked).visibility;
             }};
 }
@@ -208,16 +207,18 @@ void add_ssao(std::vector<Method>& list) {
         for (const auto& [name, quality] :
              {std::pair{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}})
             for (const bool silhouette : {false, true})
-                list.push_back(occlusion(text(name, suffix, silhouette ? silhouette_suffix : ""),
-                                         {.quality = quality,
-                                          .thickness_from_silhouette = silhouette,
-                                          .half_resolution = half ? std::optional(true) : std::nullopt}));
+                list.push_back(
+                    occlusion(text(name, suffix, silhouette ? silhouette_suffix : ""),
+                              {.sampling = Sampling{.quality = quality,
+                                                    .half_resolution = half ? std::optional(true) : std::nullopt},
+                               .thickness = silhouette ? std::optional<Thickness>(Silhouette{}) : std::nullopt}));
         std::vector<std::pair<int, int>> explicit_counts{{1, 8}, {1, 16}, {2, 32}, {4, 32}, {4, 64}};
         if (half) // 1 x 16 is what `fast` does
             explicit_counts = {{1, 64}, {4, 64}};
         for (const auto& [slices, samples] : explicit_counts)
-            list.push_back(occlusion(text(slices, " x ", samples, suffix),
-                                     {.slices = slices, .samples = samples, .half_resolution = half}));
+            list.push_back(
+                occlusion(text(slices, " x ", samples, suffix),
+                          {.sampling = Sampling{.slices = slices, .samples = samples, .half_resolution = half}}));
     }
 }
 
@@ -240,7 +241,8 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
                         Storage::float32,
                         "copy depth and RGB",
                         [=](Case& on) {
-                            start(on, dof_masks(on.stored(), on.lens(), {.weights = false, .tile_px = tile}));
+                            start(on, dof_masks(on.stored(), on.lens(),
+                                                {.tile_px = tile, .tile_min_coc = true, .tile_max_coc = true}));
                             return on.floats(3);
                         },
                         {},

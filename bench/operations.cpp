@@ -193,7 +193,10 @@ void add_ssao(Rows& rows) {
                          int every = 4) -> Row& {
         return rows.add(
             std::move(name), "copy", place,
-            [=](Case& on) { ssao(on.stored(), fraction * on.median_width(), {.quality = quality}); }, every);
+            [=](Case& on) {
+                ssao(on.stored(), fraction * on.median_width(), {.sampling = Sampling{.quality = quality}});
+            },
+            every);
     };
     const Place usual = room(rows.device, rows.size);
     add("ssao fast, 5 %", usual, Quality::fast, 0.05);
@@ -223,9 +226,12 @@ void add_masks(Rows& rows) {
                     runtime::buffer_of(to.coc), runtime::buffer_of(to.near_weight), runtime::buffer_of(to.focus_weight),
                     runtime::buffer_of(to.far_weight), Baselines::grid(from, to.coc));
     });
+    const DofMasksOptions weights{.near_weight = true, .focus_weight = true, .far_weight = true};
     const auto add = [&](std::string name, const Camera& camera, bool mixed = false) {
+        DofMasksOptions asked = weights;
+        asked.mixed_pixels = mixed;
         rows.add(std::move(name), "fan out", rows.frames, [=](Case& on) {
-            dof_masks({on.stored().image, camera}, on.masks(mixed), lens, {.mixed_pixels = mixed});
+            dof_masks({on.stored().image, camera}, on.masks(mixed), lens, asked);
         });
     };
     const Camera perspective_camera = rows.perspective().camera;
@@ -237,12 +243,12 @@ void add_masks(Rows& rows) {
     add("dof_masks view-z", rows.perspective(Encoding::view_z).camera);
     add("dof_masks and mixed pixels", perspective_camera, true);
     rows.add("dof_masks standard, new images", "fan out", rows.frames, [=](Case& on) {
-        dof_masks({on.stored().image, perspective_camera}, lens);
+        dof_masks({on.stored().image, perspective_camera}, lens, weights);
     });
     rows.add("linearize, then dof_masks", "fan out", rows.frames,
              [=](Case& on) {
                  linearize({on.stored().image, perspective_camera}, on.floats(1), {Background::decode});
-                 dof_masks(ViewDepth{on.floats(1), perspective_camera}.stored(), on.masks(), lens);
+                 dof_masks(ViewDepth{on.floats(1), perspective_camera}.stored(), on.masks(), lens, weights);
              })
         .baseline = true;
 }

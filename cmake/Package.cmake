@@ -1,5 +1,5 @@
 # Debian packages: `cpack -G DEB` in the build of the preset `package`, which scripts/package runs.
-#   libfathom0.2    the shared libraries
+#   libfathom0.3    the shared libraries
 #   libfathom-dev   headers, and what CMake and pkg-config read
 #   fathom          the program
 #   python3-fathom  the module for Debian's own Python, if there is FATHOM_PYTHON

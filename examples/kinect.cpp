@@ -20,8 +20,8 @@ int main(int argc, char* argv[]) {
     }
 
     // Metres; x right, y down, z ahead.
-    const fathom::CameraFile source = fathom::preset_camera("kinect:fx=525,fy=525,cx=319.5,cy=239.5");
-    const fathom::Camera camera = fathom::camera_for(source, millimetres.cols, millimetres.rows);
+    const fathom::Camera camera =
+        fathom::preset_camera("kinect:fx=525,fy=525,cx=319.5,cy=239.5", millimetres.cols, millimetres.rows);
 
     const fathom::Device device = fathom::Device::open();
     cv::Mat points, normals; // CV_32FC3, NaN where nothing was measured
@@ -34,7 +34,8 @@ int main(int argc, char* argv[]) {
     if (argc == 4) {
         const cv::Mat picture = cv::imread(argv[2]);
         cv::Mat foggy;
-        fathom::fog(device, millimetres, camera, picture, foggy, {.density = 0.3});
+        fathom::fog(device, millimetres, camera, picture, foggy,
+                    {.density = 0.3, .fog_color = {0.7, 0.6, 0.5}}); // B, G, R
         cv::imwrite(argv[3], foggy);
     }
 }

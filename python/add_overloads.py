@@ -7,7 +7,7 @@ array for any other depth.
 import re
 import sys
 
-OPERATIONS = ("linearize", "unproject", "normals", "ssao", "dof_masks", "dof", "fog")
+OPERATIONS = ("linearize", "unproject", "normals", "ssao", "dof_masks", "dof", "fog", "fill_invalid")
 HEAD = """
 import typing
 

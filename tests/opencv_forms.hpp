@@ -28,7 +28,7 @@ inline bool same(const cv::Mat& a, const cv::Mat& b) {
 inline constexpr CircleOfConfusion lens{6, 12};
 
 inline FogOptions fog_of(std::array<double, 3> color) {
-    return {.density = 0.3, .color = color};
+    return {.density = 0.3, .fog_color = color};
 }
 
 inline cv::Mat depths() {
@@ -73,7 +73,8 @@ inline std::vector<Given> forms(const Device& device, const Device& truth, const
                                 const cv::Mat& color) {
     const StoredDepth depth{to_device(truth, stored), camera()};
     const Camera seen = camera();
-    const DofMasks masks = dof_masks(depth, lens, {.mixed_pixels = true, .tile_px = 7});
+    const DofMasks masks =
+        dof_masks(depth, lens, {.focus_weight = true, .mixed_pixels = true, .tile_px = 7, .tile_max_coc = true});
     const Occlusion occlusion = ssao(depth, 0.5, {.bent_normal = true, .confidence = true});
     return {
         {"linearize", to_mat(linearize(depth).image),
@@ -88,31 +89,31 @@ inline std::vector<Given> forms(const Device& device, const Device& truth, const
          [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) { ssao(device, s, seen, 0.5, r); }},
         {"bent normals", to_mat(occlusion.bent_normal),
          [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) {
-             ssao(device, s, seen, 0.5, cv::noArray(), r, cv::noArray());
+             ssao(device, s, seen, 0.5, {.bent_normal = r}, {.bent_normal = true});
          }},
         {"confidence", to_mat(occlusion.confidence),
          [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) {
-             ssao(device, s, seen, 0.5, cv::noArray(), cv::noArray(), r);
+             ssao(device, s, seen, 0.5, {.confidence = r}, {.confidence = true});
          }},
         {"coc", to_mat(masks.coc),
          [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) { dof_masks(device, s, seen, lens, {.coc = r}); }},
         {"focus weight", to_mat(masks.focus_weight),
          [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) {
-             dof_masks(device, s, seen, lens, {.focus_weight = r});
+             dof_masks(device, s, seen, lens, {.focus_weight = r}, {.focus_weight = true});
          }},
         {"mixed pixels", to_mat(masks.mixed_pixels),
          [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) {
-             dof_masks(device, s, seen, lens, {.mixed_pixels = r});
+             dof_masks(device, s, seen, lens, {.mixed_pixels = r}, {.mixed_pixels = true});
          }},
         {"tiles", to_mat(masks.tile_max_coc),
          [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) {
-             dof_masks(device, s, seen, lens, {.tile_max_coc = r}, {.tile_px = 7});
+             dof_masks(device, s, seen, lens, {.tile_max_coc = r}, {.tile_px = 7, .tile_max_coc = true});
          }},
         {"dof", to_mat(dof(depth, to_device(truth, color), lens)),
          [=](cv::InputArray s, cv::InputArray c, cv::OutputArray r) { dof(device, s, seen, c, lens, r); }},
-        {"fog", to_mat(fog(depth, to_device(truth, color), fog_of({0.2, 0.5, 1}))), // the picture's order: B, G, R
+        {"fog", to_mat(fog(depth, to_device(truth, color), fog_of({0.2, 0.5, 1}))),
          [=](cv::InputArray s, cv::InputArray c, cv::OutputArray r) {
-             fog(device, s, seen, c, r, fog_of({1, 0.5, 0.2}));
+             fog(device, s, seen, c, r, fog_of({0.2, 0.5, 1}));
          }},
     };
 }

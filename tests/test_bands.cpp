@@ -140,7 +140,7 @@ TEST_CASE("ssao: bands keep the bits", "[ssao][bands]") {
         const StoredDepth stored = steps.stored(device, storage);
         SsaoCall options;
         options.radius = 0.02; // 10 pixels at most
-        options.quality = Quality::fast;
+        sampling_of(options).quality = Quality::fast;
         options.confidence = true;
         const Occlusion whole = ssao(stored, options);
         check_strips(stored, options, whole, strip, halo);
@@ -157,13 +157,13 @@ TEST_CASE("ssao: inverse depth in bands keeps the bits of blocks at half resolut
     const StoredDepth stored = steps.stored(device, Storage::float32);
     SsaoCall options;
     options.radius = 0.11; // about as many pixels as decide
-    options.quality = Quality::fast;
+    sampling_of(options).quality = Quality::fast;
     const Occlusion whole = ssao(stored, options);
     check_strips(stored, options, whole, strip, halo);
     SsaoCall all = options;
-    all.half_resolution = false;
+    sampling_of(all).half_resolution = false;
     CHECK_FALSE(same_bits(floats(ssao(stored, all).visibility), floats(whole.visibility)));
-    all.half_resolution = true;
+    sampling_of(all).half_resolution = true;
     CHECK_FALSE(same_bits(floats(ssao(stored, all).visibility), floats(whole.visibility)));
 }
 
@@ -274,7 +274,7 @@ TEST_CASE("ssao: what lies between its passes at 7680 x 4320", "[ssao][bands][ex
     const StoredDepth stored = steps.stored(device, Storage::float32);
     SsaoCall options;
     options.radius = 0.1;
-    options.quality = Quality::fast;
+    sampling_of(options).quality = Quality::fast;
     const Occlusion done = ssao(stored, options);
     device.finish();
     CHECK(done.visibility.width() == width);

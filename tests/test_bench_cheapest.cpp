@@ -83,14 +83,14 @@ bench::Method method(const char* operation, Storage storage, double max_error) {
     bench::Method made{operation, std::to_string(max_error), bench::Method::Kind::library, storage, "", {}};
     if (made.operation == "ssao") {
         made.run = [=](bench::Case& on) {
-            return ssao(on.stored(storage), on.radius(), {.max_error = max_error}).visibility;
+            return ssao(on.stored(storage), on.radius(), {.sampling = MaxError{max_error}}).visibility;
         };
     } else if (made.operation == "dof") {
         made.run = [=](bench::Case& on) {
-            return dof(on.stored(storage), on.color(), on.lens(), {.max_error = max_error});
+            return dof(on.stored(storage), on.color(), on.lens(), {.quality = MaxError{max_error}});
         };
     } else {
-        made.run = [=](bench::Case& on) { return normals(on.stored(storage), {.max_error = max_error}); };
+        made.run = [=](bench::Case& on) { return normals(on.stored(storage), {.method = MaxError{max_error}}); };
     }
     return made;
 }

@@ -223,37 +223,37 @@ TEST_CASE("ssao: a budget keeps the bits", "[ssao][budget][exhaustive]") {
     call.radius = 0.06;
     for (const auto& [quality, name] :
          {std::pair{Quality::fast, "fast"}, {Quality::balanced, "balanced"}, {Quality::accurate, "accurate"}}) {
-        call.quality = quality;
+        sampling_of(call).quality = quality;
         add(name, call, scene);
     }
-    call.quality = Quality::fast;
+    sampling_of(call).quality = Quality::fast;
     call.confidence = call.bent_normal = true;
     add("fast, with a bent normal and confidence", call, scene);
-    call.half_resolution = true;
+    sampling_of(call).half_resolution = true;
     add("at half resolution", call, scene);
-    call.half_resolution = false;
+    sampling_of(call).half_resolution = false;
     add("at full resolution", call, scene);
     call.confidence = call.bent_normal = false;
-    call.half_resolution.reset();
+    sampling_of(call).half_resolution.reset();
     add("orthographic", call, parallel);
     call.border = Border::clamp;
     call.region = Region{13, 301, 350, 1211};
     add("a region with a border", call, scene);
     call.region.reset();
     call.falloff = 0.7;
-    call.samples = 3;
-    call.jitter = 4;
+    sampling_of(call).samples = 3;
+    sampling_of(call).jitter = 4;
     add("with three samples", call, scene);
-    call.samples.reset();
-    call.jitter.reset();
-    call.thickness_from_silhouette = true;
+    sampling_of(call).samples.reset();
+    sampling_of(call).jitter.reset();
+    call.thickness = Silhouette{};
     add("with silhouettes", call, scene);
     for (const auto& [name, images] : calls)
         check_budgets("ssao " + name, images);
 
     SsaoCall plain;
     plain.radius = 0.06;
-    plain.quality = Quality::fast;
+    sampling_of(plain).quality = Quality::fast;
     check_budgets("ssao of every vector width",
                   [&](const Device& device) { return images_of(ssao(scene.stored(device), plain)); }, {1, 4, 8});
     check_budgets("ssao of millimetres",
@@ -263,7 +263,7 @@ TEST_CASE("ssao: a budget keeps the bits", "[ssao][budget][exhaustive]") {
     });
     check_budgets("ssao with a second layer", [&](const Device& device) {
         SsaoCall layered = plain;
-        layered.back_depth = scene.second(device);
+        layered.thickness = scene.second(device);
         return images_of(ssao(scene.stored(device), layered));
     });
     const std::vector<float> towards = floats(normals(scene.stored(device_with(0))));
@@ -317,7 +317,7 @@ TEST_CASE("normals and mixed pixels: a budget keeps the bits", "[normals][dof_ma
                       {16, 8, 4, 1});
     const CircleOfConfusion lens{.k = 80, .g = 190};
     check_budgets("mixed pixels", [&](const Device& device) {
-        const DofMasks masks = dof_masks(scene.stored(device), lens, {.weights = false, .mixed_pixels = true});
+        const DofMasks masks = dof_masks(scene.stored(device), lens, {.mixed_pixels = true});
         return std::vector<Image>{masks.coc, masks.mixed_pixels};
     });
 }
@@ -340,8 +340,9 @@ std::vector<Image> near_field_masks(const StoredDepth& stored, const CircleOfCon
         all.push_back(masks.*mask);
     };
     add(true, &DofMasks::coc);
-    for (const auto mask : {&DofMasks::near_weight, &DofMasks::focus_weight, &DofMasks::far_weight})
-        add(options.weights, mask);
+    add(options.near_weight, &DofMasks::near_weight);
+    add(options.focus_weight, &DofMasks::focus_weight);
+    add(options.far_weight, &DofMasks::far_weight);
     add(options.max_near_coc, &DofMasks::max_near_coc);
     add(options.near_alpha, &DofMasks::near_alpha);
     add(options.disocclusion, &DofMasks::disocclusion);
@@ -356,7 +357,13 @@ std::vector<Image> near_field_masks(const StoredDepth& stored, const CircleOfCon
 TEST_CASE("near field: a budget keeps the bits", "[near_field][dof_masks][budget]") {
     const Scene scene(277, 1303);
     const CircleOfConfusion lens{.k = 80, .g = 190}; // circles from -29 pixels on
-    const DofMasksOptions all{.max_near_coc = true, .near_alpha = true, .disocclusion = true, .mixed_pixels = true};
+    const DofMasksOptions all{.near_weight = true,
+                              .focus_weight = true,
+                              .far_weight = true,
+                              .max_near_coc = true,
+                              .near_alpha = true,
+                              .disocclusion = true,
+                              .mixed_pixels = true};
     const auto check_masks = [&](const char* name, const DofMasksOptions& options, bool inside,
                                  std::initializer_list<int> vector_widths) {
         const auto images = [&](const Device& device) {
@@ -366,8 +373,10 @@ TEST_CASE("near field: a budget keeps the bits", "[near_field][dof_masks][budget
     };
     check_masks("all masks", all, false, {16});
     check_masks("all masks, inside of other images", all, true, {16, 8, 4, 1});
-    check_masks("near alpha", {.weights = false, .near_alpha = true}, true, {16});
-    check_masks("disocclusion", {.weights = false, .disocclusion = true}, true, {16});
+    check_masks("one weight", {.focus_weight = true}, true, {16});
+    check_masks("two weights", {.near_weight = true, .far_weight = true}, false, {16});
+    check_masks("near alpha", {.near_alpha = true}, true, {16});
+    check_masks("disocclusion", {.disocclusion = true}, true, {16});
     check_budgets("near field of a part", [&](const Device& device) {
         return near_field_masks(scene.stored(device).region(7, 5, 259, 1295), lens, all, true);
     });
@@ -378,7 +387,8 @@ TEST_CASE("near field: the least budget is one row of blocks, and does not grow 
     constexpr int width = 45, height = 1100;
     constexpr std::size_t weights = 48 * 256 * sizeof(float), tables = 5000;
     const Scene scene(width, height);
-    const DofMasksOptions options{.near_alpha = true, .disocclusion = true};
+    const DofMasksOptions options{
+        .near_weight = true, .focus_weight = true, .far_weight = true, .near_alpha = true, .disocclusion = true};
     for (const double k : {10.0, 1200.0}) { // discs of up to 4 and 460 pixels
         const CircleOfConfusion lens{.k = k, .g = 2.4 * k};
         const auto masks = [&](const Device& device) {
@@ -406,8 +416,11 @@ TEST_CASE("operations of single pixels take no memory for themselves", "[budget]
     linearize(stored);
     unproject(stored);
     fog(stored, color, {.density = 0.1});
-    dof_masks(stored, {.k = 80, .g = 190}, {.tile_px = 16});
-    near_field_masks(stored, {.k = 80, .g = 190}, {}, true);
+    constexpr DofMasksOptions weights{.near_weight = true, .focus_weight = true, .far_weight = true};
+    DofMasksOptions with_tiles = weights;
+    with_tiles.tile_min_coc = with_tiles.tile_max_coc = true;
+    dof_masks(stored, {.k = 80, .g = 190}, with_tiles);
+    near_field_masks(stored, {.k = 80, .g = 190}, weights, true);
     device.finish();
     CHECK(device.state().most_scratch_bytes == 0);
 }

@@ -69,12 +69,13 @@ StoredDepth ramp(Storage storage = Storage::float32) {
 
 // As the tables have it.
 std::string name_of(const SsaoOptions& options) {
-    const std::string name = options.slices
-                                 ? std::to_string(*options.slices) + " x " + std::to_string(options.samples.value())
-                             : options.quality == Quality::fast     ? "fast"
-                             : options.quality == Quality::balanced ? "balanced"
-                                                                    : "accurate";
-    return name + (options.half_resolution ? ", half resolution" : "");
+    const Sampling& sampling = std::get<Sampling>(options.sampling);
+    const std::string name = sampling.slices
+                                 ? std::to_string(*sampling.slices) + " x " + std::to_string(sampling.samples.value())
+                             : sampling.quality == Quality::fast     ? "fast"
+                             : sampling.quality == Quality::balanced ? "balanced"
+                                                                     : "accurate";
+    return name + (sampling.half_resolution ? ", half resolution" : "");
 }
 
 } // namespace
@@ -105,12 +106,14 @@ TEST_CASE("max_error: half resolution is a way of its own") {
 
 TEST_CASE("max_error: not half resolution for a row that it does not look from") {
     const StoredDepth stored = ramp(), row = stored.region(0, 5, 64, 1), two = stored.region(0, 5, 64, 2);
+    const auto half_resolution = [](const StoredDepth& depth, double max_error) {
+        return std::get<Sampling>(chosen(depth, SsaoOptions{.sampling = MaxError{max_error}}).sampling).half_resolution;
+    };
     for (const double max_error : {0.06, 0.08, 0.1, 0.15, 0.2, 0.25, 0.3, 0.5, 1.0}) {
-        CHECK(chosen(two, SsaoOptions{.max_error = max_error}).half_resolution ==
-              chosen(stored, SsaoOptions{.max_error = max_error}).half_resolution);
-        CHECK(!chosen(row, SsaoOptions{.max_error = max_error}).half_resolution);
+        CHECK(half_resolution(two, max_error) == half_resolution(stored, max_error));
+        CHECK(!half_resolution(row, max_error));
     }
-    CHECK(chosen(stored, SsaoOptions{.max_error = 1}).half_resolution); // the cheapest of all
+    CHECK(half_resolution(stored, 1)); // the cheapest of all
 }
 
 TEST_CASE("max_error: among equally cheap ones the more exact") {
@@ -166,14 +169,11 @@ TEST_CASE("max_error: depth of 16 bits is judged as such in floats too") {
     CHECK(cheapest_method(Operation::normals, stored, 90).error > of_floats);
 }
 
-TEST_CASE("max_error: an operation with max_error has the bits of what is chosen", "[slow]") {
+TEST_CASE("max_error: an operation with a tolerance has the bits of what is chosen", "[slow]") {
     const StoredDepth stored = ramp();
     const std::vector<MeasuredMethod> list = measured_for(measured_methods(), "ssao", "float32");
     for (const MeasuredMethod& each : list) {
-        SsaoOptions asked;
-        asked.max_error = each.error;
-        const SsaoOptions settled = chosen(stored, asked);
-        CHECK(!settled.max_error);
+        const SsaoOptions asked{.sampling = MaxError{each.error}}, settled = chosen(stored, asked);
         const std::string method = cheapest_method(Operation::ssao, stored, each.error).method;
         INFO(method);
         CHECK(name_of(settled) == method);
@@ -185,17 +185,17 @@ TEST_CASE("max_error: an operation with max_error has the bits of what is chosen
         colors[i] = 0;
     const Image color = uploaded(Element::f32, {64, 32, 3}, colors);
     const CircleOfConfusion coc{8, 40};
-    const DofOptions blur{.max_error = 1};
+    const DofOptions blur{.quality = MaxError{1}};
     const std::vector<float> found = floats(dof(stored, color, coc, blur));
     CHECK(same_bits(found, floats(dof(stored, color, coc, chosen(stored, blur)))));
     CHECK(!same_bits(found, floats(dof(stored, color, coc)))); // the cheapest of all is not the default
 
-    const NormalsOptions any{.max_error = 90};
-    CHECK(chosen(stored, any).method != NormalMethod::automatic);
+    const NormalsOptions any{.method = MaxError{90}};
+    CHECK(std::get<NormalMethod>(chosen(stored, any).method) != NormalMethod::automatic);
     CHECK(same_bits(floats(normals(stored, any)), floats(normals(stored, chosen(stored, any)))));
 }
 
-TEST_CASE("max_error: it is refused where nothing meets it, where it is no error, and beside what it chooses") {
+TEST_CASE("max_error: it is refused where nothing meets it, and where it is no error") {
     const StoredDepth stored = ramp();
     const auto said = [](const std::string& message, const char* part) {
         INFO(message);
@@ -203,18 +203,11 @@ TEST_CASE("max_error: it is refused where nothing meets it, where it is no error
     };
     const std::vector<MeasuredMethod> list = measured_for(measured_methods(), "ssao", "float32");
     const MeasuredMethod& best = *std::ranges::min_element(list, {}, &MeasuredMethod::error);
-    const std::string none = refusal([&] { ssao(stored, 1, {.max_error = 1e-6}); });
+    const std::string none = refusal([&] { ssao(stored, 1, {.sampling = MaxError{1e-6}}); });
     said(none, "max_error = 1e-06");
     said(none, best.method.c_str());
     said(none, best.scene.c_str());
     for (const double wrong : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
-        said(refusal([&] { ssao(stored, 1, {.max_error = wrong}); }), "max_error = ");
-    said(refusal([&] { ssao(stored, 1, {.quality = Quality::fast, .max_error = 1}); }), "quality");
-    said(refusal([&] { ssao(stored, 1, {.slices = 2, .max_error = 1}); }), "slices");
-    said(refusal([&] { ssao(stored, 1, {.samples = 2, .max_error = 1}); }), "samples");
-    said(refusal([&] { ssao(stored, 1, {.jitter = 4, .max_error = 1}); }), "jitter");
-    said(refusal([&] { ssao(stored, 1, {.max_error = 1, .half_resolution = true}); }), "half_resolution");
-    said(refusal([&] { normals(stored, {.method = NormalMethod::neighbours, .max_error = 90}); }), "method");
-    said(refusal([&] { chosen(stored, DofOptions{.quality = Quality::fast, .max_error = 1}); }), "quality");
+        said(refusal([&] { ssao(stored, 1, {.sampling = MaxError{wrong}}); }), "max_error = ");
     said(refusal([&] { cheapest_method(static_cast<Operation>(3), stored, 1); }), "operation = 3");
 }

@@ -65,7 +65,7 @@ TEST_CASE("program: a frame after the first takes hardly longer to compute than 
     const Image sharp = to_device(device, picture), one(device, Element::f32, {columns, rows, 1}),
                 three(device, Element::f32, {columns, rows, 3});
     const CircleOfConfusion lens =
-        circle_of_confusion({.f_number = 1.4, .focus = 5, .focal_length_mm = 20, .mm_per_unit = 40}, stored.camera);
+        circle_of_confusion({.f_stop = 1.4, .focus = 5, .focal_length_mm = 20, .mm_per_unit = 40}, stored.camera);
     const Arguments lens_options{"--focus", "5", "--f-stop", "1.4", "--focal-length-mm", "20", "--mm-per-unit", "40"};
     struct Subject {
         Arguments command;

@@ -27,7 +27,7 @@ struct Scene {
     std::string camera, input, picture_file;
     cv::Mat depth = ramp(), color;
     StoredDepth stored;
-    Lens lens{.f_number = 0.2, .focus = 3, .focal_length_mm = 50, .sensor_width_mm = 36};
+    Lens lens{.f_stop = 0.2, .focus = 3, .focal_length_mm = 50, .sensor_mm = 36};
 
     explicit Scene(int channels = 3, const std::string& more = {})
         : camera(camera_file(folder, more)), picture_file(folder / "colour.exr"), color(picture(channels)) {
@@ -82,12 +82,12 @@ TEST_CASE("dof program: every option reaches the library") {
         {{"--quality", "fast"}, [](DofOptions& o) { o.quality = Quality::fast; }},
         {{"--quality", "accurate"}, [](DofOptions& o) { o.quality = Quality::accurate; }},
         {{"--aperture", "5"}, [](DofOptions& o) { o.aperture.blades = 5; }},
-        {{"--aperture", "5", "--rotate", "30", "--sky", "exclude"},
+        {{"--aperture", "5", "--rotation-degrees", "30", "--sky", "exclude"},
          [](DofOptions& o) {
              o.aperture = {5, 30};
              o.sky = Sky::exclude;
          }},
-        {{"--aperture", "ellipse:0.4", "--rotate", "-20"},
+        {{"--aperture", "ellipse:0.4", "--rotation-degrees", "-20"},
          [](DofOptions& o) {
              o.aperture = {0, -20, 0.4};
          }},
@@ -202,7 +202,7 @@ TEST_CASE("dof program: refuses in one line what cannot be") {
     refused({"--aperture", "oval"}, 2, "--aperture");
     refused({"--aperture", "ellipse:0"}, 2, "ellipse:R with R from 0.1 to 10");
     refused({"--aperture", "ellipse:two"}, 2, "--aperture: 'ellipse:two'");
-    refused({"--rotate", "nan"}, 2, "--rotate");
+    refused({"--rotation-degrees", "nan"}, 2, "--rotation-degrees");
     refused({"--quality", "best"}, 2, "--quality");
     refused({"--max-coc-px", "600"}, 2, "--max-coc-px");
     check_refused(run({"dof", scene.input, "--camera", scene.camera, "-o", out}), 2, "--color");

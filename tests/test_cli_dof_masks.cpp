@@ -21,7 +21,7 @@ struct Scene {
     std::string camera, input;
     cv::Mat depth = ramp();
     StoredDepth stored;
-    Lens lens{.f_number = 0.4, .focus = 3, .focal_length_mm = 50, .sensor_width_mm = 36};
+    Lens lens{.f_stop = 0.4, .focus = 3, .focal_length_mm = 50, .sensor_mm = 36};
 
     explicit Scene(const std::string& more = {}) : camera(camera_file(folder, more)) {
         depth.at<float>(0, 1) = NAN; // invalid
@@ -48,7 +48,7 @@ struct Scene {
 
     std::vector<cv::Mat> expected(const CircleOfConfusion& coc,
                                   const std::function<void(DofMasksOptions&)>& change = {}) const {
-        DofMasksOptions options;
+        DofMasksOptions options{.near_weight = true, .focus_weight = true, .far_weight = true};
         if (change)
             change(options);
         const DofMasks masks = dof_masks(stored, coc, options);
@@ -108,10 +108,10 @@ TEST_CASE("dof-masks program: every option reaches the library") {
         std::function<void(DofMasksOptions&)> change;
     };
     const std::vector<Case> masks{
-        {{"--sharp", "0"}, [](DofMasksOptions& o) { o.sharp_px = 0; }},
-        {{"--sharp", "2.5"}, [](DofMasksOptions& o) { o.sharp_px = 2.5; }},
-        {{"--transition", "0"}, [](DofMasksOptions& o) { o.transition_px = 0; }},
-        {{"--transition", "4"}, [](DofMasksOptions& o) { o.transition_px = 4; }},
+        {{"--sharp-px", "0"}, [](DofMasksOptions& o) { o.sharp_px = 0; }},
+        {{"--sharp-px", "2.5"}, [](DofMasksOptions& o) { o.sharp_px = 2.5; }},
+        {{"--transition-px", "0"}, [](DofMasksOptions& o) { o.transition_px = 0; }},
+        {{"--transition-px", "4"}, [](DofMasksOptions& o) { o.transition_px = 4; }},
         {{"--sky", "sharp"}, [](DofMasksOptions& o) { o.sky = Sky::sharp; }},
         {{"--sky", "exclude"}, [](DofMasksOptions& o) { o.sky = Sky::exclude; }},
         {{"--max-coc-px", "1.5"}, [](DofMasksOptions& o) { o.max_coc_px = 1.5; }},
@@ -130,35 +130,34 @@ TEST_CASE("dof-masks program: every option reaches the library") {
         CHECK(holds(output, scene.expected(of)));
     };
     lens({"--focus", "inf", "--f-stop", "4", "--focal-length-mm", "50", "--sensor-mm", "24"},
-         {.f_number = 4, .focus = infinity, .focal_length_mm = 50, .sensor_width_mm = 24});
-    lens({"--f-stop", "0.4", "--focus", "5", "--sensor-mm", "24"},
-         {.f_number = 0.4, .focus = 5, .sensor_width_mm = 24});
+         {.f_stop = 4, .focus = infinity, .focal_length_mm = 50, .sensor_mm = 24});
+    lens({"--f-stop", "0.4", "--focus", "5", "--sensor-mm", "24"}, {.f_stop = 0.4, .focus = 5, .sensor_mm = 24});
     lens({"--f-stop", "4", "--focus", "5", "--focal-length-mm", "24", "--mm-per-unit", "10"},
-         {.f_number = 4, .focus = 5, .focal_length_mm = 24, .mm_per_unit = 10});
+         {.f_stop = 4, .focus = 5, .focal_length_mm = 24, .mm_per_unit = 10});
     lens({"--f-stop", "inf", "--focus", "5", "--focal-length-mm", "24"},
-         {.f_number = infinity, .focus = 5, .focal_length_mm = 24});
+         {.f_stop = infinity, .focus = 5, .focal_length_mm = 24});
     const double z = depth_at(scene.stored, 20, 7);
     lens({"--focus-at", "20,7", "--f-stop", "0.2", "--focal-length-mm", "24"},
-         {.f_number = 0.2, .focus = z, .focal_length_mm = 24});
+         {.f_stop = 0.2, .focus = z, .focal_length_mm = 24});
     lens({"--focus-at", "47,31", "--f-stop", "0.2", "--focal-length-mm", "24"}, // the sky
-         {.f_number = 0.2, .focus = infinity, .focal_length_mm = 24});
+         {.f_stop = 0.2, .focus = infinity, .focal_length_mm = 24});
     lens({"--focus-along", "3,4,5.5", "--f-stop", "0.2", "--focal-length-mm", "24"},
-         {.f_number = 0.2, .focus = depth_along_ray(scene.stored.camera, 3.5, 4.5, 5.5), .focal_length_mm = 24});
+         {.f_stop = 0.2, .focus = depth_along_ray(scene.stored.camera, 3.5, 4.5, 5.5), .focal_length_mm = 24});
     check_done(run(scene.arguments(output, {"--circle", "20,60"})));
     CHECK(holds(output, scene.expected(CircleOfConfusion{20, 60, 0, false})));
 }
 
 TEST_CASE("dof-masks program: the lens is the camera file's unless it is given") {
-    const Scene scene(R"(, "lens_mm": 50, "sensor_mm": 36, "f_stop": 0.4, "focus_distance": 3)");
+    const Scene scene(R"(, "focal_length_mm": 50, "sensor_mm": 36, "f_stop": 0.4, "focus": 3)");
     const std::string output = scene.folder / "out/masks.exr";
     check_done(run(scene.arguments(output)));
     CHECK(holds(output, scene.expected(scene.lens)));
     const std::vector<std::pair<Arguments, std::function<void(Lens&)>>> changes{
         {{"--focus", "7"}, [](Lens& l) { l.focus = 7; }},
         {{"--focus-at", "20,7"}, [&](Lens& l) { l.focus = depth_at(scene.stored, 20, 7); }},
-        {{"--f-stop", "5.6"}, [](Lens& l) { l.f_number = 5.6; }},
+        {{"--f-stop", "5.6"}, [](Lens& l) { l.f_stop = 5.6; }},
         {{"--focal-length-mm", "85"}, [](Lens& l) { l.focal_length_mm = 85; }},
-        {{"--sensor-mm", "24"}, [](Lens& l) { l.sensor_width_mm = 24; }},
+        {{"--sensor-mm", "24"}, [](Lens& l) { l.sensor_mm = 24; }},
     };
     for (const auto& [arguments, change] : changes) {
         INFO(arguments[0]);
@@ -185,7 +184,7 @@ TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
         Arguments all = orthographic_scene.arguments(output, {"--focus", "3", "--f-stop", "2"});
         all.insert(all.end(), lens.begin(), lens.end());
         check_refused(run(all), 2,
-                      "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: orthographic");
+                      "--focal-length-mm: missing, and " + file + " has no \"focal_length_mm\"; give it: orthographic");
     }
     // An orthographic camera has no lens at a finite depth, so the focus may be nearer than the focal length.
     check_done(run(orthographic_scene.arguments(
@@ -229,12 +228,12 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
         {{"--circle", "1,-2"}, "K,G"},
         {{"--circle", "1,inf"}, "K,G"},
         {{"--circle", "1,2", "--f-stop", "2"}, "--circle"},
-        {{"--sharp", "-1"}, "--sharp: '-1'"},
-        {{"--transition", "nan"}, "--transition: 'nan'"},
+        {{"--sharp-px", "-1"}, "--sharp-px: '-1'"},
+        {{"--transition-px", "nan"}, "--transition-px: 'nan'"},
         {{"--max-coc-px", "0"}, "--max-coc-px: '0'"},
         {{"--sky", "black"}, "blur, sharp or exclude"},
         {{"--mask", "all"}, "coc, near, focus or far"},
-        {{"--transitoin", "1"}, "did you mean --transition?"},
+        {{"--transitoin-px", "1"}, "did you mean --transition-px?"},
         {{"--f-stop", "2", "--f-stop", "4"}, "--f-stop: is given more than once"},
         {{"--f-stop", "2", "--focus", "3"}, "--focal-length-mm: missing"},
         {{"--f-stop", "2", "--sensor-mm", "36"}, "--focus: missing"},
@@ -248,7 +247,7 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
     for (const std::string extension : {".png", ".tif", ".pfm"})
         check_refused(run(scene.with_lens(scene.folder / ("out/masks" + extension))), 2, "--mask coc|near|focus|far");
     check_refused(run(scene.with_lens(scene.folder / "out/masks.ply", {"--mask", "near"})), 2, ".ply");
-    camera_file(scene.folder, R"(, "lens_mm": 50, "f_stop": -2, "focus_distance": 3)");
+    camera_file(scene.folder, R"(, "focal_length_mm": 50, "f_stop": -2, "focus": 3)");
     check_refused(run(scene.arguments(output)), 2, "\"f_stop\" is -2");
     CHECK(scene.folder.results().empty());
 }
@@ -272,21 +271,22 @@ TEST_CASE("dof-masks program: the near field and tiles go into files of their ow
     DofMasksOptions options;
     options.max_near_coc = options.near_alpha = options.disocclusion = options.mixed_pixels = true;
     options.tile_px = 5;
+    options.tile_min_coc = options.tile_max_coc = true;
     const DofMasks truth = dof_masks(scene.stored, circle_of_confusion(scene.lens, scene.stored.camera), options);
     const auto file = [&](const std::string& name) { return scene.folder / ("out/" + name); };
-    check_done(run(
-        scene.with_lens(file("masks.exr"), {"--disocclusion", file("hidden.exr"), "--near-alpha", file("coverage.tif"),
-                                            "--max-near-coc", file("reach.pfm"), "--mixed-pixels", file("mixed.exr"),
-                                            "--tiles", file("tiles.exr"), "--tile", "5"})));
+    check_done(run(scene.with_lens(
+        file("masks.exr"), {"--disocclusion", file("hidden.exr"), "--near-alpha", file("coverage.tif"),
+                            "--max-near-coc", file("reach.pfm"), "--mixed-pixels", file("mixed.exr"), "--tile-min-coc",
+                            file("least.exr"), "--tile-max-coc", file("greatest.tif"), "--tile-px", "5"})));
     CHECK(holds(file("masks.exr"), scene.expected(scene.lens)));
     CHECK(same(channel(file("reach.pfm")), to_mat(truth.max_near_coc)));
     CHECK(same(channel(file("coverage.tif")), to_mat(truth.near_alpha)));
     CHECK(same(channel(file("hidden.exr"), "disocclusion"), to_mat(truth.disocclusion)));
     CHECK(same(channel(file("mixed.exr"), "mixed"), to_mat(truth.mixed_pixels)));
     CHECK(cv::countNonZero(to_mat(truth.mixed_pixels)) > 0);
-    CHECK(same(channel(file("tiles.exr"), "min"), to_mat(truth.tile_min_coc)));
-    CHECK(same(channel(file("tiles.exr"), "max"), to_mat(truth.tile_max_coc)));
-    CHECK(channel(file("tiles.exr"), "min").size() == cv::Size(10, 7));
+    CHECK(same(channel(file("least.exr"), "min"), to_mat(truth.tile_min_coc)));
+    CHECK(same(channel(file("greatest.tif")), to_mat(truth.tile_max_coc)));
+    CHECK(channel(file("least.exr"), "min").size() == cv::Size(10, 7));
     CHECK(cv::countNonZero(to_mat(truth.disocclusion)) > 10);
 
     check_done(run(scene.with_lens(file("near.png"), {"--mask", "near", "--near-alpha", file("coverage.png")})));
@@ -294,9 +294,10 @@ TEST_CASE("dof-masks program: the near field and tiles go into files of their ow
           std::lround(to_mat(truth.near_alpha).at<float>(7, 3) * 65535.0));
 
     const std::string other = file("other.exr");
-    check_refused(run(scene.with_lens(other, {"--tile", "5"})), 2, "--tile");
-    check_refused(run(scene.with_lens(other, {"--tiles", file("t.exr"), "--tile", "0"})), 2, "--tile: '0'");
-    check_refused(run(scene.with_lens(other, {"--tiles", file("t.tif")})), 2, ".tif");
+    check_refused(run(scene.with_lens(other, {"--tile-px", "5"})), 2, "--tile-px");
+    check_refused(run(scene.with_lens(other, {"--tile-min-coc", file("t.exr"), "--tile-px", "0"})), 2,
+                  "--tile-px: '0'");
+    check_refused(run(scene.with_lens(other, {"--tile-max-coc", file("t.png")})), 2, ".png");
     check_refused(run(scene.with_lens(other, {"--max-near-coc", file("t.png")})), 2, ".png");
     check_refused(run(scene.with_lens(other, {"--near-alpha", other})), 2, "--near-alpha");
     CHECK(!fs::exists(other));
@@ -308,6 +309,6 @@ TEST_CASE("dof-masks program: --help has examples, every option and the exit cod
     for (const char* text :
          {"Usage: fathom dof-masks DEPTH", "Example:\n  fathom dof-masks ", "Exit codes:", "--focus S|inf",
           "--focus-at X,Y", "--focus-along X,Y,D", "--f-stop N|inf", "--mm-per-unit M", "--circle K,G",
-          "--sky blur|sharp|exclude", "--mask coc|near|focus|far", "--tile PX"})
+          "--sky blur|sharp|exclude", "--mask coc|near|focus|far", "--tile-px PX"})
         CHECK(outcome.out.find(text) != std::string::npos);
 }

@@ -45,7 +45,7 @@ TEST_CASE("fog program: writes what the library computes, red in R") {
         const Scene scene(channels);
         const std::string out = scene.folder / "out/foggy.exr";
         check_done(run(scene.arguments(out, {"--density", "0.4", "--fog-color", "1,0.5,0"})));
-        CHECK(same(read_color(out), scene.expected({.density = 0.4, .color = {1, 0.5, 0}})));
+        CHECK(same(read_color(out), scene.expected({.density = 0.4, .fog_color = {1, 0.5, 0}})));
         check_done(run(scene.arguments(out, {"--density", "1e6", "--fog-color", "1,0.5,0"})));
         const cv::Mat red = channel(out, "R"), green = channel(out, "G"), blue = channel(out, "B");
         if (channels == 3) {

@@ -59,7 +59,7 @@ TEST_CASE("max-error program: what is chosen is what the library takes, and --ex
     }
     check_done(run(asked(room, "ssao", {"--max-error", "180"})));
     SsaoOptions options;
-    options.max_error = anything;
+    options.sampling = MaxError{anything};
     CHECK(same(channel(room.folder / "out/result.exr", "AO"), to_mat(ssao(room.stored, 0.8, options).visibility)));
 }
 

@@ -80,25 +80,25 @@ TEST_CASE("ssao program: every option reaches the library") {
         std::function<void(SsaoCall&)> change;
     };
     const std::vector<Case> cases{
-        {{"--quality", "fast"}, [](SsaoCall& o) { o.quality = Quality::fast; }},
-        {{"--quality", "accurate"}, [](SsaoCall& o) { o.quality = Quality::accurate; }},
+        {{"--quality", "fast"}, [](SsaoCall& o) { sampling_of(o).quality = Quality::fast; }},
+        {{"--quality", "accurate"}, [](SsaoCall& o) { sampling_of(o).quality = Quality::accurate; }},
         {{"--half-resolution", "--quality", "fast"},
          [](SsaoCall& o) {
-             o.half_resolution = true;
-             o.quality = Quality::fast;
+             sampling_of(o).half_resolution = true;
+             sampling_of(o).quality = Quality::fast;
          }},
         {{"--full-resolution", "--quality", "fast"},
          [](SsaoCall& o) {
-             o.half_resolution = false;
-             o.quality = Quality::fast;
+             sampling_of(o).half_resolution = false;
+             sampling_of(o).quality = Quality::fast;
          }},
-        {{"--slices", "5"}, [](SsaoCall& o) { o.slices = 5; }},
-        {{"--samples", "3"}, [](SsaoCall& o) { o.samples = 3; }},
-        {{"--jitter", "1"}, [](SsaoCall& o) { o.jitter = 1; }},
+        {{"--slices", "5"}, [](SsaoCall& o) { sampling_of(o).slices = 5; }},
+        {{"--samples", "3"}, [](SsaoCall& o) { sampling_of(o).samples = 3; }},
+        {{"--jitter", "1"}, [](SsaoCall& o) { sampling_of(o).jitter = 1; }},
         {{"--thickness", "0.05"}, [](SsaoCall& o) { o.thickness = 0.05; }},
         {{"--thickness", "inf"}, [](SsaoCall& o) { o.thickness = infinity; }},
-        {{"--thickness", "silhouette"}, [](SsaoCall& o) { o.thickness_from_silhouette = true; }},
-        {{"--thickness-map", map}, [&](SsaoCall& o) { o.thickness_map = to_device(device, thickness); }},
+        {{"--thickness", "silhouette"}, [](SsaoCall& o) { o.thickness = Silhouette{}; }},
+        {{"--thickness-map", map}, [&](SsaoCall& o) { o.thickness = to_device(device, thickness); }},
         {{"--normals", view_file}, [&](SsaoCall& o) { o.normals = to_device(device, view_normals); }},
         {{"--normals", world_file, "--normals-space", "world"},
          [&](SsaoCall& o) {

@@ -937,7 +937,7 @@ TEST_CASE("dof: a pinhole changes no bit, and neither do circles up to a pixel",
     const Image color =
         Image::from_host(device, Element::f32, picture.color.data(), {picture.width, picture.height, 3});
     const CircleOfConfusion pinhole = circle_of_confusion(
-        {.f_number = std::numeric_limits<double>::infinity(), .focus = 2, .focal_length_mm = 50, .sensor_width_mm = 36},
+        {.f_stop = std::numeric_limits<double>::infinity(), .focus = 2, .focal_length_mm = 50, .sensor_mm = 36},
         camera);
     CHECK(same_bits(floats(dof({depth, camera}, color, pinhole)), picture.color));
 
@@ -1116,7 +1116,7 @@ TEST_CASE("dof: focus near, at infinity and behind everything", "[dof]") {
         picture.depth[i] = 0.5f + static_cast<float>(i % 80) / 20;
     for (const double focus : {0.2, 0.5, 2.0, 30.0, std::numeric_limits<double>::infinity()}) {
         const CircleOfConfusion circle =
-            circle_of_confusion({.f_number = 2, .focus = focus, .focal_length_mm = 50, .sensor_width_mm = 36}, camera);
+            circle_of_confusion({.f_stop = 2, .focus = focus, .focal_length_mm = 50, .sensor_mm = 36}, camera);
         const auto got = blurred(picture, circle);
         INFO("focus " << focus);
         for (std::size_t i = 0; i < got.size(); ++i)

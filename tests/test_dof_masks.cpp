@@ -77,8 +77,8 @@ constexpr double widths[] = {20.3, 16.001, 31.999, 0.00391, 511.7};
 
 Quad exact_circle(const CircleOfConfusion& circle, Quad z) {
     if (circle.telecentric)
-        return circle.g * z - circle.k;
-    return isinfq(z) ? Quad(circle.k) : circle.k - circle.g / (z - Quad(circle.lens_depth));
+        return Quad(circle.g) * z - Quad(circle.k);
+    return isinfq(z) ? Quad(circle.k) : Quad(circle.k) - Quad(circle.g) / (z - Quad(circle.lens_depth));
 }
 
 struct Found {
@@ -127,10 +127,11 @@ std::string judge(const Subject& subject, const oracle::Truth& truth, const Dept
         return in_front ? fault("the exact depth is " + oracle::text_of(z)) : std::string();
     if (!circle.telecentric && !truth.in_front(z + slack_z))
         return fault("the exact depth, " + oracle::text_of(z) + ", is not in front of the camera");
-    const Quad exact = exact_circle(circle, z), k = circle.k;
+    const Quad exact = exact_circle(circle, z), k = Quad(circle.k);
     if (oracle::is_lost(exact))
         return {};
-    const Quad terms = k + fabsq(circle.telecentric ? circle.g * z : k - exact); // k and g z, or g/(z − lens_depth)
+    const Quad terms =
+        k + fabsq(circle.telecentric ? Quad(circle.g) * z : k - exact); // k and g z, or g/(z − lens_depth)
     const double unit = oracle::ulp(fabsq(exact) > k ? exact : k);
     const auto slack = isinfq(z) ? 0.0 : static_cast<double>(epsilon * condition * terms / unit);
     const double off = std::isinf(got) && fabsq(exact) > Quad(3.4e38) && (got < 0) == (exact < 0)
@@ -149,8 +150,8 @@ std::string judge(const Subject& subject, const oracle::Truth& truth, const Dept
     return fault(message.str());
 }
 
-std::vector<float> circles(const StoredDepth& stored, const CircleOfConfusion& coc, DofMasksOptions options = {}) {
-    options.weights = false;
+std::vector<float> circles(const StoredDepth& stored, const CircleOfConfusion& coc,
+                           const DofMasksOptions& options = {}) {
     return images::floats(dof_masks(stored, coc, options).coc);
 }
 
@@ -351,10 +352,15 @@ Planes download(const DofMasks& masks) {
     return {floats(masks.coc), floats(masks.near_weight), floats(masks.focus_weight), floats(masks.far_weight)};
 }
 
+Planes all_weights(const StoredDepth& stored, const CircleOfConfusion& coc, DofMasksOptions options = {}) {
+    options.near_weight = options.focus_weight = options.far_weight = true;
+    return download(dof_masks(stored, coc, options));
+}
+
 Planes masks_of(std::vector<float>& values, const Camera& camera, const CircleOfConfusion& coc,
                 const DofMasksOptions& options = {}) {
     const Layout layout{camera.width, camera.height};
-    return download(dof_masks({Image::from_host(cpu(), Element::f32, values.data(), layout), camera}, coc, options));
+    return all_weights({Image::from_host(cpu(), Element::f32, values.data(), layout), camera}, coc, options);
 }
 
 std::string message_of(const CircleOfConfusion& coc, const DofMasksOptions& options, const Camera& camera) {
@@ -383,10 +389,10 @@ TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[do
             std::vector<float> values(35, std::bit_cast<float>(*form.background));
             const StoredDepth stored{Image::from_host(oracle::device(arithmetic), Element::f32, values.data(), {35, 1}),
                                      subject.camera};
-            const Planes blur = download(dof_masks(stored, circle));
-            const Planes sharp = download(dof_masks(stored, circle, {.sky = Sky::sharp}));
-            const Planes none = download(dof_masks(stored, circle, {.sky = Sky::exclude}));
-            const Planes clamped = download(dof_masks(stored, circle, {.max_coc_px = 8}));
+            const Planes blur = all_weights(stored, circle);
+            const Planes sharp = all_weights(stored, circle, {.sky = Sky::sharp});
+            const Planes none = all_weights(stored, circle, {.sky = Sky::exclude});
+            const Planes clamped = all_weights(stored, circle, {.max_coc_px = 8});
             for (std::size_t i = 0; i < values.size(); ++i) {
                 REQUIRE(blur.circle[i] == 20.3f);
                 REQUIRE((blur.near[i] == 0 && blur.focus[i] == 0 && blur.far[i] == 1));
@@ -503,7 +509,7 @@ TEST_CASE("dof_masks: one scene through other cameras has one map", "[dof_masks]
         {"off-centre oblique", with_oblique_near_plane(perspective(crop, {0.1, 100}), {-0.1, 0.3, -1, -0.5}), 12, 12,
          32, 20},
     };
-    const Lens lens{.f_number = 2, .focus = 9, .focal_length_mm = 50, .mm_per_unit = 30};
+    const Lens lens{.f_stop = 2, .focus = 9, .focal_length_mm = 50, .mm_per_unit = 30};
     double first_k = 0;
     for (const Other& other : others) {
         Camera camera;
@@ -556,8 +562,7 @@ TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thous
         camera.width = width;
         camera.height = height;
         const double a = 0.16 / width, b = 0.05 / height, one = 0.03, focus = 8.3; // 1/z = a x + b y + one
-        const CircleOfConfusion circle =
-            circle_of_confusion({.f_number = 1.4, .focus = focus, .sensor_width_mm = 36}, camera);
+        const CircleOfConfusion circle = circle_of_confusion({.f_stop = 1.4, .focus = focus, .sensor_mm = 36}, camera);
         std::vector<float> values;
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
@@ -619,7 +624,7 @@ TEST_CASE("dof_masks: same bits for every vector width, group size and region, o
                     const Device& device = place->second;
                     const StoredDepth stored{Image::from_host(device, Element::f32, values.data(), {width, height}),
                                              subject.camera};
-                    const Planes got = download(dof_masks(stored, coc, options));
+                    const Planes got = all_weights(stored, coc, options);
                     if (first.circle.empty())
                         first = got;
                     INFO(subject.name << ", " << width << " x " << height << ", vector width " << vector_width);
@@ -653,7 +658,7 @@ TEST_CASE("dof_masks: large results, which are written past the cache, have the 
     const Planes all = masks_of(values, camera, coc);
     const StoredDepth stored{Image::from_host(cpu(), Element::f32, values.data(), {width, height}), camera};
     for (const int x : {0, 1021}) {
-        const Planes part = download(dof_masks(stored.region(x, 100, 1003, 57), coc));
+        const Planes part = all_weights(stored.region(x, 100, 1003, 57), coc);
         for (int y = 0; y < 57; ++y) {
             const auto here = static_cast<std::size_t>(y) * 1003,
                        there = static_cast<std::size_t>(100 + y) * width + static_cast<std::size_t>(x);
@@ -662,6 +667,32 @@ TEST_CASE("dof_masks: large results, which are written past the cache, have the 
             REQUIRE(std::memcmp(&part.focus[here], &all.focus[there], 4 * 1003) == 0);
             REQUIRE(std::memcmp(&part.far[here], &all.far[there], 4 * 1003) == 0);
         }
+    }
+}
+
+TEST_CASE("dof_masks: some weights have the bits that they have beside the others", "[dof_masks]") {
+    const Camera camera = window_camera(61, 23);
+    std::vector<float> values(61 * 23);
+    std::mt19937 random(4);
+    for (float& value : values)
+        value = static_cast<float>(random() >> 8) * 0x1p-24f;
+    const CircleOfConfusion circle{20, 140, 0, false};
+    const Device device = Device::open("cpu", {.memory_budget = 61 * 4 * 5}); // in bands
+    const StoredDepth stored{Image::from_host(device, Element::f32, values.data(), {61, 23}), camera};
+    const Planes all = masks_of(values, camera, circle);
+    const auto same = [](const Image& image, const std::vector<float>& expected) {
+        const std::vector<float> got = images::floats(image);
+        return std::memcmp(got.data(), expected.data(), 4 * expected.size()) == 0;
+    };
+    for (int asked = 1; asked < 7; ++asked) {
+        const DofMasks got = dof_masks(
+            stored, circle,
+            {.near_weight = (asked & 1) != 0, .focus_weight = (asked & 2) != 0, .far_weight = (asked & 4) != 0});
+        INFO("weights " << asked);
+        CHECK(same(got.coc, all.circle));
+        CHECK(((asked & 1) != 0 ? same(got.near_weight, all.near) : !got.near_weight));
+        CHECK(((asked & 2) != 0 ? same(got.focus_weight, all.focus) : !got.focus_weight));
+        CHECK(((asked & 4) != 0 ? same(got.far_weight, all.far) : !got.far_weight));
     }
 }
 

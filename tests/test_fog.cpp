@@ -160,7 +160,7 @@ double worst_error(const View& view, const FogOptions& fog, int channels, std::u
             channels == 4 && fog.alpha == FogAlpha::premultiplied ? static_cast<double>(given.color[first + 3]) : 1;
         for (std::size_t c = 0; c < 3; ++c) {
             const auto own = static_cast<double>(given.color[first + c]);
-            const double of_fog = static_cast<double>(static_cast<float>(fog.color[c])) * alpha;
+            const double of_fog = static_cast<double>(static_cast<float>(fog.fog_color[c])) * alpha;
             const double expected = own * (1 - share) + of_fog * share;
             const double off = std::abs(static_cast<double>(result[first + c]) - expected);
             worst = std::max(worst, off / std::max(std::abs(own), std::abs(of_fog)) * 0x1p24);
@@ -246,7 +246,7 @@ TEST_CASE("fog: a device without double has the same accuracy", "[fog]") {
 }
 
 TEST_CASE("fog: the opacity ends, and a straight alpha does not weigh the fog", "[fog]") {
-    FogOptions fog{.density = 0.2, .max_opacity = 0.6, .color = {2, 0.1, 0}};
+    FogOptions fog{.density = 0.2, .max_opacity = 0.6, .fog_color = {2, 0.1, 0}};
     const View view = view_of(true, 35, 13, view_matrix(2, 0.2, 0));
     check_error("opacity of 0.6", worst_error(view, fog, 3));
     fog.alpha = FogAlpha::straight;
@@ -260,7 +260,7 @@ TEST_CASE("fog: the sky is hidden, left alone, or seen through what fog lies abo
     const auto red = [&](const FogOptions& fog, std::size_t row) {
         return fogged(device(), given, view, 3, fog)[15 * row];
     };
-    FogOptions uniform{.density = 1e-6, .color = {0.25, 0, 0}};
+    FogOptions uniform{.density = 1e-6, .fog_color = {0.25, 0, 0}};
     CHECK(red(uniform, 0) == 0.25f);
     CHECK(red(uniform, 3) == 0.25f);
     uniform.sky = FogSky::keep;
@@ -269,7 +269,7 @@ TEST_CASE("fog: the sky is hidden, left alone, or seen through what fog lies abo
     uniform.density = 0;
     CHECK(red(uniform, 0) == given.color[0]);
     FogOptions thin = height_fog(0.01, 0.5);
-    thin.color = {0.25, 0, 0};
+    thin.fog_color = {0.25, 0, 0};
     CHECK(red(thin, 3) == 0.25f);
     CHECK(red(thin, 0) != 0.25f);
     check_error("sky", worst_error(view, thin, 3));
@@ -343,7 +343,7 @@ TEST_CASE("fog: pictures of halves and of integers are those of floats, rounded"
         const std::vector<std::uint16_t> zeros(values);
         const Image color = Image::from_host(device(), element, zeros.data(), {width, height, 4});
         const Image result = fathom::fog(stored_of(device(), given.depth, view.camera), color,
-                                         {.density = 1e9, .color = {1, 1, 1}, .alpha = FogAlpha::straight});
+                                         {.density = 1e9, .fog_color = {1, 1, 1}, .alpha = FogAlpha::straight});
         std::vector<std::uint16_t> got(values);
         result.download(got.data());
         CHECK(got[0] == (element == Element::f16 ? 0x3c00 : 0xffff));
@@ -368,7 +368,7 @@ TEST_CASE("fog: options out of range and images that do not fit are refused by n
     refused({.density = NAN}, "density = ");
     refused({.density = 0, .max_opacity = 1.5}, "max_opacity = 1.5");
     refused({.density = 0, .start = -2}, "start = -2");
-    refused({.density = 0, .color = {1, NAN, 1}}, "colour");
+    refused({.density = 0, .fog_color = {1, NAN, 1}}, "fog_color");
     refused({.density = 0, .height_falloff = -0.5}, "height_falloff = -0.5");
     refused({.density = 0, .height_falloff = 1, .up = {0, 0, 0}}, "up = ");
     view.camera.view.reset();

@@ -192,7 +192,9 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of o
     constexpr double long_radius = 0.8; // 50 pixels and more: `fast` has blocks at half resolution
     const int rays = pixels_of(radius) + 16, long_rays = pixels_of(long_radius) + 16;
     const auto visibility = [](const StoredDepth& depth, std::optional<bool> half) {
-        return std::vector{ssao(depth, long_radius, {.quality = Quality::fast, .half_resolution = half}).visibility};
+        return std::vector{
+            ssao(depth, long_radius, {.sampling = Sampling{.quality = Quality::fast, .half_resolution = half}})
+                .visibility};
     };
     const auto of_inputs = [&](std::optional<bool> half) {
         return results(Device::open("cpu"), Inputs(),
@@ -206,7 +208,8 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of o
         {"ssao", rays, rays,
          [](const StoredDepth& depth, const Image&) {
              const Occlusion all =
-                 ssao(depth, radius, {.half_resolution = false, .bent_normal = true, .confidence = true});
+                 ssao(depth, radius,
+                      {.sampling = Sampling{.half_resolution = false}, .bent_normal = true, .confidence = true});
              return std::vector{all.visibility, all.bent_normal, all.confidence};
          }},
         {"ssao in half resolution where it is worth it", std::max(ssao_block_halo, long_rays),
@@ -218,13 +221,19 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of o
          rays + normals_reach_neighbours, [](const StoredDepth& depth, const Image&) {
              const Image given = normals(depth, {.method = NormalMethod::neighbours}), z = linearize(depth).image;
              return std::vector{
-                 ssao(depth, radius, {.back_depth = depth, .half_resolution = false, .normals = given}).visibility,
-                 ssao(depth, radius, {.thickness_map = z, .half_resolution = false, .normals = given}).visibility};
+                 ssao(depth, radius,
+                      {.sampling = Sampling{.half_resolution = false}, .thickness = depth, .normals = given})
+                     .visibility,
+                 ssao(depth, radius, {.sampling = Sampling{.half_resolution = false}, .thickness = z, .normals = given})
+                     .visibility};
          }}};
     // The masks of discs, and the means along an axis that tell mixed pixels.
     subjects.push_back({"dof_masks", circle + tile, circle + tile, [=](const StoredDepth& depth, const Image&) {
                             const DofMasks all = dof_masks(depth, lens,
                                                            {.max_coc_px = lens_px,
+                                                            .near_weight = true,
+                                                            .focus_weight = true,
+                                                            .far_weight = true,
                                                             .max_near_coc = true,
                                                             .near_alpha = true,
                                                             .disocclusion = true,

@@ -191,7 +191,7 @@ std::vector<Operation> operations(Element color) {
          {{f32, 1}},
          [](const Inputs& in, const std::vector<Image>& out) {
              ssao(in.depth, {.visibility = out[0], .bent_normal = {}, .confidence = {}}, 0.5,
-                  {.half_resolution = true});
+                  {.sampling = Sampling{.half_resolution = true}});
          }},
         {"dof_masks",
          {{f32, 1}, {f32, 1}, {f32, 1}, {f32, 1}, {f32, 1}, {f32, 1}, {f32, 1}, {f32, 1}},
@@ -205,7 +205,14 @@ std::vector<Operation> operations(Element color) {
                         .near_alpha = out[5],
                         .disocclusion = out[6],
                         .mixed_pixels = out[7]},
-                       lens, {.max_near_coc = true, .near_alpha = true, .disocclusion = true, .mixed_pixels = true});
+                       lens,
+                       {.near_weight = true,
+                        .focus_weight = true,
+                        .far_weight = true,
+                        .max_near_coc = true,
+                        .near_alpha = true,
+                        .disocclusion = true,
+                        .mixed_pixels = true});
          }},
         {"dof",
          {{color, 3}},

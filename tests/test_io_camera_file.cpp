@@ -50,7 +50,7 @@ TEST_CASE("camera file: defaults", "[io]") {
     CHECK_FALSE(file.camera.background);
     CHECK_FALSE(file.camera.view);
     CHECK_FALSE(file.packing);
-    CHECK_FALSE(file.lens.lens_mm);
+    CHECK_FALSE(file.lens.focal_length_mm);
 }
 
 TEST_CASE("camera file: every key arrives", "[io]") {
@@ -59,7 +59,7 @@ TEST_CASE("camera file: every key arrives", "[io]") {
         "view_axes": "opengl", "depth_range": [1, 0], "encoding": "logarithmic", "near": 0.25, "far": 50, "median": 3,
         "log_c": 2, "packing": "rgb-high-first", "depth_bits": 24, "background": 7,
         "view": [[0, 1, 0, 1], [-1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]],
-        "lens_mm": 35, "sensor_mm": 36, "f_stop": 2.8, "focus_distance": 5, "ao_distance": 1)");
+        "focal_length_mm": 35, "sensor_mm": 36, "f_stop": 2.8, "focus": 5, "ao_distance": 1)");
     const auto& c = file.camera;
     CHECK((c.width == 640 && c.height == 480));
     CHECK(c.rows == Rows::bottom_up);
@@ -72,8 +72,8 @@ TEST_CASE("camera file: every key arrives", "[io]") {
     CHECK(c.background == 7);
     REQUIRE(c.view);
     CHECK(((*c.view)(0, 3) == 1 && (*c.view)(1, 0) == -1 && (*c.view)(2, 3) == 3));
-    CHECK((file.lens.lens_mm == 35 && file.lens.sensor_mm == 36 && file.lens.f_stop == 2.8));
-    CHECK((file.lens.focus_distance == 5 && file.lens.ao_distance == 1));
+    CHECK((file.lens.focal_length_mm == 35 && file.lens.sensor_mm == 36 && file.lens.f_stop == 2.8));
+    CHECK((file.lens.focus == 5 && file.lens.ao_distance == 1));
     CHECK(camera(opengl_matrix + R"(, "background": "infinity")").camera.background == infinity);
     CHECK(camera(opengl_matrix + R"(, "encoding": "view-z", "scale": 0.001)").camera.scale == 0.001);
     const auto none = camera(opengl_matrix + R"(, "width": 4, "height": 4, "background": "none")").camera;

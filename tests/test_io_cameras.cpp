@@ -92,7 +92,7 @@ ImportedCamera reread(const TempFolder& folder, ImportedCamera imported, int wid
     CHECK(again.preset == imported.preset);
     CHECK(again.packing == imported.packing);
     CHECK(again.lens.f_stop == imported.lens.f_stop);
-    CHECK(again.lens.focus_distance == imported.lens.focus_distance);
+    CHECK(again.lens.focus == imported.lens.focus);
     return imported;
 }
 
@@ -186,21 +186,22 @@ TEST_CASE("camera file: a lens and its sensor are a projection where no other is
     };
     const auto truth =
         projection(R"("intrinsics": {"fx": 1333.3333333333333, "fy": 1333.3333333333333, "cx": 480, "cy": 270})");
-    CHECK(same(projection(R"("lens_mm": 50, "sensor_mm": 36)"), truth));
-    CHECK(same(projection(R"("width": 960, "height": 540, "lens_mm": 50, "sensor_mm": 36)"), truth));
-    CHECK(same(projection(R"("lens_mm": 50, "sensor_mm": 36, "sensor_height_mm": 20.25)"), truth));
-    CHECK_FALSE(same(projection(R"("lens_mm": 50, "sensor_mm": 36, "sensor_height_mm": 24)"), truth));
-    CHECK_FALSE(same(projection(R"("lens_mm": 50, "sensor_mm": 36, "perspective": {"fov_x_deg": 60})"), truth));
+    CHECK(same(projection(R"("focal_length_mm": 50, "sensor_mm": 36)"), truth));
+    CHECK(same(projection(R"("width": 960, "height": 540, "focal_length_mm": 50, "sensor_mm": 36)"), truth));
+    CHECK(same(projection(R"("focal_length_mm": 50, "sensor_mm": 36, "sensor_height_mm": 20.25)"), truth));
+    CHECK_FALSE(same(projection(R"("focal_length_mm": 50, "sensor_mm": 36, "sensor_height_mm": 24)"), truth));
+    CHECK_FALSE(same(projection(R"("focal_length_mm": 50, "sensor_mm": 36, "perspective": {"fov_x_deg": 60})"), truth));
     const CameraFile file = read_camera(folder / "lens.json");
-    CHECK(file.lens.lens_mm == 50.0);
+    CHECK(file.lens.focal_length_mm == 50.0);
     CHECK(file.lens.sensor_mm == 36.0);
-    CHECK(camera_for(preset_camera("blender:lens_mm=50,sensor_mm=36"), 960, 540).projection.is_perspective());
-    check_says(refusal([&] { projection(R"("lens_mm": 0, "sensor_mm": 36)"); }), {"\"lens_mm\": 0", "positive"});
-    check_says(refusal([&] { projection(R"("lens_mm": 50)"); }), {"has no projection"});
+    CHECK(preset_camera("blender:focal_length_mm=50,sensor_mm=36", 960, 540).projection.is_perspective());
+    check_says(refusal([&] { projection(R"("focal_length_mm": 0, "sensor_mm": 36)"); }),
+               {"\"focal_length_mm\": 0", "positive"});
+    check_says(refusal([&] { projection(R"("focal_length_mm": 50)"); }), {"has no projection"});
 }
 
 TEST_CASE("cameras: keys alone are a description, too", "[io][cameras]") {
-    const CameraFile file = preset_camera("encoding=view-z,scale=0.001,missing=0,fov_x_deg=60");
+    const CameraFile file = preset_file("encoding=view-z,scale=0.001,missing=0,fov_x_deg=60");
     CHECK(file.preset.empty());
     CHECK(file.camera.encoding == Encoding::view_z);
     CHECK(file.camera.scale == 0.001);
@@ -883,7 +884,7 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
             const ImportedCamera made = reread(folder, import_camera(file), 64, 48);
             check_sees(camera_for(made, 64, 48), world.points(pixel, -1), floats);
             CHECK(made.lens.f_stop == 4.0);
-            CHECK(made.lens.focus_distance == 7.0);
+            CHECK(made.lens.focus == 7.0);
         }
     }
 
@@ -920,8 +921,8 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
         header.insert("sensorOverallDimensions", Imf::V2fAttribute({36, 27}));
     }));
     CHECK(lens.lens.f_stop == static_cast<double>(2.8f));
-    CHECK(lens.lens.focus_distance == 3.5);
-    CHECK(lens.lens.lens_mm == 50.0);
+    CHECK(lens.lens.focus == 3.5);
+    CHECK(lens.lens.focal_length_mm == 50.0);
     CHECK(lens.lens.sensor_mm == 36.0);
 }
 

@@ -109,11 +109,11 @@ TEST_CASE("pages: every preset with its keys in them is a camera", "[io]") {
         for (const std::string& preset : all(text_of(page), "`([a-z0-9-]+:[a-z_]+=[^`…]+)`")) {
             INFO(page.native() << ": " << preset);
             if (preset.find("scale=") == std::string::npos) // which stands for what a text says about it alone
-                CHECK_NOTHROW(preset_camera(preset));
+                CHECK_NOTHROW(preset_file(preset));
             ++count;
         }
         for (const std::string& preset : all(text_of(page), "--preset ([a-z0-9-]+:[a-z_]+=[^ `]+)"))
-            CHECK_NOTHROW(preset_camera(preset));
+            CHECK_NOTHROW(preset_file(preset));
     }
     CHECK(count >= 8);
 }

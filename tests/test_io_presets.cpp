@@ -58,7 +58,7 @@ cv::Mat as(int type, const std::vector<Pixel>& pixels) {
 /// A file's depth as the preset decodes it, one float a pixel.
 std::vector<float> decoded(const std::string& preset, const std::filesystem::path& path) {
     static const Device device = Device::open("cpu");
-    const CameraFile file = preset_camera(preset);
+    const CameraFile file = preset_file(preset);
     const DepthFile depth = read_depth(path, {.packing = file.packing});
     const Camera camera = camera_for(file, depth.values.cols, depth.values.rows);
     const cv::Mat z = to_mat(linearize({to_device(device, depth.values), camera, depth.storage}).image);
@@ -214,7 +214,7 @@ const std::map<std::string, std::function<void()>>& truths() {
         {"mujoco-raw",
          [] {
              check_floats("mujoco-raw:near=0.5,far=50,fov_y_deg=45", {{0.5, window(0.5, 0.5, 50)}, {1, nothing}});
-             CHECK(preset_camera("mujoco-raw:near=0.5,far=50,fov_y_deg=45").camera.rows == Rows::bottom_up);
+             CHECK(preset_file("mujoco-raw:near=0.5,far=50,fov_y_deg=45").camera.rows == Rows::bottom_up);
          }},
         {"nuke-depth",
          [] {
@@ -324,7 +324,7 @@ TEST_CASE("presets: a grey picture of depth is no packed depth", "[presets]") {
 }
 
 TEST_CASE("presets: as text", "[presets]") {
-    const auto refused = [](const std::string& text) { return refusal([&] { preset_camera(text); }); };
+    const auto refused = [](const std::string& text) { return refusal([&] { preset_file(text); }); };
     check_says(refused("carla:fov_x_deg"), {"preset carla:fov_x_deg", "no key and value", "key=value"});
     check_says(refused("carla:=90"), {"no key and value"});
     check_says(refused("carla:fov_x_deg="), {"no key and value"});
@@ -338,17 +338,17 @@ TEST_CASE("presets: as text", "[presets]") {
     check_says(refused("carla\xff:fov_x_deg=90"), {"preset carla"});
     check_says(refused("kinect:fx=2,fy=2,cx=1,cy=1,scale=1e-999"), {"preset kinect"});
     check_says(refused("mujoco:near=1,far=infinity,fov_y_deg=45"), {"a finite one"});
-    CHECK(preset_camera("habitat:fov_x_deg=90,missing=0").camera.missing == 0);
+    CHECK(preset_file("habitat:fov_x_deg=90,missing=0").camera.missing == 0);
     check_says(refused("mujoco:near=1,far=inf,fov_y_deg=45"), {"far"});
-    CHECK(preset_camera("carla:fov_x_deg=90,width=800,height=600").camera.width == 800);
-    CHECK(preset_camera("isaac-ray:fov_x_deg=90,background=infinity").camera.background == INFINITY);
+    CHECK(preset_file("carla:fov_x_deg=90,width=800,height=600").camera.width == 800);
+    CHECK(preset_file("isaac-ray:fov_x_deg=90,background=infinity").camera.background == INFINITY);
 }
 
 TEST_CASE("presets: width, height and aspect come from the image", "[presets]") {
-    const Camera image = camera_for(preset_camera("carla:fov_x_deg=90"), 800, 600);
+    const Camera image = preset_camera("carla:fov_x_deg=90", 800, 600);
     CHECK(image.projection.matrix(0, 0) == Approx(1.0L).epsilon(1e-15));
     CHECK(image.projection.matrix(1, 1) == Approx(800.0L / 600).epsilon(1e-15));
-    const Camera calibrated = camera_for(preset_camera("tum:fx=500,fy=510,cx=319.5,cy=239.5"), 640, 480);
+    const Camera calibrated = preset_camera("tum:fx=500,fy=510,cx=319.5,cy=239.5", 640, 480);
     const PixelScale scale = pixel_scale(calibrated);
     CHECK((scale.x == Approx(500.0L).epsilon(1e-15) && scale.y == Approx(510.0L).epsilon(1e-15)));
 }
@@ -367,7 +367,7 @@ TEST_CASE("presets: the README names each, and no other", "[presets][pages]") {
             INFO(each->str());
             CHECK(named.insert((*each)[1]).second);
             if ((*each)[2].str().find("…") == std::string::npos) {
-                CHECK_NOTHROW(camera_for(preset_camera((*each)[1].str() + ":" + (*each)[2].str()), 640, 480));
+                CHECK_NOTHROW(preset_camera((*each)[1].str() + ":" + (*each)[2].str(), 640, 480));
                 ++complete;
             }
         }

@@ -110,12 +110,13 @@ TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of t
         const Image color = large.rgb.on(device);
         SsaoCall occlusion;
         occlusion.radius = 12 * 3 / focal_px; // 12 pixels
-        occlusion.quality = Quality::fast;
-        occlusion.half_resolution = false;
+        sampling_of(occlusion).quality = Quality::fast;
+        sampling_of(occlusion).half_resolution = false;
         const CircleOfConfusion lens{.k = 200, .g = 608}; // circles of 2.7 to -2.7 pixels
         const Image z = linearize(stored).image, positions = unproject(stored), directions = normals(stored),
                     foggy = fog(stored, color, {.density = 0.1}), blurred = dof(stored, color, lens);
-        const DofMasksOptions near_field{.max_near_coc = true, .near_alpha = true, .disocclusion = true};
+        const DofMasksOptions near_field{
+            .far_weight = true, .max_near_coc = true, .near_alpha = true, .disocclusion = true};
         const DofMasks masks = dof_masks(stored, lens, near_field);
         const Image visible = ssao(stored, occlusion).visibility;
         for (const Region& part : parts_of(width, height, std::min(width, 150), std::min(height, 37))) {
@@ -144,7 +145,7 @@ TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of t
 namespace {
 
 constexpr CircleOfConfusion near_lens{.k = 200, .g = 608}; // circles of -2.7 pixels and more, from 3 m on
-constexpr DofMasksOptions near_field{.weights = false, .near_alpha = true, .disocclusion = true};
+constexpr DofMasksOptions near_field{.near_alpha = true, .disocclusion = true};
 
 Camera metric_camera(int width, int height, double scale = 1) {
     Camera camera;

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 using namespace fathom;
 
@@ -40,9 +41,9 @@ bool same(double a, double b, double relative = rounding) {
 }
 
 // A ray through the edge of the aperture, followed to the sensor: image distances by 1/f = 1/z + 1/v.
-double on_sensor_mm(double focal, double f_number, double focus, double z) {
+double on_sensor_mm(double focal, double f_stop, double focus, double z) {
     const double sensor = 1 / (1 / focal - 1 / focus), image = 1 / (1 / focal - 1 / z);
-    return focal / f_number * (sensor - image) / image;
+    return focal / f_stop * (sensor - image) / image;
 }
 
 } // namespace
@@ -54,12 +55,9 @@ TEST_CASE("lens: circles are those of rays traced through a thin lens", "[lens]"
             for (const double unit : {1000.0, 25.4}) {
                 if (focus * unit <= focal_mm)
                     continue;
-                const CircleOfConfusion circle = circle_of_confusion({.f_number = 1.8,
-                                                                      .focus = focus,
-                                                                      .focal_length_mm = focal_mm,
-                                                                      .sensor_width_mm = 36,
-                                                                      .mm_per_unit = unit},
-                                                                     camera);
+                const CircleOfConfusion circle = circle_of_confusion(
+                    {.f_stop = 1.8, .focus = focus, .focal_length_mm = focal_mm, .sensor_mm = 36, .mm_per_unit = unit},
+                    camera);
                 for (const double z : {0.5, 0.9, 3.0, 7.0, 44.0, 1e4}) {
                     if (z * unit <= focal_mm)
                         continue;
@@ -76,15 +74,15 @@ TEST_CASE("lens: circles are those of rays traced through a thin lens", "[lens]"
 TEST_CASE("lens: what is not given comes from the projection", "[lens]") {
     const Camera camera = perspective_camera(480, 270, 0.5); // fx = 480 pixels: 36 mm on a sensor 36 mm wide
     const double focus = 7, aperture = 0.036 / 2;
-    for (const Lens& lens : {Lens{.f_number = 2, .focus = focus, .sensor_width_mm = 36},
-                             Lens{.f_number = 2, .focus = focus, .focal_length_mm = 36}}) {
+    for (const Lens& lens : {Lens{.f_stop = 2, .focus = focus, .sensor_mm = 36},
+                             Lens{.f_stop = 2, .focus = focus, .focal_length_mm = 36}}) {
         const CircleOfConfusion circle = circle_of_confusion(lens, camera);
         CHECK(same(static_cast<double>(circle.k), aperture * 480 / focus));
         CHECK(same(at(circle, 3), aperture * (480 / focus) * (1 - focus / 3)));
         CHECK(!circle.telecentric);
     }
     // Both given: they count, whatever the projection says.
-    const Lens both{.f_number = 2, .focus = focus, .focal_length_mm = 85, .sensor_width_mm = 24};
+    const Lens both{.f_stop = 2, .focus = focus, .focal_length_mm = 85, .sensor_mm = 24};
     const CircleOfConfusion wide = circle_of_confusion(both, perspective_camera(480, 270, 0.9)),
                             narrow = circle_of_confusion(both, camera);
     CHECK(wide.k == narrow.k);
@@ -119,8 +117,8 @@ TEST_CASE("lens: pixel scales are the projection's, off-centre, cropped and tilt
 
 TEST_CASE("lens: a focus at infinity keeps the circles finite", "[lens]") {
     const Camera camera = perspective_camera();
-    for (const Lens& lens : {Lens{.f_number = 2, .focus = infinity, .focal_length_mm = 50, .sensor_width_mm = 36},
-                             Lens{.f_number = 2, .focus = infinity, .sensor_width_mm = 36}}) {
+    for (const Lens& lens : {Lens{.f_stop = 2, .focus = infinity, .focal_length_mm = 50, .sensor_mm = 36},
+                             Lens{.f_stop = 2, .focus = infinity, .sensor_mm = 36}}) {
         Lens far = lens;
         far.focus = 1e9;
         const CircleOfConfusion infinite = circle_of_confusion(lens, camera), almost = circle_of_confusion(far, camera);
@@ -130,7 +128,7 @@ TEST_CASE("lens: a focus at infinity keeps the circles finite", "[lens]") {
         CHECK(at(infinite, 10) < 0);
     }
     const CircleOfConfusion orthographic_coc =
-        circle_of_confusion({.f_number = 2, .focus = infinity, .focal_length_mm = 50}, orthographic_camera());
+        circle_of_confusion({.f_stop = 2, .focus = infinity, .focal_length_mm = 50}, orthographic_camera());
     CHECK(at(orthographic_coc, 1) == at(orthographic_coc, 90));
     CHECK(at(orthographic_coc, infinity) == at(orthographic_coc, 90));
 }
@@ -138,7 +136,7 @@ TEST_CASE("lens: a focus at infinity keeps the circles finite", "[lens]") {
 TEST_CASE("lens: a pinhole has no circles", "[lens]") {
     for (const Camera& camera : {perspective_camera(), orthographic_camera()}) {
         const CircleOfConfusion circle =
-            circle_of_confusion({.f_number = infinity, .focus = 7, .focal_length_mm = 50}, camera);
+            circle_of_confusion({.f_stop = infinity, .focus = 7, .focal_length_mm = 50}, camera);
         for (const double z : {0.1, 7.0, 1e6})
             CHECK(at(circle, z) == 0);
         CHECK(!depth_with_coc(circle, 0).has_value());
@@ -147,11 +145,11 @@ TEST_CASE("lens: a pinhole has no circles", "[lens]") {
 }
 
 TEST_CASE("lens: telecentric is the limit of a far narrow perspective", "[lens]") {
-    const double focus = 9, focal_mm = 50, f_number = 0.5;
-    const CircleOfConfusion orthographic_coc = circle_of_confusion(
-        {.f_number = f_number, .focus = focus, .focal_length_mm = focal_mm}, orthographic_camera(12));
+    const double focus = 9, focal_mm = 50, f_stop = 0.5;
+    const CircleOfConfusion orthographic_coc =
+        circle_of_confusion({.f_stop = f_stop, .focus = focus, .focal_length_mm = focal_mm}, orthographic_camera(12));
     CHECK(orthographic_coc.telecentric);
-    const double scale = 40, aperture = focal_mm / 1000 / f_number;
+    const double scale = 40, aperture = focal_mm / 1000 / f_stop;
     CHECK(same(at(orthographic_coc, 12), aperture / focus * (12 - focus) * scale));
     // From `away` behind: the same width of view at the focus, and an aperture that looks as large from there.
     double last = 1;
@@ -164,7 +162,7 @@ TEST_CASE("lens: telecentric is the limit of a far narrow perspective", "[lens]"
         // A seen from the focus: A/S of the telecentric lens is A'/(S + away) of this one, f = fx/width * sensor
         const double wide_aperture = aperture / focus * (away + focus), f = 240 / half * 36 / 480 / 1000;
         const CircleOfConfusion circle = circle_of_confusion(
-            {.f_number = f / wide_aperture, .focus = away + focus, .sensor_width_mm = 36, .mm_per_unit = 1000}, camera);
+            {.f_stop = f / wide_aperture, .focus = away + focus, .sensor_mm = 36, .mm_per_unit = 1000}, camera);
         const double off = std::abs(at(circle, away + 12) - at(orthographic_coc, 12)) / at(orthographic_coc, 12);
         CHECK(off < 1.1 * (12 - focus) / away);
         CHECK(off < last);
@@ -193,13 +191,13 @@ TEST_CASE("lens: the depth of a circle is the inverse of the circle of a depth",
 
 TEST_CASE("lens: the sharp range and the hyperfocal distance are those of the textbook", "[lens]") {
     const Camera camera = perspective_camera();
-    const double focal = 0.05, f_number = 4, pixels_per_unit = 480 / 0.036, acceptable = 0.5,
+    const double focal = 0.05, f_stop = 4, pixels_per_unit = 480 / 0.036, acceptable = 0.5,
                  c = acceptable / pixels_per_unit;
-    Lens lens{.f_number = f_number, .focus = 5, .focal_length_mm = 50, .sensor_width_mm = 36};
+    Lens lens{.f_stop = f_stop, .focus = 5, .focal_length_mm = 50, .sensor_mm = 36};
     const double hyperfocal = hyperfocal_distance(lens, camera, acceptable);
-    CHECK(same(hyperfocal, focal * focal / (f_number * c) + focal));
+    CHECK(same(hyperfocal, focal * focal / (f_stop * c) + focal));
     const SharpRange range = sharp_range(circle_of_confusion(lens, camera), acceptable);
-    const double square = focal * focal, rest = f_number * c * (lens.focus - focal);
+    const double square = focal * focal, rest = f_stop * c * (lens.focus - focal);
     CHECK(same(range.nearest, lens.focus * square / (square + rest), 1e-13));
     CHECK(same(range.farthest, lens.focus * square / (square - rest), 1e-13));
     // Focused at the hyperfocal distance, infinity is just acceptable, and so is half of it, to the focal length.
@@ -211,11 +209,10 @@ TEST_CASE("lens: the sharp range and the hyperfocal distance are those of the te
     lens.focus = 2 * hyperfocal;
     CHECK(sharp_range(circle_of_confusion(lens, camera), acceptable).farthest == infinity);
     // The projection's own lens.
-    const Lens derived{.f_number = f_number, .focus = 5, .sensor_width_mm = 36};
+    const Lens derived{.f_stop = f_stop, .focus = 5, .sensor_mm = 36};
     const double h = hyperfocal_distance(derived, camera, acceptable);
-    CHECK(same(
-        static_cast<double>(circle_of_confusion({.f_number = f_number, .focus = h, .sensor_width_mm = 36}, camera).k),
-        acceptable, 1e-13));
+    CHECK(same(static_cast<double>(circle_of_confusion({.f_stop = f_stop, .focus = h, .sensor_mm = 36}, camera).k),
+               acceptable, 1e-13));
     const SharpRange orthographic_range = sharp_range({.k = 20, .g = 4, .telecentric = true}, 2);
     CHECK(orthographic_range.nearest == 4.5);
     CHECK(orthographic_range.farthest == 5.5);
@@ -236,7 +233,7 @@ TEST_CASE("lens: a distance along a ray becomes one depth", "[lens]") {
     Camera moved = camera;
     moved.projection = from_matrix(matrix * shift);
     CHECK(same(depth_along_ray(moved, 240, 135, 7), 4, 1e-12));
-    const CircleOfConfusion circle = circle_of_confusion({.f_number = 2, .focus = 4, .sensor_width_mm = 36}, moved);
+    const CircleOfConfusion circle = circle_of_confusion({.f_stop = 2, .focus = 4, .sensor_mm = 36}, moved);
     CHECK(same(static_cast<double>(circle.lens_depth), -3, 1e-12));
     CHECK(std::abs(at(circle, 4)) < 1e-12);
     CHECK(same(static_cast<double>(circle.k), 0.018 * 480 / 7, 1e-12));
@@ -244,7 +241,7 @@ TEST_CASE("lens: a distance along a ray becomes one depth", "[lens]") {
 
 TEST_CASE("lens: what is no lens is refused in one line", "[lens]") {
     const Camera camera = perspective_camera();
-    const Lens good{.f_number = 2, .focus = 7, .focal_length_mm = 50, .sensor_width_mm = 36};
+    const Lens good{.f_stop = 2, .focus = 7, .focal_length_mm = 50, .sensor_mm = 36};
     const auto message = [&](auto change, const Camera& of) -> std::string {
         Lens lens = good;
         change(lens);
@@ -257,20 +254,20 @@ TEST_CASE("lens: what is no lens is refused in one line", "[lens]") {
     };
     CHECK(message([](Lens&) {}, camera) == "accepted");
     for (const double bad : {0.0, -1.0, std::nan("")}) {
-        CHECK(message([&](Lens& l) { l.f_number = bad; }, camera).find("f_number = ") == 0);
+        CHECK(message([&](Lens& l) { l.f_stop = bad; }, camera).find("f_stop = ") == 0);
         CHECK(message([&](Lens& l) { l.focal_length_mm = bad; }, camera).find("focal_length_mm = ") == 0);
-        CHECK(message([&](Lens& l) { l.sensor_width_mm = bad; }, camera).find("sensor_width_mm = ") == 0);
+        CHECK(message([&](Lens& l) { l.sensor_mm = bad; }, camera).find("sensor_mm = ") == 0);
         CHECK(message([&](Lens& l) { l.mm_per_unit = bad; }, camera).find("mm_per_unit = ") == 0);
         CHECK(message([&](Lens& l) { l.focus = bad; }, camera).find("focus = ") == 0);
         CHECK(message([&](Lens& l) { l.focus = bad; }, orthographic_camera()).find("focus = ") == 0);
     }
-    CHECK(message([](Lens& l) { l.f_number = 0; }, camera) == "f_number = 0 must be greater than 0");
+    CHECK(message([](Lens& l) { l.f_stop = 0; }, camera) == "f_stop = 0 must be greater than 0");
     CHECK(message([](Lens& l) { l.focal_length_mm = infinity; }, camera) ==
           "focal_length_mm = inf must be a number greater than 0");
     CHECK(message([](Lens& l) { l.focus = 0.05; }, camera) ==
           "focus = 0.05 must be farther away than the focal length, which is 0.05 scene units");
-    CHECK(message([](Lens& l) { l.focal_length_mm.reset(), l.sensor_width_mm.reset(); }, camera) ==
-          "the lens needs focal_length_mm or sensor_width_mm: the projection gives the other one");
+    CHECK(message([](Lens& l) { l.focal_length_mm.reset(), l.sensor_mm.reset(); }, camera) ==
+          "the lens needs focal_length_mm or sensor_mm: the projection gives the other one");
     CHECK(message([](Lens& l) { l.focal_length_mm.reset(); }, orthographic_camera()) ==
           "orthographic rays have no focal length: the lens needs focal_length_mm for its aperture");
     CHECK_THROWS_WITH(hyperfocal_distance(good, orthographic_camera(), 1),
@@ -279,4 +276,19 @@ TEST_CASE("lens: what is no lens is refused in one line", "[lens]") {
     CHECK_THROWS_WITH(sharp_range({20, 140, 0, false}, NAN), "acceptable_px = nan must be a number greater than 0");
     CHECK_THROWS_WITH(depth_along_ray(camera, 1, 1, 0), "distance = 0 must be greater than 0");
     CHECK_THROWS_AS(depth_along_ray(camera, 1, 1, NAN), std::invalid_argument);
+}
+
+TEST_CASE("lens: a circle keeps every bit of the widest numbers", "[lens]") {
+    std::mt19937_64 random(7);
+    for (int i = 0; i < 1'000'000; ++i) {
+        const auto exponent = static_cast<int>(random() % 2020) - 1000;
+        const long double mantissa = 1 + static_cast<long double>(random() >> 1) * 0x1p-63L;
+        const long double value = std::ldexp(i % 2 == 0 ? mantissa : -mantissa, exponent);
+        const DoubleDouble kept = value;
+        REQUIRE(static_cast<long double>(kept) == value);
+        REQUIRE(std::abs(kept.low) <= 0x1p-53 * std::abs(kept.high));
+    }
+    for (const long double value : {0.0L, -0.0L, 1.0L, static_cast<long double>(infinity), -1.0L / 3})
+        CHECK(static_cast<long double>(DoubleDouble(value)) == value);
+    CHECK(std::isnan(static_cast<long double>(DoubleDouble(std::nan("")))));
 }

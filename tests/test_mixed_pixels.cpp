@@ -118,7 +118,7 @@ std::vector<float> mask_of(const Picture& picture, const Stored& way, const Devi
     const void* data = way.codes ? static_cast<const void*>(codes.data()) : picture.values.data();
     const StoredDepth stored{Image::from_host(device, element_of(storage), data, {width, height}), way.camera, storage};
     const bool is_orthographic = way.name == "orthographic";
-    const DofMasks masks = dof_masks(stored, {20, 100, 0, is_orthographic}, {.weights = false, .mixed_pixels = true});
+    const DofMasks masks = dof_masks(stored, {20, 100, 0, is_orthographic}, {.mixed_pixels = true});
     std::vector<float> mask(picture.values.size());
     masks.mixed_pixels.download(mask.data());
     return mask;

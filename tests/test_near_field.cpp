@@ -71,10 +71,15 @@ Picture blobs(int width, int height, double widest, unsigned seed, double aspect
 DofMasksOptions everything(double sharp = 1, double transition = 1) {
     return {.sharp_px = sharp,
             .transition_px = transition,
+            .near_weight = true,
+            .focus_weight = true,
+            .far_weight = true,
             .max_near_coc = true,
             .near_alpha = true,
             .disocclusion = true,
-            .tile_px = 7};
+            .tile_px = 7,
+            .tile_min_coc = true,
+            .tile_max_coc = true};
 }
 
 struct Masks {
@@ -266,11 +271,14 @@ TEST_CASE("near field: only what is asked for is there, and bad tiles are refuse
     CHECK(!plain.near_alpha);
     CHECK(!plain.disocclusion);
     CHECK(!plain.tile_min_coc);
-    const DofMasks hidden = dof_masks(stored, circle, {.weights = false, .disocclusion = true});
+    const DofMasks hidden = dof_masks(stored, circle, {.disocclusion = true});
     CHECK(!hidden.near_alpha);
     CHECK(!hidden.near_weight);
     CHECK(floats(hidden.disocclusion) == masks_of(picture, everything()).hidden);
-    CHECK_THROWS_WITH(dof_masks(stored, circle, {.tile_px = -1}), "tile_px = -1 must be 1 to 65536, or 0 for no tiles");
+    const DofMasks greatest = dof_masks(stored, circle, {.tile_px = 7, .tile_max_coc = true});
+    CHECK(!greatest.tile_min_coc);
+    CHECK(floats(greatest.tile_max_coc) == masks_of(picture, everything()).greatest);
+    CHECK_THROWS_WITH(dof_masks(stored, circle, {.tile_px = 0}), "tile_px = 0 must be 1 to 65536");
     CHECK_THROWS_AS(dof_masks(stored, circle, {.tile_px = 65537}), std::invalid_argument);
 }
 
@@ -309,11 +317,7 @@ TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their me
                              .mixed_pixels = parts[6],
                              .tile_min_coc = parts[7],
                              .tile_max_coc = parts[8]};
-        for (const bool around : {true, false}) { // the second time what looks around has to be left alone
-            DofMasksOptions asked = options;
-            asked.max_near_coc = asked.near_alpha = asked.disocclusion = asked.mixed_pixels = around;
-            dof_masks(stored, given, circle, asked);
-        }
+        dof_masks(stored, given, circle, options);
         const std::vector<Image> expected = images(truth);
         for (std::size_t i = 0; i < parts.size(); ++i) {
             INFO("margin " << given_margin << ", image " << i);
@@ -325,8 +329,9 @@ TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their me
             CHECK(kept == whole[i].width() * whole[i].height() - parts[i].width() * parts[i].height());
         }
     }
+    constexpr DofMasksOptions weights{.near_weight = true, .focus_weight = true, .far_weight = true};
     const auto refused = [&](const DofMasks& given, const std::string& message) {
-        CHECK_THROWS_WITH(dof_masks(stored, given, circle), message);
+        CHECK_THROWS_WITH(dof_masks(stored, given, circle, weights), message);
     };
     const auto image = [&](int columns, int rows) { return Image(device, Element::f32, {columns, rows}); };
     DofMasks given{
@@ -340,4 +345,6 @@ TEST_CASE("dof_masks: into images of the caller's, wherever they lie in their me
     refused(given, "far_weight shares memory with near_weight");
     given.far_weight = stored.image;
     refused(given, "far_weight shares memory with the stored depth");
+    CHECK_THROWS_WITH(dof_masks(stored, {.coc = image(width, height), .near_alpha = image(width, height)}, circle),
+                      "near_alpha has an image to be written into, but the options do not ask for it");
 }

@@ -559,7 +559,7 @@ TEST_CASE("normals: options out of range are refused", "[normals]") {
     CHECK_THROWS_WITH(normals(stored, {.noise = -0.01}), "noise = -0.01 must be from 0 to less than 1");
     CHECK_THROWS_WITH(normals(stored, {.noise = 1}), "noise = 1 must be from 0 to less than 1");
     CHECK_THROWS_WITH(normals(stored, {.noise = std::nan("")}), "noise = nan must be from 0 to less than 1");
-    CHECK_THROWS_WITH(normals(stored, {.max_error = 90, .noise = 0.001}),
+    CHECK_THROWS_WITH(normals(stored, {.method = MaxError{90}, .noise = 0.001}),
                       "max_error was measured without noise: give one of the two");
     CHECK(chosen_method({}, stored) == NormalMethod::neighbours);
     CHECK(chosen_method({.noise = 0.001}, stored) == NormalMethod::least_squares);

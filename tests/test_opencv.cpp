@@ -88,19 +88,26 @@ TEST_CASE("opencv: all results of an operation come in one call", "[opencv]") {
     const StoredDepth depth{to_device(device, stored), camera()};
     const Occlusion occlusion = ssao(depth, 0.5, {.bent_normal = true, .confidence = true});
     cv::Mat visibility, bent_normal, confidence;
-    ssao(device, stored, camera(), 0.5, visibility, bent_normal, confidence);
+    ssao(device, stored, camera(), 0.5,
+         {.visibility = visibility, .bent_normal = bent_normal, .confidence = confidence},
+         {.bent_normal = true, .confidence = true});
     CHECK(same(visibility, to_mat(occlusion.visibility)));
     CHECK(same(bent_normal, to_mat(occlusion.bent_normal)));
     CHECK(same(confidence, to_mat(occlusion.confidence)));
-    const DofMasks masks = dof_masks(depth, lens);
+    constexpr DofMasksOptions weights{.near_weight = true, .focus_weight = true, .far_weight = true};
+    const DofMasks masks = dof_masks(depth, lens, weights);
     cv::Mat coc, near_weight, focus_weight, far_weight;
     dof_masks(device, stored, camera(), lens,
-              {.coc = coc, .near_weight = near_weight, .focus_weight = focus_weight, .far_weight = far_weight});
+              {.coc = coc, .near_weight = near_weight, .focus_weight = focus_weight, .far_weight = far_weight},
+              weights);
     CHECK(same(coc, to_mat(masks.coc)));
     CHECK(same(near_weight, to_mat(masks.near_weight)));
     CHECK(same(focus_weight, to_mat(masks.focus_weight)));
     CHECK(same(far_weight, to_mat(masks.far_weight)));
-    CHECK_THROWS_AS(dof_masks(device, stored, camera(), lens, {.tile_min_coc = coc}), std::invalid_argument);
+    CHECK_THROWS_WITH(dof_masks(device, stored, camera(), lens, {.tile_min_coc = coc}),
+                      "tile_min_coc has a matrix to be written into, but the options do not ask for it");
+    CHECK_THROWS_WITH(ssao(device, stored, camera(), 0.5, visibility, {.confidence = true}),
+                      "confidence is asked for and has no matrix to be written into");
     ssao(device, stored, camera(), 0.5, visibility, {.region = Region{3, 4, 11, 7}});
     CHECK(same(visibility, to_mat(occlusion.visibility)(cv::Rect(3, 4, 11, 7)).clone()));
 }

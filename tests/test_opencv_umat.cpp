@@ -512,8 +512,9 @@ TEST_CASE("opencv umat: what does not fit is refused, and nothing is written", "
                           "result: 7 x 5 pixels of CV_32FC1, which cannot change; must be 30 x 20 pixels of CV_32FC1");
         CHECK_THROWS_WITH(linearize(device, input, camera(), cv::noArray()), "result: no matrix is given");
         cv::UMat both;
-        CHECK_THROWS_WITH(ssao(device, input, camera(), 0.5, both, cv::noArray(), both),
-                          "result: one matrix is given for two results");
+        CHECK_THROWS_WITH(
+            ssao(device, input, camera(), 0.5, {.visibility = both, .confidence = both}, {.confidence = true}),
+            "result: one matrix is given for two results");
         CHECK(both.empty());
     }
     CHECK(same(on_host(result), untouched));

@@ -46,7 +46,7 @@ TEST_CASE("real inputs: circles from an OpenGL depth buffer are those of the dep
         const bool perspective = depth_form(camera, depth.storage).perspective;
         const CircleOfConfusion circle{20, perspective ? 100.0 : 4.0,
                                        perspective ? camera_rays(camera).centre_depth : 0, !perspective};
-        const cv::Mat found = to_mat(dof_masks(stored, circle, {.weights = false}).coc);
+        const cv::Mat found = to_mat(dof_masks(stored, circle).coc);
         double worst = 0, worst_px = 0;
         long surfaces = 0, sky = 0;
         INFO(name);
@@ -85,11 +85,10 @@ TEST_CASE("real inputs: the lens of Blender's camera files", "[dof_masks][real]"
         const CameraFile file = read_camera(data / "blender" / view / "camera.json");
         const Camera camera = camera_for(file, depth.values.cols, depth.values.rows);
         const StoredDepth stored{to_device(Device::open("cpu"), depth.values), camera, depth.storage};
-        const double focus = *file.lens.focus_distance, focal = *file.lens.lens_mm, width = *file.lens.sensor_mm;
-        const Lens lens{
-            .f_number = *file.lens.f_stop, .focus = focus, .focal_length_mm = focal, .sensor_width_mm = width};
+        const double focus = *file.lens.focus, focal = *file.lens.focal_length_mm, width = *file.lens.sensor_mm;
+        const Lens lens{.f_stop = *file.lens.f_stop, .focus = focus, .focal_length_mm = focal, .sensor_mm = width};
         const CircleOfConfusion circle = circle_of_confusion(lens, camera);
-        const cv::Mat found = to_mat(dof_masks(stored, circle, {.weights = false}).coc);
+        const cv::Mat found = to_mat(dof_masks(stored, circle).coc);
         // Written from the lens equation, in millimetres; the orthographic view's pixels per unit are its projection's.
         const double aperture = focal / *file.lens.f_stop, pixels_per_mm = 480 / width;
         double worst = 0, least = 0, greatest = 0;
@@ -115,7 +114,7 @@ TEST_CASE("real inputs: the lens of Blender's camera files", "[dof_masks][real]"
         // The projection knows the same lens: it differs by f/S, since a pinhole's image lies at f for every focus.
         if (view == "perspective") {
             const CircleOfConfusion derived =
-                circle_of_confusion({.f_number = *file.lens.f_stop, .focus = focus, .sensor_width_mm = width}, camera);
+                circle_of_confusion({.f_stop = *file.lens.f_stop, .focus = focus, .sensor_mm = width}, camera);
             CHECK(std::abs(static_cast<double>(derived.k / circle.k) - (1 - focal / 1000 / focus)) < 1e-6);
         }
     }

@@ -40,10 +40,8 @@ double rms_error(const fs::path& folder, Quality quality, std::optional<double> 
     const int width = depth.values.cols, height = depth.values.rows;
     const Camera camera = camera_for(read_camera(folder / "camera.json"), width, height);
     const Device device = Device::open("cpu");
-    SsaoOptions options;
-    options.thickness_from_silhouette = !thick;
-    options.thickness = thick;
-    options.quality = quality;
+    const SsaoOptions options{.sampling = Sampling{.quality = quality},
+                              .thickness = thick ? Thickness(*thick) : Thickness(Silhouette{})};
     const Image stored = Image::from_host(device, Element::f32, depth.values.data, {width, height});
     std::vector<float> visibility(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     ssao({stored, camera}, ray_length, options).visibility.download(visibility.data());

@@ -87,7 +87,7 @@ TEST_CASE("relative: a thin lens's circles come from its inverse depth", "[relat
     camera.width = 300;
     camera.height = 200;
     const double focus = 3;
-    const CircleOfConfusion lens = circle_of_confusion({.f_number = 2, .focus = focus, .focal_length_mm = 50}, camera);
+    const CircleOfConfusion lens = circle_of_confusion({.f_stop = 2, .focus = focus, .focal_length_mm = 50}, camera);
     const double nearest = 1, farthest = 40;
     const auto v = [&](double z) { return (1 / z - 1 / farthest) / (1 / nearest - 1 / farthest); };
     const double blur = static_cast<double>(lens.g) * (1 / nearest - 1 / farthest);

@@ -45,7 +45,7 @@ const Device& default_device() {
 SsaoCall options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
     SsaoCall call;
     call.radius = radius;
-    call.quality = quality;
+    sampling_of(call).quality = quality;
     call.thickness = thickness;
     return call;
 }
@@ -91,7 +91,7 @@ TEST_CASE("ssao: a plane is open at every tilt under five cameras", "[ssao]") {
         ways.push_back({quality_names[static_cast<int>(quality)], options_of(1, quality)});
     for (const int slices : {1, 2, 3}) {
         ways.push_back({std::to_string(slices) + " slices", options_of(1, Quality::balanced)});
-        ways.back().second.slices = slices;
+        sampling_of(ways.back().second).slices = slices;
     }
     std::printf("ssao of planes, largest difference from 1\n");
     for (auto& [way, options] : ways) {
@@ -283,7 +283,7 @@ const std::pair<const char*, Projection> projections[] = {
 
 SsaoCall from_silhouette(double radius, Quality quality) {
     SsaoCall call = options_of(radius, quality);
-    call.thickness_from_silhouette = true;
+    call.thickness = Silhouette{};
     return call;
 }
 
@@ -333,8 +333,8 @@ TEST_CASE("ssao: the same bits whatever the vector width on a terrain, where tap
     for (const int slices : {1, 4, 16}) {
         for (const int jitter : {1, 16}) {
             SsaoCall options = options_of(5, Quality::balanced);
-            options.slices = slices;
-            options.jitter = jitter;
+            sampling_of(options).slices = slices;
+            sampling_of(options).jitter = jitter;
             std::vector<float> first;
             for (const int vector_width : {16, 8, 4, 1}) {
                 const Device device = Device::open("cpu", {Arithmetic::automatic, vector_width, 64});
@@ -412,9 +412,9 @@ TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
             for (const auto& [samples, thickness] :
                  {std::pair{8, 0.125}, {8, oracle::infinite}, {256, 0.125}, {256, oracle::infinite}}) {
                 SsaoCall options = options_of(0.5, Quality::balanced, thickness);
-                options.slices = slices;
-                options.samples = samples;
-                options.jitter = 1;
+                sampling_of(options).slices = slices;
+                sampling_of(options).samples = samples;
+                sampling_of(options).jitter = 1;
                 const auto straight = visibility_of(stored_of(room.stored, room.camera), options);
                 for (const auto& [turn, from] : turns) {
                     const auto stored = moved(room.stored, side, from);
@@ -448,7 +448,7 @@ TEST_CASE("ssao: lengths times a power of two change nothing", "[ssao]") {
                 SsaoCall scaled = options;
                 scaled.radius *= scale;
                 if (scaled.thickness)
-                    *scaled.thickness *= scale;
+                    std::get<double>(*scaled.thickness) *= scale;
                 const Difference off = difference(visibility_of(stored_of(room.stored, room.camera), options),
                                                   visibility_of(stored_of(room.stored, camera), scaled));
                 std::printf("ssao, lengths times %-9.4g %-24s largest difference %.1e, %ld pixels\n", scale, way,

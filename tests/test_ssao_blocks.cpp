@@ -52,21 +52,21 @@ StoredDepth stored_of(const std::vector<float>& values, const Camera& camera, co
 
 SsaoCall by_quality(Quality quality, double radius) {
     SsaoCall call;
-    call.quality = quality;
+    sampling_of(call).quality = quality;
     call.radius = radius;
     return call;
 }
 
 SsaoCall whole(Quality quality, double radius) {
     SsaoCall call = by_quality(quality, radius);
-    call.half_resolution = false;
+    sampling_of(call).half_resolution = false;
     return call;
 }
 
 SsaoCall half(Quality quality, double radius) {
     SsaoCall call = by_quality(quality, radius);
-    call.half_resolution = true;
-    call.samples = half_samples[static_cast<int>(quality)];
+    sampling_of(call).half_resolution = true;
+    sampling_of(call).samples = half_samples[static_cast<int>(quality)];
     return call;
 }
 
@@ -202,11 +202,11 @@ TEST_CASE("ssao in blocks: numbers of slices, samples and jitter keep all pixels
     const StoredDepth stored = stored_of(values, camera);
     for (const bool without : {false, true}) {
         SsaoCall slices = by_quality(Quality::fast, yard_radius(Quality::fast)), samples = slices, jitter = slices;
-        slices.slices = 1, samples.samples = 6, jitter.jitter = 16;
+        sampling_of(slices).slices = 1, sampling_of(samples).samples = 6, sampling_of(jitter).jitter = 16;
         const auto all = visibility_of(stored, whole(Quality::fast, yard_radius(Quality::fast)));
         for (SsaoCall* call : {&slices, &samples, &jitter}) {
             if (without)
-                call->half_resolution = false;
+                sampling_of(*call).half_resolution = false;
             CHECK(same_bits(visibility_of(stored, *call), all));
         }
     }

@@ -169,7 +169,7 @@ TEST_CASE("ssao: brute force over all slices and pixels, two radii", "[ssao]") {
                     SsaoCall options;
                     options.radius = radius;
                     options.thickness = radius / 4;
-                    options.quality = quality;
+                    sampling_of(options).quality = quality;
                     off.push_back(error_of(seen, points, options));
                     std::printf(" | %.4f (%+.4f, %.3f; %.4f)", off.back().rmse, off.back().bias, off.back().p99,
                                 off.back().common);
@@ -209,7 +209,7 @@ TEST_CASE("ssao: a low step that is seen at a grazing angle does not stand over 
             SsaoCall options;
             options.radius = radius;
             options.thickness = radius / 4;
-            options.quality = static_cast<Quality>(i);
+            sampling_of(options).quality = static_cast<Quality>(i);
             const double off = error_of(seen, points, options).rmse;
             square[i] += off * off / 8;
         }
@@ -269,9 +269,9 @@ TEST_CASE("ssao: brute force at every thickness, balanced and with many slices a
                 options.radius = radius;
                 options.thickness = thickness * radius;
                 const Off balanced = error_of(seen, points, options);
-                options.slices = 8;
-                options.samples = 256;
-                options.jitter = 1;
+                sampling_of(options).slices = 8;
+                sampling_of(options).samples = 256;
+                sampling_of(options).jitter = 1;
                 const Off many = error_of(seen, points, options);
                 std::printf("  %-8s %-12s thickness %-4.3g | %.4f (%+.4f, %.3f) | %.4f (%+.4f, %.3f)\n", name,
                             camera_name, thickness, balanced.rmse, balanced.bias, balanced.p99, many.rmse, many.bias,

@@ -173,11 +173,11 @@ constexpr double same_centre_bar = 0.001, same_centre_largest = 0.01;
 
 std::vector<Way> ways() {
     SsaoCall fast, balanced, accurate, plain;
-    fast.quality = Quality::fast;
-    accurate.quality = Quality::accurate;
-    plain.slices = 4;
-    plain.samples = 32;
-    plain.jitter = 1;
+    sampling_of(fast).quality = Quality::fast;
+    sampling_of(accurate).quality = Quality::accurate;
+    sampling_of(plain).slices = 4;
+    sampling_of(plain).samples = 32;
+    sampling_of(plain).jitter = 1;
     return {{"fast", fast, camera_bar, camera_largest},
             {"balanced", balanced, camera_bar, camera_largest},
             {"accurate", accurate, camera_bar, camera_largest},
@@ -270,7 +270,7 @@ TEST_CASE("ssao: the same scene through different cameras", "[ssao]") {
                 std::printf("  %-12s %-17s thickness %-4.3g", name, other.name.c_str(), thickness);
                 double darkest = 1;
                 for (const Way& way : ways()) {
-                    if (way.options.jitter && !same_centre)
+                    if (std::get<Sampling>(way.options.sampling).jitter && !same_centre)
                         continue; // few slices in other directions see other bands
                     const Difference off =
                         difference(pairs, seen_by_one[{thickness, way.name}], other.visibility(way.at(thickness)));

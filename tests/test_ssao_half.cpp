@@ -43,8 +43,8 @@ std::size_t index(int x, int y, int row = width) {
 SsaoCall half(double radius, Quality quality = Quality::balanced) {
     SsaoCall options;
     options.radius = radius;
-    options.quality = quality;
-    options.half_resolution = true;
+    sampling_of(options).quality = quality;
+    sampling_of(options).half_resolution = true;
     return options;
 }
 
@@ -162,7 +162,7 @@ TEST_CASE("ssao at half resolution: nothing leaks over an edge", "[ssao][half]")
         const Camera camera = cameras()[0];
         const auto image = scene::render(scene, camera);
         SsaoCall options = half(1.5);
-        options.thickness = 1;
+        options.thickness = 1.0;
         const auto got = visibility_of(stored_of(image.stored, camera), options);
         double least = 1, darkest = 1;
         long open = 0;
@@ -400,14 +400,14 @@ struct Inputs {
 
 using Change = std::function<void(SsaoCall&, const Inputs&)>;
 const std::pair<const char*, Change> changes[] = {
-    {"fast", [](auto& o, const auto&) { o.quality = Quality::fast; }},
-    {"accurate", [](auto& o, const auto&) { o.quality = Quality::accurate; }},
+    {"fast", [](auto& o, const auto&) { sampling_of(o).quality = Quality::fast; }},
+    {"accurate", [](auto& o, const auto&) { sampling_of(o).quality = Quality::accurate; }},
     {"border clamp", [](auto& o, const auto&) { o.border = Border::clamp; }},
     {"falloff", [](auto& o, const auto&) { o.falloff = 1; }},
     {"infinite thickness", [](auto& o, const auto&) { o.thickness = oracle::infinite; }},
-    {"thickness map", [](auto& o, const Inputs& in) { o.thickness_map = in.map; }},
-    {"thickness from the silhouette", [](auto& o, const auto&) { o.thickness_from_silhouette = true; }},
-    {"back layer", [](auto& o, const Inputs& in) { o.back_depth = in.behind; }},
+    {"thickness map", [](auto& o, const Inputs& in) { o.thickness = in.map; }},
+    {"thickness from the silhouette", [](auto& o, const auto&) { o.thickness = Silhouette{}; }},
+    {"back layer", [](auto& o, const Inputs& in) { o.thickness = in.behind; }},
     {"seed", [](auto& o, const auto&) { o.seed = 5; }},
 };
 
@@ -425,7 +425,7 @@ TEST_CASE("ssao at half resolution: every second pixel has what its image alone 
             options.normals = all.normal_image;
             change(options, all);
             const Occlusion got = ssao(all.stored, options);
-            options.half_resolution = false;
+            sampling_of(options).half_resolution = false;
             options.normals = few.normal_image;
             change(options, few);
             const Occlusion truth = ssao(few.stored, options);
@@ -453,7 +453,7 @@ TEST_CASE("ssao at half resolution: a noisy plane within its tolerance is open",
     }
     const auto mean_and_least = [&](bool half_resolution, double tolerance) {
         SsaoCall options = half(0.8);
-        options.half_resolution = half_resolution;
+        sampling_of(options).half_resolution = half_resolution;
         options.tolerance = tolerance;
         const auto got = visibility_of(stored_of(values, camera), options);
         return std::pair(std::accumulate(got.begin(), got.end(), 0.0) / static_cast<double>(got.size()),
@@ -513,10 +513,10 @@ TEST_CASE("ssao at half resolution: brute force for a radius of 40 % of the widt
         CHECK(points.size() > 100);
         for (std::size_t i = 0; i < std::size(ways); ++i) {
             SsaoCall options = half(radius, ways[i].quality);
-            options.samples = ways[i].samples;
+            sampling_of(options).samples = ways[i].samples;
             oracle::Off off[2];
             for (const bool whole : {false, true}) {
-                options.half_resolution = !whole;
+                sampling_of(options).half_resolution = !whole;
                 const auto got = visibility_of(stored, options);
                 off[whole] = oracle::error_of(points, [&](const oracle::Sample& p) {
                     return static_cast<double>(got[index(p.x, p.y, camera.width)]);

@@ -52,7 +52,7 @@ std::size_t index(int x, int y, int row = width) {
 SsaoCall options_of(double radius, Quality quality = Quality::balanced) {
     SsaoCall call;
     call.radius = radius;
-    call.quality = quality;
+    sampling_of(call).quality = quality;
     return call;
 }
 
@@ -348,8 +348,8 @@ TEST_CASE("ssao: falloff is the mean over radii", "[ssao]") {
                     options.thickness = infinity;
                     options.falloff = falloff;
                     if (way.slices > 0) {
-                        options.slices = way.slices;
-                        options.jitter = 1;
+                        sampling_of(options).slices = way.slices;
+                        sampling_of(options).jitter = 1;
                     }
                     got.push_back(seen.visibility(options));
                 }
@@ -404,15 +404,14 @@ TEST_CASE("ssao: a second layer where the thickness would end is the thickness",
         }
         Camera metric = camera;
         metric.encoding = Encoding::view_z;
-        options.thickness.reset();
-        options.back_depth =
+        options.thickness =
             StoredDepth{Image::from_host(device(), Element::f32, behind.data(), {camera.width, camera.height}), metric};
         check_rounding(difference(room.visibility(options), expected), std::string("back and thickness, ") + name);
         // In front of the first layer there is no end: nothing is solid.
         SsaoCall thin = options_of(0.5);
-        thin.thickness = 0;
+        thin.thickness = 0.0;
         const std::vector<float> nearer(behind.size(), 0.01f);
-        options.back_depth =
+        options.thickness =
             StoredDepth{Image::from_host(device(), Element::f32, nearer.data(), {camera.width, camera.height}), metric};
         CHECK(difference(room.visibility(options), room.visibility(thin)).worst <= rounding_worst);
         CHECK(difference(expected, room.visibility(thin)).rmse > 0.005);
@@ -431,9 +430,9 @@ TEST_CASE("ssao: a second layer may have a clip range of its own", "[ssao]") {
         camera.encoding = Encoding::view_z;
         Seen room(scene::room(), camera);
         SsaoCall options = options_of(0.5);
-        options.back_depth = room.stored;
+        options.thickness = room.stored;
         const std::vector<float> expected = room.visibility(options);
-        options.back_depth->camera.projection = other;
+        std::get<StoredDepth>(*options.thickness).camera.projection = other;
         CHECK(difference(room.visibility(options), expected).worst <= rounding_worst);
     }
 }
@@ -447,8 +446,7 @@ TEST_CASE("ssao: a constant map of thicknesses is the thickness", "[ssao]") {
             options.thickness = thickness;
             const auto expected = room.visibility(options);
             const std::vector<float> map(expected.size(), static_cast<float>(thickness));
-            options.thickness.reset();
-            options.thickness_map = Image::from_host(device(), Element::f32, map.data(), {camera.width, camera.height});
+            options.thickness = Image::from_host(device(), Element::f32, map.data(), {camera.width, camera.height});
             const auto got = room.visibility(options);
             INFO(name << ", thickness " << thickness);
             if (std::isfinite(thickness))
@@ -468,10 +466,10 @@ TEST_CASE("ssao: a constant map of thicknesses is the thickness", "[ssao]") {
         }();
         const auto thin = [&] {
             SsaoCall o = options;
-            o.thickness = 0;
+            o.thickness = 0.0;
             return room.visibility(o);
         }();
-        options.thickness_map = Image::from_host(device(), Element::f32, map.data(), {camera.width, camera.height});
+        options.thickness = Image::from_host(device(), Element::f32, map.data(), {camera.width, camera.height});
         const auto got = room.visibility(options);
         long differ = 0;
         for (int y = 0; y < height; ++y) {
@@ -662,7 +660,7 @@ TEST_CASE("ssao: the caller's images hold what new ones do, and nothing beside t
     for (const bool half_resolution : {false, true}) {
         SsaoCall options = options_of(0.5);
         options.bent_normal = options.confidence = true;
-        options.half_resolution = half_resolution;
+        sampling_of(options).half_resolution = half_resolution;
         const Occlusion expected = ssao(room.stored, options);
         Occlusion wholes, parts;
         for (Image Occlusion::*each : {&Occlusion::visibility, &Occlusion::bent_normal, &Occlusion::confidence}) {
@@ -723,14 +721,15 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
         {[](auto& o) { o.radius = -0.5; }, {"radius", "-0.5"}},
         {[](auto& o) { o.radius = infinity; }, {"radius", "inf"}},
         {[&](auto& o) { o.radius = nan; }, {"radius", "nan"}},
-        {[](auto& o) { o.quality = static_cast<Quality>(7); }, {"quality = 7", "fast, balanced or accurate"}},
+        {[](auto& o) { sampling_of(o).quality = static_cast<Quality>(7); },
+         {"quality = 7", "fast, balanced or accurate"}},
         {[](auto& o) { o.border = static_cast<Border>(2); }, {"border = 2", "open or clamp"}},
-        {[](auto& o) { o.slices = 0; }, {"slices", "0", "1 to 64"}},
-        {[](auto& o) { o.slices = 65; }, {"slices", "65"}},
-        {[](auto& o) { o.samples = 0; }, {"samples", "0", "1 to 256"}},
-        {[](auto& o) { o.samples = 257; }, {"samples", "257"}},
-        {[](auto& o) { o.jitter = 2; }, {"jitter", "2", "1, 4 or 16"}},
-        {[](auto& o) { o.jitter = 0; }, {"jitter", "0"}},
+        {[](auto& o) { sampling_of(o).slices = 0; }, {"slices", "0", "1 to 64"}},
+        {[](auto& o) { sampling_of(o).slices = 65; }, {"slices", "65"}},
+        {[](auto& o) { sampling_of(o).samples = 0; }, {"samples", "0", "1 to 256"}},
+        {[](auto& o) { sampling_of(o).samples = 257; }, {"samples", "257"}},
+        {[](auto& o) { sampling_of(o).jitter = 2; }, {"jitter", "2", "1, 4 or 16"}},
+        {[](auto& o) { sampling_of(o).jitter = 0; }, {"jitter", "0"}},
         {[](auto& o) { o.thickness = -0.25; }, {"thickness", "-0.25"}},
         {[&](auto& o) { o.thickness = nan; }, {"thickness", "nan"}},
         {[](auto& o) { o.falloff = -0.5; }, {"falloff", "-0.5", "0 to 1"}},
@@ -738,28 +737,23 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
         {[&](auto& o) { o.falloff = nan; }, {"falloff", "nan"}},
         {[](auto& o) { o.tolerance = 0; }, {"tolerance", "0", "greater than 0"}},
         {[&](auto& o) { o.tolerance = nan; }, {"tolerance", "nan"}},
-        {[&](auto& o) { o.thickness = 1, o.thickness_map = image(width, height); }, {"thickness_map"}},
-        {[&](auto& o) { o.thickness = 1, o.back_depth = seen.stored; }, {"thickness", "back"}},
-        {[](auto& o) { o.thickness = 1, o.thickness_from_silhouette = true; }, {"thickness_from_silhouette"}},
-        {[&](auto& o) { o.thickness_map = image(width, height), o.thickness_from_silhouette = true; },
-         {"thickness_map", "thickness_from_silhouette"}},
-        {[&](auto& o) { o.thickness_map = image(width, height), o.back_depth = seen.stored; },
-         {"thickness_map", "back"}},
-        {[&](auto& o) { o.thickness_map = image(10, 20); }, {"thickness", "10 x 20", "161 x 121"}},
-        {[&](auto& o) { o.thickness_map = image(width, height, 3); }, {"thickness map", "one channel"}},
-        {[&](auto& o) { o.thickness_map = image(width, height, 1, Element::u16); }, {"thickness", "float"}},
+        {[](auto& o) { o.thickness = Image(); }, {"thickness map", "no image"}},
+        {[&](auto& o) { o.thickness = image(10, 20); }, {"thickness", "10 x 20", "161 x 121"}},
+        {[&](auto& o) { o.thickness = image(width, height, 3); }, {"thickness map", "one channel"}},
+        {[&](auto& o) { o.thickness = image(width, height, 1, Element::u16); }, {"thickness", "float"}},
         {[&](auto& o) {
-             o.back_depth = StoredDepth{image(10, 20), seen.camera};
+             o.thickness = StoredDepth{image(10, 20), seen.camera};
          },
          {"second layer", "10 x 20", "161 x 121"}},
         {[&](auto& o) {
-             o.back_depth = seen.stored;
-             o.back_depth->camera.projection = perspective(0.9, double(width) / height, {0.1, 100});
+             o.thickness = seen.stored;
+             std::get<StoredDepth>(*o.thickness).camera.projection =
+                 perspective(0.9, double(width) / height, {0.1, 100});
          },
          {"second layer", "other rays"}},
         {[&](auto& o) {
-             o.back_depth = seen.stored;
-             o.back_depth->camera.projection = orthographic({-1, 1, -1, 1}, {0.1, 100});
+             o.thickness = seen.stored;
+             std::get<StoredDepth>(*o.thickness).camera.projection = orthographic({-1, 1, -1, 1}, {0.1, 100});
          },
          {"second layer", "other rays"}},
         {[&](auto& o) { o.normals = image(121, 161, 3); }, {"normals", "121 x 161", "161 x 121"}},
@@ -805,8 +799,8 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
     SsaoCall most = options_of(0.5);
     most.thickness = infinity;
     most.falloff = 1;
-    most.slices = 64;
-    most.samples = 256;
+    sampling_of(most).slices = 64;
+    sampling_of(most).samples = 256;
     most.region = Region{0, 0, width, height};
     CHECK(refusal(seen.stored, most).empty());
 }

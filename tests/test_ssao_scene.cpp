@@ -81,8 +81,8 @@ TEST_CASE("ssao scene: thickness from the silhouette halves the error of railing
                 .rmse;
         };
         for (const Quality quality : {Quality::balanced, Quality::accurate}) {
-            const double constant = rms({.quality = quality});
-            const double silhouette = rms({.quality = quality, .thickness_from_silhouette = true});
+            const double constant = rms({.sampling = Sampling{.quality = quality}});
+            const double silhouette = rms({.sampling = Sampling{.quality = quality}, .thickness = Silhouette{}});
             std::printf(
                 "railings against the scene itself, radius %.0f %% of the width: constant thickness %.4f, from the "
                 "silhouette %.4f\n",

@@ -48,7 +48,7 @@ std::vector<float> visibility_of(const std::vector<Value>& values, const Camera&
 SsaoCall options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
     SsaoCall call;
     call.radius = radius;
-    call.quality = quality;
+    sampling_of(call).quality = quality;
     call.thickness = thickness;
     return call;
 }
@@ -67,8 +67,9 @@ std::vector<Camera> cameras(int width, int height) {
 
 std::string text(const Camera& camera, const SsaoCall& options) {
     return std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", quality " +
-           std::to_string(static_cast<int>(options.quality)) + ", radius " + std::to_string(options.radius) +
-           ", thickness " + std::to_string(options.thickness.value_or(-1));
+           std::to_string(static_cast<int>(std::get<Sampling>(options.sampling).quality)) + ", radius " +
+           std::to_string(options.radius) + ", thickness " +
+           std::to_string(options.thickness ? std::get<double>(*options.thickness) : -1);
 }
 
 } // namespace

@@ -227,8 +227,11 @@ std::vector<Figures> against_path_tracer(const Device& device, const Blender& bl
     constexpr double ray_length = 1; // of the path tracer's pass
     for (const auto& [name, quality] : qualities) {
         for (const bool silhouette : {false, true}) {
-            const std::vector<float> got = floats_of(
-                ssao(stored, ray_length, {.quality = quality, .thickness_from_silhouette = silhouette}).visibility);
+            const std::vector<float> got =
+                floats_of(ssao(stored, ray_length,
+                               {.sampling = Sampling{.quality = quality},
+                                .thickness = silhouette ? std::optional<Thickness>(Silhouette{}) : std::nullopt})
+                              .visibility);
             std::vector<double> errors;
             for (std::size_t i = 0; i < got.size(); ++i)
                 errors.push_back(static_cast<double>(got[i]) - static_cast<double>(visibility.ptr<float>()[i]));

@@ -112,7 +112,7 @@ void judge_depth(const Corner& corner, const Stored& stored, const CircleOfConfu
     const DepthForm form = depth_form(corner.camera());
     const bool reversed = corner.camera().projection.order == DepthOrder::reversed;
     const auto z = floats_of(linearize(stored.depth, {Background::decode}).image);
-    const auto circle = floats_of(dof_masks(stored.depth, lens, {.weights = false}).coc);
+    const auto circle = floats_of(dof_masks(stored.depth, lens).coc);
     for (int y = 0; y < truth.height; ++y) {
         for (int x = 0; x < truth.width; ++x) {
             const auto i = static_cast<std::size_t>(y * truth.width + x);

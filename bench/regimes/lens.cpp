@@ -140,10 +140,10 @@ Regime focus_distance(const Device& device) {
     camera.height = 1440;
     for (double power = -6; power <= 6; power += 0.5) {
         const double nearer = std::pow(10.0, power), focal_length_mm = 85;
-        const CircleOfConfusion lens = circle_of_confusion({.f_number = 1.4,
+        const CircleOfConfusion lens = circle_of_confusion({.f_stop = 1.4,
                                                             .focus = focal_length_mm / 1000 * (1 + nearer),
                                                             .focal_length_mm = focal_length_mm,
-                                                            .sensor_width_mm = 36},
+                                                            .sensor_mm = 36},
                                                            camera);
         for (const auto& [name, bits] : {std::pair{"D16", 16}, {"D24", 24}, {"D32F", 32}}) {
             const CornerErrors errors = corner_errors(device, corner, {bits}, lens);

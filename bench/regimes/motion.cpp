@@ -94,7 +94,7 @@ Film occlusion(const Device& device, Quality quality, double speed) {
     Camera camera =
         camera_over(orthographic({-width / 2.0, width / 2.0, -height / 2.0, height / 2.0}, {0.5, 1e4}), width, height);
     camera.encoding = Encoding::view_z;
-    SsaoOptions options{.quality = quality};
+    SsaoOptions options{.sampling = Sampling{.quality = quality}};
     options.thickness = std::numeric_limits<double>::infinity();
     Film film;
     for (int t = 0; t < frames; ++t) {

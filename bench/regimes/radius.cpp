@@ -49,7 +49,7 @@ Regime radius_of_occlusion(const Device& device) {
                            Way{"balanced, border open", Quality::balanced, Border::open}}) {
         for (const double radius : {0.5,  0.7,  1.0,  1.4,  2.0,  2.8,  4.0,   5.7,   8.0,   11.0,
                                     16.0, 23.0, 32.0, 45.0, 64.0, 91.0, 128.0, 181.0, 256.0, 320.0}) {
-            SsaoOptions options{.quality = way.quality};
+            SsaoOptions options{.sampling = Sampling{.quality = way.quality}};
             options.thickness = std::numeric_limits<double>::infinity();
             options.border = way.border;
             regime.panel(off).curve(way.name).points.push_back(

@@ -107,7 +107,7 @@ Regime ring_of_a_radius(const Device& device) {
         regime.panel(bend).curve("exact").points.push_back({falloff, bend_of(truth)});
         for (const auto& [name, quality] :
              {std::pair{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}}) {
-            SsaoOptions options{.quality = quality};
+            SsaoOptions options{.sampling = Sampling{.quality = quality}};
             options.falloff = falloff;
             const Profile found = profile(image, floats_of(ssao(stored, reach, options).visibility), contact);
             regime.panel(bend).curve(name).points.push_back({falloff, bend_of(found)});

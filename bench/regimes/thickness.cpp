@@ -100,7 +100,7 @@ Regime thin_occluders(const Device& device) {
         const std::vector<float> backs = far_faces(image, camera, 0.5 * pixels * pixel);
         const std::string name = "bars of " + std::to_string(pixels) + " pixels";
         SsaoOptions layered;
-        layered.back_depth = stored_of(device, backs, camera);
+        layered.thickness = stored_of(device, backs, camera);
         const double with_back = judge.off(floats_of(ssao(stored, reach, layered).visibility));
         for (const double times : {1 / 16.0, 1 / 8.0, 1 / 4.0, 1 / 2.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0}) {
             SsaoOptions options;

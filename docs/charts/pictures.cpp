@@ -309,7 +309,7 @@ void draw_wall(const std::filesystem::path& folder) {
         {"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}};
     std::puts("visibility beside an infinite wall, thickness inf: worst and mean error");
     for (const auto& [name, quality] : qualities) {
-        options.quality = quality;
+        options.sampling = Sampling{.quality = quality};
         const Series found = along_floor(name, 2, options, Look::thin);
         double worst = 0, sum = 0;
         for (const auto& [distance, visibility] : found.points) {

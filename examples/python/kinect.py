@@ -7,7 +7,7 @@ import numpy
 from PIL import Image
 
 millimetres = numpy.asarray(Image.open(sys.argv[1])).astype(numpy.uint16)  # 0 where nothing was measured
-camera = fathom.Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
+camera = fathom.Camera(preset="kinect", fx=525, fy=525, cx=319.5, cy=239.5)
 
 points = fathom.unproject(millimetres, camera)  # metres; x right, y down, z ahead; NaN where nothing was measured
 normals = fathom.normals(millimetres, camera)

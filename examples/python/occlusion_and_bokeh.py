@@ -29,7 +29,7 @@ color[::24, ::24] = 20  # lamps, which a lens turns into discs
 
 visibility = fathom.ssao(z, camera, radius=0.6)
 shaded = color * visibility[..., None]
-blurred = fathom.dof(shaded, z, camera, focus=4.0, f_stop=1.4, focal_length_mm=50, sensor_mm=36, blades=6)
+blurred = fathom.dof(z, camera, shaded, focus=4.0, f_stop=1.4, focal_length_mm=50, sensor_mm=36, blades=6)
 
 figure, axes = pyplot.subplots(1, 3, figsize=(12, 3.2), layout="constrained")
 for axis, title, image in zip(axes, ("distance", "occlusion", "bokeh"), (z, visibility, blurred)):

@@ -14,7 +14,7 @@ depth = numpy.full((HEIGHT, WIDTH), (1 / NEAR - 1 / 2) / (1 / NEAR - 1 / FAR), n
 view = numpy.eye(4)
 view[2, 3] = -1  # the camera stands at (0, 0, 1) and looks along -z
 
-camera = fathom.Camera.preset("pybullet", width=WIDTH, height=HEIGHT, near=NEAR, far=FAR, fov_y_deg=60, view=view)
+camera = fathom.Camera(preset="pybullet", width=WIDTH, height=HEIGHT, near=NEAR, far=FAR, fov_y_deg=60, view=view)
 points = fathom.unproject(depth, camera, space="world")  # (H, W, 3), NaN where there is nothing
 z = fathom.linearize(depth, camera)
 numpy.save("points.npy", points)

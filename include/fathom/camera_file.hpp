@@ -14,7 +14,7 @@ namespace fathom {
 
 /// Defaults for lens options that a renderer wrote into the camera file.
 struct LensDefaults {
-    std::optional<double> lens_mm, sensor_mm, f_stop, focus_distance, ao_distance;
+    std::optional<double> focal_length_mm, sensor_mm, f_stop, focus, ao_distance;
 };
 
 /// A camera file (JSON, docs/camera.md): the camera, how its depth is packed, and what else the renderer knew.
@@ -31,10 +31,13 @@ struct CameraFile {
 /// Reads a camera file. Unknown keys are refused with the nearest known one; every refusal names the key and its value.
 CameraFile read_camera(const std::filesystem::path& file);
 
-/// The camera that a preset makes, from a text NAME or NAME:key=value,key=value. Keys are those of the camera file; the ones of
-/// its objects `perspective`, `intrinsics` and `orthographic` stand alone: "tum:fx=525,fy=525,cx=319.5,cy=239.5".
-/// `presets` lists the names.
-CameraFile preset_camera(const std::string& text);
+/// The camera of a source of depth, for an image of this size, from a text NAME or NAME:key=value,key=value. Keys are those of
+/// the camera file; the ones of its objects `perspective`, `intrinsics` and `orthographic` stand alone:
+/// "tum:fx=525,fy=525,cx=319.5,cy=239.5". `presets` lists the names.
+Camera preset_camera(const std::string& text, int width, int height);
+
+/// The same as a camera file that says it, for what else there is in it: `read_depth` needs to know how depth is packed.
+CameraFile preset_file(const std::string& text);
 
 /// The camera for an image of this size: takes the size if the file gave none, otherwise checks it.
 /// Throws: Error naming both sizes.

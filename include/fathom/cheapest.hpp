@@ -23,8 +23,8 @@ struct MeasuredMethod {
     std::string device;      ///< that took that time
 };
 
-/// The fastest method of `operation` whose measured error is at most `max_error` in every scene. `max_error` of SsaoOptions,
-/// DofOptions and NormalsOptions uses it. Scenes harder than the measured ones have larger errors.
+/// The fastest method of `operation` whose measured error is at most `max_error` in every scene. `MaxError` in
+/// SsaoOptions, DofOptions and NormalsOptions uses it. Scenes harder than the measured ones have larger errors.
 ///
 /// The errors are those of depth stored as this one is, or in 16 bits if `depth_bits` are at most 16. If no such depth was
 /// measured, the largest error of any storage counts. Half resolution is a method of `ssao` if the depth has an even column

@@ -7,6 +7,7 @@
 #include <fathom/quality.hpp>
 
 #include <optional>
+#include <variant>
 
 namespace fathom {
 #pragma GCC visibility push(default)
@@ -30,10 +31,8 @@ struct DofOptions {
     Aperture aperture = {};
     /// How finely circles and the aperture are resolved. `accurate` also keeps which part of the lens an edge leaves open at a
     /// pixel, and continues the surface behind the edge.
-    Quality quality = Quality::balanced;
-    /// Instead of the quality: a root mean square error of colours from 0 to 1. The fastest quality whose measured error is at
-    /// most this in every scene of docs/performance.md is used: `cheapest_method` of cheapest.hpp.
-    std::optional<double> max_error = {};
+    /// Or a root mean square error of colours from 0 to 1.
+    std::variant<Quality, MaxError> quality = Quality::balanced;
     Sky sky = Sky::blur;
     double max_coc_px = 512; ///< circles are clamped to ± this; 1 to 512
     /// Where it lies farther than the picture, by more than two layers, it shows what the picture hides.

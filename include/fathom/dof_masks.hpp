@@ -21,12 +21,18 @@ struct DofMasksOptions {
     double transition_px = 1; ///< circles larger by this are not at all; from 0, a hard edge
     Sky sky = Sky::blur;
     double max_coc_px = std::numeric_limits<double>::infinity(); ///< circles are clamped to ± this; above 0
-    bool weights = true;                                         ///< wanted, as well as the circle?
-    bool max_near_coc = false;                                   ///< wanted?
-    bool near_alpha = false;                                     ///< wanted?
-    bool disocclusion = false;                                   ///< wanted?
-    bool mixed_pixels = false;                                   ///< wanted?
-    int tile_px = 0; ///< pixels across of the tiles whose extremes are wanted, 0: none; 1 to 65536
+
+    // Which results of `DofMasks` are wanted, besides the circle?
+    bool near_weight = false;
+    bool focus_weight = false;
+    bool far_weight = false;
+    bool max_near_coc = false;
+    bool near_alpha = false;
+    bool disocclusion = false;
+    bool mixed_pixels = false;
+    int tile_px = 16; ///< pixels across of the tiles whose extremes are wanted, 1 to 65536
+    bool tile_min_coc = false;
+    bool tile_max_coc = false;
 };
 
 /// The circle is within this many units in the last place of the exact circle of the stored number. The unit is that of the
@@ -49,7 +55,7 @@ inline constexpr double near_alpha_error = 1e-5;
 
 /// Results of `dof_masks`: one float a pixel each, all of the depth's size.
 ///
-/// Those from `max_near_coc` on are passes of their own, on request. A pixel x lies within the disc of a pixel p if the distance
+/// Those but the circle are made on request, and those from `max_near_coc` on are passes of their own. A pixel x lies within the disc of a pixel p if the distance
 /// of their centres, in horizontal pixels, is at most |c_p|/2. Invalid pixels and those outside the image have no disc.
 struct DofMasks {
     Image coc = {};          ///< diameter in horizontal pixels, positive behind the focus; NaN for invalid pixels
@@ -80,7 +86,7 @@ struct DofMasks {
     Image tile_max_coc = {};
 };
 
-/// Circle of confusion and three weights (near, in focus and far) from stored depth in one pass.
+/// Circle of confusion and, on request, three weights (near, in focus and far) from stored depth in one pass.
 ///
 /// In: one stored value a pixel, and the lens as `circle_of_confusion` gives it. Out: see DofMasks.
 ///
@@ -98,18 +104,15 @@ DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, cons
                    const Launch& launch = {});
 
 /// The same into the caller's images: those that `options` asks for, of one float a pixel, with any row stride. They share
-/// memory neither with the input nor with each other. An image that is not asked for is left alone. A second call allocates
-/// nothing. Kernels write straight into the images, wherever they lie in their memory.
+/// memory neither with the input nor with each other. A second call allocates nothing. Kernels write straight into the images,
+/// wherever they lie in their memory.
 ///
-/// For themselves, near alpha and disocclusion take 4 bytes a pixel, mixed pixels 4, and the three masks of near discs a 64th of
-/// a byte. A memory budget makes the 4 bytes of fewer rows: of 256 at least, however large the discs are. Same bits.
-/// Throws: as above, and std::invalid_argument for images that are missing or do not fit.
+/// For themselves, near alpha and disocclusion take 4 bytes a pixel, mixed pixels 4, each weight that is not asked for beside
+/// another one 4, and the three masks of near discs a 64th of a byte. A memory budget makes the 4 bytes of near alpha of fewer
+/// rows: of 256 at least, however large the discs are. Same bits.
+/// Throws: as above, and std::invalid_argument for images that are missing, do not fit or were not asked for.
 void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
                const DofMasksOptions& options = {}, const Launch& launch = {});
-
-/// The depth of the surface at a pixel of the image, for `Lens::focus`; infinity for the background.
-/// Throws: std::invalid_argument for a pixel outside the image, or whose stored value is invalid.
-double depth_at(const StoredDepth& stored, int x, int y);
 
 #pragma GCC visibility pop
 } // namespace fathom

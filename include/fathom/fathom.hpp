@@ -14,6 +14,7 @@
 #include <fathom/lens.hpp>
 #include <fathom/linearize.hpp>
 #include <fathom/normals.hpp>
+#include <fathom/photograph.hpp>
 #include <fathom/precision.hpp>
 #include <fathom/probe.hpp>
 #include <fathom/projection.hpp>

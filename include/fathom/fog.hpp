@@ -24,10 +24,10 @@ enum class FogAlpha {
 };
 
 struct FogOptions {
-    Required density;                           ///< fraction of the light lost per scene unit, over a short way; from 0
-    double max_opacity = 1;                     ///< no pixel is fogged more than this, 0 to 1
-    double start = 0;                           ///< distance along the ray at which the fog begins, scene units; from 0
-    std::array<double, 3> color{0.5, 0.6, 0.7}; ///< of the fog, in the picture's (linear) values and order
+    Required density;       ///< fraction of the light lost per scene unit, over a short way; from 0
+    double max_opacity = 1; ///< no pixel is fogged more than this, 0 to 1
+    double start = 0;       ///< distance along the ray at which the fog begins, scene units; from 0
+    std::array<double, 3> fog_color{0.5, 0.6, 0.7}; ///< in the picture's (linear) values and order of channels
 
     /// Height fog: density(h) = density · exp(−height_falloff · (h − reference_height)), h the height along `up` in the
     /// world. 0: the same density everywhere. Needs the camera's view matrix otherwise.

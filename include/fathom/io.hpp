@@ -64,11 +64,8 @@ struct ReadRelativeOptions {
 /// is not finite or does not ascend.
 RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options = {});
 
-/// Depth on the grid of a picture of another size: a mean of the nearest 4 × 4 depths, in which those count whose part of the
-/// picture has this pixel's colour. Both show the same; neither is cropped. In: CV_32FC1, and CV_32FC3 or 4 in linear light. Out:
-/// CV_32FC1 of the picture's size; NaN where no depth is known.
+/// `upsample_along_edges` of photograph.hpp for CV_32FC1, and CV_32FC3 or 4 in linear light. Out: CV_32FC1 of the picture's size.
 /// Throws: Error for other types.
-/// Source: Kopf, Cohen, Lischinski, Uyttendaele 2007, eq. 2.
 cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color);
 
 /// Reads normals: CV_32FC3, x, y, z of length 1, (0, 0, 0) where there is none. What axes they are in the file does not say.

@@ -9,15 +9,29 @@ namespace fathom {
 #pragma GCC visibility push(default)
 
 /// A thin lens at the camera centre. Give the focal length, the sensor's width, or both. With one of them the projection gives
-/// the other: its horizontal focal length in pixels is focal_length_mm · width / sensor_width_mm. With both the projection's
+/// the other: its horizontal focal length in pixels is focal_length_mm · width / sensor_mm. With both the projection's
 /// focal length does not count.
 struct Lens {
-    Required f_number; ///< focal length over the diameter of the aperture; infinity: a pinhole
-    Required focus;    ///< depth that is sharp, along the view axis, scene units; infinity allowed
+    Required f_stop; ///< focal length over the diameter of the aperture; infinity: a pinhole
+    Required focus;  ///< depth that is sharp, along the view axis, scene units; infinity allowed
     std::optional<double> focal_length_mm = {}; ///< default: the projection's, which then needs the sensor's width
-    std::optional<double> sensor_width_mm =
-        {};                    ///< of the whole image; default: the projection's, from the focal length
-    double mm_per_unit = 1000; ///< millimetres in a scene unit
+    std::optional<double> sensor_mm = {}; ///< of the whole image; default: the projection's, from the focal length
+    double mm_per_unit = 1000;            ///< millimetres in a scene unit
+};
+
+/// A number as the unevaluated sum of two doubles: 106 bits, the same on every platform. Any number that fits becomes one, and it
+/// becomes the widest one that a platform has.
+struct DoubleDouble {
+    double high = 0;
+    double low = 0; ///< at most half a unit in the last place of `high`
+
+    constexpr DoubleDouble() = default;
+    constexpr DoubleDouble(int value) : high(value) {}
+    constexpr DoubleDouble(double value) : high(value) {}
+    constexpr DoubleDouble(long double value)
+        : high(static_cast<double>(value)),
+          low(high - high == 0 ? static_cast<double>(value - static_cast<long double>(high)) : 0) {} // of finite ones
+    constexpr operator long double() const { return static_cast<long double>(high) + static_cast<long double>(low); }
 };
 
 /// Diameter of the circle of confusion, in horizontal pixels of the camera's image, positive behind the focus:
@@ -25,10 +39,10 @@ struct Lens {
 ///   c = g z − k                    under an orthographic projection, where the lens is telecentric
 /// A plain value: `circle_of_confusion` makes it from a lens, or you fill it in. The focus is where c = 0.
 struct CircleOfConfusion {
-    long double k = 0;          ///< pixels
-    long double g = 0;          ///< pixels times scene units; orthographic: pixels per scene unit
-    long double lens_depth = 0; ///< z of the lens, which is the camera centre. Scene units
-    bool telecentric = false;   ///< is the camera orthographic?
+    DoubleDouble k = {};          ///< pixels
+    DoubleDouble g = {};          ///< pixels times scene units; orthographic: pixels per scene unit
+    DoubleDouble lens_depth = {}; ///< z of the lens, which is the camera centre. Scene units
+    bool telecentric = false;     ///< is the camera orthographic?
 };
 
 /// Depths between which no circle is larger than an acceptable one. Scene units along the view axis.
@@ -51,7 +65,7 @@ PixelScale pixel_scale(const Camera& camera);
 ///   k = A (fx/S)                   one of them given: fx is the projection's focal length in pixels, f = fx/p
 ///   k = A · (pixels per unit)      orthographic camera, which needs the focal length for A
 /// and g = k S, finite for a focus at infinity too; g = k/S for an orthographic camera.
-/// Throws: std::invalid_argument unless f_number > 0, focal_length_mm, sensor_width_mm and mm_per_unit are finite and
+/// Throws: std::invalid_argument unless f_stop > 0, focal_length_mm, sensor_mm and mm_per_unit are finite and
 /// greater than 0, the focus is farther from the lens than the focal length, and the lens is known; NaN is none of these.
 /// Source: Potmesil and Chakravarty 1981, eq. 1–4; telecentric as the limit of a far lens with a long focal length.
 CircleOfConfusion circle_of_confusion(const Lens& lens, const Camera& camera);

@@ -42,5 +42,18 @@ ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options =
 void linearize(const StoredDepth& stored, const Image& result, const LinearizeOptions& options = {},
                const Launch& launch = {});
 
+/// The depth of the surface at a pixel of the image, for `Lens::focus`; infinity for the background.
+/// Throws: std::invalid_argument for a pixel outside the image, or whose stored value is invalid.
+double depth_at(const StoredDepth& stored, int x, int y);
+
+/// Stored depth without holes: an invalid pixel takes the value of the nearest valid pixel to its left or to its right, the
+/// farther one of the two. In a row without valid pixels it takes that above or below. Holes in measured depth lie mostly
+/// beside an edge, where a sensor's light or the second camera did not reach: behind it.
+/// Throws: std::invalid_argument for a camera that does not fit the image or cannot be decoded; Error from the device.
+StoredDepth fill_invalid(const StoredDepth& stored);
+
+/// The same into an image of the caller's, of the size and type of `stored.image`, which it may be. Waits for the device.
+void fill_invalid(const StoredDepth& stored, const Image& result);
+
 #pragma GCC visibility pop
 } // namespace fathom

@@ -2,8 +2,9 @@
 
 #include <fathom/image.hpp>
 #include <fathom/launch.hpp>
+#include <fathom/quality.hpp>
 
-#include <optional>
+#include <variant>
 
 namespace fathom {
 #pragma GCC visibility push(default)
@@ -16,10 +17,7 @@ enum class NormalMethod {
 };
 
 struct NormalsOptions {
-    NormalMethod method = NormalMethod::automatic;
-    /// Instead of the method: a mean error in degrees. The fastest method whose measured error is at most this in every scene of
-    /// docs/performance.md is used: `cheapest_method` of cheapest.hpp.
-    std::optional<double> max_error = {};
+    std::variant<NormalMethod, MaxError> method = NormalMethod::automatic; ///< or a mean error in degrees
     Space space = Space::view;
     int channels = 3;     ///< 3, or 4 with the validity: 1, and 0 where there is no normal
     double tolerance = 1; ///< how far depth may be off, in half steps of its storage
@@ -58,7 +56,7 @@ inline constexpr double normals_length_error = 4 * 0x1p-24;
 /// Accuracy: `normals_slope_error`, `normals_length_error`; with noise `normals_noise_error_deg`.
 /// `inexact::normals_error` more on a device that is not exact (probe.hpp).
 /// Throws: std::invalid_argument for world space without a view matrix, for channels other than 3 and 4, for a tolerance
-/// that is not above 0, for noise that is not from 0 to less than 1, and for noise together with `max_error`.
+/// that is not above 0, for noise that is not from 0 to less than 1, and for noise together with a `MaxError`.
 /// Source: two-tap extrapolation by atyuwen, "Accurate Normal Reconstruction from Depth Buffer", 2020; that 1/z is affine on
 /// the screen, Blinn 1992; both for every camera as derived in kernels/normals/normals.cl and docs/camera.md.
 Image normals(const StoredDepth& stored, const NormalsOptions& options = {}, const Launch& launch = {});

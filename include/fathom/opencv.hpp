@@ -32,7 +32,8 @@
 /// step does, or reading the result. A cv::UMat that is a cv::Mat's memory makes it wait.
 /// Otherwise a cv::UMat is mapped and treated as a cv::Mat, with the same bits: on a device of another context, while
 /// OpenCV uses no OpenCL, and while a cv::Mat holds it mapped.
-/// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size. What OpenCV cannot
+/// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size, and for a result that is asked
+/// for without a matrix, or has one without being asked for. What OpenCV cannot
 /// allocate or map is a cv::Exception.
 namespace fathom {
 #pragma GCC visibility push(default)
@@ -72,17 +73,23 @@ void unproject(const Device& device, cv::InputArray stored, const Camera& camera
 void normals(const Device& device, cv::InputArray stored, const Camera& camera, cv::OutputArray result,
              const NormalsOptions& options = {}, std::optional<Storage> storage = {}, const Launch& launch = {});
 
-/// Visibility (CV_32FC1); see ssao.hpp.
+/// Where the results of `ssao` go: those that the options ask for. Visibility, too, may be left out.
+struct OcclusionArrays {
+    cv::OutputArray visibility = cv::noArray();  ///< CV_32FC1
+    cv::OutputArray bent_normal = cv::noArray(); ///< CV_32FC3
+    cv::OutputArray confidence = cv::noArray();  ///< CV_32FC1
+};
+
+/// Ambient occlusion; see ssao.hpp.
+void ssao(const Device& device, cv::InputArray stored, const Camera& camera, double radius,
+          const OcclusionArrays& results, const SsaoOptions& options = {}, std::optional<Storage> storage = {},
+          const Launch& launch = {});
+
+/// The same for visibility alone.
 void ssao(const Device& device, cv::InputArray stored, const Camera& camera, double radius, cv::OutputArray visibility,
           const SsaoOptions& options = {}, std::optional<Storage> storage = {}, const Launch& launch = {});
 
-/// The same with bent normals (CV_32FC3) and confidence (CV_32FC1). Each is computed if its array is given, whatever
-/// `options` says; `cv::noArray()` leaves it out.
-void ssao(const Device& device, cv::InputArray stored, const Camera& camera, double radius, cv::OutputArray visibility,
-          cv::OutputArray bent_normal, cv::OutputArray confidence, const SsaoOptions& options = {},
-          std::optional<Storage> storage = {}, const Launch& launch = {});
-
-/// Where the masks of `dof_masks` go (CV_32FC1). A mask is computed if its array is given.
+/// Where the masks of `dof_masks` go (CV_32FC1): those that the options ask for. The circle, too, may be left out.
 struct DofMaskArrays {
     cv::OutputArray coc = cv::noArray();
     cv::OutputArray near_weight = cv::noArray();
@@ -92,12 +99,11 @@ struct DofMaskArrays {
     cv::OutputArray near_alpha = cv::noArray();
     cv::OutputArray disocclusion = cv::noArray();
     cv::OutputArray mixed_pixels = cv::noArray();
-    cv::OutputArray tile_min_coc = cv::noArray(); ///< needs `DofMasksOptions::tile_px`
-    cv::OutputArray tile_max_coc = cv::noArray(); ///< likewise
+    cv::OutputArray tile_min_coc = cv::noArray();
+    cv::OutputArray tile_max_coc = cv::noArray();
 };
 
-/// The circle of confusion and the masks whose arrays are given; see dof_masks.hpp. The options that say which masks
-/// are wanted are not read.
+/// The circle of confusion and masks; see dof_masks.hpp.
 void dof_masks(const Device& device, cv::InputArray stored, const Camera& camera, const CircleOfConfusion& coc,
                const DofMaskArrays& results, const DofMasksOptions& options = {}, std::optional<Storage> storage = {},
                const Launch& launch = {});
@@ -108,8 +114,8 @@ void dof(const Device& device, cv::InputArray stored, const Camera& camera, cv::
          const CircleOfConfusion& coc, cv::OutputArray result, const DofOptions& options = {},
          std::optional<Storage> storage = {}, const Launch& launch = {});
 
-/// A picture with fog, of the type of `color`, which is any that `dof` takes; see fog.hpp. `FogOptions::color` is R, G,
-/// B.
+/// A picture with fog, of the type of `color`, which is any that `dof` takes; see fog.hpp. `FogOptions::fog_color` has the
+/// order of the picture's channels: B, G, R as OpenCV reads files.
 void fog(const Device& device, cv::InputArray stored, const Camera& camera, cv::InputArray color,
          cv::OutputArray result, const FogOptions& options, std::optional<Storage> storage = {},
          const Launch& launch = {});

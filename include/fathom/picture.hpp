@@ -51,9 +51,7 @@ struct ReadPictureOptions {
 /// Source: IEC 61966-2-1; PNG, third edition, 11.3.2; ICC.1:2022, 10.6 and 10.18; Exif 2.32, tag 274.
 Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions& options = {});
 
-/// Makes white brighter, which a file of integers has cut off: light from 0.97 on grows smoothly, to `peak` times of itself at 1.
-/// Pictures of floats stay as they are.
-/// A blur then shows lamps as bright discs. What a lamp's light really was is not known; photo editors offer the same guess.
+/// `restore_highlights` of photograph.hpp for a picture of integers. One of floats stays as it is.
 /// Throws: std::invalid_argument unless peak is finite and 1 or greater.
 void restore_highlights(Picture& picture, double peak);
 

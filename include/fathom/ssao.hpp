@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <variant>
 
 namespace fathom {
 #pragma GCC visibility push(default)
@@ -17,28 +18,14 @@ enum class Border {
     clamp, ///< the pixels of its border, again and again
 };
 
-struct SsaoOptions {
-    Quality quality = Quality::balanced; ///< how many directions and distances are looked into
-    std::optional<int> slices = {};      ///< instead of the quality's: planes through the view ray, 1 to 64
-    std::optional<int> samples = {};     ///< instead of the quality's: samples on either side of a slice, 1 to 256
-    /// Instead of the quality's: 1, 4 or 16 neighbouring pixels turn and shift their slices and samples, and are averaged over
-    /// as many afterwards. 1 turns both off.
+/// How many directions and distances are looked into: a quality, and what takes the place of its own numbers.
+struct Sampling {
+    Quality quality = Quality::balanced;
+    std::optional<int> slices = {};  ///< planes through the view ray, 1 to 64
+    std::optional<int> samples = {}; ///< samples on either side of a slice, 1 to 256
+    /// 1, 4 or 16 neighbouring pixels turn and shift their slices and samples, and are averaged over as many afterwards. 1 turns
+    /// both off.
     std::optional<int> jitter = {};
-
-    /// Instead of all these and of half_resolution: a root mean square error of visibility. The fastest method whose measured
-    /// error is at most this in every scene of docs/performance.md is used: `cheapest_method` of cheapest.hpp.
-    std::optional<double> max_error = {};
-
-    /// How thick surfaces are along their rays, scene units. Default: a quarter of the radius. Infinity: everything behind a
-    /// surface is solid, as in a height field.
-    std::optional<double> thickness = {};
-    Image thickness_map = {};               ///< the same for each pixel: one float, same size as the depth
-    bool thickness_from_silhouette = false; ///< the same for each pixel, as thick as its object is wide in the image
-    std::optional<StoredDepth> back_depth = {}; ///< where each pixel's solid ends: a second layer of depth, same size
-
-    double falloff = 0; ///< 0 to 1: fraction of the radius, at its end, over which occluders fade out; 0: a hard end
-    Border border = Border::open;
-    std::uint32_t seed = 0; ///< turns the jitter
 
     /// Computes every second pixel of every second row of the camera's image and interpolates the others along their tangent
     /// planes. A pixel without a valid computed neighbour is open, with a confidence of 0. true: everywhere; false: nowhere.
@@ -46,6 +33,23 @@ struct SsaoOptions {
     /// pixels, and takes more samples there. In none of seven scenes is its rms error larger by more than a tenth.
     /// With `slices`, `samples` or `jitter` the default is false.
     std::optional<bool> half_resolution = {};
+};
+
+/// Each object is as thick as it is wide in the image.
+struct Silhouette {};
+
+/// How thick surfaces are along their rays: the same everywhere, in scene units, where infinity makes everything behind a surface
+/// solid, as in a height field; a thickness for each pixel, one float, of the depth's size; each pixel as thick as its object is
+/// wide; or where each pixel's solid ends, a second layer of depth of the same size.
+using Thickness = std::variant<double, Image, Silhouette, StoredDepth>;
+
+struct SsaoOptions {
+    std::variant<Sampling, MaxError> sampling = {}; ///< or a root mean square error of visibility
+    std::optional<Thickness> thickness = {};        ///< default: a quarter of the radius
+
+    double falloff = 0; ///< 0 to 1: fraction of the radius, at its end, over which occluders fade out; 0: a hard end
+    Border border = Border::open;
+    std::uint32_t seed = 0; ///< turns the jitter
 
     std::optional<Region> region = {}; ///< part that is computed; samples still come from the whole image
 
@@ -53,8 +57,10 @@ struct SsaoOptions {
                           ///< stay open, and normals are fitted likewise if none are given
     Image normals = {};   ///< 3 or 4 floats a pixel, (0, 0, 0) where there is none; default: from depth
     Space normals_space = Space::view; ///< axes of these normals
-    bool bent_normal = false;          ///< wanted?
-    bool confidence = false;           ///< wanted?
+
+    // Which results of `Occlusion` are wanted, besides visibility?
+    bool bent_normal = false;
+    bool confidence = false;
 };
 
 /// Bounds of a thickness from the silhouette, as fractions of the radius. A run to the image's border counts as the most. The
@@ -95,7 +101,7 @@ struct Occlusion {
 Occlusion ssao(const StoredDepth& stored, double radius, const SsaoOptions& options = {}, const Launch& launch = {});
 
 /// The same into the caller's images: visibility, and the images that `options` asks for, with any row stride. They share
-/// memory neither with an input nor with each other. An image that is not asked for is left alone.
+/// memory neither with an input nor with each other. An image that is not asked for is refused.
 void ssao(const StoredDepth& stored, const Occlusion& results, double radius, const SsaoOptions& options = {},
           const Launch& launch = {});
 

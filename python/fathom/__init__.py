@@ -1,7 +1,7 @@
 """Exact post-processing of depth images: distances, points, normals, ambient occlusion, depth of field and fog.
 
     import fathom
-    camera = fathom.Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
+    camera = fathom.Camera(preset="kinect", fx=525, fy=525, cx=319.5, cy=239.5)
     points = fathom.unproject(depth, camera)    # (H, W, 3) float32, metres
 
 docs/python.md explains the rest.
@@ -9,6 +9,7 @@ docs/python.md explains the rest.
 
 from ._calls import readable as _readable
 from ._fathom import (
+    BackDepth,
     Camera,
     CameraWarning,
     Device,
@@ -17,19 +18,25 @@ from ._fathom import (
     Image,
     NoDevice,
     __version__,
+    depth_at,
     devices,
     dof,
     dof_masks,
+    fill_invalid,
     fog,
     linearize,
     normals,
+    preset_camera,
     presets,
+    restore_highlights,
     ssao,
     unproject,
+    upsample_along_edges,
 )
 from ._results import DofMasks, Occlusion
 
 __all__ = [
+    "BackDepth",
     "Camera",
     "CameraWarning",
     "Device",
@@ -40,21 +47,39 @@ __all__ = [
     "NoDevice",
     "Occlusion",
     "__version__",
+    "depth_at",
     "devices",
     "dof",
     "dof_masks",
+    "fill_invalid",
     "fog",
     "linearize",
     "normals",
+    "preset_camera",
     "presets",
+    "restore_highlights",
     "ssao",
     "unproject",
+    "upsample_along_edges",
 ]
 
-for _each in (Camera, Device, DeviceInfo, Error, Image, NoDevice):
+for _each in (BackDepth, Camera, Device, DeviceInfo, Error, Image, NoDevice):
     _each.__module__ = __name__  # where people find it
-for _function in (dof, dof_masks, fog, linearize, normals, ssao, unproject):
+for _function in (
+    depth_at,
+    dof,
+    dof_masks,
+    fill_invalid,
+    fog,
+    linearize,
+    normals,
+    preset_camera,
+    restore_highlights,
+    ssao,
+    unproject,
+    upsample_along_edges,
+):
     globals()[_function.__name__] = _readable(_function)
-for _name in ("from_json", "load", "preset"):
+for _name in ("from_json", "load"):
     setattr(Camera, _name, staticmethod(_readable(getattr(Camera, _name))))
 del _each, _function, _name

@@ -73,7 +73,11 @@ def _problem(signature: inspect.Signature, args: tuple[Any, ...], kwargs: dict[s
     for name, value in bound.arguments.items():
         wanted = _unfit(name, signature.parameters[name].annotation, value)
         if wanted:
-            cure = "; fathom.Camera(**keys) makes one" if isinstance(value, dict) and name == "camera" else ""
+            cure = ""
+            if name == "camera" and isinstance(value, dict):
+                cure = "; fathom.Camera(**keys) makes one"
+            elif name == "camera" and "color" in names:
+                cure = "; depth and camera come first, then color"
             return f": {name} must be {wanted}, not {' '.join(reprlib.repr(value).split())}{cure}"
     return None
 

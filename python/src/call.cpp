@@ -436,6 +436,32 @@ nb::object to_numpy(const Image& image) {
     return array;
 }
 
+std::pair<std::vector<float>, Layout> floats_of(const Pixels& pixels, const char* argument) {
+    nb::object array = pixels.given;
+    if (is_image(array)) {
+        const Image& given = nb::cast<const DeviceImage&>(array).image;
+        if (given.element() != Element::f32)
+            refuse(argument, std::string("holds ") + name_of(given.element()) + "; it must hold float32");
+        array = to_numpy(given);
+    }
+    const ReadArray read = read_array(array, argument).array;
+    checked_element(read.dtype(), Holds::numbers, argument);
+    Strided s = strided(read, argument);
+    const std::shared_ptr<std::byte[]> copy = compacted(read.data(), s, sizeof(float));
+    s.layout.row_stride = 0;
+    const auto count = static_cast<std::size_t>(s.layout.width) * static_cast<std::size_t>(s.layout.height) *
+                       static_cast<std::size_t>(s.layout.channels);
+    std::vector<float> floats(count);
+    std::memcpy(floats.data(), copy.get(), count * sizeof(float));
+    return {std::move(floats), s.layout};
+}
+
+nb::object new_floats(const Layout& layout, float*& data) {
+    nb::object array = new_array(Element::f32, layout);
+    data = static_cast<float*>(nb::cast<WriteArray>(array).data());
+    return array;
+}
+
 Call::Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceChoice& device)
     : camera_(camera), storage_(storage), makes_images_(is_image(depth.given)) {
     last_run = {};
@@ -523,11 +549,9 @@ namespace {
 
 // Names of C++ as Python has them.
 std::string in_python(std::string message) {
-    for (const auto& [ours, pythons] : {std::pair<std::string_view, const char*>{"f_number", "f_stop"},
-                                        {"sensor_width_mm", "sensor_mm"},
-                                        {"the colour", "color"}})
-        for (std::size_t at; (at = message.find(ours)) != message.npos;)
-            message.replace(at, ours.size(), pythons);
+    constexpr std::string_view ours = "the colour";
+    for (std::size_t at; (at = message.find(ours)) != message.npos;)
+        message.replace(at, ours.size(), "color");
     return message;
 }
 

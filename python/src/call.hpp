@@ -32,6 +32,16 @@ struct Pixels {
     explicit operator bool() const { return given.is_valid() && !given.is_none(); }
 };
 
+/// `fathom.BackDepth`: a second layer of depth, where each pixel's solid ends.
+struct BackDepth {
+    nb::object depth;
+};
+
+/// `thickness=` of `ssao`.
+struct ThicknessGiven {
+    nb::object given;
+};
+
 /// The same, for what is written.
 struct Target {
     nb::object given;
@@ -59,6 +69,12 @@ nb::object to_numpy(const Image& image);
 
 Element element_of_name(const std::string& dtype);
 const char* name_of(Element element);
+
+/// The pixels of an array or a `fathom.Image` of float32, one row after the other.
+std::pair<std::vector<float>, Layout> floats_of(const Pixels& pixels, const char* argument);
+
+/// A new NumPy array. Its content is undefined, and `data` is where it lies.
+nb::object new_floats(const Layout& layout, float*& data);
 
 /// (height, width), or with channels if there are several.
 nb::tuple shape_of(const Image& image);
@@ -142,6 +158,8 @@ namespace nanobind::detail {
 
 FATHOM_TAKES_ANY_OBJECT(fathom::python::Pixels, "fathom._results.Array | Image")
 FATHOM_TAKES_ANY_OBJECT(fathom::python::Target, "fathom._results.Array | Image | tuple")
+FATHOM_TAKES_ANY_OBJECT(fathom::python::ThicknessGiven,
+                        "float | typing.Literal['silhouette'] | fathom._results.Array | Image | BackDepth")
 FATHOM_TAKES_ANY_OBJECT(fathom::python::DeviceChoice, "Device | DeviceInfo | str | int")
 
 #undef FATHOM_TAKES_ANY_OBJECT

@@ -8,6 +8,7 @@
 #include "camera_file/json_object.hpp"
 #include "camera_file/key_doubts.hpp"
 #include "camera_file/key_names.hpp"
+#include "camera_file/presets.hpp"
 
 #include <fathom/error.hpp>
 #include <fathom/image.hpp>
@@ -252,7 +253,11 @@ Camera(**keys) takes the keys of the camera file (docs/camera.md) as keyword arg
 
 Numbers, text, lists, dicts and NumPy arrays will do; None leaves a key out. The keys of `perspective`, `intrinsics` and
 `orthographic` may stand alone: Camera(fov_y_deg=60, near=0.1, far=50). Without width and height the camera fits an array
-of any size. Principal points are counted from the corner of the first pixel, unless pixel_origin="centre".
+of any size. `preset` names what writes the depth, one of fathom.presets():
+
+    Camera(preset="kinect", fx=525, fy=525, cx=319.5, cy=239.5)
+
+Principal points are counted from the corner of the first pixel, unless pixel_origin="centre".
 
 Two cameras are equal if their keys are.
 
@@ -275,20 +280,6 @@ the depth mean, as in "carla" or "encoding=view-z". undistorted: the depth has b
 ROS counts integers in millimetres and floats in metres. depth: the depth's file, whose name chooses among images.
 
 Raises fathom.Error, one line with the file's name.)")
-        .def_static(
-            "preset",
-            [](const std::string& name, nb::kwargs keys) {
-                if (keys.contains("preset"))
-                    throw std::invalid_argument("\"preset\" is given twice; keep one");
-                keys["preset"] = name;
-                return doubted(camera_of_keys(keys), source, called_by_fathom);
-            },
-            nb::arg("name"), nb::arg("keys"),
-            R"(The camera of a source that is known by its name: fathom.presets() lists them.
-
-    Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
-
-Keys are those of Camera(). Raises ValueError naming what is missing.)")
         .def_static(
             "from_json",
             [](const std::string& text) { return doubted(camera_of_text(text, source), source, called_by_fathom); },
@@ -330,7 +321,24 @@ Keys are those of Camera(). Raises ValueError naming what is missing.)")
             return known;
         },
         nb::sig("def presets() -> dict[str, str]"),
-        "The sources that Camera.preset() knows: name, and what writes such depth.");
+        "The sources that `preset` may name: name, and what writes such depth.");
+    module.def(
+        "preset_camera",
+        [](const std::string& text, int width, int height) {
+            return as_argument([&] {
+                nlohmann::json keys = io::parsed_preset("preset " + text, text);
+                camera_for(io::completed(source, {.keys = keys}, {}), width, height); // throws for another size
+                keys["width"] = width;
+                keys["height"] = height;
+                return doubted(CameraObject(io::completed(source, {.keys = keys}, {})), source, called_by_fathom);
+            });
+        },
+        nb::arg("text"), nb::arg("width"), nb::arg("height"),
+        R"(The camera of a source of depth, from the text that the program's --preset takes.
+
+    preset_camera("kinect:fx=525,fy=525,cx=319.5,cy=239.5", 640, 480)
+
+Raises ValueError naming what is missing.)");
 }
 
 } // namespace fathom::python

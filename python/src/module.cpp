@@ -184,6 +184,16 @@ elements from one row to the next (default: without a gap). offset: elements bef
         });
 }
 
+void bind_back_depth(nb::module_& module) {
+    nb::class_<BackDepth>(module, "BackDepth",
+                          R"(A thickness for `ssao`: each pixel's solid ends at a second layer of depth, of the same camera and size.
+
+    fathom.ssao(depth, camera, 0.5, thickness=fathom.BackDepth(back)))")
+        .def(
+            "__init__", [](BackDepth* self, const Pixels& depth) { new (self) BackDepth{depth.given}; },
+            nb::arg("depth"));
+}
+
 } // namespace
 } // namespace fathom::python
 
@@ -203,5 +213,6 @@ NB_MODULE(_fathom, module) {
     bind_camera(module);
     bind_devices(module);
     bind_images(module);
+    bind_back_depth(module);
     bind_operations(module);
 }

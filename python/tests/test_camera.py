@@ -46,7 +46,7 @@ def test_keys_of_a_projection_may_stand_alone():
 
 
 def test_presets(millimetres):
-    kinect = fathom.Camera.preset("kinect", fx=90, fy=90, cx=47.5, cy=31.5)
+    kinect = fathom.Camera(preset="kinect", fx=90, fy=90, cx=47.5, cy=31.5)
     assert kinect.to_dict()["preset"] == "kinect"
     assert abs(fathom.linearize(millimetres, kinect)[30, 40] - 2.0) < 0.001
     assert numpy.isnan(fathom.linearize(millimetres, kinect)[0, 0])
@@ -85,9 +85,9 @@ def test_mistakes_are_value_errors(keys, kind):
 
 def test_mistakes_of_presets():
     with pytest.raises(ValueError, match='"preset": "kinekt" is unknown; the nearest is "kinect"'):
-        fathom.Camera.preset("kinekt")
+        fathom.Camera(preset="kinekt")
     with pytest.raises(ValueError, match="needs a projection: fx, fy, cx and cy"):
-        fathom.Camera.preset("kinect")
+        fathom.Camera(preset="kinect")
 
 
 def test_files_that_hold_no_camera(tmp_path):
@@ -171,9 +171,16 @@ def test_keys_join_those_of_their_dict(keys, turned):
     assert fathom.Camera(**outer, **given) == fathom.Camera(**keys)
 
 
-def test_a_preset_has_one_name():
-    with pytest.raises(ValueError, match='"preset" is given twice'):
-        fathom.Camera.preset("kinect", preset="tum", fx=525, fy=525, cx=319.5, cy=239.5)
+def test_a_preset_camera_is_that_of_its_keys():
+    got = fathom.preset_camera("kinect:fx=525,fy=525,cx=319.5,cy=239.5", 640, 480)
+    assert got == fathom.Camera(preset="kinect", width=640, height=480, fx=525, fy=525, cx=319.5, cy=239.5)
+    assert (got.width, got.height) == (640, 480)
+
+
+def test_a_camera_has_the_depth_of_a_pixel(millimetres, kinect):
+    z = fathom.linearize(millimetres, kinect)
+    assert fathom.depth_at(millimetres, kinect, 40, 30) == z[30, 40]
+    assert fathom.depth_at(fathom.Image(millimetres), kinect, 40, 30) == z[30, 40]
 
 
 def test_presets_are_listed():
@@ -181,8 +188,8 @@ def test_presets_are_listed():
     assert list(known) == sorted(known) and all(isinstance(text, str) and text for text in known.values())
     assert {"kinect", "carla", "pybullet"} <= known.keys()
     with pytest.raises(ValueError, match="is unknown"):
-        fathom.Camera.preset("no such")
-    assert fathom.Camera.preset("tum", fx=525, fy=525, cx=319.5, cy=239.5).to_dict()["preset"] in known
+        fathom.Camera(preset="no such")
+    assert fathom.Camera(preset="tum", fx=525, fy=525, cx=319.5, cy=239.5).to_dict()["preset"] in known
 
 
 def test_doubtful_keys_warn_once(keys, millimetres):

@@ -45,13 +45,14 @@ def test_a_call_costs_as_much_as_in_cpp():
 
 
 LENS = {"focus": 1, "f_stop": 2, "sensor_mm": 36}
+WEIGHTS = {"near_weight": True, "focus_weight": True, "far_weight": True}
 OPERATIONS = {
     "unproject": lambda d, c, p, out: fathom.unproject(d, c, out=out),
     "normals": lambda d, c, p, out: fathom.normals(d, c, out=out),
     "ssao": lambda d, c, p, out: fathom.ssao(d, c, radius=0.1, quality="fast", out=out),
-    "dof_masks": lambda d, c, p, out: fathom.dof_masks(d, c, **LENS, out=out),
-    "dof": lambda d, c, p, out: fathom.dof(p, d, c, **LENS, quality="fast", out=out),
-    "fog": lambda d, c, p, out: fathom.fog(p, d, c, 0.1, out=out),
+    "dof_masks": lambda d, c, p, out: fathom.dof_masks(d, c, **LENS, **WEIGHTS, out=out),
+    "dof": lambda d, c, p, out: fathom.dof(d, c, p, **LENS, quality="fast", out=out),
+    "fog": lambda d, c, p, out: fathom.fog(d, c, p, 0.1, out=out),
 }
 
 
@@ -63,7 +64,7 @@ def test_little_is_outside_of_the_operation(operation):
     color = numpy.full((1080, 1920, 3), 0.5, numpy.float32)
     out = numpy.empty((1080, 1920) if operation == "ssao" else (1080, 1920, 3), numpy.float32)
     if operation == "dof_masks":
-        out = fathom.dof_masks(depth, camera, **LENS)
+        out = fathom.dof_masks(depth, camera, **LENS, **WEIGHTS)
     times = []
     for _ in range(15 if operation in ("ssao", "dof") else 100):
         start = time.perf_counter(), time.thread_time()
@@ -105,10 +106,10 @@ def test_memory_does_not_grow():
         lambda: fathom.normals(fathom.Image(depth), camera).numpy(),
         lambda: fathom.normals(depth, camera, out=out),
         lambda: fathom.ssao(depth, camera, radius=0.1, quality="fast", bent_normal=True),
-        lambda: fathom.dof_masks(depth, camera, **lens),
-        lambda: fathom.dof(color, depth, camera, **lens, quality="fast"),
-        lambda: fathom.dof(color, depth, camera, **lens, quality="fast", out=out),
-        lambda: fathom.fog(color, depth, camera, 0.1),
+        lambda: fathom.dof_masks(depth, camera, **lens, **WEIGHTS),
+        lambda: fathom.dof(depth, camera, color, **lens, quality="fast"),
+        lambda: fathom.dof(depth, camera, color, **lens, quality="fast", out=out),
+        lambda: fathom.fog(depth, camera, color, 0.1),
         refused,
     )
 

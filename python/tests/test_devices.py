@@ -73,14 +73,14 @@ def test_images_chain_on_the_device(millimetres, kinect):
 
 def test_arrays_and_images_mix(millimetres, kinect):
     color = numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32)
-    expected = fathom.fog(color, millimetres, kinect, 0.2)
-    there = fathom.fog(color, fathom.Image(millimetres), kinect, 0.2)
+    expected = fathom.fog(millimetres, kinect, color, 0.2)
+    there = fathom.fog(fathom.Image(millimetres), kinect, color, 0.2)
     assert isinstance(there, fathom.Image) and there.shape == (HEIGHT, WIDTH, 3) and same_bits(there.numpy(), expected)
-    assert same_bits(fathom.fog(fathom.Image(color), millimetres, kinect, 0.2), expected)
+    assert same_bits(fathom.fog(millimetres, kinect, fathom.Image(color), 0.2), expected)
     out = numpy.zeros_like(expected)
-    assert fathom.fog(color, fathom.Image(millimetres), kinect, 0.2, out=out) is out and same_bits(out, expected)
+    assert fathom.fog(fathom.Image(millimetres), kinect, color, 0.2, out=out) is out and same_bits(out, expected)
     again = fathom.Image(numpy.zeros_like(expected))
-    assert fathom.fog(color, millimetres, kinect, 0.2, out=again) is again and same_bits(again.numpy(), expected)
+    assert fathom.fog(millimetres, kinect, color, 0.2, out=again) is again and same_bits(again.numpy(), expected)
 
 
 def test_an_array_may_go_while_the_device_reads_it(metres, keys):
@@ -163,7 +163,7 @@ def test_a_buffer_that_kernels_only_read_is_no_out(opencl, millimetres, kinect):
 def test_without_a_driver_the_first_use_names_the_package():
     done = run(
         """
-        camera = fathom.Camera.preset("kinect", fx=5, fy=5, cx=4, cy=4)
+        camera = fathom.Camera(preset="kinect", fx=5, fy=5, cx=4, cy=4)
         assert fathom.devices() == []
         try:
             fathom.linearize(numpy.ones((8, 8), numpy.uint16), camera)
@@ -180,7 +180,7 @@ def test_a_child_of_fork_gets_an_error():
     """Never a hang. Needs a library that looks for fork."""
     code = """
         import signal
-        camera = fathom.Camera.preset("kinect", fx=5, fy=5, cx=4, cy=4)
+        camera = fathom.Camera(preset="kinect", fx=5, fy=5, cx=4, cy=4)
         depth = numpy.full((480, 640), 1000, numpy.uint16)
         device = fathom.Device()
         stored = fathom.Image(depth)
@@ -215,7 +215,7 @@ def test_a_child_of_fork_gets_an_error():
 def test_the_interpreter_goes_on_while_the_library_works():
     done = run("""
         import threading, time
-        camera = fathom.Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
+        camera = fathom.Camera(preset="kinect", fx=525, fy=525, cx=319.5, cy=239.5)
         depth = (1000 + numpy.random.default_rng(1).integers(0, 50, (480, 640))).astype(numpy.uint16)
         call = lambda: fathom.ssao(depth, camera, radius=0.2, quality="accurate")
         call()
@@ -237,7 +237,7 @@ def test_threads_share_a_device(millimetres, kinect):
     """Eight threads with mixed operations. Needs a library whose devices may be used from many threads."""
     done = run("""
         from concurrent.futures import ThreadPoolExecutor
-        camera = fathom.Camera.preset("kinect", fx=90, fy=90, cx=47, cy=31)
+        camera = fathom.Camera(preset="kinect", fx=90, fy=90, cx=47, cy=31)
         depth = (1000 + numpy.random.default_rng(1).integers(0, 50, (64, 96))).astype(numpy.uint16)
         operations = [
             lambda: fathom.linearize(depth, camera),

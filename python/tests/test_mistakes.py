@@ -138,7 +138,7 @@ CALLS = {
     "no f_stop": (lambda d, c: fathom.dof_masks(d, c, focus=2), 'f_stop: missing, and the camera has no "f_stop"'),
     "no focus": (
         lambda d, c: fathom.dof_masks(d, c, f_stop=2),
-        'focus: missing, and the camera has no "focus_distance"',
+        'focus: missing, and the camera has no "focus"',
     ),
     "two focuses": (
         lambda d, c: fathom.dof_masks(d, c, focus=2, focus_at=(1, 2), f_stop=2),
@@ -148,18 +148,18 @@ CALLS = {
     "focus on nothing": (lambda d, c: fathom.dof_masks(d, c, focus_at=(0, 0), f_stop=2, sensor_mm=36), "invalid"),
     "half a clean plate": (
         lambda d, c: fathom.dof(
-            numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32), d, c, circle=(1, 1), clean_plate_depth=d
+            d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32), circle=(1, 1), clean_plate_depth=d
         ),
         "belong together",
     ),
-    "a grey picture": (lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH), numpy.float32), d, c, 0.1), "channels"),
-    "another picture": (lambda d, c: fathom.fog(numpy.zeros((9, 9, 3), numpy.float32), d, c, 0.1), "9 x 9 pixels"),
+    "a grey picture": (lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH), numpy.float32), 0.1), "channels"),
+    "another picture": (lambda d, c: fathom.fog(d, c, numpy.zeros((9, 9, 3), numpy.float32), 0.1), "9 x 9 pixels"),
     "a picture of float64": (
-        lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH, 3)), d, c, 0.1),
+        lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3)), 0.1),
         r"color: its dtype is float64; it must be float32, float16, uint16 or uint8, as .astype\(numpy.float32\)",
     ),
     "a picture of uint32": (
-        lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint32), d, c, 0.1),
+        lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint32), 0.1),
         "color: its dtype is uint32; it must be float32, float16, uint16 or uint8",
     ),
     "normals of float64": (
@@ -167,28 +167,66 @@ CALLS = {
         "normals: its dtype is float64; it must be float32, as",
     ),
     "another picture by name": (
-        lambda d, c: fathom.fog(numpy.zeros((9, 9, 3), numpy.float32), d, c, 0.1),
+        lambda d, c: fathom.fog(d, c, numpy.zeros((9, 9, 3), numpy.float32), 0.1),
         "^color .*9 x 9 pixels",
     ),
     "f_stop": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=-1, sensor_mm=36), "^f_stop = -1 must be"),
     "sensor_mm": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=2, sensor_mm=-36), "^sensor_mm = -36 must be"),
     "no sensor": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=2), "needs focal_length_mm or sensor_mm"),
     "fog of bytes": (
-        lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8), d, c, 0.1, fog_color=(128, 153, 179)),
+        lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8), 0.1, fog_color=(128, 153, 179)),
         r"fog_color = \(128.0, 153.0, 179.0\): .*0 to 1 for uint8, too; divide by 255",
     ),
     "fog of codes": (
-        lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint16), d, c, 0.1, fog_color=(0, 1, 2)),
+        lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint16), 0.1, fog_color=(0, 1, 2)),
         "divide by 65535",
     ),
     "a tuple for one result": (
         lambda d, c: fathom.linearize(d, c, out=(numpy.zeros((HEIGHT, WIDTH), numpy.float32),)),
         "out: a tuple is given, but this call has one result",
     ),
-    "density": (lambda d, c: fathom.fog(numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32), d, c, -1), "density = -1"),
+    "density": (lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32), -1), "density = -1"),
     "device": (lambda d, c: fathom.linearize(d, c, device=3.5), "device: 3.5 is none"),
-    "thickness twice": (lambda d, c: fathom.ssao(d, c, 0.3, thickness=1, thickness_map=d), "leave one of the two out"),
-    "thickness of codes": (lambda d, c: fathom.ssao(d, c, 0.3, thickness_map=d), "thickness"),
+    "thickness of codes": (lambda d, c: fathom.ssao(d, c, 0.3, thickness=d), "thickness: its dtype is uint16"),
+    "thickness of another size": (
+        lambda d, c: fathom.ssao(d, c, 0.3, thickness=numpy.zeros((9, 9), numpy.float32)),
+        "9 x 9 pixels",
+    ),
+    "thickness of a word": (
+        lambda d, c: fathom.ssao(d, c, 0.3, thickness="thin"),
+        "thickness = 'thin' is unknown; it is a number, an array, 'silhouette' or a fathom.BackDepth",
+    ),
+    "quality and tolerance": (
+        lambda d, c: fathom.ssao(d, c, 0.3, quality="fast", max_error=0.1),
+        "max_error chooses the quality, slices, samples, jitter and half_resolution itself: give them or it",
+    ),
+    "samples and tolerance": (lambda d, c: fathom.ssao(d, c, 0.3, samples=3, max_error=0.1), "give them or it"),
+    "method and tolerance": (
+        lambda d, c: fathom.normals(d, c, method="neighbours", max_error=5),
+        "max_error chooses the method itself: give one of the two",
+    ),
+    "a target of what is not asked for": (
+        lambda d, c: fathom.ssao(
+            d, c, 0.3, bent_normal=True, out=(None, None, numpy.zeros((HEIGHT, WIDTH), numpy.float32))
+        ),
+        "out.confidence: is given, but the call does not ask for this result",
+    ),
+    "no tiles": (lambda d, c: fathom.dof_masks(d, c, circle=(1, 1), tile_px=0), "tile_px = 0 must be 1 to 65536"),
+    "outside": (lambda d, c: fathom.depth_at(d, c, WIDTH, 0), "pixel .96, 0. lies outside the image of 96 x 64"),
+    "invalid": (lambda d, c: fathom.depth_at(d, c, 0, 0), "is invalid"),
+    "a peak below white": (
+        lambda d, c: fathom.restore_highlights(numpy.zeros((2, 2, 3), numpy.float32), 0.5),
+        "peak = 0.5 must be finite and 1 or greater",
+    ),
+    "light of bytes": (
+        lambda d, c: fathom.restore_highlights(numpy.zeros((2, 2, 3), numpy.uint8), 2),
+        "color: its dtype is uint8; it must be float32",
+    ),
+    "a preset of another size": (
+        lambda d, c: fathom.preset_camera("carla:fov_x_deg=90,width=800,height=600", 640, 480),
+        "800 x 600",
+    ),
+    "no preset": (lambda d, c: fathom.preset_camera("no such", 640, 480), "is unknown"),
 }
 
 
@@ -216,9 +254,13 @@ TYPES = {
         lambda d, c: fathom.linearize(d, {"width": 96}),
         "linearize(): camera must be a fathom.Camera, not {'width': 96}; fathom.Camera(**keys) makes one",
     ),
+    "the order of 0.2": (
+        lambda d, c: fathom.fog("picture", "depth", c, 0.1),
+        "fog(): camera must be a fathom.Camera, not 'depth'; depth and camera come first, then color",
+    ),
     "missing": (lambda d, c: fathom.linearize(d), "linearize(): missing a required argument: 'camera'"),
     "too many": (lambda d, c: fathom.linearize(d, c, "inf"), "linearize(): too many positional arguments"),
-    "no density": (lambda d, c: fathom.fog(d, d, c), "fog(): missing a required argument: 'density'"),
+    "no density": (lambda d, c: fathom.fog(d, c, d), "fog(): missing a required argument: 'density'"),
     "text for a number": (lambda d, c: fathom.ssao(d, c, radius="big"), "ssao(): radius must be a number, not 'big'"),
     "a fraction": (
         lambda d, c: fathom.ssao(d, c, 0.3, slices=2.5),
@@ -278,4 +320,4 @@ def test_a_type_error_of_an_argument_is_its_own(kinect):
 
 def test_fog_may_be_brighter_than_one_in_floats(millimetres, kinect):
     color = numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32)
-    assert fathom.fog(color, millimetres, kinect, 5, fog_color=(0, 4, 0))[20, 20, 1] > 3.9
+    assert fathom.fog(millimetres, kinect, color, 5, fog_color=(0, 4, 0))[20, 20, 1] > 3.9

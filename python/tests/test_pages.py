@@ -26,7 +26,7 @@ def test_the_snippets_of_the_page_run_one_after_the_other():
 
 def test_integer_depth_goes_on_from_the_stored_depth():
     """Why the page does not pass the distances of integers on: a tilted plane in millimetres, 2 to 3 m away."""
-    camera = fathom.Camera.preset("kinect", fx=525, fy=525, cx=319.5, cy=239.5)
+    camera = fathom.Camera(preset="kinect", fx=525, fy=525, cx=319.5, cy=239.5)
     y, x = numpy.mgrid[0:480, 0:640]
     truth = numpy.array([0.3, 0.1, -1]) / numpy.linalg.norm([0.3, 0.1, -1])
     rays = numpy.stack([(x - 319.5) / 525, (y - 239.5) / 525, numpy.ones(x.shape)], axis=-1)

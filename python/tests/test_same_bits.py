@@ -44,7 +44,8 @@ LENS_OPTIONS = ["--focus", 2.4, "--f-stop", 0.1, "--sensor-mm", 36]
 
 
 def masks(name):
-    return lambda depth, camera, color: getattr(fathom.dof_masks(depth, camera, **LENS), name)
+    wanted = {} if name == "coc" else {name: True}
+    return lambda depth, camera, color: getattr(fathom.dof_masks(depth, camera, **LENS, **wanted), name)
 
 
 # Operation by name: the program's arguments, and the same call.
@@ -64,7 +65,7 @@ OPERATIONS = {
     ),
     "ssao-silhouette": (
         ["ssao", "--radius", 0.5, "--thickness", "silhouette"],
-        lambda d, c, _: fathom.ssao(d, c, radius=0.5, thickness_from_silhouette=True),
+        lambda d, c, _: fathom.ssao(d, c, radius=0.5, thickness="silhouette"),
     ),
     "ssao-region": (
         ["ssao", "--radius", 0.5, "--region", "10,20,30,25"],
@@ -87,12 +88,12 @@ OPERATIONS = {
         lambda d, c, _: fathom.dof_masks(d, c, circle=(8, 20)).coc,
     ),
     "dof": (
-        ["dof", *LENS_OPTIONS, "--aperture", 6, "--rotate", 15],
-        lambda d, c, color: fathom.dof(color, d, c, **LENS, blades=6, rotation_degrees=15),
+        ["dof", *LENS_OPTIONS, "--aperture", 6, "--rotation-degrees", 15],
+        lambda d, c, color: fathom.dof(d, c, color, **LENS, blades=6, rotation_degrees=15),
     ),
     "fog": (
         ["fog", "--density", 0.3, "--fog-color", "0.7,0.5,0.25", "--height-falloff", 0.5, "--up", "0,0,1"],
-        lambda d, c, color: fathom.fog(color, d, c, 0.3, fog_color=(0.7, 0.5, 0.25), height_falloff=0.5, up=(0, 0, 1)),
+        lambda d, c, color: fathom.fog(d, c, color, 0.3, fog_color=(0.7, 0.5, 0.25), height_falloff=0.5, up=(0, 0, 1)),
     ),
 }
 
@@ -153,18 +154,60 @@ def test_all_results_of_ssao_are_the_programs(tmp_path, program, millimetres, ki
 def test_more_masks_are_the_programs(tmp_path, program, millimetres, kinect, keys):
     (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001, "missing": 0}))
     numpy.save(tmp_path / "d.npy", millimetres)
-    wanted = ["max_near_coc", "near_alpha", "disocclusion", "mixed_pixels"]
+    wanted = ["max_near_coc", "near_alpha", "disocclusion", "mixed_pixels", "tile_min_coc", "tile_max_coc"]
     options = [part for name in wanted for part in ("--" + name.replace("_", "-"), tmp_path / (name + ".npy"))]
     program(
         *("dof-masks", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", *LENS_OPTIONS, *options),
         *("-o", tmp_path / "masks.exr"),
     )
-    got = fathom.dof_masks(millimetres, kinect, **LENS, tile_px=16, **dict.fromkeys(wanted, True))
+    got = fathom.dof_masks(millimetres, kinect, **LENS, **dict.fromkeys(wanted, True))
     for name in wanted:
         assert same_bits(getattr(got, name), numpy.load(tmp_path / (name + ".npy")))
+    assert got.near_weight is None and got.focus_weight is None and got.far_weight is None
     tiles = got.coc.reshape(4, 16, 6, 16)
     assert same_bits(got.tile_min_coc, numpy.nanmin(tiles, axis=(1, 3)))
     assert same_bits(got.tile_max_coc, numpy.nanmax(tiles, axis=(1, 3)))
+
+
+def test_a_thickness_for_each_pixel_is_the_programs(tmp_path, program, millimetres, kinect, keys):
+    (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001, "missing": 0}))
+    numpy.save(tmp_path / "d.npy", millimetres)
+    thickness = numpy.linspace(0, 0.5, millimetres.size, dtype=numpy.float32).reshape(millimetres.shape)
+    numpy.save(tmp_path / "t.npy", thickness)
+    program(
+        *("ssao", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", "--radius", 0.4),
+        *("--thickness-map", tmp_path / "t.npy", "-o", tmp_path / "v.npy"),
+    )
+    got = fathom.ssao(millimetres, kinect, 0.4, thickness=thickness)
+    assert same_bits(got, numpy.load(tmp_path / "v.npy"))
+    constant = fathom.ssao(millimetres, kinect, 0.4, thickness=numpy.float32(0.25))  # a number of NumPy's is a number
+    assert same_bits(constant, fathom.ssao(millimetres, kinect, 0.4, thickness=0.25))
+
+
+def test_a_back_as_deep_as_a_thickness_is_that_thickness(millimetres, kinect):
+    hollow = fathom.ssao(millimetres, kinect, 0.4, thickness=fathom.BackDepth(millimetres))
+    solid = fathom.ssao(millimetres, kinect, 0.4, thickness=float("inf"))
+    assert not same_bits(hollow, solid) and numpy.nanmean(hollow) > numpy.nanmean(solid)
+    none = fathom.ssao(millimetres, kinect, 0.4, thickness=0)
+    assert numpy.nanmax(numpy.abs(hollow - none)) < 0.01
+
+
+def test_filled_depth_blurs_as_the_program_does(tmp_path, program, millimetres, kinect, keys):
+    (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001, "missing": 0}))
+    color = picture(millimetres.shape)
+    numpy.save(tmp_path / "d.npy", millimetres)
+    write_pfm(tmp_path / "color.pfm", color)
+    program(
+        *("dof", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", "--color", tmp_path / "color.pfm"),
+        *(*LENS_OPTIONS, "--invalid", "fill", "-o", tmp_path / "r.npy"),
+    )
+    filled = fathom.fill_invalid(millimetres, kinect)
+    assert filled.dtype == millimetres.dtype and (filled > 0).all()
+    assert (filled[millimetres > 0] == millimetres[millimetres > 0]).all()
+    assert filled[0, 0] == millimetres[0, 6] and (millimetres[0, :6] == 0).all()
+    assert same_bits(fathom.dof(filled, kinect, color, **LENS), numpy.load(tmp_path / "r.npy"))
+    image = fathom.Image(millimetres)
+    assert same_bits(fathom.fill_invalid(image, kinect).numpy(), filled)
 
 
 @pytest.mark.parametrize("operation", ["dof", "fog"])

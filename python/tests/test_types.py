@@ -13,7 +13,7 @@ import fathom
 
 ROOT = pathlib.Path(__file__).parents[2]
 PACKAGE = pathlib.Path(fathom.__file__).parent
-OPERATIONS = ("linearize", "unproject", "normals", "ssao", "dof_masks", "dof", "fog")
+OPERATIONS = ("linearize", "unproject", "normals", "ssao", "dof_masks", "dof", "fog", "fill_invalid")
 
 
 @pytest.fixture(scope="module")
@@ -57,14 +57,19 @@ def test_types_of_results(tmp_path, checked):
         "fathom.linearize(a, c)": "numpy.ndarray",
         "fathom.linearize(i, c)": "fathom._fathom.Image",
         "fathom.linearize(i, c, out=a)": "numpy.ndarray",
-        "fathom.fog(a, memoryview(a), c, 0.1)": "numpy.ndarray",
-        "fathom.fog(a, i, c, 0.1)": "fathom._fathom.Image",
+        "fathom.fog(memoryview(a), c, a, 0.1)": "numpy.ndarray",
+        "fathom.fog(i, c, a, 0.1)": "fathom._fathom.Image",
         "fathom.ssao(a, c)": "numpy.ndarray",
         "fathom.ssao(i, c)": "fathom._fathom.Image",
         "fathom.ssao(a, c, confidence=True)": "fathom._results.Occlusion[numpy.ndarray",
         "fathom.ssao(i, c, bent_normal=True).visibility": "fathom._fathom.Image",
         "fathom.dof_masks(a, c).coc": "numpy.ndarray",
         "fathom.dof_masks(i, c).tile_min_coc": "fathom._fathom.Image | Any",
+        "fathom.fill_invalid(i, c)": "fathom._fathom.Image",
+        "fathom.depth_at(a, c, 1, 2)": "float",
+        "fathom.upsample_along_edges(a, a)": "numpy.ndarray",
+        "fathom.ssao(a, c, thickness=fathom.BackDepth(a))": "numpy.ndarray",
+        "fathom.ssao(a, c, thickness='silhouette')": "numpy.ndarray",
         "fathom.devices()": "fathom._fathom.DeviceInfo]",
         "fathom.presets()": "dict[",
         "fathom.__version__": "str",
@@ -82,7 +87,8 @@ def test_mistakes_are_type_errors(tmp_path, checked):
         "fathom.linearize([[1.0]], c)",
         "fathom.linearize(a, {})",
         "fathom.ssao(a, c, quality='best')",
-        "fathom.fog(a, a, c)",
+        "fathom.fog(a, c, a)",
+        "fathom.ssao(a, c, thickness='thin')",
     )
     lines = ["import fathom, numpy", "def f(a: numpy.ndarray, c: fathom.Camera) -> None:"]
     (tmp_path / "wrong.py").write_text("\n".join([*lines, *(f"    {call}" for call in calls)]))
@@ -98,7 +104,8 @@ def test_signatures_are_those_of_python():
         assert "camera" in parameters and parameters["device"].default is None
         assert function.__module__ == "fathom" and function.__qualname__ == name
         assert not function.__doc__.startswith(name)  # as help() shows the signature already
-    assert list(inspect.signature(fathom.Camera.preset).parameters) == ["name", "keys"]
+    assert list(inspect.signature(fathom.preset_camera).parameters) == ["text", "width", "height"]
+    assert list(inspect.signature(fathom.dof).parameters)[:3] == ["depth", "camera", "color"]
     assert inspect.signature(fathom.Camera.load).parameters["undistorted"].default is False
 
 
@@ -112,7 +119,7 @@ def test_fields_are_documented():
 
 
 def test_tiles_have_the_shape_that_is_documented(millimetres, kinect):
-    masks = fathom.dof_masks(millimetres, kinect, circle=(4, 4), tile_px=10)
+    masks = fathom.dof_masks(millimetres, kinect, circle=(4, 4), tile_px=10, tile_min_coc=True, tile_max_coc=True)
     assert (
         masks.tile_min_coc.shape == masks.tile_max_coc.shape == tuple(numpy.ceil(numpy.divide(millimetres.shape, 10)))
     )

@@ -51,14 +51,14 @@ PixelScale scale_of(const CentreRays& rays, const Camera& camera) {
 }
 
 Optics optics(const Lens& lens, const Camera& camera) {
-    require(lens.f_number > 0, "f_number = ", lens.f_number, " must be greater than 0");
+    require(lens.f_stop > 0, "f_stop = ", lens.f_stop, " must be greater than 0");
     require_length(lens.mm_per_unit, "mm_per_unit");
     if (lens.focal_length_mm)
         require_length(*lens.focal_length_mm, "focal_length_mm");
-    if (lens.sensor_width_mm)
-        require_length(*lens.sensor_width_mm, "sensor_width_mm");
+    if (lens.sensor_mm)
+        require_length(*lens.sensor_mm, "sensor_mm");
     Optics result{centre_rays(camera_rays(camera)), 0, 0, 0, false};
-    const Real unit = lens.mm_per_unit, number = lens.f_number;
+    const Real unit = lens.mm_per_unit, number = lens.f_stop;
     result.image_scale = scale_of(result.rays, camera).x;
     if (!result.rays.perspective) {
         require(lens.focal_length_mm.has_value(),
@@ -66,15 +66,15 @@ Optics optics(const Lens& lens, const Camera& camera) {
         result.aperture = *lens.focal_length_mm / (number * unit);
         return result;
     }
-    require(lens.focal_length_mm || lens.sensor_width_mm,
-            "the lens needs focal_length_mm or sensor_width_mm: the projection gives the other one");
+    require(lens.focal_length_mm || lens.sensor_mm,
+            "the lens needs focal_length_mm or sensor_mm: the projection gives the other one");
     const Real focal_mm = lens.focal_length_mm ? static_cast<Real>(*lens.focal_length_mm)
-                                               : result.image_scale * *lens.sensor_width_mm / camera.width;
+                                               : result.image_scale * *lens.sensor_mm / camera.width;
     result.focal_length = focal_mm / unit;
     result.aperture = result.focal_length / number;
-    result.thin_lens = lens.focal_length_mm && lens.sensor_width_mm;
+    result.thin_lens = lens.focal_length_mm && lens.sensor_mm;
     if (result.thin_lens)
-        result.image_scale = unit * camera.width / *lens.sensor_width_mm;
+        result.image_scale = unit * camera.width / *lens.sensor_mm;
     return result;
 }
 
@@ -130,7 +130,7 @@ SharpRange sharp_range(const CircleOfConfusion& circle, double acceptable_px) {
         const double nowhere = std::numeric_limits<double>::quiet_NaN();
         return {nowhere, nowhere};
     }
-    const Real nearest = circle.telecentric ? -infinity : circle.lens_depth;
+    const Real nearest = circle.telecentric ? -infinity : static_cast<Real>(circle.lens_depth);
     return {bound(-static_cast<Real>(acceptable_px), nearest), bound(acceptable_px, infinity)};
 }
 

@@ -2,7 +2,6 @@
 #include "codecs.hpp"
 #include "command.hpp"
 #include "each_depth.hpp"
-#include "fill.hpp"
 #include "floats_on_host.hpp"
 #include "lens.hpp"
 #include "max_error.hpp"
@@ -24,7 +23,9 @@ namespace {
 
 struct DofArguments : DepthOptions {
     LensOptions lens;
-    DofOptions dof;
+    DofOptions dof; // without its quality
+    Quality quality = Quality::balanced;
+    std::optional<double> max_error; // instead
     bool explain = false;
     PictureOptions picture;
     double highlights = 1;
@@ -55,7 +56,7 @@ std::optional<Shape> shape_of(const std::string& text) {
     return std::nullopt;
 }
 
-void add_blur_options(CLI::App& app, DofOptions& dof) {
+void add_blur_options(CLI::App& app, DofOptions& dof, Quality& quality) {
     app.add_option_function<std::string>(
            "--aperture",
            [&dof](const std::string& text) {
@@ -79,11 +80,11 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
                          const char* description) {
         app.add_option(name, target, description)->type_name(value)->check(check)->group("Blur");
     };
-    add("--rotate", "DEG", is_a_number("number", [](double) { return true; }), dof.aperture.rotation_degrees,
+    add("--rotation-degrees", "DEG", is_a_number("number", [](double) { return true; }), dof.aperture.rotation_degrees,
         "turns the aperture counter-clockwise. At 0 a polygon has a\n"
         "corner on top, seen behind the focus (default: 0)");
     add_enum_option(
-        app, "--quality", dof.quality,
+        app, "--quality", quality,
         {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
         "speed against accuracy (default: balanced). accurate is also exact\nbehind a blurred edge, in 4 times the "
         "time and more for large\ncircles")
@@ -126,13 +127,14 @@ Images read_images(const DofArguments& options, const Job& job) {
 }
 
 Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& frame) {
-    explain_method(fathom::Operation::dof, stored, frame, options.dof.max_error, options.explain);
+    explain_method(fathom::Operation::dof, stored, frame, options.max_error, options.explain);
     Images images = frame.images.get();                     // read by the device until the result is there
     restore_highlights(images.picture, options.highlights); // which may change from frame to frame
     restore_highlights(images.clean_plate, options.highlights);
     Picture picture = images.picture;
     const cv::Mat color = picture.color;
     DofOptions asked = options.dof;
+    asked.quality = method_or(options.max_error, options.quality);
     if (options.clean_plate) {
         const Device& device = stored.image.device();
         const DepthFile& depth = images.clean_plate_depth;
@@ -140,12 +142,7 @@ Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& fra
                              {to_device(device, depth.values), stored.camera, depth.storage}};
     }
     const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, frame);
-    StoredDepth depths = stored;
-    cv::Mat filled; // read by the device until the result is there
-    if (options.fill) {
-        filled = without_holes(to_mat(stored.image), to_mat(linearize(stored).image));
-        depths.image = to_device(stored.image.device(), filled);
-    }
+    const StoredDepth depths = options.fill ? fill_invalid(stored) : stored;
     const Image sharp = to_device(stored.image.device(), color);
     picture.color = floats_on_host(sharp, color.channels(),
                                    [&](const Image& result) { dof(depths, sharp, result, circle, asked); });
@@ -172,8 +169,8 @@ std::function<int()> configure_dof(CLI::App& app) {
     add_picture_options(app, options->picture, "the sharp picture");
     add_clean_plate_options(app, *options);
     add_lens_options(app, options->lens);
-    add_blur_options(app, options->dof);
-    add_max_error(app, options->dof.max_error, options->explain, "rms of colours from 0 to 1", {"--quality"}, "Blur");
+    add_blur_options(app, options->dof, options->quality);
+    add_max_error(app, options->max_error, options->explain, "rms of colours from 0 to 1", {"--quality"}, "Blur");
     app.add_option("--highlights", options->highlights,
                    "how many times brighter than white a white is taken to be, which\n"
                    "a photograph has cut off (default: 1; try 1.05 for a JPEG)")
@@ -241,7 +238,7 @@ Example:
   fathom dof frame.exr --color frame.exr --camera camera.json -o blurred.exr --focus-at 640,360 --f-stop 2.8 \
       --focal-length-mm 50 --sensor-mm 36
   fathom dof frame.exr --color frame.png --camera camera.json -o blurred.png --focus 7 --f-stop 2 --sensor-mm 36 \
-      --aperture 6 --rotate 15 --quality fast
+      --aperture 6 --rotation-degrees 15 --quality fast
   fathom dof depth.png --relative high-is-near --color photo.jpg -o blurred.jpg --blur-px 24 --focus-at 620,410)",
     .configure = configure_dof,
 };

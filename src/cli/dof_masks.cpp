@@ -24,7 +24,7 @@ struct DofMasksArguments : DepthOptions {
     LensOptions lens;
     DofMasksOptions masks;
     std::optional<Mask> mask;
-    std::optional<std::string> max_near_coc, near_alpha, disocclusion, mixed_pixels, tiles;
+    std::optional<std::string> max_near_coc, near_alpha, disocclusion, mixed_pixels, tile_min_coc, tile_max_coc;
 };
 
 const std::vector<std::string> channels{"coc", "near", "focus", "far"};
@@ -63,7 +63,9 @@ More more_of(const DofMasksArguments& options) {
     add("--disocclusion", options.disocclusion,
         {.extensions = extensions, .channels = {"disocclusion"}, .png_scale = 1});
     add("--mixed-pixels", options.mixed_pixels, {.extensions = extensions, .channels = {"mixed"}, .png_scale = 1});
-    add("--tiles", options.tiles, {.extensions = {".exr"}, .channels = {"min", "max"}});
+    const std::vector<std::string> of_circles{".exr", ".tif", ".pfm", ".npy"};
+    add("--tile-min-coc", options.tile_min_coc, {.extensions = of_circles, .channels = {"min"}});
+    add("--tile-max-coc", options.tile_max_coc, {.extensions = of_circles, .channels = {"max"}});
     return more;
 }
 
@@ -80,8 +82,9 @@ cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, co
     constexpr int pixels = 1 << 20; // of a part
     const int width = stored.image.width(), height = stored.image.height(), most = std::max(pixels / width, 1);
     DofMasksOptions asked = options.masks;
-    asked.weights = options.mask != Mask::circle;
-    asked.tile_px = 0;
+    asked.near_weight = !options.mask || options.mask == Mask::near;
+    asked.focus_weight = !options.mask || options.mask == Mask::focus;
+    asked.far_weight = !options.mask || options.mask == Mask::far;
     cv::Mat all(height, width, CV_32FC(options.mask ? 1 : static_cast<int>(channels.size())));
     for (int y = 0; y < height; y += most) {
         const int rows = std::min(most, height - y);
@@ -99,24 +102,19 @@ std::vector<Result> more_masks_of(const DofMasksArguments& options, const Stored
     if (more_of(options).outputs.empty())
         return {};
     DofMasksOptions asked = options.masks;
-    asked.weights = false;
     asked.max_near_coc = options.max_near_coc.has_value();
     asked.near_alpha = options.near_alpha.has_value();
     asked.disocclusion = options.disocclusion.has_value();
     asked.mixed_pixels = options.mixed_pixels.has_value();
-    if (!options.tiles)
-        asked.tile_px = 0;
+    asked.tile_min_coc = options.tile_min_coc.has_value();
+    asked.tile_max_coc = options.tile_max_coc.has_value();
     DofMasks masks = dof_masks(stored, circle, asked);
     masks.coc = {};
     std::vector<Result> results;
-    for (Image* image : {&masks.max_near_coc, &masks.near_alpha, &masks.disocclusion, &masks.mixed_pixels})
+    for (Image* image : {&masks.max_near_coc, &masks.near_alpha, &masks.disocclusion, &masks.mixed_pixels,
+                         &masks.tile_min_coc, &masks.tile_max_coc})
         if (*image)
             results.emplace_back(to_mat(std::exchange(*image, {})));
-    if (options.tiles) {
-        cv::Mat extremes;
-        merge_into(extremes, {masks.tile_min_coc, masks.tile_max_coc});
-        results.emplace_back(extremes);
-    }
     return results;
 }
 
@@ -128,13 +126,12 @@ void add_more_options(CLI::App& app, DofMasksArguments& options) {
     add("--near-alpha", options.near_alpha, "also write how much of each pixel the blurred near field covers");
     add("--disocclusion", options.disocclusion, "also write where a blur shows what lies behind the near field");
     add("--mixed-pixels", options.mixed_pixels, "also write which pixels have a depth averaged over an edge");
-    CLI::Option* tiles = add("--tiles", options.tiles, "also write the smallest and the largest CoC of each tile");
-    options.masks.tile_px = 16;
-    app.add_option("--tile", options.masks.tile_px, "width of a tile in pixels, 1 to 65536 (default: 16)")
+    add("--tile-min-coc", options.tile_min_coc, "also write the smallest CoC of each tile");
+    add("--tile-max-coc", options.tile_max_coc, "also write the largest CoC of each tile");
+    app.add_option("--tile-px", options.masks.tile_px, "width of a tile in pixels, 1 to 65536 (default: 16)")
         ->type_name("PX")
         ->check(is_a_number("whole number from 1 to 65536",
                             [](double n) { return n == std::floor(n) && n >= 1 && n <= 65536; }))
-        ->needs(tiles)
         ->group("Output");
 }
 
@@ -146,9 +143,9 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
                          const char* description) {
         app.add_option(name, target, description)->type_name(value)->check(check)->group("Masks");
     };
-    add("--sharp", "PX", is_a_width(), options->masks.sharp_px,
+    add("--sharp-px", "PX", is_a_width(), options->masks.sharp_px,
         "a CoC up to this is wholly in focus, pixels (default: 1)");
-    add("--transition", "PX", is_a_width(), options->masks.transition_px,
+    add("--transition-px", "PX", is_a_width(), options->masks.transition_px,
         "a CoC larger by this is not in focus at all (default: 1)");
     add_enum_option(app, "--sky", options->masks.sky,
                     {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
@@ -171,7 +168,10 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
     add_more_options(app, *options);
     add_relative_options(app, options->relative);
     options->camera.or_relative = true;
-    return [=] {
+    return [=, tile_px = app.get_option("--tile-px")] {
+        if (tile_px->count() > 0 && !options->tile_min_coc && !options->tile_max_coc)
+            throw UsageError(
+                "--tile-px: the width of tiles whose CoC nobody asks for; add --tile-min-coc or --tile-max-coc");
         if (options->relative.order)
             check_relative(options->relative, options->lens);
         else
@@ -205,7 +205,7 @@ Give the lens by its focal length and sensor. With one of them the projection gi
 camera the CoC grows with the distance from the focus without end (telecentric). --max-coc-px ends it.
 
 With several inputs, OUT and every FILE above are folders. The EXR channels are coc (--max-near-coc), near
-(--near-alpha), disocclusion (--disocclusion), mixed (--mixed-pixels), min and max (--tiles).
+(--near-alpha), disocclusion (--disocclusion), mixed (--mixed-pixels), min (--tile-min-coc) and max (--tile-max-coc).
 docs/depth-of-field.md explains each mask.
 
 Example:

@@ -50,7 +50,7 @@ void add_fog_options(CLI::App& app, FogOptions& fog) {
     add("--density", "D", from_0, fog.density.value, "fraction of the light lost per scene unit, over a short way")
         ->required();
     add_three(
-        app, "--fog-color", "R,G,B", [&fog](const auto& rgb) { fog.color = rgb; },
+        app, "--fog-color", "R,G,B", [&fog](const auto& rgb) { fog.fog_color = rgb; },
         "colour of the fog, linear light\n(default: 0.5,0.6,0.7)");
     add("--start", "S", from_0, fog.start, "distance along the ray at which the fog begins, scene units\n(default: 0)");
     add("--max-opacity", "F", is_a_number("number from 0 to 1", [](double v) { return v >= 0 && v <= 1; }),
@@ -82,8 +82,8 @@ void add_fog_options(CLI::App& app, FogOptions& fog) {
 Picture fogged(const FogArguments& options, const StoredDepth& stored, const Loaded& frame) {
     Picture picture = frame.images.get().picture;
     FogOptions asked = options.fog;
-    std::swap(asked.color[0], asked.color[2]); // a matrix is B, G, R
-    const cv::Mat color = picture.color;       // read by the device until the result is there
+    std::swap(asked.fog_color[0], asked.fog_color[2]); // a matrix is B, G, R
+    const cv::Mat color = picture.color;               // read by the device until the result is there
     picture.color = to_mat(fog(stored, to_device(stored.image.device(), color), asked));
     return picture;
 }

@@ -10,6 +10,7 @@
 #include <fathom/dof_masks.hpp>
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
+#include <fathom/linearize.hpp>
 
 #include <fmt/format.h>
 
@@ -127,7 +128,7 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
     };
     CLI::Option* focus = add("--focus", "S|inf", is_above_0_or_inf(), lens.focus,
                              "depth that is sharp: distance along the view axis, scene units\n"
-                             "(default: \"focus_distance\" of the camera file)");
+                             "(default: \"focus\" of the camera file)");
     CLI::Option* at = add_list(
         app, "--focus-at", "X,Y", 2, is_pixel,
         [&lens](const std::vector<double>& values) { lens.focus_at = pixel_of(values); },
@@ -145,7 +146,8 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
     add("--f-stop", "N|inf", is_above_0_or_inf(), lens.f_stop,
         "f-number: focal length over aperture. Small numbers blur more\n(default: \"f_stop\" of the camera file)");
     add("--focal-length-mm", "F", is_above_0(), lens.focal_length_mm,
-        "focal length (default: \"lens_mm\" of the camera file, or from the\nprojection, which then needs the sensor)");
+        "focal length (default: \"focal_length_mm\" of the camera file, or\nfrom the projection, which then needs the "
+        "sensor)");
     add("--sensor-mm", "W", is_above_0(), lens.sensor_mm,
         "width of the sensor (default: \"sensor_mm\" of the camera file, or\nfrom the projection and the focal "
         "length)");
@@ -175,9 +177,9 @@ void complete(LensOptions& lens, const CameraFile& file, const std::string& came
     const LensDefaults& defaults = file.lens;
     const bool perspective = file.camera.projection.is_perspective();
     if (!lens.focus_at && !lens.focus_along)
-        use_default(lens.focus, defaults.focus_distance, "focus_distance", camera_file, true);
+        use_default(lens.focus, defaults.focus, "focus", camera_file, true);
     use_default(lens.f_stop, defaults.f_stop, "f_stop", camera_file, true);
-    use_default(lens.focal_length_mm, defaults.lens_mm, "lens_mm", camera_file, false);
+    use_default(lens.focal_length_mm, defaults.focal_length_mm, "focal_length_mm", camera_file, false);
     use_default(lens.sensor_mm, defaults.sensor_mm, "sensor_mm", camera_file, false);
     const auto missing = [&](const char* option, const char* key, const char* what) {
         throw UsageError(fmt::format("{}: missing, and {} has no \"{}\"; give {}", option, camera_file, key, what));
@@ -185,12 +187,12 @@ void complete(LensOptions& lens, const CameraFile& file, const std::string& came
     if (!lens.f_stop)
         missing("--f-stop", "f_stop", "the f-number");
     if (!lens.focus && !lens.focus_at && !lens.focus_along)
-        missing("--focus", "focus_distance", "a length in scene units, or --focus-at X,Y");
+        missing("--focus", "focus", "a length in scene units, or --focus-at X,Y");
     if (!perspective && !lens.focal_length_mm)
-        missing("--focal-length-mm", "lens_mm",
+        missing("--focal-length-mm", "focal_length_mm",
                 "it: orthographic cameras have no focal length, and the aperture is F over the f-number");
     if (!lens.focal_length_mm && !lens.sensor_mm)
-        missing("--focal-length-mm", "lens_mm", "it or --sensor-mm, or both");
+        missing("--focal-length-mm", "focal_length_mm", "it or --sensor-mm, or both");
     if (perspective && lens.focus && lens.focal_length_mm && *lens.focus * lens.mm_per_unit <= *lens.focal_length_mm)
         throw UsageError(fmt::format("--focus: {} is {} mm, within the focal length of {} mm; focus farther away, or "
                                      "say with --mm-per-unit how long a scene unit is",
@@ -209,10 +211,10 @@ CircleOfConfusion circle_for(const LensOptions& lens, const StoredDepth& stored,
         std::optional<double> sensor_mm = lens.sensor_mm; // of all columns of the image
         if (sensor_mm && windows.data.width != windows.display.width)
             sensor_mm = *sensor_mm * windows.data.width / windows.display.width;
-        return circle_of_confusion({.f_number = *lens.f_stop,
+        return circle_of_confusion({.f_stop = *lens.f_stop,
                                     .focus = focus,
                                     .focal_length_mm = lens.focal_length_mm,
-                                    .sensor_width_mm = sensor_mm,
+                                    .sensor_mm = sensor_mm,
                                     .mm_per_unit = lens.mm_per_unit},
                                    camera);
     } catch (const std::invalid_argument& error) { // of the lens, not of the camera file

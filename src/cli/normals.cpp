@@ -11,7 +11,9 @@ namespace fathom::cli {
 namespace {
 
 struct NormalsArguments : DepthOptions {
-    NormalsOptions normals;
+    NormalsOptions normals; // without its method
+    NormalMethod method = NormalMethod::automatic;
+    std::optional<double> max_error; // instead
     bool explain = false;
 };
 
@@ -23,7 +25,7 @@ std::function<int()> configure_normals(CLI::App& app) {
     const auto options = std::make_shared<NormalsArguments>();
     NormalsOptions& normal = options->normals;
     add_depth_options(app, *options, product);
-    add_enum_option(app, "--method", normal.method,
+    add_enum_option(app, "--method", options->method,
                     {{"automatic", NormalMethod::automatic},
                      {"neighbours", NormalMethod::neighbours},
                      {"least-squares", NormalMethod::least_squares}},
@@ -31,7 +33,7 @@ std::function<int()> configure_normals(CLI::App& app) {
                     "from a plane fitted to a window, for quantised depth.\n"
                     "automatic (default) fits for 16 bits and fewer, and for noise")
         ->group("Normals");
-    add_max_error(app, normal.max_error, options->explain, "mean degrees", {"--method"}, "Normals");
+    add_max_error(app, options->max_error, options->explain, "mean degrees", {"--method"}, "Normals");
     app.add_option("--noise", normal.noise,
                    "standard deviation of a sensor's noise over the depth, such as\n"
                    "9e-4: planes are fitted to wider windows (default: 0)")
@@ -52,11 +54,12 @@ std::function<int()> configure_normals(CLI::App& app) {
     return [options, product] {
         return each_depth(
             *options, product, {.halo = normals_reach_noise}, [&](const StoredDepth& stored, Loaded& frame) {
-                explain_method(fathom::Operation::normals, stored, frame, options->normals.max_error, options->explain);
-                return std::vector<Result>{
-                    directions_for(frame.outputs.front(), floats_on_host(stored.image, 3, [&](const Image& result) {
-                                       normals(stored, result, options->normals);
-                                   }))};
+                explain_method(fathom::Operation::normals, stored, frame, options->max_error, options->explain);
+                NormalsOptions asked = options->normals;
+                asked.method = method_or(options->max_error, options->method);
+                return std::vector<Result>{directions_for(
+                    frame.outputs.front(),
+                    floats_on_host(stored.image, 3, [&](const Image& result) { normals(stored, result, asked); }))};
             });
     };
 }

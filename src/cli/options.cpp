@@ -88,7 +88,7 @@ std::optional<std::size_t> bytes_of(std::string text) {
 // The preset alone, as an argument.
 ImportedCamera named_camera(const std::string& preset) {
     try {
-        const CameraFile camera = preset_camera(preset);
+        const CameraFile camera = preset_file(preset);
         const int width = camera.camera.width > 0 ? camera.camera.width : 64,
                   height = camera.camera.height > 0 ? camera.camera.height : 48;
         depth_form(camera_for(camera, width, height)); // values that contradict each other, whatever the image
@@ -102,7 +102,7 @@ ImportedCamera named_camera(const std::string& preset) {
 
 bool is_complete(const std::string& preset) {
     try {
-        preset_camera(preset);
+        preset_file(preset);
         return true;
     } catch (const Error&) {
         return false;

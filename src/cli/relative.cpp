@@ -8,6 +8,7 @@
 #include <fathom/dof_masks.hpp>
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
+#include <fathom/linearize.hpp>
 #include <fathom/picture.hpp>
 
 #include <fmt/format.h>

@@ -23,7 +23,9 @@ namespace {
 
 struct SsaoArguments : DepthOptions {
     double radius = 0;
-    SsaoOptions ssao;
+    SsaoOptions ssao; // without its sampling
+    Sampling sampling;
+    std::optional<double> max_error; // instead
     bool explain = false;
     std::optional<std::string> normals, thickness_map, bent_normal, confidence;
 };
@@ -38,10 +40,10 @@ constexpr const char* silhouette = "silhouette";
 // "T", "inf" or "silhouette"; what is wrong with it otherwise.
 std::string parse_thickness(const std::string& text, SsaoOptions& options) {
     double value = 0;
-    options.thickness.reset();
-    options.thickness_from_silhouette = text == silhouette;
-    if (options.thickness_from_silhouette)
+    if (text == silhouette) {
+        options.thickness = Silhouette{};
         return "";
+    }
     if (!CLI::detail::lexical_cast(text, value) || !(value >= 0))
         return "'" + text + "' will not do; it is a number from 0, inf, or silhouette";
     options.thickness = value;
@@ -63,6 +65,7 @@ std::string parse_region(const std::string& text, Region& region) {
 
 void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
     SsaoOptions& ssao = options.ssao;
+    Sampling& sampling = options.sampling;
     const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
                          const char* description) {
         return app.add_option(name, target, description)->type_name(value)->check(check)->group("Occlusion");
@@ -70,15 +73,15 @@ void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
     add("--radius", "R", is_a_number("number above 0", [](double r) { return r > 0; }), options.radius,
         "how far occlusion reaches, scene units: objects farther away\n"
         "occlude nothing (default: \"ao_distance\" of the camera file)");
-    add_enum_option(app, "--quality", ssao.quality,
+    add_enum_option(app, "--quality", sampling.quality,
                     {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
                     "speed against accuracy: sets --slices, --samples and --jitter\n(default: balanced)")
         ->group("Occlusion");
-    add("--slices", "N", is_whole(1, 64), ssao.slices,
+    add("--slices", "N", is_whole(1, 64), sampling.slices,
         "number of planes through the view ray, 1 to 64 (default: by\nquality)");
-    add("--samples", "N", is_whole(1, 256), ssao.samples,
+    add("--samples", "N", is_whole(1, 256), sampling.samples,
         "number of samples on either side of a slice, 1 to 256 (default:\nby quality)");
-    add("--jitter", "1|4|16", is_one_of({"1", "4", "16"}), ssao.jitter,
+    add("--jitter", "1|4|16", is_one_of({"1", "4", "16"}), sampling.jitter,
         "number of neighbouring pixels that look into different\n"
         "directions and are averaged. 1 turns both off (default: by\nquality)");
     app.add_option_function<std::string>(
@@ -103,12 +106,12 @@ void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
         "how far depth may be off, in half steps of its storage. Raise\n"
         "it for a noisy sensor (default: 1)");
     CLI::Option* half = app.add_flag_callback(
-        "--half-resolution", [&ssao] { ssao.half_resolution = true; },
+        "--half-resolution", [&sampling] { sampling.half_resolution = true; },
         "compute every second pixel of every second row, and interpolate\n"
         "along the surfaces. Default: the quality chooses it for blocks\n"
         "where the radius covers many pixels");
     CLI::Option* full = app.add_flag_callback(
-        "--full-resolution", [&ssao] { ssao.half_resolution = false; }, "compute all pixels");
+        "--full-resolution", [&sampling] { sampling.half_resolution = false; }, "compute all pixels");
     half->group("Occlusion");
     full->excludes(half)->group("Occlusion");
     add("--seed", "N", is_whole(0, 4294967295.0), ssao.seed, "turns the jitter (default: 0)");
@@ -210,14 +213,15 @@ Images read_images(const SsaoArguments& options, const Job& job) {
 // Visibility, then what else was asked for, in the order of the options.
 std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& stored, Loaded& frame) {
     const std::optional<Region> region = region_in(frame.windows, options.ssao.region);
-    explain_method(fathom::Operation::ssao, stored, frame, options.ssao.max_error, options.explain);
+    explain_method(fathom::Operation::ssao, stored, frame, options.max_error, options.explain);
     SsaoOptions asked = options.ssao;
+    asked.sampling = method_or(options.max_error, options.sampling);
     asked.region = region;
     const Images& images = frame.images.get();
     if (options.normals)
         asked.normals = to_device(stored.image.device(), images.normals);
     if (options.thickness_map)
-        asked.thickness_map = to_device(stored.image.device(), images.thickness);
+        asked.thickness = to_device(stored.image.device(), images.thickness);
     asked.bent_normal = options.bent_normal.has_value();
     asked.confidence = options.confidence.has_value();
     const cv::Size size =
@@ -252,7 +256,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
     const auto options = std::make_shared<SsaoArguments>();
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, *options);
-    add_max_error(app, options->ssao.max_error, options->explain, "rms of visibility",
+    add_max_error(app, options->max_error, options->explain, "rms of visibility",
                   {"--quality", "--slices", "--samples", "--jitter", "--half-resolution", "--full-resolution"},
                   "Occlusion");
     CLI::Option* normals = app.add_option("--normals", options->normals,

@@ -1,6 +1,7 @@
 // sRGB and alpha. IEC 61966-2-1: a line up to 0.04045, and a power of 2.4 from there.
 #include "color_encoding.hpp"
 
+#include "camera/edge_upsampling.hpp"
 #include "require.hpp"
 
 #include <opencv2/core.hpp>
@@ -32,15 +33,10 @@ const char* to_string(ColorEncoding encoding) {
 
 void restore_highlights(Picture& picture, double peak) {
     require(std::isfinite(peak) && peak >= 1, text("peak = ", peak, " must be finite and 1 or greater"));
-    constexpr double from = 0.97;
     if (picture.format.bits == 32 || peak == 1) // floats go beyond white
         return;
-    for_each_pixel(picture.color, [&](float* pixel) {
-        const double brightest = static_cast<double>(std::max({pixel[0], pixel[1], pixel[2]}));
-        const double over = brightest > from ? std::min((brightest - from) / (1 - from), 1.0) : 0;
-        const auto gain = static_cast<float>(1 + (peak - 1) * over * over);
-        for (int c = 0; c < 3; ++c)
-            pixel[c] *= gain;
+    for_each_pixel(picture.color, [&, channels = picture.color.channels()](float* pixel) {
+        restore_highlights_of(pixel, 1, channels, peak);
     });
 }
 

@@ -7,7 +7,6 @@
 #include <opencv2/core/check.hpp>
 #include <opencv2/core/ocl.hpp>
 
-#include <utility>
 #include <vector>
 
 namespace fathom {
@@ -93,10 +92,15 @@ int checked_channels(int channels) {
 }
 
 // Where floats go: into the array, or somewhere if it is not given.
-Image given_or_new(Matrices& matrices, cv::OutputArray array, cv::Size size, int channels = 1) {
+Image given_or_new(Matrices& matrices, cv::OutputArray array, cv::Size size) {
     if (!array.needed())
-        return Image(matrices.device(), Element::f32, {size.width, size.height, channels});
-    return matrices.write(array, size, CV_32FC(channels));
+        return Image(matrices.device(), Element::f32, {size.width, size.height});
+    return matrices.write(array, size, CV_32FC1);
+}
+
+void check_given(bool asked, const char* name, cv::OutputArray array) {
+    require(!asked || array.needed(), name, " is asked for and has no matrix to be written into");
+    require(asked || !array.needed(), name, " has a matrix to be written into, but the options do not ask for it");
 }
 
 } // namespace
@@ -160,26 +164,26 @@ void normals(const Device& device, cv::InputArray stored, const Camera& camera, 
 
 void ssao(const Device& device, cv::InputArray stored, const Camera& camera, double radius, cv::OutputArray visibility,
           const SsaoOptions& options, std::optional<Storage> storage, const Launch& launch) {
-    ssao(device, stored, camera, radius, visibility, cv::noArray(), cv::noArray(), options, storage, launch);
+    ssao(device, stored, camera, radius, {.visibility = visibility}, options, storage, launch);
 }
 
-void ssao(const Device& device, cv::InputArray stored, const Camera& camera, double radius, cv::OutputArray visibility,
-          cv::OutputArray bent_normal, cv::OutputArray confidence, const SsaoOptions& options,
-          std::optional<Storage> storage, const Launch& launch) {
+void ssao(const Device& device, cv::InputArray stored, const Camera& camera, double radius,
+          const OcclusionArrays& results, const SsaoOptions& options, std::optional<Storage> storage,
+          const Launch& launch) {
     Matrices matrices(device);
     const StoredDepth input = stored_depth(matrices, stored, camera, storage);
     const cv::Size size = options.region ? cv::Size(options.region->width, options.region->height) : size_of(input);
     require(size.width > 0 && size.height > 0, "region: ", size.width, " x ", size.height,
             " pixels; must have at least one");
-    SsaoOptions asked = options;
-    asked.bent_normal = bent_normal.needed();
-    asked.confidence = confidence.needed();
-    Occlusion images{.visibility = given_or_new(matrices, visibility, size), .bent_normal = {}, .confidence = {}};
-    if (asked.bent_normal)
-        images.bent_normal = matrices.write(bent_normal, size, CV_32FC3);
-    if (asked.confidence)
-        images.confidence = matrices.write(confidence, size, CV_32FC1);
-    matrices.run([&] { ssao(input, images, radius, asked, launch); });
+    check_given(options.bent_normal, "bent_normal", results.bent_normal);
+    check_given(options.confidence, "confidence", results.confidence);
+    Occlusion images{
+        .visibility = given_or_new(matrices, results.visibility, size), .bent_normal = {}, .confidence = {}};
+    if (options.bent_normal)
+        images.bent_normal = matrices.write(results.bent_normal, size, CV_32FC3);
+    if (options.confidence)
+        images.confidence = matrices.write(results.confidence, size, CV_32FC1);
+    matrices.run([&] { ssao(input, images, radius, options, launch); });
 }
 
 void dof_masks(const Device& device, cv::InputArray stored, const Camera& camera, const CircleOfConfusion& coc,
@@ -187,38 +191,32 @@ void dof_masks(const Device& device, cv::InputArray stored, const Camera& camera
                const Launch& launch) {
     Matrices matrices(device);
     const StoredDepth input = stored_depth(matrices, stored, camera, storage);
-    DofMasksOptions asked = options;
-    asked.weights = results.near_weight.needed() || results.focus_weight.needed() || results.far_weight.needed();
-    asked.max_near_coc = results.max_near_coc.needed();
-    asked.near_alpha = results.near_alpha.needed();
-    asked.disocclusion = results.disocclusion.needed();
-    asked.mixed_pixels = results.mixed_pixels.needed();
-    const bool tiles = results.tile_min_coc.needed() || results.tile_max_coc.needed();
-    require(!tiles || options.tile_px >= 1, "tile_px = ", options.tile_px,
-            " must be at least 1 for the extremes of tiles");
-    if (!tiles)
-        asked.tile_px = 0;
-
-    DofMasks images;
-    const auto give = [&](bool wanted, Image DofMasks::*image, cv::OutputArray array, cv::Size size) {
-        if (wanted)
-            images.*image = given_or_new(matrices, array, size);
+    require(options.tile_px >= 1, "tile_px = ", options.tile_px, " must be 1 to 65536");
+    const cv::Size size = size_of(input),
+                   tiles((size.width - 1) / options.tile_px + 1, (size.height - 1) / options.tile_px + 1);
+    struct Result {
+        bool asked;
+        const char* name;
+        cv::OutputArray array;
+        Image DofMasks::*image;
+        cv::Size size;
     };
-    const cv::Size size = size_of(input);
-    give(true, &DofMasks::coc, results.coc, size);
-    give(asked.weights, &DofMasks::near_weight, results.near_weight, size);
-    give(asked.weights, &DofMasks::focus_weight, results.focus_weight, size);
-    give(asked.weights, &DofMasks::far_weight, results.far_weight, size);
-    give(asked.max_near_coc, &DofMasks::max_near_coc, results.max_near_coc, size);
-    give(asked.near_alpha, &DofMasks::near_alpha, results.near_alpha, size);
-    give(asked.disocclusion, &DofMasks::disocclusion, results.disocclusion, size);
-    give(asked.mixed_pixels, &DofMasks::mixed_pixels, results.mixed_pixels, size);
-    if (tiles) {
-        const cv::Size grid((size.width - 1) / asked.tile_px + 1, (size.height - 1) / asked.tile_px + 1);
-        give(true, &DofMasks::tile_min_coc, results.tile_min_coc, grid);
-        give(true, &DofMasks::tile_max_coc, results.tile_max_coc, grid);
-    }
-    matrices.run([&] { dof_masks(input, images, coc, asked, launch); });
+    const Result all[] = {{options.near_weight, "near_weight", results.near_weight, &DofMasks::near_weight, size},
+                          {options.focus_weight, "focus_weight", results.focus_weight, &DofMasks::focus_weight, size},
+                          {options.far_weight, "far_weight", results.far_weight, &DofMasks::far_weight, size},
+                          {options.max_near_coc, "max_near_coc", results.max_near_coc, &DofMasks::max_near_coc, size},
+                          {options.near_alpha, "near_alpha", results.near_alpha, &DofMasks::near_alpha, size},
+                          {options.disocclusion, "disocclusion", results.disocclusion, &DofMasks::disocclusion, size},
+                          {options.mixed_pixels, "mixed_pixels", results.mixed_pixels, &DofMasks::mixed_pixels, size},
+                          {options.tile_min_coc, "tile_min_coc", results.tile_min_coc, &DofMasks::tile_min_coc, tiles},
+                          {options.tile_max_coc, "tile_max_coc", results.tile_max_coc, &DofMasks::tile_max_coc, tiles}};
+    for (const Result& result : all)
+        check_given(result.asked, result.name, result.array);
+    DofMasks images{.coc = given_or_new(matrices, results.coc, size)};
+    for (const Result& result : all)
+        if (result.asked)
+            images.*result.image = matrices.write(result.array, result.size, CV_32FC1);
+    matrices.run([&] { dof_masks(input, images, coc, options, launch); });
 }
 
 void dof(const Device& device, cv::InputArray stored, const Camera& camera, cv::InputArray color,
@@ -237,9 +235,7 @@ void fog(const Device& device, cv::InputArray stored, const Camera& camera, cv::
     const StoredDepth input = stored_depth(matrices, stored, camera, storage);
     const Image image = matrices.read(color);
     const Image onto = matrices.write(result, color.size(), color.type());
-    FogOptions in_order = options;
-    std::swap(in_order.color[0], in_order.color[2]); // a matrix is B, G, R
-    matrices.run([&] { fog(input, image, onto, in_order, launch); });
+    matrices.run([&] { fog(input, image, onto, options, launch); });
 }
 
 } // namespace fathom

@@ -2,6 +2,8 @@
 #include "formats.hpp"
 #include "relative_input.hpp"
 
+#include "camera/edge_upsampling.hpp"
+
 #include <fathom/error.hpp>
 
 #include <opencv2/core.hpp>
@@ -130,55 +132,13 @@ RelativeFile read_relative(const std::filesystem::path& file, const ReadRelative
 cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color) {
     if (depth.type() != CV_32FC1 || color.depth() != CV_32F || color.channels() < 3 || depth.empty() || color.empty())
         throw Error("depth must be CV_32FC1 and the picture CV_32FC3 or CV_32FC4, and neither may be empty");
-    const double across = static_cast<double>(depth.cols) / color.cols,
-                 down = static_cast<double>(depth.rows) / color.rows;
-    // Differences of colour are judged as eyes do, about, and against the mean colour of a depth's pixel.
-    const auto seen = [](const cv::Mat& image, int x, int y) {
-        const float* c = image.ptr<float>(y) + x * image.channels();
-        const auto root = [](float v) { return v > 0 ? std::sqrt(std::min(v, 4.0f)) : 0.0f; };
-        return cv::Vec3f(root(c[0]), root(c[1]), root(c[2]));
+    const auto floats = [](const cv::Mat& image) {
+        return HostFloats{image.ptr<float>(), image.cols, image.rows, image.channels(), image.step1()};
     };
-    cv::Mat mean(depth.size(), CV_32FC3);
-    for (int y = 0; y < depth.rows; ++y)
-        for (int x = 0; x < depth.cols; ++x) {
-            const auto first = [](int at, double scale, int count) {
-                return std::min(static_cast<int>(at / scale), count - 1);
-            };
-            const int x0 = first(x, across, color.cols), y0 = first(y, down, color.rows);
-            const int x1 = std::max(x0 + 1, std::min(static_cast<int>((x + 1) / across), color.cols));
-            const int y1 = std::max(y0 + 1, std::min(static_cast<int>((y + 1) / down), color.rows));
-            cv::Vec3f sum(0, 0, 0);
-            for (int j = y0; j < y1; ++j)
-                for (int i = x0; i < x1; ++i)
-                    sum += seen(color, i, j);
-            mean.at<cv::Vec3f>(y, x) = sum / static_cast<float>((x1 - x0) * (y1 - y0));
-        }
-
-    constexpr float sigma = 0.08f, least = 1e-4f; // of colours from 0 to 1; what another colour counts all the same
-    constexpr int reach = 2;                      // pixels of the depth image
+    const EdgeUpsampling upsampling(floats(depth), floats(color));
     cv::Mat result(color.size(), CV_32FC1);
     cv::parallel_for_(cv::Range(0, color.rows), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y)
-            for (int x = 0; x < color.cols; ++x) {
-                const double fx = (x + 0.5) * across - 0.5, fy = (y + 0.5) * down - 0.5;
-                const int left = static_cast<int>(std::floor(fx)), top = static_cast<int>(std::floor(fy));
-                const cv::Vec3f own = seen(color, x, y);
-                double sum = 0, weights = 0;
-                for (int j = top - reach + 1; j <= top + reach; ++j)
-                    for (int i = left - reach + 1; i <= left + reach; ++i) {
-                        const int u = std::clamp(i, 0, depth.cols - 1), v = std::clamp(j, 0, depth.rows - 1);
-                        const float value = depth.at<float>(v, u);
-                        if (std::isnan(value))
-                            continue;
-                        const cv::Vec3f d = mean.at<cv::Vec3f>(v, u) - own;
-                        const double weight = (reach - std::abs(i - fx)) * (reach - std::abs(j - fy)) *
-                                              static_cast<double>(std::exp(-d.dot(d) / (2 * sigma * sigma)) + least);
-                        sum += weight * static_cast<double>(value);
-                        weights += weight;
-                    }
-                result.at<float>(y, x) =
-                    weights > 0 ? static_cast<float>(sum / weights) : std::numeric_limits<float>::quiet_NaN();
-            }
+        upsampling.rows(rows.start, rows.end, result.ptr<float>(rows.start));
     });
     return result;
 }

@@ -21,36 +21,29 @@ std::optional<Value> named(std::string_view method, const std::pair<const char*,
 
 constexpr std::string_view half_resolution = ", half resolution"; // follows the name of the method at full resolution
 
-// Sets the options that stand for a method of the table: a preset, or "2 x 16" for 2 slices of 16 samples.
-void set(const std::string& method, SsaoOptions& options) {
+std::optional<Quality> quality_named(std::string_view method) {
+    return named<Quality>(method,
+                          {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}});
+}
+
+// The sampling that stands for a method of the table: a preset, or "2 x 16" for 2 slices of 16 samples.
+Sampling sampling_named(const std::string& method) {
+    Sampling sampling;
     const bool half = method.ends_with(half_resolution);
     if (half)
-        options.half_resolution = true;
+        sampling.half_resolution = true;
     const std::string of = method.substr(0, method.size() - (half ? half_resolution.size() : 0));
-    const auto quality =
-        named<Quality>(of, {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}});
-    options.quality = quality.value_or(Quality::balanced);
-    if (quality)
-        return;
+    if (const auto quality = quality_named(of)) {
+        sampling.quality = *quality;
+        return sampling;
+    }
     std::istringstream words(of);
     int slices = 0, samples = 0;
     std::string by;
     words >> slices >> by >> samples;
-    options.slices = slices;
-    options.samples = samples;
-}
-
-void set(const std::string& method, DofOptions& options) {
-    options.quality =
-        named<Quality>(method,
-                       {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}})
-            .value();
-}
-
-void set(const std::string& method, NormalsOptions& options) {
-    options.method = named<NormalMethod>(method, {{"neighbours", NormalMethod::neighbours},
-                                                  {"least squares", NormalMethod::least_squares}})
-                         .value();
+    sampling.slices = slices;
+    sampling.samples = samples;
+    return sampling;
 }
 
 constexpr const char* operations[] = {"ssao", "dof", "normals"};
@@ -70,13 +63,6 @@ void take_worse(MeasuredMethod& known, const Measured& other) {
 std::string storage_of(const StoredDepth& stored) {
     const bool few_bits = stored.storage == Storage::uint8 || stored.camera.depth_bits.value_or(32) <= 16;
     return to_string(few_bits ? Storage::uint16 : stored.storage);
-}
-
-template <typename Options>
-Options with_choice(Operation operation, const StoredDepth& stored, Options options) {
-    set(cheapest_method(operation, stored, *options.max_error).method, options);
-    options.max_error.reset();
-    return options;
 }
 
 } // namespace
@@ -131,21 +117,25 @@ MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, d
 }
 
 SsaoOptions chosen(const StoredDepth& stored, SsaoOptions options) {
-    require(options.quality == Quality::balanced && !options.slices && !options.samples && !options.jitter,
-            "max_error chooses the quality, slices, samples and jitter itself: give them or it");
-    require(!options.half_resolution, "max_error chooses the resolution itself: give it or half_resolution");
-    return with_choice(Operation::ssao, stored, std::move(options));
+    const double most = std::get<MaxError>(options.sampling).value;
+    options.sampling = sampling_named(cheapest_method(Operation::ssao, stored, most).method);
+    return options;
 }
 
 DofOptions chosen(const StoredDepth& stored, DofOptions options) {
-    require(options.quality == Quality::balanced, "max_error chooses the quality itself: give one of the two");
-    return with_choice(Operation::dof, stored, std::move(options));
+    const double most = std::get<MaxError>(options.quality).value;
+    options.quality = quality_named(cheapest_method(Operation::dof, stored, most).method).value();
+    return options;
 }
 
 NormalsOptions chosen(const StoredDepth& stored, NormalsOptions options) {
-    require(options.method == NormalMethod::automatic, "max_error chooses the method itself: give one of the two");
     require(options.noise == 0, "max_error was measured without noise: give one of the two");
-    return with_choice(Operation::normals, stored, options);
+    const double most = std::get<MaxError>(options.method).value;
+    options.method =
+        named<NormalMethod>(cheapest_method(Operation::normals, stored, most).method,
+                            {{"neighbours", NormalMethod::neighbours}, {"least squares", NormalMethod::least_squares}})
+            .value();
+    return options;
 }
 
 } // namespace fathom

@@ -34,8 +34,8 @@ std::vector<MeasuredMethod> measured_for(std::span<const Measured> measured, std
 /// Pure: no device.
 std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> methods, double max_error);
 
-/// The options with the method that `max_error` chooses, and without `max_error`.
-/// Throws: std::invalid_argument if they also set what `max_error` chooses, and as `cheapest_method`.
+/// The options with the method that their `MaxError` chooses in its place.
+/// Throws: std::invalid_argument for noise, and as `cheapest_method`.
 SsaoOptions chosen(const StoredDepth& stored, SsaoOptions options);
 DofOptions chosen(const StoredDepth& stored, DofOptions options);
 NormalsOptions chosen(const StoredDepth& stored, NormalsOptions options);

@@ -43,7 +43,8 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
     check_picture(stored, {"the colour", color});
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);
-    check_enum("quality", options.quality, {"fast", "balanced", "accurate"});
+    if (const auto* quality = std::get_if<Quality>(&options.quality))
+        check_enum("quality", *quality, {"fast", "balanced", "accurate"});
     check_enum("sky", options.sky, {"blur", "sharp", "exclude"});
     const int blades = options.aperture.blades;
     require(blades == 0 || (blades >= 3 && blades <= 64), "blades = ", blades, " must be 0, or 3 to 64");
@@ -198,7 +199,7 @@ void look_behind(const Blur& blur, int farthest) {
 }
 
 DofMasksOptions circle_options(const DofOptions& options) {
-    return {.sky = options.sky, .max_coc_px = options.max_coc_px, .weights = false};
+    return {.sky = options.sky, .max_coc_px = options.max_coc_px};
 }
 
 // The circles of a picture's pixels, as the options have them, and its planes, which take their places.
@@ -347,7 +348,8 @@ int halo_of(const LayerScale& scale, double widest, const Blur& call) {
 void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
           const DofOptions& options, double widest, const DofBytes& allowed) {
     const Device& device = stored.image.device();
-    const LayerScale scale = layer_scale(layer_spacing(options.quality, options.aperture), options.max_coc_px);
+    const Quality quality = std::get<Quality>(options.quality);
+    const LayerScale scale = layer_scale(layer_spacing(quality, options.aperture), options.max_coc_px);
     const params::blur_params whole = blur_parameters(stored, scale, options.max_coc_px);
     const int channels = color.channels();
     const PixelScale pixels = pixel_scale(stored.camera);
@@ -356,7 +358,7 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
               channels,
               element_define(color.element()),
               device.options().vector_width,
-              options.quality,
+              quality,
               options.clean_plate.has_value(),
               options.aperture,
               static_cast<float>(pixels.y / pixels.x),
@@ -373,7 +375,7 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
     constexpr int tile_rows = params::dof_tile_rows;
     // Accurate: a plane of inner pixels, and tables of blocks and tiles.
     const int surface_planes = call.surfaces() * (channels + 1), behind_planes = call.accurate() ? 2 : 0;
-    const int laid_planes = state_planes(channels, options.quality);
+    const int laid_planes = state_planes(channels, quality);
     const auto bytes = [&](int planes) {
         return sizeof(float) * whole.stride * tile_rows * static_cast<std::size_t>(planes);
     };
@@ -415,7 +417,7 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
                                 .scale = scale,
                                 .aspect = static_cast<double>(call.aspect),
                                 .upright = call.upright,
-                                .quality = options.quality,
+                                .quality = quality,
                                 .channels = channels,
                                 .most_floats = allowed.layer / sizeof(float)};
     const auto top = static_cast<int>(whole.top), height = stored.image.height();
@@ -465,7 +467,7 @@ void dof_in_bands(const StoredDepth& stored, const Image& color, const Image& re
         return static_cast<double>(widest_coc(depth, coc, circle_options(options)));
     };
     const double seen = widest(stored);
-    if (seen <= largest_in_focus(layer_spacing(options.quality, options.aperture)))
+    if (seen <= largest_in_focus(layer_spacing(std::get<Quality>(options.quality), options.aperture)))
         return runtime::copy(color, result);
     blur(stored, color, result, coc, options,
          options.clean_plate ? std::max(seen, widest(options.clean_plate->depth)) : seen, bytes);
@@ -474,7 +476,7 @@ void dof_in_bands(const StoredDepth& stored, const Image& color, const Image& re
 void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
          const DofOptions& options, const Launch& launch) {
     check(stored, color, options);
-    if (options.max_error)
+    if (std::holds_alternative<MaxError>(options.quality))
         return dof(stored, color, result, coc, chosen(stored, options), launch);
     check_dof_result(stored, color, result, options);
     const runtime::Launched launched(stored.image.device(), launch);

@@ -3,8 +3,7 @@
 
 #include <fathom/dof_masks.hpp>
 
-#include <fathom/linearize.hpp>
-
+#include "operations/bands.hpp"
 #include "operations/circle.hpp"
 #include "operations/mixed_pixels.hpp"
 #include "operations/near_field.hpp"
@@ -17,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <vector>
 
 namespace fathom {
@@ -30,8 +30,7 @@ void check(const CircleOfConfusion& coc, const DofMasksOptions& options, const D
     require(std::isfinite(options.transition_px) && options.transition_px >= 0,
             "transition_px = ", options.transition_px, " must be finite and 0 or greater");
     require(options.max_coc_px > 0, "max_coc_px = ", options.max_coc_px, " must be greater than 0");
-    require(options.tile_px >= 0 && options.tile_px <= 65536, "tile_px = ", options.tile_px,
-            " must be 1 to 65536, or 0 for no tiles");
+    require(options.tile_px >= 1 && options.tile_px <= 65536, "tile_px = ", options.tile_px, " must be 1 to 65536");
 }
 
 // One of the results: is it asked for, and how large is it?
@@ -43,27 +42,26 @@ struct Result {
 };
 
 std::vector<Result> results_of(const StoredDepth& stored, const DofMasksOptions& options) {
-    const int width = stored.image.width(), height = stored.image.height(), tile = std::max(options.tile_px, 1);
+    const int width = stored.image.width(), height = stored.image.height(), tile = options.tile_px;
     const Layout pixels{width, height}, tiles{(width - 1) / tile + 1, (height - 1) / tile + 1};
-    const std::vector<Result> all{{true, "coc", &DofMasks::coc, pixels},
-                                  {options.weights, "near_weight", &DofMasks::near_weight, pixels},
-                                  {options.weights, "focus_weight", &DofMasks::focus_weight, pixels},
-                                  {options.weights, "far_weight", &DofMasks::far_weight, pixels},
-                                  {options.max_near_coc, "max_near_coc", &DofMasks::max_near_coc, pixels},
-                                  {options.near_alpha, "near_alpha", &DofMasks::near_alpha, pixels},
-                                  {options.disocclusion, "disocclusion", &DofMasks::disocclusion, pixels},
-                                  {options.mixed_pixels, "mixed_pixels", &DofMasks::mixed_pixels, pixels},
-                                  {options.tile_px > 0, "tile_min_coc", &DofMasks::tile_min_coc, tiles},
-                                  {options.tile_px > 0, "tile_max_coc", &DofMasks::tile_max_coc, tiles}};
-    std::vector<Result> asked;
-    std::ranges::copy_if(all, std::back_inserter(asked), &Result::asked);
-    return asked;
+    return {{true, "coc", &DofMasks::coc, pixels},
+            {options.near_weight, "near_weight", &DofMasks::near_weight, pixels},
+            {options.focus_weight, "focus_weight", &DofMasks::focus_weight, pixels},
+            {options.far_weight, "far_weight", &DofMasks::far_weight, pixels},
+            {options.max_near_coc, "max_near_coc", &DofMasks::max_near_coc, pixels},
+            {options.near_alpha, "near_alpha", &DofMasks::near_alpha, pixels},
+            {options.disocclusion, "disocclusion", &DofMasks::disocclusion, pixels},
+            {options.mixed_pixels, "mixed_pixels", &DofMasks::mixed_pixels, pixels},
+            {options.tile_min_coc, "tile_min_coc", &DofMasks::tile_min_coc, tiles},
+            {options.tile_max_coc, "tile_max_coc", &DofMasks::tile_max_coc, tiles}};
 }
 
-void check_results(const StoredDepth& stored, const DofMasks& given, const std::vector<Result>& asked) {
+void check_results(const StoredDepth& stored, const DofMasks& given, const std::vector<Result>& results) {
     std::vector<NamedImage> others{{"the stored depth", stored.image}};
-    for (const Result& result : asked) {
+    for (const Result& result : results) {
         const NamedImage named{result.name, given.*result.image};
+        if (!check_asked(result.asked, named))
+            continue;
         check_result(stored, named, Element::f32, result.layout, others);
         others.push_back(named);
     }
@@ -100,6 +98,7 @@ struct CircleKernel {
     }
 };
 
+// The circles of some rows, and all weights or none.
 void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
                          const DepthForm& form, const DofMasks& masks) {
     const CircleKernel kernel(stored, form, coc, options);
@@ -107,12 +106,37 @@ void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc
         static_cast<std::size_t>((stored.image.width() + kernel.vector_width - 1) / kernel.vector_width),
         static_cast<std::size_t>(stored.image.height())};
     const auto streams = [&](const Image& image) { return worth_streaming(image, kernel.vector_width); };
-    const runtime::Defines weights{{"WEIGHTS", options.weights}};
-    if (!options.weights)
-        return kernel.launch("dof_masks", weights, streams(masks.coc), range, masks.coc);
     const Image &near = masks.near_weight, &focus = masks.focus_weight, &far = masks.far_weight;
+    const runtime::Defines weights{{"WEIGHTS", static_cast<bool>(near)}};
+    if (!near)
+        return kernel.launch("dof_masks", weights, streams(masks.coc), range, masks.coc);
     kernel.launch("dof_masks", weights, streams(masks.coc) && streams(near) && streams(focus) && streams(far), range,
                   masks.coc, near, place_parameters(near), focus, place_parameters(focus), far, place_parameters(far));
+}
+
+constexpr Image DofMasks::*all_weights[] = {&DofMasks::near_weight, &DofMasks::focus_weight, &DofMasks::far_weight};
+
+// The circles, and the weights that are asked for. The kernel makes all three, so that the others need a place, too.
+void circles_and_asked_weights(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
+                               const DepthForm& form, const DofMasks& masks) {
+    const auto asked =
+        std::ranges::count_if(all_weights, [&](auto weight) { return static_cast<bool>(masks.*weight); });
+    if (asked == 0 || asked == std::ssize(all_weights))
+        return circles_and_weights(stored, coc, options, form, masks);
+    const int width = stored.image.width(), height = stored.image.height();
+    const std::size_t budget = stored.image.device().options().memory_budget,
+                      row_bytes = sizeof(float) * static_cast<std::size_t>(width) *
+                                  static_cast<std::size_t>(std::ssize(all_weights) - asked);
+    for (const Band& band :
+         bands(height, 0, {row_bytes}, budget > 0 ? budget : std::numeric_limits<std::size_t>::max())) {
+        runtime::Scratch scratch(stored.image.device());
+        const int rows = band.end - band.begin;
+        DofMasks part{.coc = masks.coc.region(0, band.begin, width, rows)};
+        for (const auto weight : all_weights)
+            part.*weight = masks.*weight ? (masks.*weight).region(0, band.begin, width, rows)
+                                         : scratch.image(Element::f32, {width, rows});
+        circles_and_weights(stored.region(0, band.begin, width, rows), coc, options, form, part);
+    }
 }
 
 // Checks everything but the results.
@@ -139,13 +163,12 @@ float widest_coc(const StoredDepth& stored, const CircleOfConfusion& circle, con
 void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
                const DofMasksOptions& options, const Launch& launch) {
     const DepthForm form = checked_form(stored, coc, options);
-    const std::vector<Result> asked = results_of(stored, options);
-    check_results(stored, results, asked);
+    check_results(stored, results, results_of(stored, options));
     const runtime::Launched launched(stored.image.device(), launch);
     const int rows_at_once = near_field_rows(stored, options);
     if (options.mixed_pixels) // before the others: it may refuse the budget, and then nothing is written
         mixed_pixels(stored, results.mixed_pixels);
-    circles_and_weights(stored, coc, options, form, results);
+    circles_and_asked_weights(stored, coc, options, form, results);
     near_field(stored, options, results, rows_at_once);
     launched.done();
 }
@@ -155,18 +178,10 @@ DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, cons
     checked_form(stored, coc, options);
     DofMasks masks;
     for (const Result& result : results_of(stored, options))
-        masks.*result.image = Image(stored.image.device(), Element::f32, result.layout);
+        if (result.asked)
+            masks.*result.image = Image(stored.image.device(), Element::f32, result.layout);
     dof_masks(stored, masks, coc, options, launch);
     return masks;
-}
-
-double depth_at(const StoredDepth& stored, int x, int y) {
-    require(x >= 0 && y >= 0 && x < stored.image.width() && y < stored.image.height(), "pixel (", x, ", ", y,
-            ") lies outside the image of ", stored.image.width(), " x ", stored.image.height());
-    float depth;
-    linearize(stored.region(x, y, 1, 1)).image.download(&depth);
-    require(!std::isnan(depth), "pixel (", x, ", ", y, ") is invalid: it has no depth to focus on");
-    return static_cast<double>(depth);
 }
 
 } // namespace fathom

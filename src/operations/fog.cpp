@@ -34,8 +34,8 @@ void check(const StoredDepth& stored, const Image& color, const FogOptions& opti
     from_0("height_falloff", options.height_falloff);
     require(options.max_opacity >= 0 && options.max_opacity <= 1, "max_opacity = ", options.max_opacity,
             " must be 0 to 1");
-    require(std::ranges::all_of(options.color, [](double c) { return std::isfinite(c); }),
-            "the fog's colour must be finite");
+    require(std::ranges::all_of(options.fog_color, [](double c) { return std::isfinite(c); }),
+            "fog_color must be finite");
     require(std::isfinite(options.reference_height), "reference_height = ", options.reference_height,
             " must be finite");
     require(options.up.allFinite() && options.up.norm() > 0, "up = (", options.up.transpose(),
@@ -77,7 +77,7 @@ params::fog_params fog_parameters(const Camera& camera, const Rays& centred, con
     p.density = static_cast<float>(density);
     p.start = pack_wide(options.start, arithmetic);
     for (std::size_t i = 0; i < 3; ++i)
-        p.color[i] = static_cast<float>(options.color[i]);
+        p.color[i] = static_cast<float>(options.fog_color[i]);
     p.max_opacity = static_cast<float>(options.max_opacity);
     p.sky = options.density > 0 ? std::numeric_limits<float>::infinity() : 0;
     p.keep_sky = options.sky == FogSky::keep ? ~params::u32{0} : 0;

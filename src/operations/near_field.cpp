@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace fathom {
 namespace {
@@ -57,6 +58,25 @@ void find_extremes(const Image& from, int across, const Image& least, const Imag
         launch(least, place_parameters(least), greatest, place_parameters(greatest));
     else
         launch(least, place_parameters(least));
+}
+
+// The extremes of tiles that are asked for. Where the least are not, the kernel makes them elsewhere.
+void find_asked_extremes(const Image& circle, const DofMasksOptions& options, const DofMasks& masks) {
+    const Image &least = masks.tile_min_coc, &greatest = masks.tile_max_coc;
+    if (least)
+        return find_extremes(circle, options.tile_px, least, greatest);
+    if (!greatest)
+        return;
+    const std::size_t budget = circle.device().options().memory_budget;
+    for (const Band& band : bands(greatest.height(), 0, {Image::allocation(Element::f32, {greatest.width(), 1})},
+                                  budget > 0 ? budget : std::numeric_limits<std::size_t>::max())) {
+        runtime::Scratch scratch(circle.device());
+        const int rows = band.end - band.begin, first = band.begin * options.tile_px,
+                  last = std::min(band.end * options.tile_px, circle.height());
+        find_extremes(circle.region(0, first, circle.width(), last - first), options.tile_px,
+                      scratch.image(Element::f32, {greatest.width(), rows}),
+                      greatest.region(0, band.begin, greatest.width(), rows));
+    }
 }
 
 params::near_field_params near_field_parameters(const Image& tiles, const Image& blocks, const StoredDepth& stored,
@@ -106,12 +126,11 @@ void near_field(const StoredDepth& stored, const DofMasksOptions& options, const
     const Image& circle = masks.coc;
     const Device& device = circle.device();
     const int width = circle.width(), height = circle.height();
-    if (options.tile_px > 0)
-        find_extremes(circle, options.tile_px, masks.tile_min_coc, masks.tile_max_coc);
+    runtime::Scratch scratch(device);
+    find_asked_extremes(circle, options, masks);
     if (!looks_around(options))
         return;
 
-    runtime::Scratch scratch(device);
     const Image tiles = scratch.image(Element::f32, {parts(width, tile_px), parts(height, tile_px)}),
                 blocks = scratch.image(Element::f32, {parts(width, block_px), parts(height, block_px)});
     find_extremes(circle, tile_px, tiles);

@@ -24,7 +24,8 @@ using Vector = Eigen::Matrix<long double, 3, 1>;
 void check(const StoredDepth& stored, const NormalsOptions& options) {
     check_stored(stored);
     require(options.channels == 3 || options.channels == 4, "channels = ", options.channels, " must be 3 or 4");
-    check_enum("method", options.method, {"automatic", "neighbours", "least_squares"});
+    if (const auto* method = std::get_if<NormalMethod>(&options.method))
+        check_enum("method", *method, {"automatic", "neighbours", "least_squares"});
     check_enum("space", options.space, {"view", "world"});
     require(std::isfinite(options.tolerance) && options.tolerance > 0, "tolerance = ", options.tolerance,
             " must be finite and greater than 0");
@@ -104,14 +105,14 @@ params::normal_params normal_parameters(const CentreRays& rays, const InverseDep
 }
 
 NormalMethod chosen_method(const NormalsOptions& options, const StoredDepth& stored) {
-    if (options.method != NormalMethod::automatic)
-        return options.method;
+    if (const auto method = std::get<NormalMethod>(options.method); method != NormalMethod::automatic)
+        return method;
     return is_coarse(stored) || options.noise > 0 ? NormalMethod::least_squares : NormalMethod::neighbours;
 }
 
 void normals(const StoredDepth& stored, const Image& result, const NormalsOptions& options, const Launch& launch) {
     check(stored, options);
-    if (options.max_error)
+    if (std::holds_alternative<MaxError>(options.method))
         return normals(stored, result, chosen(stored, options), launch);
     check_result(stored, result, options.channels);
     const Device& device = stored.image.device();

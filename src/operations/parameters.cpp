@@ -253,6 +253,11 @@ void check_result(const StoredDepth& stored, const NamedImage& result, Element e
         require(!image.overlaps(other.image), name, " shares memory with ", other.name);
 }
 
+bool check_asked(bool asked, const NamedImage& result) {
+    require(asked || !result.image, result.name, " has an image to be written into, but the options do not ask for it");
+    return asked;
+}
+
 void check_result(const StoredDepth& stored, const Image& result, int channels) {
     check_result(stored, {"the result", result}, Element::f32, {stored.image.width(), stored.image.height(), channels},
                  {{"the stored depth", stored.image}});

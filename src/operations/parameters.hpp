@@ -46,6 +46,9 @@ struct NamedImage {
     const Image& image;
 };
 
+/// Is a result asked for? Throws: std::invalid_argument if it is not, and has an image all the same.
+bool check_asked(bool asked, const NamedImage& result);
+
 /// Can an operation on the stored depth write such an image there, without touching `others`, its inputs and other results?
 /// Throws: std::invalid_argument naming the image, what it is and what it must be.
 void check_result(const StoredDepth& stored, const NamedImage& result, Element element, const Layout& shape,

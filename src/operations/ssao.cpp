@@ -48,7 +48,7 @@ constexpr std::size_t most_plane_elements = std::size_t{1} << 31;
 // Lengths are squared in floats. Every visible surface is nearer than this.
 constexpr double longest_length = 1e18;
 
-struct Sampling {
+struct Counts {
     int slices, samples, jitter;
 };
 
@@ -83,57 +83,80 @@ bool same_rays(const StoredDepth& a, const StoredDepth& b) {
            same(first.origin, second.origin) && a.x == b.x && a.y == b.y;
 }
 
+// The thickness that the options give in this way, if they do.
+template <typename Way>
+const Way* thickness_as(const SsaoOptions& options) {
+    return options.thickness ? std::get_if<Way>(&*options.thickness) : nullptr;
+}
+
+bool has_silhouettes(const SsaoOptions& options) {
+    return thickness_as<Silhouette>(options) != nullptr;
+}
+
+// Of options whose tolerance has become a method.
+const Sampling& sampling_of(const SsaoOptions& options) {
+    return std::get<Sampling>(options.sampling);
+}
+
+bool is_half(const SsaoOptions& options) {
+    return sampling_of(options).half_resolution.value_or(false);
+}
+
+void check_sampling(const StoredDepth& stored, const Sampling& sampling) {
+    check_enum("quality", sampling.quality, {"fast", "balanced", "accurate"});
+    const int slices = sampling.slices.value_or(1), samples = sampling.samples.value_or(1);
+    require(slices >= 1 && slices <= 64, "slices = ", slices, " must be 1 to 64");
+    require(samples >= 1 && samples <= 256, "samples = ", samples, " must be 1 to 256");
+    const int jitter = sampling.jitter.value_or(1);
+    require(jitter == 1 || jitter == 4 || jitter == 16, "jitter = ", jitter, " must be 1, 4 or 16");
+    if (sampling.half_resolution.value_or(false)) {
+        const PixelLattice half = pixel_lattice(stored, 2);
+        require(half.width > 0 && half.height > 0, "half_resolution looks from even columns and rows, and the depth's ",
+                ImageSize{stored.image.width(), stored.image.height()}, " pixels at (", stored.x, ", ", stored.y,
+                ") have none");
+    }
+}
+
+void check_thickness(const StoredDepth& stored, const SsaoOptions& options) {
+    if (const auto* constant = thickness_as<double>(options))
+        require(*constant >= 0, "thickness = ", *constant, " must be 0 or greater, infinity included");
+    if (const auto* map = thickness_as<Image>(options)) {
+        require(static_cast<bool>(*map), "the thickness map has no image");
+        check_size(*map, stored, "thicknesses");
+        require(map->channels() == 1, "the thickness map must have one channel");
+    }
+    if (const auto* back = thickness_as<StoredDepth>(options)) {
+        check_stored(*back);
+        check_device(stored, {"the second layer", back->image});
+        const ImageSize size{back->image.width(), back->image.height()};
+        require(size.width == stored.image.width() && size.height == stored.image.height(), "the second layer is ",
+                size, " pixels, the depth ", ImageSize{stored.image.width(), stored.image.height()});
+        require(same_rays(stored, *back),
+                "the second layer is seen along other rays than the depth: both need the same frustum and place in it, "
+                "whatever their clip range and encoding");
+    }
+}
+
 void check(const StoredDepth& stored, double radius, const SsaoOptions& options) {
     check_stored(stored);
     require<ImageTooLarge>(std::max(stored.image.width(), stored.image.height()) <= longest_side, "an image of ",
                            ImageSize{stored.image.width(), stored.image.height()}, " pixels: at most ", longest_side,
                            " in a row or column");
     require(std::isfinite(radius) && radius > 0, "radius = ", radius, " must be finite and greater than 0");
-    check_enum("quality", options.quality, {"fast", "balanced", "accurate"});
+    if (const auto* sampling = std::get_if<Sampling>(&options.sampling))
+        check_sampling(stored, *sampling);
     check_enum("border", options.border, {"open", "clamp"});
     check_enum("normals_space", options.normals_space, {"view", "world"});
-    const int slices = options.slices.value_or(1), samples = options.samples.value_or(1);
-    require(slices >= 1 && slices <= 64, "slices = ", slices, " must be 1 to 64");
-    require(samples >= 1 && samples <= 256, "samples = ", samples, " must be 1 to 256");
-    const int jitter = options.jitter.value_or(1);
-    require(jitter == 1 || jitter == 4 || jitter == 16, "jitter = ", jitter, " must be 1, 4 or 16");
-    const double thickness = options.thickness.value_or(1);
-    require(thickness >= 0, "thickness = ", thickness, " must be 0 or greater, infinity included");
     require(std::isfinite(options.tolerance) && options.tolerance > 0, "tolerance = ", options.tolerance,
             " must be finite and greater than 0");
     require(options.falloff >= 0 && options.falloff <= 1, "falloff = ", options.falloff, " must be 0 to 1");
-    require(options.thickness.has_value() + static_cast<bool>(options.thickness_map) +
-                    options.thickness_from_silhouette + options.back_depth.has_value() <=
-                1,
-            "thickness, thickness_map, thickness_from_silhouette and back_depth exclude each other");
-    if (options.thickness_map) {
-        check_size(options.thickness_map, stored, "thicknesses");
-        require(options.thickness_map.channels() == 1, "the thickness map must have one channel");
-    }
-    if (options.back_depth) {
-        check_stored(*options.back_depth);
-        check_device(stored, {"the second layer", options.back_depth->image});
-        require(options.back_depth->image.width() == stored.image.width() &&
-                    options.back_depth->image.height() == stored.image.height(),
-                "the second layer is ",
-                ImageSize{options.back_depth->image.width(), options.back_depth->image.height()}, " pixels, the depth ",
-                ImageSize{stored.image.width(), stored.image.height()});
-        require(same_rays(stored, *options.back_depth),
-                "the second layer is seen along other rays than the depth: both need the same frustum and place in it, "
-                "whatever their clip range and encoding");
-    }
+    check_thickness(stored, options);
     if (options.normals) {
         check_size(options.normals, stored, "normals");
         require(options.normals.channels() == 3 || options.normals.channels() == 4, "the normals have ",
                 options.normals.channels(), " channels; they must have 3 or 4");
         require(options.normals_space == Space::view || stored.camera.view,
                 "normals in the world need the camera's view matrix, and it has none");
-    }
-    if (options.half_resolution.value_or(false)) {
-        const PixelLattice half = pixel_lattice(stored, 2);
-        require(half.width > 0 && half.height > 0, "half_resolution looks from even columns and rows, and the depth's ",
-                ImageSize{stored.image.width(), stored.image.height()}, " pixels at (", stored.x, ", ", stored.y,
-                ") have none");
     }
     if (options.region) {
         const Region& r = *options.region;
@@ -158,12 +181,12 @@ Image normals_for(runtime::Scratch& scratch, const StoredDepth& stored, const Ss
     return fitted;
 }
 
-Sampling sampling_of(const SsaoOptions& options) {
-    constexpr Sampling of_quality[] = {{1, 6, 16}, {1, 32, 16}, {4, 30, 4}};
-    Sampling chosen = of_quality[static_cast<int>(options.quality)];
-    chosen.slices = options.slices.value_or(chosen.slices);
-    chosen.samples = options.samples.value_or(chosen.samples);
-    chosen.jitter = options.jitter.value_or(chosen.jitter);
+Counts counts_of(const Sampling& sampling) {
+    constexpr Counts of_quality[] = {{1, 6, 16}, {1, 32, 16}, {4, 30, 4}};
+    Counts chosen = of_quality[static_cast<int>(sampling.quality)];
+    chosen.slices = sampling.slices.value_or(chosen.slices);
+    chosen.samples = sampling.samples.value_or(chosen.samples);
+    chosen.jitter = sampling.jitter.value_or(chosen.jitter);
     return chosen;
 }
 
@@ -205,7 +228,8 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const Centre
             p.normals[i][j] = static_cast<float>(turn(i, j));
     }
     p.radius = static_cast<float>(std::min(radius, longest_length));
-    p.thickness = static_cast<float>(std::min(options.thickness.value_or(radius / 4), longest_length));
+    const auto* thickness = thickness_as<double>(options);
+    p.thickness = static_cast<float>(std::min(thickness ? *thickness : radius / 4, longest_length));
     const auto times = static_cast<float>(options.tolerance);
     p.error_constant = error.constant * times;
     p.error_linear = error.linear * times;
@@ -255,7 +279,7 @@ params::grid_params grid(const Image& target, const Region& region) {
 
 // THICKNESS of kernels/ssao/ssao_planes.cl. What is infinite is `longest_length` thick.
 int thickness_kind(const SsaoOptions& options) {
-    return options.thickness_from_silhouette ? 3 : options.back_depth ? 2 : options.thickness_map ? 1 : 0;
+    return has_silhouettes(options) ? 3 : thickness_as<StoredDepth>(options) ? 2 : thickness_as<Image>(options) ? 1 : 0;
 }
 
 // A slice table on the device.
@@ -312,7 +336,7 @@ struct Call {
     CentreRays rays;
     PixelLattice lattice;
     params::split_params split;
-    Sampling chosen;
+    Counts chosen;
     std::shared_ptr<const DeviceSlices> table;
     params::occlusion_params occlusion;
     runtime::Scratch scratch;
@@ -321,9 +345,8 @@ struct Call {
 
     Call(const StoredDepth& depth, double length, const SsaoOptions& asked, Workspace& shared)
         : workspace(shared), stored(depth), radius(length), options(asked), device(depth.image.device()),
-          rays(centre_rays(camera_rays(depth.camera))),
-          lattice(pixel_lattice(depth, asked.half_resolution.value_or(false) ? 2 : 1)),
-          split(split_parameters(lattice)), chosen(sampling_of(asked)),
+          rays(centre_rays(camera_rays(depth.camera))), lattice(pixel_lattice(depth, is_half(asked) ? 2 : 1)),
+          split(split_parameters(lattice)), chosen(counts_of(sampling_of(asked))),
           table(slices_on(device, {std::bit_cast<std::uint64_t>(asked.falloff),
                                    chosen.slices,
                                    chosen.samples,
@@ -408,10 +431,9 @@ Planes split_into_planes(Call& call, const Image& depth) {
     const Planes planes{plane(0), plane(1), plane(2)};
     constexpr int halo = 1; // row of the planes, four of the image
     static_assert(4 * halo > params::depth_margin_rows, "fitted normals look so far");
-    const Image silhouettes =
-        options.thickness_from_silhouette
-            ? silhouette_thickness(call.scratch, depth, call.lattice, call.rays.perspective, call.occlusion)
-            : Image();
+    const Image silhouettes = has_silhouettes(options) ? silhouette_thickness(call.scratch, depth, call.lattice,
+                                                                              call.rays.perspective, call.occlusion)
+                                                       : Image();
     for (const Band& band : depth_bands(call, depth, static_cast<int>(all_rows), halo, 4 * call.lattice.every)) {
         runtime::Scratch scratch(call.device);
         const Region rows = rows_of(call, band.first, band.last);
@@ -422,12 +444,11 @@ Planes split_into_planes(Call& call, const Image& depth) {
         if (silhouettes) {
             extra = silhouettes;
             extra_grid = lattice_grid(extra, pixel_lattice({extra, call.stored.camera}));
-        } else if (options.back_depth) {
-            extra = inverse_depth(scratch, part_of(*options.back_depth, rows),
-                                  centre_rays(camera_rays(options.back_depth->camera)));
+        } else if (const auto* back = thickness_as<StoredDepth>(options)) {
+            extra = inverse_depth(scratch, part_of(*back, rows), centre_rays(camera_rays(back->camera)));
             extra_grid = lattice_grid(extra, call.lattice, rows.y);
-        } else if (options.thickness_map) {
-            extra = options.thickness_map;
+        } else if (const auto* map = thickness_as<Image>(options)) {
+            extra = *map;
             extra_grid = lattice_grid(extra, call.lattice);
         }
         const Image given = normals_for(scratch, part, options), normals = given ? given : here;
@@ -515,7 +536,8 @@ Region region_of(const StoredDepth& stored, const SsaoOptions& options) {
 // What the presets do: a quality alone, and an image that has even columns and rows.
 bool chooses_blocks(const StoredDepth& stored, const SsaoOptions& options) {
     const PixelLattice half = pixel_lattice(stored, 2);
-    return !options.half_resolution && !options.slices && !options.samples && !options.jitter && half.width > 0 &&
+    const Sampling& sampling = sampling_of(options);
+    return !sampling.half_resolution && !sampling.slices && !sampling.samples && !sampling.jitter && half.width > 0 &&
            half.height > 0;
 }
 
@@ -571,10 +593,11 @@ void add_up(Call& call, const Planes& planes, const std::vector<Wanted>& results
 
 void check_results(const StoredDepth& stored, const SsaoOptions& options, const std::vector<Wanted>& results) {
     const Image none;
-    const Image& back = options.back_depth ? options.back_depth->image : none;
+    const auto* back = thickness_as<StoredDepth>(options);
+    const auto* map = thickness_as<Image>(options);
     std::vector<NamedImage> others{{"the stored depth", stored.image},
-                                   {"the second layer", back},
-                                   {"the thickness map", options.thickness_map},
+                                   {"the second layer", back ? back->image : none},
+                                   {"the thickness map", map ? *map : none},
                                    {"the normals", options.normals}};
     const Region region = region_of(stored, options);
     for (const Wanted& result : results) {
@@ -596,7 +619,7 @@ void whole_resolution(Call& call, const Image& depth, const std::vector<Wanted>&
 
 // Is inverse depth made once for several passes? Not if it takes so much memory that each had better make its own.
 bool shares_depth(int width, int height, const SsaoOptions& options, const PassBytes& bytes) {
-    return options.thickness_from_silhouette ||
+    return has_silhouettes(options) ||
            sizeof(float) * static_cast<std::size_t>(width) * static_cast<std::size_t>(height) <= bytes.shared;
 }
 
@@ -671,8 +694,9 @@ std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& de
 
 SsaoOptions half_options(const SsaoOptions& options) {
     SsaoOptions few = options;
-    few.half_resolution = true;
-    few.samples = half_of_quality[static_cast<int>(options.quality)].samples;
+    Sampling& sampling = std::get<Sampling>(few.sampling);
+    sampling.half_resolution = true;
+    sampling.samples = half_of_quality[static_cast<int>(sampling.quality)].samples;
     return few;
 }
 
@@ -680,16 +704,17 @@ SsaoOptions half_options(const SsaoOptions& options) {
 void occlude(Workspace& workspace, const StoredDepth& stored, double radius, const SsaoOptions& options,
              const std::vector<Wanted>& results) {
     if (!chooses_blocks(stored, options)) {
-        const bool is_half = options.half_resolution.value_or(false);
+        const bool half = is_half(options);
         Call call(stored, radius, options, workspace);
-        const Image depth = is_half || options.thickness_from_silhouette ? shared_depth(call) : Image();
-        (is_half ? half_resolution : whole_resolution)(call, depth, results);
+        const Image depth = half || has_silhouettes(options) ? shared_depth(call) : Image();
+        (half ? half_resolution : whole_resolution)(call, depth, results);
         return;
     }
     const SsaoOptions few_options = half_options(options);
     Call few(stored, radius, few_options, workspace);
     const Image depth = shared_depth(few);
-    const auto [blocks, chosen] = chosen_blocks(few, depth, half_of_quality[static_cast<int>(options.quality)]);
+    const auto [blocks, chosen] =
+        chosen_blocks(few, depth, half_of_quality[static_cast<int>(sampling_of(options).quality)]);
     {
         Call all(stored, radius, options, workspace);
         all.work_for(blocks, chosen, 1, 0);
@@ -703,7 +728,7 @@ void occlude(Workspace& workspace, const StoredDepth& stored, double radius, con
 std::vector<int> passes_of(const StoredDepth& stored, const SsaoOptions& options) {
     if (chooses_blocks(stored, options))
         return {1, 2};
-    return {options.half_resolution.value_or(false) ? 2 : 1};
+    return {is_half(options) ? 2 : 1};
 }
 
 // Bytes of the largest image of planes that any pass needs for so many rows of the depth.
@@ -731,10 +756,10 @@ std::size_t bytes_between(const StoredDepth& stored, const SsaoOptions& options,
     };
     // Rows of inverse depth that a pass reads at a time: at least those of a few rows of planes, or of three rows of blocks.
     const int least = std::max(blocks ? 3 << params::ssao_block_shift : 0, 12 * passes.back());
-    const bool shared = (half || options.thickness_from_silhouette) && shares_depth(width, rows, options, pass);
+    const bool shared = (half || has_silhouettes(options)) && shares_depth(width, rows, options, pass);
     const int at_once =
         shared ? rows : std::min(rows, std::max(least, static_cast<int>(pass.band / floats(width, 0) * 8)));
-    const int depths = 1 + (options.back_depth ? 1 : 0) + (fits_normals(stored, options) ? 4 : 0);
+    const int depths = 1 + (thickness_as<StoredDepth>(options) ? 1 : 0) + (fits_normals(stored, options) ? 4 : 0);
     std::size_t bytes =
         3 * plane_bytes(stored, options, rows) + static_cast<std::size_t>(depths) * floats(width, at_once);
     for (const int every : passes) {
@@ -744,7 +769,7 @@ std::size_t bytes_between(const StoredDepth& stored, const SsaoOptions& options,
         const std::size_t row_bytes = sizeof(float) * split.stride * static_cast<std::size_t>(sums_of(options));
         const std::size_t all = split.rows + std::size_t{3};
         bytes += std::min(rows_of_sums(all, row_bytes, pass), all) * row_bytes;
-        if (options.thickness_from_silhouette)
+        if (has_silhouettes(options))
             bytes += floats(lattice.width, lattice.height);
     }
     if (half)
@@ -774,10 +799,10 @@ Plan plan_of(const StoredDepth& stored, double radius, const SsaoOptions& option
     std::size_t tables = 0;
     int samples = 256;
     for (const int every : passes_of(stored, options)) {
-        const SsaoOptions pass = every == 2 && !options.half_resolution ? half_options(options) : options;
-        const Sampling sampling = sampling_of(pass);
-        tables += slice_table_bytes(sampling.slices, sampling.samples, longest_side_of(stored, every));
-        samples = std::min(samples, sampling.samples);
+        const bool chosen_half = every == 2 && !sampling_of(options).half_resolution;
+        const Counts counts = counts_of(sampling_of(chosen_half ? half_options(options) : options));
+        tables += slice_table_bytes(counts.slices, counts.samples, longest_side_of(stored, every));
+        samples = std::min(samples, counts.samples);
     }
     if (fits(plane_bytes(stored, options, height)) &&
         bytes_between(stored, options, height, pass_bytes, tables) <= budget)
@@ -786,7 +811,7 @@ Plan plan_of(const StoredDepth& stored, double radius, const SsaoOptions& option
     const ReachingRows rows =
         ssao_rows(stored, centre_rays(camera_rays(stored.camera)), whole.begin, whole.end,
                   {std::min(radius, longest_length), samples, half,
-                   options.thickness_from_silhouette ? silhouette_most * std::min(radius, longest_length) : 0},
+                   has_silhouettes(options) ? silhouette_most * std::min(radius, longest_length) : 0},
                   pass_bytes_of_band.band);
     const std::size_t most = budget > 0 ? budget : std::numeric_limits<std::size_t>::max();
     const auto bytes = [&](int read, int) {
@@ -804,8 +829,10 @@ Plan plan_of(const StoredDepth& stored, double radius, const SsaoOptions& option
 void ssao(const StoredDepth& stored, const Occlusion& results, double radius, const SsaoOptions& options,
           const Launch& launch) {
     check(stored, radius, options);
-    if (options.max_error)
+    if (std::holds_alternative<MaxError>(options.sampling))
         return ssao(stored, results, radius, chosen(stored, options), launch);
+    check_asked(options.bent_normal, {"bent_normal", results.bent_normal});
+    check_asked(options.confidence, {"confidence", results.confidence});
     const std::vector<Wanted> results_wanted = wanted(options, results);
     check_results(stored, options, results_wanted);
     const Device& device = stored.image.device();
@@ -824,12 +851,12 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
         const Region rows{0, band.first, width, band.last - band.first};
         SsaoOptions here = options;
         here.region = Region{region.x, band.begin - band.first, region.width, band.end - band.begin};
-        if (options.thickness_map)
-            here.thickness_map = options.thickness_map.region(rows.x, rows.y, rows.width, rows.height);
+        if (const auto* map = thickness_as<Image>(options))
+            here.thickness = map->region(rows.x, rows.y, rows.width, rows.height);
         if (options.normals)
             here.normals = options.normals.region(rows.x, rows.y, rows.width, rows.height);
-        if (options.back_depth)
-            here.back_depth = part_of(*options.back_depth, rows);
+        if (const auto* back = thickness_as<StoredDepth>(options))
+            here.thickness = part_of(*back, rows);
         std::vector<Image> parts;
         for (const Wanted& result : results_wanted)
             parts.push_back(result.image.region(0, band.begin - region.y, region.width, band.end - band.begin));

@@ -311,21 +311,22 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
                       index % 4 == 3 ? normals(depth, {.method = NormalMethod::least_squares}) : Image{}};
     });
     run("ssao", [&] {
-        SsaoOptions options{.quality = quality, .bent_normal = index % 2 == 1, .confidence = index % 4 == 1};
+        SsaoOptions options{
+            .sampling = Sampling{.quality = quality}, .bent_normal = index % 2 == 1, .confidence = index % 4 == 1};
         const Occlusion open = ssao(depth, 0.75, options);
         options.falloff = index % 3 == 0 ? 0.25 : 0;
         options.border = index % 3 == 1 ? Border::clamp : Border::open;
-        options.half_resolution = index % 3 == 2;
+        std::get<Sampling>(options.sampling).half_resolution = index % 3 == 2;
         options.normals_space = space;
         switch (index % 5) {
         case 0:
-            options.thickness_from_silhouette = true;
+            options.thickness = Silhouette{};
             break;
         case 1:
-            options.thickness_map = Image::from_host(device, Element::f32, constant.data(), {width, height});
+            options.thickness = Image::from_host(device, Element::f32, constant.data(), {width, height});
             break;
         case 2:
-            options.back_depth = depth_behind;
+            options.thickness = depth_behind;
             break;
         case 3:
             options.normals = normals(depth, {.space = space});
@@ -338,8 +339,13 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
                       other.visibility, other.bent_normal, other.confidence};
     });
     run("dof_masks", [&] {
-        const DofMasks masks = dof_masks(
-            depth, lens, {.max_near_coc = true, .near_alpha = true, .disocclusion = true, .mixed_pixels = true});
+        const DofMasks masks = dof_masks(depth, lens,
+                                         {.near_weight = true,
+                                          .far_weight = true,
+                                          .max_near_coc = true,
+                                          .near_alpha = true,
+                                          .disocclusion = true,
+                                          .mixed_pixels = true});
         return Images{masks.coc,        masks.near_weight,  masks.far_weight,  masks.max_near_coc,
                       masks.near_alpha, masks.disocclusion, masks.mixed_pixels};
     });
@@ -367,7 +373,7 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
 void add_bands(std::map<std::string, Values>& all, const Device& banded, const Scene& scene) {
     const StoredDepth depth = scene.on(banded);
     compile_for("ssao");
-    add(all["ssao"], ssao(depth, 0.05, {.quality = Quality::fast}).visibility);
+    add(all["ssao"], ssao(depth, 0.05, {.sampling = Sampling{.quality = Quality::fast}}).visibility);
     compile_for("dof");
     add(all["dof"], dof(depth, scene.picture(banded), {.k = 2, .g = 10}, {.quality = Quality::fast}));
 }
@@ -519,14 +525,15 @@ void time_operations(const Device& device, int width, int height) {
     std::cout << "copy\t" << copy * 1e3 << '\n';
     const CircleOfConfusion lens = lens_of(large.camera);
     const Image three(device, Element::f32, {width, height, 3});
-    const DofMasks masks = dof_masks(depth, lens);
+    const DofMasksOptions weights{.near_weight = true, .focus_weight = true, .far_weight = true};
+    const DofMasks masks = dof_masks(depth, lens, weights);
     const double radius = 0.05 * 4; // a twentieth of what the camera sees
     const std::pair<const char*, std::function<void()>> operations[] = {
         {"linearize", [&] { linearize(depth, to); }},
         {"unproject", [&] { unproject(depth, three); }},
         {"normals", [&] { normals(depth, three); }},
         {"ssao", [&] { ssao(depth, radius); }},
-        {"dof_masks", [&] { dof_masks(depth, masks, lens); }},
+        {"dof_masks", [&] { dof_masks(depth, masks, lens, weights); }},
         {"dof", [&] { dof(depth, picture, three, lens); }},
         {"fog", [&] { fog(depth, picture, three, {.density = 0.02}); }},
     };

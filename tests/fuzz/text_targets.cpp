@@ -98,7 +98,7 @@ void run_colmap(Input input) {
 
 void run_preset(Input input) {
     try {
-        use(preset_camera(std::string(text_of(input))));
+        use(preset_file(std::string(text_of(input))));
     } catch (const Error& refused) { // its subject is the text, as it is
         check_line(io::printable(refused.what()), "preset ");
     }

@@ -107,22 +107,21 @@ int run_noise(const Device& device, Camera camera) {
 int run_occlusion(const Device& device, const Camera& camera) {
     const StoredDepth whole{filled(device, Storage::float32), camera};
     const Image directions = normals(whole);
-    SsaoOptions options;
-    options.slices = 1;
-    options.samples = 2;
+    SsaoOptions options{.sampling = Sampling{.slices = 1, .samples = 2}};
+    Sampling& sampling = std::get<Sampling>(options.sampling);
     ssao(whole, 1, options);
-    options.jitter = 4;
+    sampling.jitter = 4;
     options.thickness = std::numeric_limits<double>::infinity();
     options.border = Border::clamp;
     ssao(whole, 1, options);
-    options.jitter = 1;
+    sampling.jitter = 1;
     options.normals = directions;
     ssao(whole, 1, options);
     options.normals = {};
-    options.thickness.reset();
-    options.thickness_from_silhouette = true;
+    options.thickness = Silhouette{};
     ssao(whole.region(1, 1, width - 2, height - 1), 1, options);
-    options.half_resolution = options.confidence = options.bent_normal = true;
+    options.confidence = options.bent_normal = true;
+    sampling.half_resolution = true;
     ssao(whole, 1, options);
     ssao(whole.region(1, 1, width - 2, height - 1), 1, options);
     device.finish();
@@ -132,13 +131,14 @@ int run_occlusion(const Device& device, const Camera& camera) {
 /// Circles of every form, and what looks around a pixel.
 int run_masks(const Device& device, const Camera& camera, bool around) {
     const StoredDepth whole{filled(device, Storage::float32), camera};
-    DofMasksOptions options;
+    DofMasksOptions options{.near_weight = true, .focus_weight = true, .far_weight = true};
     const CircleOfConfusion coc =
         depth_form(camera).perspective ? CircleOfConfusion{4, 8, 0, false} : CircleOfConfusion{4, 1, 0, true};
     dof_masks(whole, coc, options);
-    options.weights = false;
+    options.near_weight = options.focus_weight = options.far_weight = false;
     options.max_near_coc = options.near_alpha = options.disocclusion = options.mixed_pixels = around;
-    options.tile_px = around ? 5 : 0;
+    options.tile_px = 5;
+    options.tile_min_coc = options.tile_max_coc = around;
     dof_masks(whole.region(1, 1, width - 2, height - 1), coc, options);
     device.finish();
     return 2;

@@ -71,7 +71,8 @@ int main() {
         {"unproject", [&](const StoredDepth& depth) { unproject(depth, three); }},
         {"normals", [&](const StoredDepth& depth) { normals(depth, three); }},
         {"ssao", [&](const StoredDepth& depth) { ssao(depth, visibility, 0.5); }},
-        {"dof_masks", [&](const StoredDepth& depth) { dof_masks(depth, masks, operations::lens); }},
+        {"dof_masks",
+         [&](const StoredDepth& depth) { dof_masks(depth, masks, operations::lens, operations::weights); }},
         {"dof", [&](const StoredDepth& depth) { dof(depth, color, three, operations::lens); }},
         {"fog", [&](const StoredDepth& depth) { fog(depth, color, three, {.density = 0.02}); }},
     };

@@ -99,7 +99,16 @@ std::vector<Image> images(const DofMasks& results) {
 }
 
 DofMasksOptions every_mask() {
-    return {.max_near_coc = true, .near_alpha = true, .disocclusion = true, .mixed_pixels = true, .tile_px = 8};
+    return {.near_weight = true,
+            .focus_weight = true,
+            .far_weight = true,
+            .max_near_coc = true,
+            .near_alpha = true,
+            .disocclusion = true,
+            .mixed_pixels = true,
+            .tile_px = 8,
+            .tile_min_coc = true,
+            .tile_max_coc = true};
 }
 
 Image blurred(const Inputs& in, const DofOptions& options) {
@@ -164,7 +173,7 @@ Bytes four_in_a_row(const Device& device) {
     const ViewDepth z = linearize(in.stored);
     const Image turned = normals(z.stored());
     const Occlusion open = ssao(z.stored(), 0.5, {.normals = turned});
-    const DofMasks masks = dof_masks(z.stored(), lens);
+    const DofMasks masks = dof_masks(z.stored(), lens, weights);
     device.finish();
     return bytes({z.image, turned, open.visibility, masks.coc, masks.far_weight});
 }
@@ -218,21 +227,24 @@ std::vector<Operation> make_all() {
         with_inputs("ssao, accurate, everything asked for",
                     [](const Inputs& in) {
                         return images(ssao(in.stored, 0.5,
-                                           {.quality = Quality::accurate, .bent_normal = true, .confidence = true}));
+                                           {.sampling = Sampling{.quality = Quality::accurate},
+                                            .bent_normal = true,
+                                            .confidence = true}));
                     }),
         with_inputs("ssao, half resolution",
                     [](const Inputs& in) {
-                        return images(
-                            ssao(in.stored, 0.5, {.half_resolution = true, .bent_normal = true, .confidence = true}));
+                        return images(ssao(
+                            in.stored, 0.5,
+                            {.sampling = Sampling{.half_resolution = true}, .bent_normal = true, .confidence = true}));
                     }),
         with_inputs("ssao, back depth",
-                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.back_depth = in.coarse})); }),
+                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness = in.coarse})); }),
         with_inputs("ssao, thickness map",
-                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness_map = in.thickness})); }),
+                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness = in.thickness})); }),
         with_inputs("ssao, thickness from the silhouette",
-                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness_from_silhouette = true})); }),
+                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness = Silhouette{}})); }),
         with_inputs("ssao, 16 bits", [](const Inputs& in) { return images(ssao(in.coarse, 0.5)); }),
-        with_inputs("dof_masks", [](const Inputs& in) { return images(dof_masks(in.stored, lens)); }),
+        with_inputs("dof_masks", [](const Inputs& in) { return images(dof_masks(in.stored, lens, weights)); }),
         with_inputs("dof_masks, all of them",
                     [](const Inputs& in) { return images(dof_masks(in.stored, lens, every_mask())); }),
         {"dof_masks, all of them into regions", masks_into_regions},
@@ -247,6 +259,7 @@ std::vector<Operation> make_all() {
                         return {blurred(in, {.clean_plate = CleanPlate{in.clean, in.coarse}})};
                     }),
         with_inputs("dof, pinhole", [](const Inputs& in) -> List { return {dof(in.stored, in.color, {})}; }),
+        with_inputs("fill_invalid", [](const Inputs& in) -> List { return {fill_invalid(in.stored).image}; }),
         with_inputs("fog", [](const Inputs& in) -> List { return {fog(in.stored, in.color, {.density = 0.02})}; }),
         with_inputs("fog, thinner with the height",
                     [](const Inputs& in) -> List {
@@ -270,10 +283,11 @@ const std::vector<Operation>& all() {
 }
 
 const Operation& in_huge_pages() {
-    static const Operation large{"ssao in huge pages", [](const Device& device) {
-                                     const Inputs in(device, 1024, 512);
-                                     return bytes(images(ssao(in.stored, 0.5, {.samples = 1, .jitter = 1})));
-                                 }};
+    static const Operation large{
+        "ssao in huge pages", [](const Device& device) {
+            const Inputs in(device, 1024, 512);
+            return bytes(images(ssao(in.stored, 0.5, {.sampling = Sampling{.samples = 1, .jitter = 1}})));
+        }};
     return large;
 }
 

@@ -33,5 +33,6 @@ fathom::Camera camera(int width, int height);
 std::vector<float> depth(int width, int height);
 
 inline constexpr fathom::CircleOfConfusion lens{8, 16};
+inline constexpr fathom::DofMasksOptions weights{.near_weight = true, .focus_weight = true, .far_weight = true};
 
 } // namespace operations

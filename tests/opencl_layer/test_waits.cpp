@@ -43,7 +43,7 @@ TEST_CASE("waits: linearize, normals, ssao and dof_masks wait once, and take no 
         [&] { z = linearize(stored); },
         [&] { turned = normals(z.stored()); },
         [&] { open = ssao(z.stored(), 0.5, {.normals = turned}); },
-        [&] { masks = dof_masks(z.stored(), operations::lens); },
+        [&] { masks = dof_masks(z.stored(), operations::lens, operations::weights); },
     };
     const auto together = [&] {
         for (const auto& run : operations)

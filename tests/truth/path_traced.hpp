@@ -42,10 +42,10 @@ inline PathTraced path_traced(const std::filesystem::path& folder) {
     const fathom::CameraFile file = fathom::read_camera(folder / "camera.json");
     const fathom::Camera camera = fathom::camera_for(file, depth.cols, depth.rows);
     return {depth, path_traced_picture(folder / "sharp.exr"), path_traced_picture(folder / "dof.exr"), camera,
-            fathom::circle_of_confusion({.f_number = file.lens.f_stop.value(),
-                                         .focus = file.lens.focus_distance.value(),
-                                         .focal_length_mm = file.lens.lens_mm,
-                                         .sensor_width_mm = file.lens.sensor_mm},
+            fathom::circle_of_confusion({.f_stop = file.lens.f_stop.value(),
+                                         .focus = file.lens.focus.value(),
+                                         .focal_length_mm = file.lens.focal_length_mm,
+                                         .sensor_mm = file.lens.sensor_mm},
                                         camera)};
 }
 

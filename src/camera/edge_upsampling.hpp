@@ -1,0 +1,29 @@
+#pragma once
+
+#include <fathom/photograph.hpp>
+
+#include <array>
+#include <vector>
+
+namespace fathom {
+
+/// `upsample_along_edges`, some rows at a time.
+class EdgeUpsampling {
+public:
+    EdgeUpsampling(const HostFloats& depth, const HostFloats& color);
+
+    /// Rows [begin, end) of the picture's size; `result` is the first of them. May be called by several threads.
+    void rows(int begin, int end, float* result) const;
+
+private:
+    using Color = std::array<float, 3>;
+
+    HostFloats depth_, color_;
+    double across_, down_;    // pixels of the depth in one of the picture
+    std::vector<Color> mean_; // of the part of the picture under each pixel of the depth
+};
+
+/// Pixels of this many channels whose light has its highlights restored.
+void restore_highlights_of(float* pixels, std::size_t count, int channels, double peak);
+
+} // namespace fathom

@@ -1,0 +1,119 @@
+// A photograph's depth on its own grid, and the light that its highlights have lost.
+//   z(p) = sum of w(q) z(q) / sum of w(q),  w = a tent over the distance of p and q times exp(-d^2 / (2 sigma^2))
+// with d the difference of colour between the pixel and the part of the picture that is q's. Kopf, Cohen, Lischinski and
+// Uyttendaele 2007, eq. 2; the picture is not upsampled here, so each q has a mean colour.
+
+#include "camera/edge_upsampling.hpp"
+#include "require.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace fathom {
+namespace {
+
+const float* pixel_at(const HostFloats& image, int x, int y) {
+    const auto channels = static_cast<std::size_t>(image.channels);
+    const std::size_t stride =
+        image.row_stride > 0 ? image.row_stride : static_cast<std::size_t>(image.width) * channels;
+    return image.data + static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * channels;
+}
+
+// Differences of colour are judged as eyes do, about, and against the mean colour of a depth's pixel.
+std::array<float, 3> seen(const HostFloats& image, int x, int y) {
+    const float* c = pixel_at(image, x, y);
+    const auto root = [](float v) { return v > 0 ? std::sqrt(std::min(v, 4.0f)) : 0.0f; };
+    return {root(c[0]), root(c[1]), root(c[2])};
+}
+
+} // namespace
+
+EdgeUpsampling::EdgeUpsampling(const HostFloats& depth, const HostFloats& color)
+    : depth_(depth), color_(color), across_(static_cast<double>(depth.width) / color.width),
+      down_(static_cast<double>(depth.height) / color.height) {
+    mean_.reserve(static_cast<std::size_t>(depth.width) * static_cast<std::size_t>(depth.height));
+    for (int y = 0; y < depth.height; ++y)
+        for (int x = 0; x < depth.width; ++x) {
+            const auto first = [](int at, double scale, int count) {
+                return std::min(static_cast<int>(at / scale), count - 1);
+            };
+            const int x0 = first(x, across_, color.width), y0 = first(y, down_, color.height);
+            const int x1 = std::max(x0 + 1, std::min(static_cast<int>((x + 1) / across_), color.width));
+            const int y1 = std::max(y0 + 1, std::min(static_cast<int>((y + 1) / down_), color.height));
+            Color sum{};
+            for (int j = y0; j < y1; ++j)
+                for (int i = x0; i < x1; ++i) {
+                    const Color own = seen(color, i, j);
+                    for (std::size_t c = 0; c < 3; ++c)
+                        sum[c] += own[c];
+                }
+            const float share = 1.0f / static_cast<float>((x1 - x0) * (y1 - y0));
+            mean_.push_back({sum[0] * share, sum[1] * share, sum[2] * share});
+        }
+}
+
+void EdgeUpsampling::rows(int begin, int end, float* result) const {
+    constexpr float sigma = 0.08f, least = 1e-4f; // of colours from 0 to 1; what another colour counts all the same
+    constexpr int reach = 2;                      // pixels of the depth image
+    for (int y = begin; y < end; ++y)
+        for (int x = 0; x < color_.width; ++x) {
+            const double fx = (x + 0.5) * across_ - 0.5, fy = (y + 0.5) * down_ - 0.5;
+            const int left = static_cast<int>(std::floor(fx)), top = static_cast<int>(std::floor(fy));
+            const Color own = seen(color_, x, y);
+            double sum = 0, weights = 0;
+            for (int j = top - reach + 1; j <= top + reach; ++j)
+                for (int i = left - reach + 1; i <= left + reach; ++i) {
+                    const int u = std::clamp(i, 0, depth_.width - 1), v = std::clamp(j, 0, depth_.height - 1);
+                    const float value = *pixel_at(depth_, u, v);
+                    if (std::isnan(value))
+                        continue;
+                    const Color& mean = mean_[static_cast<std::size_t>(v) * static_cast<std::size_t>(depth_.width) +
+                                              static_cast<std::size_t>(u)];
+                    float distance = 0;
+                    for (std::size_t c = 0; c < 3; ++c)
+                        distance += (mean[c] - own[c]) * (mean[c] - own[c]);
+                    const double weight = (reach - std::abs(i - fx)) * (reach - std::abs(j - fy)) *
+                                          static_cast<double>(std::exp(-distance / (2 * sigma * sigma)) + least);
+                    sum += weight * static_cast<double>(value);
+                    weights += weight;
+                }
+            *result++ = weights > 0 ? static_cast<float>(sum / weights) : std::numeric_limits<float>::quiet_NaN();
+        }
+}
+
+std::vector<float> upsample_along_edges(const HostFloats& depth, const HostFloats& color) {
+    const auto check = [](const char* name, const HostFloats& image) {
+        require(image.data && image.width > 0 && image.height > 0, name, " has no pixels");
+    };
+    check("the depth", depth);
+    check("the colour", color);
+    require(depth.channels == 1, "the depth has ", depth.channels, " channels; it must have one");
+    require(color.channels == 3 || color.channels == 4, "the colour has ", color.channels,
+            " channels; it must have 3, or 4 with an alpha");
+    const EdgeUpsampling upsampling(depth, color);
+    std::vector<float> result(static_cast<std::size_t>(color.width) * static_cast<std::size_t>(color.height));
+    upsampling.rows(0, color.height, result.data());
+    return result;
+}
+
+void restore_highlights_of(float* pixels, std::size_t count, int channels, double peak) {
+    constexpr double from = 0.97;
+    for (float* pixel = pixels; count > 0; --count, pixel += channels) {
+        const double brightest = static_cast<double>(std::max({pixel[0], pixel[1], pixel[2]}));
+        const double over = brightest > from ? std::min((brightest - from) / (1 - from), 1.0) : 0;
+        const auto gain = static_cast<float>(1 + (peak - 1) * over * over);
+        for (int c = 0; c < 3; ++c)
+            pixel[c] *= gain;
+    }
+}
+
+void restore_highlights(std::span<float> color, int channels, double peak) {
+    require(std::isfinite(peak) && peak >= 1, "peak = ", peak, " must be finite and 1 or greater");
+    require(channels == 3 || channels == 4, "channels = ", channels, " must be 3 or 4");
+    const auto each = static_cast<std::size_t>(channels);
+    require(color.size() % each == 0, color.size(), " floats are no pixels of ", channels, " channels");
+    restore_highlights_of(color.data(), color.size() / each, channels, peak);
+}
+
+} // namespace fathom
