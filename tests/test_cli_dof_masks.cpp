@@ -148,7 +148,7 @@ TEST_CASE("dof-masks program: every option reaches the library") {
 }
 
 TEST_CASE("dof-masks program: the lens is the camera file's unless it is given") {
-    const Scene scene(R"(, "focal_length_mm": 50, "sensor_mm": 36, "f_stop": 0.4, "focus": 3)");
+    const Scene scene(R"(, "lens_mm": 50, "sensor_mm": 36, "f_stop": 0.4, "focus_distance": 3)");
     const std::string output = scene.folder / "out/masks.exr";
     check_done(run(scene.arguments(output)));
     CHECK(holds(output, scene.expected(scene.lens)));
@@ -184,7 +184,7 @@ TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
         Arguments all = orthographic_scene.arguments(output, {"--focus", "3", "--f-stop", "2"});
         all.insert(all.end(), lens.begin(), lens.end());
         check_refused(run(all), 2,
-                      "--focal-length-mm: missing, and " + file + " has no \"focal_length_mm\"; give it: orthographic");
+                      "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: orthographic");
     }
     // An orthographic camera has no lens at a finite depth, so the focus may be nearer than the focal length.
     check_done(run(orthographic_scene.arguments(
@@ -247,7 +247,7 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
     for (const std::string extension : {".png", ".tif", ".pfm"})
         check_refused(run(scene.with_lens(scene.folder / ("out/masks" + extension))), 2, "--mask coc|near|focus|far");
     check_refused(run(scene.with_lens(scene.folder / "out/masks.ply", {"--mask", "near"})), 2, ".ply");
-    camera_file(scene.folder, R"(, "focal_length_mm": 50, "f_stop": -2, "focus": 3)");
+    camera_file(scene.folder, R"(, "lens_mm": 50, "f_stop": -2, "focus_distance": 3)");
     check_refused(run(scene.arguments(output)), 2, "\"f_stop\" is -2");
     CHECK(scene.folder.results().empty());
 }
@@ -307,8 +307,8 @@ TEST_CASE("dof-masks program: --help has examples, every option and the exit cod
     const Outcome outcome = run({"dof-masks", "--help"});
     check_done(outcome);
     for (const char* text :
-         {"Usage: fathom dof-masks DEPTH", "Example:\n  fathom dof-masks ", "Exit codes:", "--focus S|inf",
-          "--focus-at X,Y", "--focus-along X,Y,D", "--f-stop N|inf", "--mm-per-unit M", "--circle K,G",
-          "--sky blur|sharp|exclude", "--mask coc|near|focus|far", "--tile-px PX"})
+         {"Usage: fathom dof-masks DEPTH", "Example:\n  fathom dof-masks ", "Exit codes:", "--focus X|inf",
+          "--focus-at X,Y", "--focus-along X,Y,D", "--f-stop X|inf", "--mm-per-unit X", "--circle K,G",
+          "--sky blur|sharp|exclude", "--mask coc|near|focus|far", "--tile-px N"})
         CHECK(outcome.out.find(text) != std::string::npos);
 }

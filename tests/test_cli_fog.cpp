@@ -31,7 +31,8 @@ struct Scene {
         return joined({"fog", input, "--color", picture_file, "--camera", camera, "-o", output}, more);
     }
 
-    cv::Mat expected(const FogOptions& options) const {
+    cv::Mat expected(FogOptions options) const {
+        std::swap(options.fog_color[0], options.fog_color[2]); // a matrix is B, G, R
         cv::Mat result;
         fog(Device::open(), depth, camera_for(read_camera(camera), width, height), color, result, options);
         return result;

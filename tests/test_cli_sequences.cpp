@@ -37,7 +37,7 @@ struct Shot {
     }
     static std::string camera_of(int frame) {
         return fmt::format(R"({{"perspective": {{"fov_y_deg": {}, "aspect": 1.5, "near": 0.5, "far": 100}},
-                           "ao_distance": {}, "focus": {}, "f_stop": 0.01, "sensor_mm": 36}})",
+                           "ao_distance": {}, "focus_distance": {}, "f_stop": 0.01, "sensor_mm": 36}})",
                            50 + frame, 0.1 * frame, 0.9 + 0.1 * frame);
     }
 

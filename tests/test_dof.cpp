@@ -1162,9 +1162,9 @@ TEST_CASE("dof: options out of range and images that do not fit are refused", "[
     refused(color, lens, {.max_coc_px = 513});
     refused(color, {.k = std::nan(""), .g = 1});
     CHECK_THROWS_WITH(dof(depth, color, lens, {.quality = static_cast<Quality>(7)}),
-                      "quality = 7 is none of its type's values: fast, balanced or accurate");
+                      "quality = 7 must be fast, balanced or accurate");
     CHECK_THROWS_WITH(dof(depth, color, lens, {.sky = static_cast<Sky>(-1)}),
-                      "sky = -1 is none of its type's values: blur, sharp or exclude");
+                      "sky = -1 must be blur, sharp or exclude");
     const int wide = 4'194'241;
     const StoredDepth row{Image(device, Element::f32, {wide, 1}), camera_of(wide, 1)};
     CHECK_THROWS_AS(dof(row, Image(device, Element::f32, {wide, 1, 3}), lens), ImageTooLarge);

@@ -186,18 +186,17 @@ TEST_CASE("camera file: a lens and its sensor are a projection where no other is
     };
     const auto truth =
         projection(R"("intrinsics": {"fx": 1333.3333333333333, "fy": 1333.3333333333333, "cx": 480, "cy": 270})");
-    CHECK(same(projection(R"("focal_length_mm": 50, "sensor_mm": 36)"), truth));
-    CHECK(same(projection(R"("width": 960, "height": 540, "focal_length_mm": 50, "sensor_mm": 36)"), truth));
-    CHECK(same(projection(R"("focal_length_mm": 50, "sensor_mm": 36, "sensor_height_mm": 20.25)"), truth));
-    CHECK_FALSE(same(projection(R"("focal_length_mm": 50, "sensor_mm": 36, "sensor_height_mm": 24)"), truth));
-    CHECK_FALSE(same(projection(R"("focal_length_mm": 50, "sensor_mm": 36, "perspective": {"fov_x_deg": 60})"), truth));
+    CHECK(same(projection(R"("lens_mm": 50, "sensor_mm": 36)"), truth));
+    CHECK(same(projection(R"("width": 960, "height": 540, "lens_mm": 50, "sensor_mm": 36)"), truth));
+    CHECK(same(projection(R"("lens_mm": 50, "sensor_mm": 36, "sensor_height_mm": 20.25)"), truth));
+    CHECK_FALSE(same(projection(R"("lens_mm": 50, "sensor_mm": 36, "sensor_height_mm": 24)"), truth));
+    CHECK_FALSE(same(projection(R"("lens_mm": 50, "sensor_mm": 36, "perspective": {"fov_x_deg": 60})"), truth));
     const CameraFile file = read_camera(folder / "lens.json");
     CHECK(file.lens.focal_length_mm == 50.0);
     CHECK(file.lens.sensor_mm == 36.0);
-    CHECK(preset_camera("blender:focal_length_mm=50,sensor_mm=36", 960, 540).projection.is_perspective());
-    check_says(refusal([&] { projection(R"("focal_length_mm": 0, "sensor_mm": 36)"); }),
-               {"\"focal_length_mm\": 0", "positive"});
-    check_says(refusal([&] { projection(R"("focal_length_mm": 50)"); }), {"has no projection"});
+    CHECK(preset_camera("blender:lens_mm=50,sensor_mm=36", 960, 540).projection.is_perspective());
+    check_says(refusal([&] { projection(R"("lens_mm": 0, "sensor_mm": 36)"); }), {"\"lens_mm\": 0", "positive"});
+    check_says(refusal([&] { projection(R"("lens_mm": 50)"); }), {"has no projection"});
 }
 
 TEST_CASE("cameras: keys alone are a description, too", "[io][cameras]") {

@@ -278,7 +278,7 @@ TEST_CASE("near field: only what is asked for is there, and bad tiles are refuse
     const DofMasks greatest = dof_masks(stored, circle, {.tile_px = 7, .tile_max_coc = true});
     CHECK(!greatest.tile_min_coc);
     CHECK(floats(greatest.tile_max_coc) == masks_of(picture, everything()).greatest);
-    CHECK_THROWS_WITH(dof_masks(stored, circle, {.tile_px = 0}), "tile_px = 0 must be 1 to 65536");
+    CHECK_THROWS_WITH(dof_masks(stored, circle, {.tile_px = 0}), "tile_px = 0 must be a whole number from 1 to 65536");
     CHECK_THROWS_AS(dof_masks(stored, circle, {.tile_px = 65537}), std::invalid_argument);
 }
 

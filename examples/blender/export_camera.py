@@ -113,9 +113,9 @@ def camera_file(scene, camera, depsgraph):
         "background_from": 1e10 if scene.render.engine == "CYCLES" else 65504,
         # No "sensor_mm": with both, Fathom's lens moves to focus and changes the picture's size. Blender's does not.
         # Through an orthographic camera the aperture of Cycles is one unit over the f-number.
-        "focal_length_mm": camera.data.lens if camera.data.type == "PERSP" else 1000,
+        "lens_mm": camera.data.lens if camera.data.type == "PERSP" else 1000,
         "f_stop": camera.data.dof.aperture_fstop,
-        "focus": focus_distance(camera, depsgraph),
+        "focus_distance": focus_distance(camera, depsgraph),
     }
 
 

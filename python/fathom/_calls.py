@@ -39,7 +39,7 @@ _KINDS: dict[str, tuple[Callable[[Any], object], str]] = {
         lambda value: len(value) == 3 and _is_whole(value[0]) and _is_whole(value[1]) and _is_number(value[2]),
         "2 whole numbers and a number",
     ),
-    "fathom.Camera": (lambda value: isinstance(value, Camera), "a fathom.Camera"),
+    "Camera": (lambda value: isinstance(value, Camera), "a fathom.Camera"),
 }
 
 

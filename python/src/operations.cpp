@@ -2,7 +2,10 @@
 #include "operations.hpp"
 
 #include "call.hpp"
+#include "keywords.hpp"
 #include "unlocked.hpp"
+
+#include "description/operations.hpp"
 
 #include <fathom/dof.hpp>
 #include <fathom/dof_masks.hpp>
@@ -34,40 +37,19 @@ namespace {
 
 using nb::arg;
 using Number = std::optional<double>;
-using Count = std::optional<int>;
-using Flag = std::optional<bool>;
-using Vector = std::optional<std::array<double, 3>>;
 
-// None is the default, which the options struct has already.
-template <typename Option, typename Given>
-void set(Option& option, const std::optional<Given>& given) {
-    if (given)
-        option = *given;
-}
+// What all operations take, besides what is described.
+struct Common {
+    Word<Storage> storage;
+    Target out;
+    DeviceChoice device;
 
-void set(Eigen::Vector3d& option, const Vector& given) {
-    if (given)
-        option = Eigen::Map<const Eigen::Vector3d>(given->data());
-}
-
-int checked_channels(const Count& given) {
-    const int channels = given.value_or(3);
-    if (channels != 3 && channels != 4)
-        throw std::invalid_argument("channels = " + std::to_string(channels) + " must be 3 or 4");
-    return channels;
-}
-
-// The way to compute something that is asked for: a word, or the tolerance instead of it.
-template <typename Method>
-std::variant<Method, MaxError> method_or(const Number& max_error, const Word<Method>& word, Method otherwise,
-                                         const char* name) {
-    word.set(otherwise, name);
-    if (!max_error)
-        return otherwise;
-    if (word.is_given())
-        throw std::invalid_argument(std::string("max_error chooses the ") + name + " itself: give one of the two");
-    return MaxError{*max_error};
-}
+    // The last to take arguments.
+    explicit Common(Keywords& keywords)
+        : storage{keywords.take("storage")}, out{keywords.take("out")}, device{keywords.take("device")} {
+        keywords.finish();
+    }
+};
 
 // `thickness=`: a number, an array with one for each pixel, 'silhouette', or a BackDepth.
 std::optional<Thickness> thickness_of(const ThicknessGiven& thickness, Call& call) {
@@ -83,7 +65,8 @@ std::optional<Thickness> thickness_of(const ThicknessGiven& thickness, Call& cal
                                     " is unknown; it is a number, an array, 'silhouette' or a fathom.BackDepth");
     }
     double number = 0;
-    const bool is_scalar = !nb::hasattr(given, "shape") || nb::len(nb::object(given.attr("shape"))) == 0; // also one of NumPy's
+    const bool is_scalar =
+        !nb::hasattr(given, "shape") || nb::len(nb::object(given.attr("shape"))) == 0; // also one of NumPy's
     if (is_scalar && nb::try_cast(given, number))
         return number;
     return call.image({given}, Holds::numbers, "thickness");
@@ -107,77 +90,53 @@ nb::object target_of(const Target& out, std::size_t field, std::size_t fields, b
     return target;
 }
 
-nb::object linearize_of(const Pixels& depth, const CameraObject& camera, const Word<Background>& background,
-                        const Word<Storage>& storage, const Target& out, const DeviceChoice& device) {
+nb::object linearize_of(const Pixels& depth, const CameraObject& camera, const nb::kwargs& given) {
+    Keywords keywords("linearize", given);
     LinearizeOptions options;
-    background.set(options.background, "background");
-    Call call(depth, camera, storage, device);
-    const Image result = call.result(out.given, "out");
+    keywords.set(options);
+    const Common common(keywords);
+    Call call(depth, camera, common.storage, common.device);
+    const Image result = call.result(common.out.given, "out");
     call.run([&] { linearize(call.depth(), result, options); });
     return call.take();
 }
 
-nb::object unproject_of(const Pixels& depth, const CameraObject& camera, const Word<Space>& space, const Vector& origin,
-                        const Count& channels, const Word<Background>& background, const Word<Storage>& storage,
-                        const Target& out, const DeviceChoice& device) {
+nb::object unproject_of(const Pixels& depth, const CameraObject& camera, const nb::kwargs& given) {
+    Keywords keywords("unproject", given);
     UnprojectOptions options;
-    space.set(options.space, "space");
-    set(options.origin, origin);
-    options.channels = checked_channels(channels);
-    background.set(options.background, "background");
-    Call call(depth, camera, storage, device);
-    const Image result = call.result(out.given, "out", options.channels);
+    keywords.set(options);
+    const Common common(keywords);
+    Call call(depth, camera, common.storage, common.device);
+    const Image result = call.result(common.out.given, "out", options.channels);
     call.run([&] { unproject(call.depth(), result, options); });
     return call.take();
 }
 
-nb::object normals_of(const Pixels& depth, const CameraObject& camera, const Word<NormalMethod>& method,
-                      const Number& max_error, const Word<Space>& space, const Count& channels, const Number& tolerance,
-                      const Number& noise, const Word<Storage>& storage, const Target& out,
-                      const DeviceChoice& device) {
+nb::object normals_of(const Pixels& depth, const CameraObject& camera, const nb::kwargs& given) {
+    Keywords keywords("normals", given);
     NormalsOptions options;
-    options.method = method_or(max_error, method, NormalMethod::automatic, "method");
-    space.set(options.space, "space");
-    options.channels = checked_channels(channels);
-    set(options.tolerance, tolerance);
-    set(options.noise, noise);
-    Call call(depth, camera, storage, device);
-    const Image result = call.result(out.given, "out", options.channels);
+    keywords.set(options);
+    const Common common(keywords);
+    Call call(depth, camera, common.storage, common.device);
+    const Image result = call.result(common.out.given, "out", options.channels);
     call.run([&] { normals(call.depth(), result, options); });
     return call.take();
 }
 
-nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number& radius, const Word<Quality>& quality,
-                   const Count& slices, const Count& samples, const Count& jitter, const Flag& half_resolution,
-                   const Number& max_error, const ThicknessGiven& thickness, const Number& falloff,
-                   const Word<Border>& border, const std::optional<std::int64_t>& seed,
-                   const std::optional<std::array<int, 4>>& region, const Number& tolerance, const Pixels& normals,
-                   const Word<Space>& normals_space, const Flag& bent_normal, const Flag& confidence,
-                   const Word<Storage>& storage, const Target& out, const DeviceChoice& device) {
+nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number& radius, const nb::kwargs& given) {
+    Keywords keywords("ssao", given);
     SsaoOptions options;
-    Sampling sampling{.slices = slices, .samples = samples, .jitter = jitter, .half_resolution = half_resolution};
-    quality.set(sampling.quality, "quality");
-    if (max_error && (quality.is_given() || slices || samples || jitter || half_resolution))
-        throw std::invalid_argument(
-            "max_error chooses the quality, slices, samples, jitter and half_resolution itself: give them or it");
-    options.sampling = sampling;
-    if (max_error)
-        options.sampling = MaxError{*max_error};
-    set(options.falloff, falloff);
-    border.set(options.border, "border");
-    if (seed && (*seed < 0 || *seed > std::numeric_limits<std::uint32_t>::max()))
-        throw std::invalid_argument("seed = " + std::to_string(*seed) + " must be 0 to 4294967295");
-    options.seed = static_cast<std::uint32_t>(seed.value_or(options.seed));
-    set(options.tolerance, tolerance);
-    normals_space.set(options.normals_space, "normals_space");
-    set(options.bent_normal, bent_normal);
-    set(options.confidence, confidence);
+    const nb::object thickness = keywords.take("thickness"); // described is only one of its kinds
+    keywords.set(options);
+    const Pixels normals{keywords.take("normals")};
+    const auto region = keywords.take_as<std::array<int, 4>>("region");
+    const Common common(keywords);
     const Number length = radius ? radius : camera.file().lens.ao_distance;
     if (!length)
         throw std::invalid_argument(
             "radius: missing, and the camera has no \"ao_distance\"; give a length in scene units");
 
-    Call call(depth, camera, storage, device);
+    Call call(depth, camera, common.storage, common.device);
     Layout layout{call.depth().image.width(), call.depth().image.height()};
     if (region) {
         const auto [x, y, width, height] = *region;
@@ -185,12 +144,12 @@ nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number
         options.region = {x, y, width, height};
         layout = {width, height};
     }
-    options.thickness = thickness_of(thickness, call);
+    options.thickness = thickness_of({thickness}, call);
     if (normals)
         options.normals = call.image(normals, Holds::numbers, "normals");
     const bool several = options.bent_normal || options.confidence;
     const auto target = [&](std::size_t field, bool asked, const char* name) {
-        return several ? target_of(out, field, 3, asked, name) : out.given;
+        return several ? target_of(common.out, field, 3, asked, name) : common.out.given;
     };
     const nb::object visibility_target = target(0, true, "out.visibility"),
                      bent_target = target(1, options.bent_normal, "out.bent_normal"),
@@ -213,11 +172,18 @@ nb::object ssao_of(const Pixels& depth, const CameraObject& camera, const Number
 
 // A lens as the arguments and the camera give it, as the program takes it.
 struct LensArguments {
-    Number focus;
+    Number focus, f_stop, focal_length_mm, sensor_mm;
+    double mm_per_unit = 1000;
     std::optional<std::array<int, 2>> focus_at;
     std::optional<std::tuple<int, int, double>> focus_along;
-    Number f_stop, focal_length_mm, sensor_mm, mm_per_unit;
     std::optional<std::array<double, 2>> circle;
+
+    explicit LensArguments(Keywords& keywords)
+        : focus_at(keywords.take_as<std::array<int, 2>>("focus_at")),
+          focus_along(keywords.take_as<std::tuple<int, int, double>>("focus_along")),
+          circle(keywords.take_as<std::array<double, 2>>("circle")) {
+        keywords.set(*this);
+    }
 
     CircleOfConfusion circle_for(const StoredDepth& stored, const LensDefaults& defaults) const {
         const bool lens = focus || focus_at || focus_along || f_stop || focal_length_mm || sensor_mm;
@@ -238,10 +204,10 @@ struct LensArguments {
         Lens made{.f_stop = needed(f_stop, defaults.f_stop, "f_stop", "f_stop"),
                   .focus = focus_at      ? depth_at(stored, (*focus_at)[0], (*focus_at)[1])
                            : focus_along ? along_ray(stored)
-                                         : needed(focus, defaults.focus, "focus", "focus"),
+                                         : needed(focus, defaults.focus, "focus", "focus_distance"),
                   .focal_length_mm = focal_length_mm ? focal_length_mm : defaults.focal_length_mm,
-                  .sensor_mm = sensor_mm ? sensor_mm : defaults.sensor_mm};
-        set(made.mm_per_unit, mm_per_unit);
+                  .sensor_mm = sensor_mm ? sensor_mm : defaults.sensor_mm,
+                  .mm_per_unit = mm_per_unit};
         return circle_of_confusion(made, stored.camera);
     }
 
@@ -252,35 +218,19 @@ private:
     }
 };
 
-nb::object dof_masks_of(const Pixels& depth, const CameraObject& camera, const Number& focus,
-                        const std::optional<std::array<int, 2>>& focus_at,
-                        const std::optional<std::tuple<int, int, double>>& focus_along, const Number& f_stop,
-                        const Number& focal_length_mm, const Number& sensor_mm, const Number& mm_per_unit,
-                        const std::optional<std::array<double, 2>>& circle, const Number& sharp_px,
-                        const Number& transition_px, const Word<Sky>& sky, const Number& max_coc_px,
-                        const Flag& near_weight, const Flag& focus_weight, const Flag& far_weight,
-                        const Flag& max_near_coc, const Flag& near_alpha, const Flag& disocclusion,
-                        const Flag& mixed_pixels, const Count& tile_px, const Flag& tile_min_coc,
-                        const Flag& tile_max_coc, const Word<Storage>& storage, const Target& out,
-                        const DeviceChoice& device) {
-    DofMasksOptions options;
-    set(options.sharp_px, sharp_px);
-    set(options.transition_px, transition_px);
-    sky.set(options.sky, "sky");
-    set(options.max_coc_px, max_coc_px);
-    set(options.near_weight, near_weight);
-    set(options.focus_weight, focus_weight);
-    set(options.far_weight, far_weight);
-    set(options.max_near_coc, max_near_coc);
-    set(options.near_alpha, near_alpha);
-    set(options.disocclusion, disocclusion);
-    set(options.mixed_pixels, mixed_pixels);
-    set(options.tile_px, tile_px);
-    set(options.tile_min_coc, tile_min_coc);
-    set(options.tile_max_coc, tile_max_coc);
+template <typename Visitor>
+void describe(const Visitor& v, LensArguments& lens) {
+    description::describe_lens(v, lens);
+}
 
-    Call call(depth, camera, storage, device);
-    const LensArguments lens{focus, focus_at, focus_along, f_stop, focal_length_mm, sensor_mm, mm_per_unit, circle};
+nb::object dof_masks_of(const Pixels& depth, const CameraObject& camera, const nb::kwargs& given) {
+    Keywords keywords("dof_masks", given);
+    const LensArguments lens(keywords);
+    DofMasksOptions options;
+    keywords.set(options);
+    const Common common(keywords);
+
+    Call call(depth, camera, common.storage, common.device);
     const Layout pixels{call.depth().image.width(), call.depth().image.height()};
     const int tile = std::max(options.tile_px, 1); // what is less is refused below
     const Layout tiles{(pixels.width - 1) / tile + 1, (pixels.height - 1) / tile + 1};
@@ -305,7 +255,7 @@ nb::object dof_masks_of(const Pixels& depth, const CameraObject& camera, const N
     DofMasks results;
     for (std::size_t i = 0; i < fields.size(); ++i) {
         const auto& [name, image, wanted, layout] = fields[i];
-        const nb::object target = target_of(out, i, fields.size(), wanted, name);
+        const nb::object target = target_of(common.out, i, fields.size(), wanted, name);
         if (wanted)
             results.*image = call.result(target, name, Element::f32, layout);
     }
@@ -317,61 +267,43 @@ nb::object dof_masks_of(const Pixels& depth, const CameraObject& camera, const N
     return type(*made);
 }
 
-nb::object dof_of(const Pixels& depth, const CameraObject& camera, const Pixels& color, const Number& focus,
-                  const std::optional<std::array<int, 2>>& focus_at,
-                  const std::optional<std::tuple<int, int, double>>& focus_along, const Number& f_stop,
-                  const Number& focal_length_mm, const Number& sensor_mm, const Number& mm_per_unit,
-                  const std::optional<std::array<double, 2>>& circle, const Count& blades,
-                  const Number& rotation_degrees, const Number& ratio, const Word<Quality>& quality,
-                  const Number& max_error, const Word<Sky>& sky, const Number& max_coc_px, const Pixels& clean_plate,
-                  const Pixels& clean_plate_depth, const Word<Storage>& storage, const Target& out,
-                  const DeviceChoice& device) {
+nb::object dof_of(const Pixels& depth, const CameraObject& camera, const Pixels& color, const nb::kwargs& given) {
+    Keywords keywords("dof", given);
+    const LensArguments lens(keywords);
     DofOptions options;
-    options.quality = method_or(max_error, quality, Quality::balanced, "quality");
-    set(options.aperture.blades, blades);
-    set(options.aperture.rotation_degrees, rotation_degrees);
-    set(options.aperture.ratio, ratio);
-    sky.set(options.sky, "sky");
-    set(options.max_coc_px, max_coc_px);
+    keywords.set(options);
+    const Pixels clean_plate{keywords.take("clean_plate")}, clean_plate_depth{keywords.take("clean_plate_depth")};
+    const Common common(keywords);
     if (static_cast<bool>(clean_plate) != static_cast<bool>(clean_plate_depth))
         throw std::invalid_argument("clean_plate and clean_plate_depth belong together; give both, or none");
 
-    Call call(depth, camera, storage, device);
+    Call call(depth, camera, common.storage, common.device);
     const Image picture = call.image(color, Holds::picture, "color");
     if (clean_plate)
         options.clean_plate = {call.image(clean_plate, Holds::picture, "clean_plate"),
                                call.more_depth(clean_plate_depth, "clean_plate_depth")};
-    const LensArguments lens{focus, focus_at, focus_along, f_stop, focal_length_mm, sensor_mm, mm_per_unit, circle};
-    const Image result =
-        call.result(out.given, "out", picture.element(), {picture.width(), picture.height(), picture.channels()});
+    const Image result = call.result(common.out.given, "out", picture.element(),
+                                     {picture.width(), picture.height(), picture.channels()});
     call.run([&] { dof(call.depth(), picture, result, lens.circle_for(call.depth(), camera.file().lens), options); });
     return call.take();
 }
 
 nb::object fog_of(const Pixels& depth, const CameraObject& camera, const Pixels& color, double density,
-                  const Number& max_opacity, const Number& start, const Vector& fog_color, const Number& height_falloff,
-                  const Number& reference_height, const Vector& up, const Word<FogSky>& sky,
-                  const Word<FogAlpha>& alpha, const Word<Storage>& storage, const Target& out,
-                  const DeviceChoice& device) {
+                  const nb::kwargs& given) {
+    Keywords keywords("fog", given);
     FogOptions options{.density = density};
-    set(options.max_opacity, max_opacity);
-    set(options.start, start);
-    set(options.fog_color, fog_color);
-    set(options.height_falloff, height_falloff);
-    set(options.reference_height, reference_height);
-    set(options.up, up);
-    sky.set(options.sky, "sky");
-    alpha.set(options.alpha, "alpha");
-    Call call(depth, camera, storage, device);
+    keywords.set(options);
+    const Common common(keywords);
+    Call call(depth, camera, common.storage, common.device);
     const Image picture = call.image(color, Holds::picture, "color");
     const double most = picture.element() == Element::u8 ? 255 : 65535;
     if (const bool whole = picture.element() == Element::u8 || picture.element() == Element::u16;
-        whole && fog_color && std::ranges::any_of(*fog_color, [](double value) { return value > 1; }))
-        throw std::invalid_argument("fog_color = " + text_of(nb::str(nb::cast(std::tuple_cat(*fog_color)))) +
+        whole && std::ranges::any_of(options.fog_color, [](double value) { return value > 1; }))
+        throw std::invalid_argument("fog_color = " + text_of(nb::str(nb::cast(std::tuple_cat(options.fog_color)))) +
                                     ": 1 is white, so it is 0 to 1 for " + name_of(picture.element()) +
                                     ", too; divide by " + std::to_string(static_cast<int>(most)));
-    const Image result =
-        call.result(out.given, "out", picture.element(), {picture.width(), picture.height(), picture.channels()});
+    const Image result = call.result(common.out.given, "out", picture.element(),
+                                     {picture.width(), picture.height(), picture.channels()});
     call.run([&] { fog(call.depth(), picture, result, options); });
     return call.take();
 }
@@ -435,66 +367,48 @@ Seconds seconds_of_linearize(const nb::ndarray<float, nb::ndim<2>, nb::c_contig>
     return seconds_since(start);
 }
 
-// Arguments that may be left out, in groups that several operations share.
-#define OPTION(name) arg(name) = nb::none()
-#define LENS                                                                                                           \
-    OPTION("focus"), OPTION("focus_at"), OPTION("focus_along"), OPTION("f_stop"), OPTION("focal_length_mm"),           \
-        OPTION("sensor_mm"), OPTION("mm_per_unit"), OPTION("circle")
-#define COMMON OPTION("storage"), OPTION("out"), OPTION("device")
+constexpr const char* pixels = "fathom._results.Array | Image";
 
 constexpr const char* linearize_text = R"(Distance along the view axis, from stored depth.
 
 depth: (H, W) float32, float16, uint16 or uint32, or (H, W, 3) uint8; or a fathom.Image. uint32 holds 24 bits: the high byte
 is a stencil that is left out, unless storage is 'uint24-high', which leaves out the low one.
-background: what background pixels become: 'inf' (default), the far plane's distance ('decode'), or 'nan'.
-
+@OPTIONS@
 Returns (H, W) float32 in scene units, positive in front of the camera. Invalid pixels are NaN.)";
 
 constexpr const char* unproject_text = R"(Positions, from stored depth.
 
-space: axes of the positions: the camera's ('view', default) or the world's ('world', which needs a camera with a view).
-origin: world positions are relative to this point (x, y, z). channels: 3, or 4 with w = 1 (0 without a position).
-background: 'inf' (default) and 'nan': no position; 'decode': on the far plane.
-
+@OPTIONS@
 Returns (H, W, 3) float32: x, y, z in scene units. Pixels without a position are NaN.)";
 
 constexpr const char* normals_text = R"(Surface normals, from stored depth.
 
-method: 'automatic' (default; fits planes to depth of 16 bits and fewer and to noisy depth), 'neighbours' or 'least-squares'.
-max_error: a mean error in degrees, instead of a method. space: 'view' (default) or 'world'. channels: 3, or 4 with the
-validity. tolerance: how far depth may be off, in half steps of its storage (default 1). noise: standard deviation of a
-sensor's noise over the depth, such as 9e-4; planes are then fitted to wider windows (default 0).
-
+@OPTIONS@
 Returns (H, W, 3) float32 of unit length, towards the camera. Invalid and background pixels are 0, 0, 0.)";
 
 constexpr const char* ssao_text =
     R"(Ambient occlusion, from stored depth: how much of the hemisphere above each pixel is open.
 
 radius: how far occlusion reaches, scene units (default: "ao_distance" of the camera).
-quality: 'fast', 'balanced' (default) or 'accurate'; slices (1 to 64), samples (1 to 256) and jitter (1, 4 or 16) are instead
-of what it sets. max_error: an rms error of visibility, instead of all these.
-thickness: of surfaces along their rays, scene units; inf suits terrain (default: a quarter of the radius). An array has one for
-each pixel, (H, W) float32. 'silhouette': each pixel's object is as thick as it is wide in the image. fathom.BackDepth(depth):
-solids end at a second layer of depth.
-falloff: fraction of the radius over which occluders fade out, 0 to 1 (default 0). border: 'open' (default) or 'clamp'.
-half_resolution: True computes a quarter of the pixels, False all (default: the quality chooses for each block of 64 x 64
-pixels; with slices, samples or jitter all). region: the part (x, y, width, height) that is computed. seed: turns the
-jitter. tolerance: how far depth may be off, in half steps of its storage (default 1).
-normals: (H, W, 3) float32 of unit length, which nobody checks, with the axes normals_space: 'view' (default) or 'world'
-(default: normals from depth).
+@OPTIONS@thickness may also be an array, (H, W) float32, with one for each pixel; 'silhouette': each pixel's object is as thick as it
+is wide in the image; or fathom.BackDepth(depth): solids end at a second layer of depth.
+region: the part (x, y, width, height) that is computed. normals: (H, W, 3) float32 of unit length, which nobody checks
+(default: from depth).
 
 Returns (H, W) float32: visibility, 1 open and 0 blocked. Invalid pixels are NaN. With bent_normal=True or confidence=True a
 named tuple Occlusion(visibility, bent_normal, confidence): (H, W, 3) mean open directions in view space, of unit length, and
 the fraction of samples that hit valid pixels inside the image. `out` is a tuple then, too.)";
 
+constexpr const char* lens_text =
+    R"(focus_at: a pixel (x, y) that is sharp, instead of focus; or focus_along: (x, y, d), the point at distance d along a pixel's ray.
+circle: (k, g) instead of a lens: circles are k - g/z pixels wide, or g z - k for an orthographic camera.
+What is missing of the lens comes from the camera.
+)";
+
 constexpr const char* dof_masks_text =
     R"(Circles of confusion and masks of what is near, in focus and far, from stored depth.
-@LENS@
-sharp_px: circles up to this are in focus (default 1); transition_px: circles larger by this are not at all (default 1).
-sky: the background is infinitely far ('blur', default), 'sharp', or left out ('exclude'). max_coc_px: circles end there.
-near_weight, focus_weight, far_weight, max_near_coc, near_alpha, disocclusion, mixed_pixels, tile_min_coc, tile_max_coc: True
-where that mask is wanted, too. tile_px: pixels across of the tiles whose extremes those are, 1 to 65536 (default 16).
 
+@OPTIONS@
 Returns a named tuple DofMasks of (H, W) float32; None for masks that were not wanted. coc: diameter in pixels, positive
 behind the focus, NaN for invalid pixels. near_weight + focus_weight + far_weight = 1. `out` is such a tuple.)";
 
@@ -502,25 +416,18 @@ constexpr const char* dof_text = R"(A picture as a lens shows it that is focused
 
 color: (H, W, 3), or (H, W, 4) with the alpha multiplied in: float32, float16, uint16 or uint8. Light is blurred: make linear
 values of sRGB first, as docs/python.md does.
-@LENS@
-blades: corners of the aperture, 3 to 64 (default 0: a circle); rotation_degrees: turns it; ratio: height over width of an
-ellipse, 0.1 to 10. quality: 'fast', 'balanced' (default) or 'accurate'. max_error: an rms error of colors, instead of it.
-sky: the background is infinitely far ('blur', default), 'sharp', or left out ('exclude'). max_coc_px: 1 to 512 (default).
-clean_plate, clean_plate_depth: the picture and the depth without near objects.
+@OPTIONS@clean_plate, clean_plate_depth: the picture and the depth without near objects.
 
 Returns an array of the shape and dtype of color.)";
 
 constexpr const char* fog_text = R"(A picture with fog.
 
-color: as for dof. density: exp(-density * r) of the light is left after a distance r in scene units. max_opacity: 0 to 1
-(default 1). start: distance along the ray at which the fog begins. fog_color: three numbers in the picture's order of channels
-(default 0.5, 0.6, 0.7); 1 is white in pictures of integers, too. height_falloff: density falls by exp(-height_falloff * h)
-above reference_height along up (default 0, 1, 0), which needs a camera with a view. sky: 'fog' (default) or 'keep'. alpha:
-'premultiplied' (default) or 'straight'.
-
+color: as for dof. density: exp(-density * r) of the light is left after a distance r in scene units.
+@OPTIONS@
 Returns an array of the shape and dtype of color.)";
 
-constexpr const char* fill_invalid_text = R"(Stored depth without holes, as a blur needs it where a sensor measured nothing.
+constexpr const char* fill_invalid_text =
+    R"(Stored depth without holes, as a blur needs it where a sensor measured nothing.
 
 An invalid pixel takes the value of the nearest valid pixel to its left or to its right, the farther one of the two; in a row
 without valid pixels that above or below.
@@ -555,45 +462,64 @@ part of a name. If depth is a fathom.Image, the result is one, too, and nothing 
 
 Raises ValueError for bad arguments, fathom.Error for a camera of another size and from the device; NoDevice without one.)";
 
-constexpr const char* lens_text =
-    R"(focus: depth that is sharp, scene units along the view axis; or focus_at: a pixel (x, y) that is; or focus_along: (x, y, d), the
-point at distance d along a pixel's ray. f_stop: focal length over aperture. focal_length_mm, sensor_mm (its width): one of
-them, or both. What is missing comes from the camera. mm_per_unit: millimetres in a scene unit (default 1000).
-circle: (k, g) instead of a lens: circles are k - g/z pixels wide, or g z - k for an orthographic camera.)";
+// What a lens takes beside its described options stands below them.
+std::string with_words_of_lens(const char* words) {
+    std::string doc = words;
+    constexpr std::string_view place = "@OPTIONS@";
+    return doc.insert(doc.find(place) + place.size(), lens_text);
+}
 
-std::string documented(std::string text) {
-    constexpr std::string_view lens = "@LENS@";
-    if (const std::size_t at = text.find(lens); at != text.npos)
-        text.replace(at, lens.size(), lens_text);
-    return text + common_text;
+// An operation with the options that are described. nanobind keeps the signature's address.
+template <typename Function, typename... Arguments>
+void define(nb::module_& module, const char* name, Function function, const std::string& positional,
+          const std::vector<description::Option>& options, const std::string& more, const char* words,
+          const Arguments&... arguments) {
+    const std::string common =
+        text(", storage: ", nb::detail::make_caster<Word<Storage>>::Name.text, " | None = None, out: ", pixels,
+             " | tuple | None = None, device: Device | DeviceInfo | str | int | None = None");
+    const auto& signature = *new std::string(
+        signature_of(name, text("depth: ", pixels, ", camera: Camera", positional), options, more + common));
+    std::string doc = words;
+    constexpr std::string_view place = "@OPTIONS@";
+    doc.replace(doc.find(place), place.size(), words_of(options));
+    module.def(name, function, arg("depth"), arg("camera"), arguments..., arg("options"), nb::sig(signature.c_str()),
+               (doc + common_text).c_str());
 }
 
 } // namespace
 
 void bind_operations(nb::module_& module) {
-    const auto def = [&](const char* name, auto function, const char* text, const auto&... arguments) {
-        module.def(name, function, arguments..., documented(text).c_str()); // nanobind copies the text
+    const auto with_lens = [](const std::vector<description::Option>& options) {
+        nb::kwargs none;
+        Keywords keywords("", none);
+        std::vector<description::Option> all = description::options_of(LensArguments(keywords));
+        all.insert(all.end(), options.begin(), options.end());
+        return all;
     };
-    def("linearize", linearize_of, linearize_text, arg("depth"), arg("camera"), nb::kw_only(), OPTION("background"),
-        COMMON);
-    def("unproject", unproject_of, unproject_text, arg("depth"), arg("camera"), nb::kw_only(), OPTION("space"),
-        OPTION("origin"), OPTION("channels"), OPTION("background"), COMMON);
-    def("normals", normals_of, normals_text, arg("depth"), arg("camera"), nb::kw_only(), OPTION("method"),
-        OPTION("max_error"), OPTION("space"), OPTION("channels"), OPTION("tolerance"), OPTION("noise"), COMMON);
-    def("ssao", ssao_of, ssao_text, arg("depth"), arg("camera"), OPTION("radius"), nb::kw_only(), OPTION("quality"),
-        OPTION("slices"), OPTION("samples"), OPTION("jitter"), OPTION("half_resolution"), OPTION("max_error"),
-        OPTION("thickness"), OPTION("falloff"), OPTION("border"), OPTION("seed"), OPTION("region"), OPTION("tolerance"),
-        OPTION("normals"), OPTION("normals_space"), OPTION("bent_normal"), OPTION("confidence"), COMMON);
-    def("dof_masks", dof_masks_of, dof_masks_text, arg("depth"), arg("camera"), nb::kw_only(), LENS, OPTION("sharp_px"),
-        OPTION("transition_px"), OPTION("sky"), OPTION("max_coc_px"), OPTION("near_weight"), OPTION("focus_weight"),
-        OPTION("far_weight"), OPTION("max_near_coc"), OPTION("near_alpha"), OPTION("disocclusion"),
-        OPTION("mixed_pixels"), OPTION("tile_px"), OPTION("tile_min_coc"), OPTION("tile_max_coc"), COMMON);
-    def("dof", dof_of, dof_text, arg("depth"), arg("camera"), arg("color"), nb::kw_only(), LENS, OPTION("blades"),
-        OPTION("rotation_degrees"), OPTION("ratio"), OPTION("quality"), OPTION("max_error"), OPTION("sky"),
-        OPTION("max_coc_px"), OPTION("clean_plate"), OPTION("clean_plate_depth"), COMMON);
-    def("fill_invalid", fill_invalid_of, fill_invalid_text, arg("depth"), arg("camera"), nb::kw_only(), COMMON);
+    const std::string
+        lens = ", focus_at: collections.abc.Sequence[int] | None = None, focus_along: tuple[int, int, float] "
+               "| None = None, circle: collections.abc.Sequence[float] | None = None",
+        color = text(", color: ", pixels), image = text(pixels, " | None = None");
+    const std::string dof_doc = with_words_of_lens(dof_text), masks_doc = with_words_of_lens(dof_masks_text);
+    std::vector<description::Option> fog_options = description::options_of(FogOptions{.density = 0});
+    std::erase_if(fog_options, [](const description::Option& option) { return !option.by_default; }); // an argument
+
+    define(module, "linearize", linearize_of, "", description::options_of(LinearizeOptions{}), "", linearize_text);
+    define(module, "unproject", unproject_of, "", description::options_of(UnprojectOptions{}), "", unproject_text);
+    define(module, "normals", normals_of, "", description::options_of(NormalsOptions{}), "", normals_text);
+    define(module, "ssao", ssao_of, ", radius: float | None = None", description::options_of(SsaoOptions{}),
+         text(", thickness: float | typing.Literal['silhouette'] | ", pixels, " | BackDepth | None = None",
+              ", region: collections.abc.Sequence[int] | None = None, normals: ", image), ssao_text,
+         arg("radius") = nb::none());
+    define(module, "dof_masks", dof_masks_of, "", with_lens(description::options_of(DofMasksOptions{})), lens,
+         masks_doc.c_str());
+    define(module, "dof", dof_of, color, with_lens(description::options_of(DofOptions{})),
+         text(lens, ", clean_plate: ", image, ", clean_plate_depth: ", image), dof_doc.c_str(), arg("color"));
+    define(module, "fog", fog_of, color + ", density: float", fog_options, "", fog_text, arg("color"), arg("density"));
+    module.def("fill_invalid", fill_invalid_of, arg("depth"), arg("camera"), nb::kw_only(), arg("storage") = nb::none(),
+               arg("out") = nb::none(), arg("device") = nb::none(), text(fill_invalid_text, common_text).c_str());
     module.def("depth_at", depth_at_of, arg("depth"), arg("camera"), arg("x"), arg("y"), nb::kw_only(),
-               OPTION("storage"), OPTION("device"), depth_at_text);
+               arg("storage") = nb::none(), arg("device") = nb::none(), depth_at_text);
     module.def("restore_highlights", restore_highlights_of, arg("color"), arg("peak"), restore_highlights_text,
                nb::sig("def restore_highlights(color: fathom._results.Array | Image, peak: float) -> "
                        "fathom._results.NumpyArray"));
@@ -601,11 +527,8 @@ void bind_operations(nb::module_& module) {
                nb::sig("def upsample_along_edges(depth: fathom._results.Array | Image, color: fathom._results.Array | "
                        "Image) -> fathom._results.NumpyArray"));
     module.def("_seconds_of_linearize", seconds_of_linearize, arg("depth"), arg("camera"), arg("out"),
-               OPTION("device"));
+               arg("device") = nb::none());
     module.def("_seconds_of_last_run", [] { return Call::last_run; });
-    def("fog", fog_of, fog_text, arg("depth"), arg("camera"), arg("color"), arg("density"), nb::kw_only(),
-        OPTION("max_opacity"), OPTION("start"), OPTION("fog_color"), OPTION("height_falloff"),
-        OPTION("reference_height"), OPTION("up"), OPTION("sky"), OPTION("alpha"), COMMON);
 }
 
 } // namespace fathom::python

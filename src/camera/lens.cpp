@@ -6,6 +6,8 @@
 #include <fathom/lens.hpp>
 
 #include "camera/centre_rays.hpp"
+#include "description/check.hpp"
+#include "description/lens.hpp"
 #include "require.hpp"
 
 #include <cmath>
@@ -51,12 +53,7 @@ PixelScale scale_of(const CentreRays& rays, const Camera& camera) {
 }
 
 Optics optics(const Lens& lens, const Camera& camera) {
-    require(lens.f_stop > 0, "f_stop = ", lens.f_stop, " must be greater than 0");
-    require_length(lens.mm_per_unit, "mm_per_unit");
-    if (lens.focal_length_mm)
-        require_length(*lens.focal_length_mm, "focal_length_mm");
-    if (lens.sensor_mm)
-        require_length(*lens.sensor_mm, "sensor_mm");
+    describe_lens(description::Check{}, lens);
     Optics result{centre_rays(camera_rays(camera)), 0, 0, 0, false};
     const Real unit = lens.mm_per_unit, number = lens.f_stop;
     result.image_scale = scale_of(result.rays, camera).x;

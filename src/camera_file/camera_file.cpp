@@ -161,13 +161,13 @@ Projection read_matrix(const JsonObject& json, Convention convention) {
 
 /// A pinhole lens before a sensor, which the image covers: square pixels unless the sensor's height is given, too.
 Projection read_lens(const JsonObject& json, Camera& camera, Convention convention, Size size) {
-    for (const char* key : {"focal_length_mm", "sensor_mm", "sensor_height_mm"})
+    for (const char* key : {"lens_mm", "sensor_mm", "sensor_height_mm"})
         if (json.has(key) && !(json.needed(key) > 0))
             json.refuse_value(key, "must be positive");
     const double width = size.known() ? size.width : 1, height = size.known() ? size.height : 1;
-    const double fx = width * json.needed("focal_length_mm") / json.needed("sensor_mm");
+    const double fx = width * json.needed("lens_mm") / json.needed("sensor_mm");
     const double fy =
-        json.has("sensor_height_mm") ? height * json.needed("focal_length_mm") / json.needed("sensor_height_mm") : fx;
+        json.has("sensor_height_mm") ? height * json.needed("lens_mm") / json.needed("sensor_height_mm") : fx;
     return perspective(Intrinsics{.fx = fx,
                                   .fy = fy,
                                   .cx = width / 2,
@@ -179,7 +179,7 @@ Projection read_lens(const JsonObject& json, Camera& camera, Convention conventi
 
 /// Makes the lens a projection?
 bool has_lens(const JsonObject& json) {
-    return json.has("focal_length_mm") && json.has("sensor_mm");
+    return json.has("lens_mm") && json.has("sensor_mm");
 }
 
 /// Which of the keys the projection has; "lens" where only the lens makes one.
@@ -307,11 +307,11 @@ const std::vector<std::string> keys{"preset",
                                     "background",
                                     "background_from",
                                     "missing",
-                                    "focal_length_mm",
+                                    "lens_mm",
                                     "sensor_mm",
                                     "sensor_height_mm",
                                     "f_stop",
-                                    "focus",
+                                    "focus_distance",
                                     "ao_distance"};
 
 /// Takes over what the preset that the file names says about its depth, and refuses a file that does not say the rest.
@@ -404,10 +404,10 @@ CameraFile read(JsonObject json) {
     camera.view = read_view(json);
     read_pixel_origin(json);
     file.packing = read_packing(json);
-    file.lens = {.focal_length_mm = json.number("focal_length_mm"),
+    file.lens = {.focal_length_mm = json.number("lens_mm"),
                  .sensor_mm = json.number("sensor_mm"),
                  .f_stop = json.number("f_stop"),
-                 .focus = json.number_or_infinity("focus"),
+                 .focus = json.number_or_infinity("focus_distance"),
                  .ao_distance = json.number_or_infinity("ao_distance")};
     return file;
 }

@@ -1,7 +1,7 @@
 // fathom camera
 #include "command.hpp"
+#include "depth_options.hpp"
 #include "messages.hpp"
-#include "options.hpp"
 #include "outputs.hpp"
 
 #include "io/replace_files.hpp"

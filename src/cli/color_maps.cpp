@@ -1,7 +1,7 @@
 // Tables of false color, which are OpenCV's: viridis (van der Walt, Smith 2015) and turbo (Mikhailov 2019).
 #include "color_maps.hpp"
 
-#include "options.hpp"
+#include "depth_options.hpp"
 
 #include <opencv2/imgproc.hpp>
 

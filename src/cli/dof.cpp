@@ -1,12 +1,15 @@
 // fathom dof
 #include "codecs.hpp"
 #include "command.hpp"
+#include "described.hpp"
 #include "each_depth.hpp"
 #include "floats_on_host.hpp"
 #include "lens.hpp"
 #include "max_error.hpp"
 #include "picture.hpp"
 #include "relative.hpp"
+
+#include "description/dof.hpp"
 
 #include <fathom/dof.hpp>
 #include <fathom/error.hpp>
@@ -23,9 +26,7 @@ namespace {
 
 struct DofArguments : DepthOptions {
     LensOptions lens;
-    DofOptions dof; // without its quality
-    Quality quality = Quality::balanced;
-    std::optional<double> max_error; // instead
+    DofOptions dof;
     bool explain = false;
     PictureOptions picture;
     double highlights = 1;
@@ -34,33 +35,30 @@ struct DofArguments : DepthOptions {
     std::optional<Packing> packing; // of the depths, as the camera file says
 };
 
-constexpr int most_blades = 64;
-
-struct Shape {
-    int blades = 0;
-    double ratio = 1;
-};
-
 // "circle", a polygon's corners, or "ellipse:" and its height over its width; nothing otherwise.
-std::optional<Shape> shape_of(const std::string& text) {
-    const std::string ellipse = "ellipse:";
-    Shape shape;
+std::optional<Aperture> shape_of(const std::string& text, const std::vector<description::Option>& described) {
+    const auto set = [&](const char* name, const std::string& value, DofOptions& dof) {
+        const auto option = std::ranges::find(described, std::string(name), &description::Option::name);
+        const std::optional<description::Value> parsed = parse(*option, value);
+        if (parsed)
+            option->set(dof, *parsed);
+        return parsed.has_value();
+    };
+    constexpr std::string_view ellipse = "ellipse:";
+    DofOptions dof;
     if (text == "circle")
-        return shape;
-    if (text.starts_with(ellipse)) {
-        const bool good = CLI::detail::lexical_cast(text.substr(ellipse.size()), shape.ratio);
-        return good && shape.ratio >= 0.1 && shape.ratio <= 10 ? std::optional(shape) : std::nullopt;
-    }
-    if (CLI::detail::lexical_cast(text, shape.blades) && shape.blades >= 3 && shape.blades <= most_blades)
-        return shape;
-    return std::nullopt;
+        return dof.aperture;
+    const bool good = text.starts_with(ellipse) ? set("ratio", text.substr(ellipse.size()), dof)
+                                                : set("blades", text, dof) && dof.aperture.blades > 0;
+    return good ? std::optional(dof.aperture) : std::nullopt;
 }
 
-void add_blur_options(CLI::App& app, DofOptions& dof, Quality& quality) {
+void add_blur_options(CLI::App& app, DofOptions& dof) {
+    const std::vector<description::Option> described = description::options_of(dof);
     app.add_option_function<std::string>(
            "--aperture",
-           [&dof](const std::string& text) {
-               const Shape shape = *shape_of(text);
+           [&dof, described](const std::string& text) {
+               const Aperture shape = *shape_of(text, described);
                dof.aperture.blades = shape.blades;
                dof.aperture.ratio = shape.ratio;
            },
@@ -68,33 +66,16 @@ void add_blur_options(CLI::App& app, DofOptions& dof, Quality& quality) {
            "ellipse R times as high as wide, 0.1\nto 10 (an anamorphic lens: 2)")
         ->type_name("circle|N|ellipse:R")
         ->check(CLI::Validator(
-            [](std::string& text) {
-                return shape_of(text) ? std::string()
-                                      : "'" + text +
-                                            "' will not do; it is circle, a whole number from 3 to 64, or ellipse:R "
-                                            "with R from 0.1 to 10";
+            [described](std::string& text) {
+                return shape_of(text, described)
+                           ? std::string()
+                           : "'" + text +
+                                 "' will not do; it is circle, a whole number from 3 to 64, or ellipse:R "
+                                 "with R from 0.1 to 10";
             },
             ""))
         ->group("Blur");
-    const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
-                         const char* description) {
-        app.add_option(name, target, description)->type_name(value)->check(check)->group("Blur");
-    };
-    add("--rotation-degrees", "DEG", is_a_number("number", [](double) { return true; }), dof.aperture.rotation_degrees,
-        "turns the aperture counter-clockwise. At 0 a polygon has a\n"
-        "corner on top, seen behind the focus (default: 0)");
-    add_enum_option(
-        app, "--quality", quality,
-        {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
-        "speed against accuracy (default: balanced). accurate is also exact\nbehind a blurred edge, in 4 times the "
-        "time and more for large\ncircles")
-        ->group("Blur");
-    add_enum_option(app, "--sky", dof.sky, {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
-                    "the background is infinitely far (blur; default), in focus\n"
-                    "(sharp), or left out like invalid pixels (exclude)")
-        ->group("Blur");
-    add("--max-coc-px", "PX", is_a_number("number from 1 to 512", [](double px) { return px >= 1 && px <= 512; }),
-        dof.max_coc_px, "largest blur, on either side of the focus, pixels (default: 512)");
+    add_described_options(app, dof, "Blur", {"blades", "ratio"});
 }
 
 DepthFile clean_plate_depth_of(const std::filesystem::path& file, const DofArguments& options, const Job& job) {
@@ -127,14 +108,13 @@ Images read_images(const DofArguments& options, const Job& job) {
 }
 
 Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& frame) {
-    explain_method(fathom::Operation::dof, stored, frame, options.max_error, options.explain);
+    explain_method(fathom::Operation::dof, stored, frame, options.dof.quality, options.explain);
     Images images = frame.images.get();                     // read by the device until the result is there
     restore_highlights(images.picture, options.highlights); // which may change from frame to frame
     restore_highlights(images.clean_plate, options.highlights);
     Picture picture = images.picture;
     const cv::Mat color = picture.color;
     DofOptions asked = options.dof;
-    asked.quality = method_or(options.max_error, options.quality);
     if (options.clean_plate) {
         const Device& device = stored.image.device();
         const DepthFile& depth = images.clean_plate_depth;
@@ -169,8 +149,8 @@ std::function<int()> configure_dof(CLI::App& app) {
     add_picture_options(app, options->picture, "the sharp picture");
     add_clean_plate_options(app, *options);
     add_lens_options(app, options->lens);
-    add_blur_options(app, options->dof, options->quality);
-    add_max_error(app, options->max_error, options->explain, "rms of colours from 0 to 1", {"--quality"}, "Blur");
+    add_blur_options(app, options->dof);
+    add_explain(app, options->explain, "Blur");
     app.add_option("--highlights", options->highlights,
                    "how many times brighter than white a white is taken to be, which\n"
                    "a photograph has cut off (default: 1; try 1.05 for a JPEG)")
@@ -219,7 +199,7 @@ std::function<int()> configure_dof(CLI::App& app) {
 
 extern const Command dof_command{
     .name = "dof",
-    .summary = "Blurs a picture as a lens does that is focused on one depth: depth of field.",
+    .summary = description::dof_summary,
     .notes =
         R"(Light is blurred, not codes: see --color-space. The result has the picture's channels and, in a .png or .tif, its
 codes: sRGB of 8 bits stay sRGB of 8 bits. A .jpg is sRGB, and .exr, .hdr, .pfm and .npy are linear floats. Invalid

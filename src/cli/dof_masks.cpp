@@ -1,8 +1,11 @@
 // fathom dof-masks
 #include "command.hpp"
+#include "described.hpp"
 #include "each_depth.hpp"
 #include "lens.hpp"
 #include "relative.hpp"
+
+#include "description/dof_masks.hpp"
 
 #include <fathom/dof_masks.hpp>
 #include <fathom/opencv.hpp>
@@ -24,14 +27,10 @@ struct DofMasksArguments : DepthOptions {
     LensOptions lens;
     DofMasksOptions masks;
     std::optional<Mask> mask;
-    std::optional<std::string> max_near_coc, near_alpha, disocclusion, mixed_pixels, tile_min_coc, tile_max_coc;
+    std::map<std::string, std::string> more; // files of other results, by their names
 };
 
 const std::vector<std::string> channels{"coc", "near", "focus", "far"};
-
-CLI::Validator is_a_width() {
-    return is_a_number("number from 0", [](double pixels) { return pixels >= 0; });
-}
 
 // What is written: all masks, which only an EXR holds, or the one that was asked for.
 Product product_of(const DofMasksArguments& options) {
@@ -54,18 +53,17 @@ Product product_of(const DofMasksArguments& options) {
 More more_of(const DofMasksArguments& options) {
     const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".npy", ".png"};
     More more;
-    const auto add = [&](const char* option, const std::optional<std::string>& target, const Product& product) {
-        if (target)
-            more.outputs.push_back({option, *target, product});
-    };
-    add("--max-near-coc", options.max_near_coc, {.extensions = {".exr", ".tif", ".pfm", ".npy"}, .channels = {"coc"}});
-    add("--near-alpha", options.near_alpha, {.extensions = extensions, .channels = {"near"}, .png_scale = 1});
-    add("--disocclusion", options.disocclusion,
-        {.extensions = extensions, .channels = {"disocclusion"}, .png_scale = 1});
-    add("--mixed-pixels", options.mixed_pixels, {.extensions = extensions, .channels = {"mixed"}, .png_scale = 1});
     const std::vector<std::string> of_circles{".exr", ".tif", ".pfm", ".npy"};
-    add("--tile-min-coc", options.tile_min_coc, {.extensions = of_circles, .channels = {"min"}});
-    add("--tile-max-coc", options.tile_max_coc, {.extensions = of_circles, .channels = {"max"}});
+    const std::vector<std::pair<const char*, Product>> products{
+        {"max_near_coc", {.extensions = of_circles, .channels = {"coc"}}},
+        {"near_alpha", {.extensions = extensions, .channels = {"near"}, .png_scale = 1}},
+        {"disocclusion", {.extensions = extensions, .channels = {"disocclusion"}, .png_scale = 1}},
+        {"mixed_pixels", {.extensions = extensions, .channels = {"mixed"}, .png_scale = 1}},
+        {"tile_min_coc", {.extensions = of_circles, .channels = {"min"}}},
+        {"tile_max_coc", {.extensions = of_circles, .channels = {"max"}}}};
+    for (const auto& [name, product] : products)
+        if (const auto file = options.more.find(name); file != options.more.end())
+            more.outputs.push_back({spelled(name), file->second, product});
     return more;
 }
 
@@ -99,15 +97,12 @@ cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, co
 // What was asked for beside the masks, in the order of `more_of`. It depends on the pixels around each one, so it is made at once.
 std::vector<Result> more_masks_of(const DofMasksArguments& options, const StoredDepth& stored,
                                   const CircleOfConfusion& circle) {
-    if (more_of(options).outputs.empty())
+    if (options.more.empty())
         return {};
     DofMasksOptions asked = options.masks;
-    asked.max_near_coc = options.max_near_coc.has_value();
-    asked.near_alpha = options.near_alpha.has_value();
-    asked.disocclusion = options.disocclusion.has_value();
-    asked.mixed_pixels = options.mixed_pixels.has_value();
-    asked.tile_min_coc = options.tile_min_coc.has_value();
-    asked.tile_max_coc = options.tile_max_coc.has_value();
+    for (const description::Option& option : description::options_of(asked))
+        if (options.more.contains(option.name))
+            option.set(asked, true);
     DofMasks masks = dof_masks(stored, circle, asked);
     masks.coc = {};
     std::vector<Result> results;
@@ -118,42 +113,11 @@ std::vector<Result> more_masks_of(const DofMasksArguments& options, const Stored
     return results;
 }
 
-void add_more_options(CLI::App& app, DofMasksArguments& options) {
-    const auto add = [&](const char* name, std::optional<std::string>& target, const char* description) {
-        return app.add_option(name, target, description)->type_name("FILE")->group("Output");
-    };
-    add("--max-near-coc", options.max_near_coc, "also write the largest near CoC that reaches each pixel");
-    add("--near-alpha", options.near_alpha, "also write how much of each pixel the blurred near field covers");
-    add("--disocclusion", options.disocclusion, "also write where a blur shows what lies behind the near field");
-    add("--mixed-pixels", options.mixed_pixels, "also write which pixels have a depth averaged over an edge");
-    add("--tile-min-coc", options.tile_min_coc, "also write the smallest CoC of each tile");
-    add("--tile-max-coc", options.tile_max_coc, "also write the largest CoC of each tile");
-    app.add_option("--tile-px", options.masks.tile_px, "width of a tile in pixels, 1 to 65536 (default: 16)")
-        ->type_name("PX")
-        ->check(is_a_number("whole number from 1 to 65536",
-                            [](double n) { return n == std::floor(n) && n >= 1 && n <= 65536; }))
-        ->group("Output");
-}
-
 std::function<int()> configure_dof_masks(CLI::App& app) {
     const auto options = std::make_shared<DofMasksArguments>();
     add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = channels});
     add_lens_options(app, options->lens);
-    const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
-                         const char* description) {
-        app.add_option(name, target, description)->type_name(value)->check(check)->group("Masks");
-    };
-    add("--sharp-px", "PX", is_a_width(), options->masks.sharp_px,
-        "a CoC up to this is wholly in focus, pixels (default: 1)");
-    add("--transition-px", "PX", is_a_width(), options->masks.transition_px,
-        "a CoC larger by this is not in focus at all (default: 1)");
-    add_enum_option(app, "--sky", options->masks.sky,
-                    {{"blur", Sky::blur}, {"sharp", Sky::sharp}, {"exclude", Sky::exclude}},
-                    "the background is infinitely far (blur; default), in focus\n"
-                    "(sharp), or left out like invalid pixels (exclude)")
-        ->group("Masks");
-    add("--max-coc-px", "PX", is_a_number("number above 0", [](double pixels) { return pixels > 0; }),
-        options->masks.max_coc_px, "largest CoC, on either side of the focus (default: none)");
+    add_described_options(app, options->masks, "Masks", {"tile_px"});
     app.add_option_function<std::string>(
            "--mask",
            [options](const std::string& name) {
@@ -165,11 +129,13 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         ->type_name(CLI::detail::join(channels, "|"))
         ->check(is_one_of(channels))
         ->group("Output");
-    add_more_options(app, *options);
+    const std::vector<description::Option> described = description::options_of(options->masks);
+    add_result_options(app, described, options->more, {"near_weight", "focus_weight", "far_weight"});
+    add_described_options(app, options->masks, "Output", {"sharp_px", "transition_px", "sky", "max_coc_px"});
     add_relative_options(app, options->relative);
     options->camera.or_relative = true;
     return [=, tile_px = app.get_option("--tile-px")] {
-        if (tile_px->count() > 0 && !options->tile_min_coc && !options->tile_max_coc)
+        if (tile_px->count() > 0 && !options->more.contains("tile_min_coc") && !options->more.contains("tile_max_coc"))
             throw UsageError(
                 "--tile-px: the width of tiles whose CoC nobody asks for; add --tile-min-coc or --tile-max-coc");
         if (options->relative.order)
@@ -195,7 +161,7 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
 
 extern const Command dof_masks_command{
     .name = "dof-masks",
-    .summary = "Computes the size of each pixel's blur, and masks of what is near, in focus and far.",
+    .summary = description::dof_masks_summary,
     .notes =
         R"(An EXR holds four channels. coc is the diameter of the circle of confusion (CoC) in pixels, positive behind the focus.
 near, focus and far are weights that sum to 1. Invalid pixels have a CoC of NaN and no weight. A .png of a weight holds

@@ -1,12 +1,14 @@
 // fathom fog
 #include "command.hpp"
+#include "described.hpp"
 #include "each_depth.hpp"
 #include "picture.hpp"
+
+#include "description/fog.hpp"
 
 #include <fathom/fog.hpp>
 #include <fathom/opencv.hpp>
 
-#include <cmath>
 #include <utility>
 
 namespace fathom::cli {
@@ -17,66 +19,10 @@ struct FogArguments : DepthOptions {
     PictureOptions picture;
 };
 
-// Three finite numbers "A,B,C"; nothing otherwise.
-std::optional<std::array<double, 3>> three_numbers(const std::string& text) {
-    const std::vector<std::string> parts = CLI::detail::split(text, ',');
-    std::array<double, 3> numbers;
-    bool good = parts.size() == 3;
-    for (std::size_t i = 0; good && i < 3; ++i)
-        good = CLI::detail::lexical_cast(parts[i], numbers[i]) && std::isfinite(numbers[i]);
-    return good ? std::optional(numbers) : std::nullopt;
-}
-
-CLI::Option* add_three(CLI::App& app, const char* name, const char* form,
-                       const std::function<void(const std::array<double, 3>&)>& take, const char* description) {
-    return app
-        .add_option_function<std::string>(
-            name, [take](const std::string& text) { take(*three_numbers(text)); }, description)
-        ->type_name(form)
-        ->check(CLI::Validator(
-            [](std::string& text) {
-                return three_numbers(text) ? "" : "'" + text + "' will not do; it is three numbers between commas";
-            },
-            ""))
-        ->group("Fog");
-}
-
 void add_fog_options(CLI::App& app, FogOptions& fog) {
-    const auto from_0 = is_a_number("number from 0", [](double v) { return v >= 0; });
-    const auto add = [&](const char* name, const char* value, const CLI::Validator& check, double& target,
-                         const char* description) {
-        return app.add_option(name, target, description)->type_name(value)->check(check)->group("Fog");
-    };
-    add("--density", "D", from_0, fog.density.value, "fraction of the light lost per scene unit, over a short way")
-        ->required();
-    add_three(
-        app, "--fog-color", "R,G,B", [&fog](const auto& rgb) { fog.fog_color = rgb; },
-        "colour of the fog, linear light\n(default: 0.5,0.6,0.7)");
-    add("--start", "S", from_0, fog.start, "distance along the ray at which the fog begins, scene units\n(default: 0)");
-    add("--max-opacity", "F", is_a_number("number from 0 to 1", [](double v) { return v >= 0 && v <= 1; }),
-        fog.max_opacity, "no pixel is fogged more than this, 0 to 1 (default: 1)");
-    CLI::Option* falloff = add(
-        "--height-falloff", "K", from_0, fog.height_falloff,
-        "height fog: the density falls by exp(-K h) over a height h;\nneeds \"view\" in the camera file (default: 0)");
-    add("--reference-height", "H", is_a_number("number", [](double) { return true; }), fog.reference_height,
-        "height in the world where the density is --density (default: 0)")
-        ->needs(falloff);
-    add_three(
-        app, "--up", "X,Y,Z",
-        [&fog](const auto& up) {
-            fog.up = {up[0], up[1], up[2]};
-        },
-        "the world's up axis (default: 0,1,0)")
-        ->needs(falloff)
-        ->check(CLI::Validator(
-            [](std::string& text) {
-                const auto up = three_numbers(text);
-                return up == std::array<double, 3>{} ? "'" + text + "' will not do; one of the three is not 0" : "";
-            },
-            ""));
-    add_enum_option(app, "--sky", fog.sky, {{"fog", FogSky::fog}, {"keep", FogSky::keep}},
-                    "the background: infinitely far away (default), or left alone")
-        ->group("Fog");
+    add_described_options(app, fog, "Fog");
+    for (const char* option : {"--reference-height", "--up"})
+        app.get_option(option)->needs(app.get_option("--height-falloff"));
 }
 
 Picture fogged(const FogArguments& options, const StoredDepth& stored, const Loaded& frame) {
@@ -116,7 +62,7 @@ std::function<int()> configure_fog(CLI::App& app) {
 
 extern const Command fog_command{
     .name = "fog",
-    .summary = "Lays fog over a picture: uniform, or thinner with the height.",
+    .summary = description::fog_summary,
     .notes = R"(Each pixel becomes color (1 - f) + fog color f with f = 1 - exp(-density distance). The distance is that
 along the ray, in scene units. Under --height-falloff the density is integrated along the ray in closed form.
 

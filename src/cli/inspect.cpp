@@ -1,9 +1,9 @@
 // fathom inspect
 #include "codecs.hpp"
 #include "command.hpp"
+#include "depth_options.hpp"
 #include "look.hpp"
 #include "messages.hpp"
-#include "options.hpp"
 
 #include "camera_file/file.hpp"
 #include "io/camera_formats.hpp"

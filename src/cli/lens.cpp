@@ -2,8 +2,10 @@
 #include "lens.hpp"
 
 #include "command.hpp"
+#include "described.hpp"
 #include "messages.hpp"
 
+#include "description/lens.hpp"
 #include "text.hpp"
 
 #include <fathom/dof.hpp>
@@ -22,20 +24,6 @@ namespace fathom::cli {
 namespace {
 
 constexpr const char* group = "Lens";
-
-CLI::Validator is_above_0_or_inf() {
-    return CLI::Validator(
-        [](std::string& text) {
-            double value;
-            const bool good = CLI::detail::lexical_cast(text, value) && value > 0;
-            return good ? std::string() : "'" + text + "' will not do; it is a number above 0, or inf";
-        },
-        "");
-}
-
-CLI::Validator is_above_0() {
-    return is_a_number("number above 0", [](double value) { return value > 0; });
-}
 
 // Numbers between commas; none when there are others than `count`, or one is no number or not finite.
 std::vector<double> numbers(const std::string& text, std::size_t count) {
@@ -122,13 +110,13 @@ double focus_of(const LensOptions& lens, const StoredDepth& stored, const Window
 } // namespace
 
 void add_lens_options(CLI::App& app, LensOptions& lens) {
-    const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
-                         const char* description) {
-        return app.add_option(name, target, description)->type_name(value)->check(check)->group(group);
-    };
-    CLI::Option* focus = add("--focus", "S|inf", is_above_0_or_inf(), lens.focus,
-                             "depth that is sharp: distance along the view axis, scene units\n"
-                             "(default: \"focus\" of the camera file)");
+    std::vector<description::Option> described;
+    describe_lens(description::List(&lens, described), lens);
+    add_described_options(
+        app, described,
+        [&lens](const description::Option& option, const description::Value& value) { option.set(lens, value); }, group,
+        {});
+    CLI::Option* focus = app.get_option("--focus");
     CLI::Option* at = add_list(
         app, "--focus-at", "X,Y", 2, is_pixel,
         [&lens](const std::vector<double>& values) { lens.focus_at = pixel_of(values); },
@@ -143,15 +131,6 @@ void add_lens_options(CLI::App& app, LensOptions& lens) {
         "a pixel and a distance X,Y,D", "focus on the depth of the point at distance D along a pixel's\nray");
     at->excludes(focus);
     along->excludes(focus)->excludes(at);
-    add("--f-stop", "N|inf", is_above_0_or_inf(), lens.f_stop,
-        "f-number: focal length over aperture. Small numbers blur more\n(default: \"f_stop\" of the camera file)");
-    add("--focal-length-mm", "F", is_above_0(), lens.focal_length_mm,
-        "focal length (default: \"focal_length_mm\" of the camera file, or\nfrom the projection, which then needs the "
-        "sensor)");
-    add("--sensor-mm", "W", is_above_0(), lens.sensor_mm,
-        "width of the sensor (default: \"sensor_mm\" of the camera file, or\nfrom the projection and the focal "
-        "length)");
-    add("--mm-per-unit", "M", is_above_0(), lens.mm_per_unit, "millimetres in a scene unit (default: 1000)");
     CLI::Option* circle = add_list(
         app, "--circle", "K,G", 2, [](const auto& values) { return values[0] >= 0 && values[1] >= 0; },
         [&lens](const std::vector<double>& values) {
@@ -177,9 +156,9 @@ void complete(LensOptions& lens, const CameraFile& file, const std::string& came
     const LensDefaults& defaults = file.lens;
     const bool perspective = file.camera.projection.is_perspective();
     if (!lens.focus_at && !lens.focus_along)
-        use_default(lens.focus, defaults.focus, "focus", camera_file, true);
+        use_default(lens.focus, defaults.focus, "focus_distance", camera_file, true);
     use_default(lens.f_stop, defaults.f_stop, "f_stop", camera_file, true);
-    use_default(lens.focal_length_mm, defaults.focal_length_mm, "focal_length_mm", camera_file, false);
+    use_default(lens.focal_length_mm, defaults.focal_length_mm, "lens_mm", camera_file, false);
     use_default(lens.sensor_mm, defaults.sensor_mm, "sensor_mm", camera_file, false);
     const auto missing = [&](const char* option, const char* key, const char* what) {
         throw UsageError(fmt::format("{}: missing, and {} has no \"{}\"; give {}", option, camera_file, key, what));
@@ -187,12 +166,12 @@ void complete(LensOptions& lens, const CameraFile& file, const std::string& came
     if (!lens.f_stop)
         missing("--f-stop", "f_stop", "the f-number");
     if (!lens.focus && !lens.focus_at && !lens.focus_along)
-        missing("--focus", "focus", "a length in scene units, or --focus-at X,Y");
+        missing("--focus", "focus_distance", "a length in scene units, or --focus-at X,Y");
     if (!perspective && !lens.focal_length_mm)
-        missing("--focal-length-mm", "focal_length_mm",
+        missing("--focal-length-mm", "lens_mm",
                 "it: orthographic cameras have no focal length, and the aperture is F over the f-number");
     if (!lens.focal_length_mm && !lens.sensor_mm)
-        missing("--focal-length-mm", "focal_length_mm", "it or --sensor-mm, or both");
+        missing("--focal-length-mm", "lens_mm", "it or --sensor-mm, or both");
     if (perspective && lens.focus && lens.focal_length_mm && *lens.focus * lens.mm_per_unit <= *lens.focal_length_mm)
         throw UsageError(fmt::format("--focus: {} is {} mm, within the focal length of {} mm; focus farther away, or "
                                      "say with --mm-per-unit how long a scene unit is",

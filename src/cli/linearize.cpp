@@ -1,7 +1,10 @@
 // fathom linearize
 #include "command.hpp"
+#include "described.hpp"
 #include "each_depth.hpp"
 #include "floats_on_host.hpp"
+
+#include "description/linearize.hpp"
 
 #include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
@@ -17,11 +20,7 @@ std::function<int()> configure_linearize(CLI::App& app) {
     const Product product{.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = {"Z"}, .layer = "linear"};
     const auto options = std::make_shared<LinearizeArguments>();
     add_depth_options(app, *options, product);
-    add_enum_option(app, "--background", options->linearize.background,
-                    {{"inf", Background::inf}, {"decode", Background::decode}, {"nan", Background::nan}},
-                    "value of background pixels: infinity (inf; default), the far\n"
-                    "plane's distance (decode), or NaN (nan)")
-        ->group("Output");
+    add_described_options(app, options->linearize, "Output");
     return [options, product] {
         return each_depth(*options, product, [&](const StoredDepth& stored) {
             return floats_on_host(stored.image, 1, [&](const Image& z) { linearize(stored, z, options->linearize); });
@@ -33,7 +32,7 @@ std::function<int()> configure_linearize(CLI::App& app) {
 
 extern const Command linearize_command{
     .name = "linearize",
-    .summary = "Turns stored depth into exact distance along the view axis.",
+    .summary = description::linearize_summary,
     .notes =
         R"(The result is float32 in scene units, positive in front of the camera. Rows keep the order of the input. An EXR
 holds it as channel Z. Invalid values become NaN.

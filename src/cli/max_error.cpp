@@ -11,30 +11,17 @@
 
 namespace fathom::cli {
 
-void add_max_error(CLI::App& app, std::optional<double>& max_error, bool& explain, const std::string& unit,
-                   const std::vector<std::string>& chosen, const std::string& group) {
-    CLI::Option* option =
-        app.add_option("--max-error", max_error,
-                       "instead of " + CLI::detail::join(chosen, ", ") +
-                           ":\nthe fastest method with error up to E in every scene\nof docs/performance.md (" + unit +
-                           ")")
-            ->type_name("E")
-            ->check(is_a_number("number above 0", [](double e) { return e > 0; }))
-            ->group(group);
-    for (const std::string& name : chosen)
-        option->excludes(name);
+void add_explain(CLI::App& app, bool& explain, const std::string& group) {
     app.add_flag("--explain", explain, "print on stderr what --max-error chose, its error and its time")
-        ->needs(option)
+        ->needs(app.get_option("--max-error"))
         ->group(group);
 }
 
-void explain_method(fathom::Operation operation, const StoredDepth& stored, Loaded& frame,
-                    std::optional<double> max_error, bool explain) {
-    if (!max_error)
-        return;
+void explain_method(fathom::Operation operation, const StoredDepth& stored, Loaded& frame, double max_error,
+                    bool explain) {
     MeasuredMethod cheapest;
     try {
-        cheapest = cheapest_method(operation, stored, *max_error);
+        cheapest = cheapest_method(operation, stored, max_error);
     } catch (const std::invalid_argument& error) {
         const std::string message = error.what(), option = "max_error = ";
         throw Error(message.starts_with(option) ? "--max-error " + message.substr(option.size()) : message);

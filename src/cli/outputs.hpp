@@ -1,6 +1,6 @@
 #pragma once
 
-#include "options.hpp"
+#include "depth_options.hpp"
 
 #include <filesystem>
 #include <vector>

@@ -1,11 +1,11 @@
 // fathom report
 #include "codecs.hpp"
 #include "command.hpp"
+#include "depth_options.hpp"
 #include "false_color.hpp"
 #include "inputs.hpp"
 #include "interrupt.hpp"
 #include "messages.hpp"
-#include "options.hpp"
 #include "outputs.hpp"
 #include "progress.hpp"
 #include "report/log.hpp"

@@ -1,10 +1,10 @@
 // fathom show
 #include "command.hpp"
+#include "depth_options.hpp"
 #include "false_color.hpp"
 #include "inputs.hpp"
 #include "look.hpp"
 #include "messages.hpp"
-#include "options.hpp"
 #include "outputs.hpp"
 
 #include "camera_file/file.hpp"

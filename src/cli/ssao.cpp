@@ -1,10 +1,13 @@
 // fathom ssao
 #include "codecs.hpp"
 #include "command.hpp"
+#include "described.hpp"
 #include "each_depth.hpp"
 #include "floats_on_host.hpp"
 #include "max_error.hpp"
 #include "messages.hpp"
+
+#include "description/ssao.hpp"
 
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
@@ -21,34 +24,13 @@
 namespace fathom::cli {
 namespace {
 
-struct SsaoArguments : DepthOptions {
-    double radius = 0;
-    SsaoOptions ssao; // without its sampling
-    Sampling sampling;
-    std::optional<double> max_error; // instead
+struct SsaoArguments : DepthOptions, description::SsaoArguments {
     bool explain = false;
-    std::optional<std::string> normals, thickness_map, bent_normal, confidence;
+    std::optional<std::string> normals, thickness_map;
+    std::map<std::string, std::string> more; // files of other results, by their names
 };
 
-CLI::Validator is_whole(int least, double most) {
-    return is_a_number(fmt::format("whole number from {} to {:.0f}", least, most),
-                       [=](double n) { return n == std::floor(n) && n >= least && n <= most; });
-}
-
 constexpr const char* silhouette = "silhouette";
-
-// "T", "inf" or "silhouette"; what is wrong with it otherwise.
-std::string parse_thickness(const std::string& text, SsaoOptions& options) {
-    double value = 0;
-    if (text == silhouette) {
-        options.thickness = Silhouette{};
-        return "";
-    }
-    if (!CLI::detail::lexical_cast(text, value) || !(value >= 0))
-        return "'" + text + "' will not do; it is a number from 0, inf, or silhouette";
-    options.thickness = value;
-    return "";
-}
 
 // Four whole numbers "X,Y,W,H"; what is wrong with them otherwise.
 std::string parse_region(const std::string& text, Region& region) {
@@ -63,58 +45,54 @@ std::string parse_region(const std::string& text, Region& region) {
     return "";
 }
 
-void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
-    SsaoOptions& ssao = options.ssao;
-    Sampling& sampling = options.sampling;
-    const auto add = [&](const char* name, const char* value, const CLI::Validator& check, auto& target,
-                         const char* description) {
-        return app.add_option(name, target, description)->type_name(value)->check(check)->group("Occlusion");
-    };
-    add("--radius", "R", is_a_number("number above 0", [](double r) { return r > 0; }), options.radius,
-        "how far occlusion reaches, scene units: objects farther away\n"
-        "occlude nothing (default: \"ao_distance\" of the camera file)");
-    add_enum_option(app, "--quality", sampling.quality,
-                    {{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}},
-                    "speed against accuracy: sets --slices, --samples and --jitter\n(default: balanced)")
-        ->group("Occlusion");
-    add("--slices", "N", is_whole(1, 64), sampling.slices,
-        "number of planes through the view ray, 1 to 64 (default: by\nquality)");
-    add("--samples", "N", is_whole(1, 256), sampling.samples,
-        "number of samples on either side of a slice, 1 to 256 (default:\nby quality)");
-    add("--jitter", "1|4|16", is_one_of({"1", "4", "16"}), sampling.jitter,
-        "number of neighbouring pixels that look into different\n"
-        "directions and are averaged. 1 turns both off (default: by\nquality)");
+// A number as it is described, or "silhouette".
+void add_thickness(CLI::App& app, const description::Option& thickness, SsaoOptions& ssao) {
     app.add_option_function<std::string>(
-           "--thickness", [&ssao](const std::string& text) { parse_thickness(text, ssao); },
+           spelled(thickness.name),
+           [thickness, &ssao](const std::string& text) {
+               if (text == silhouette)
+                   ssao.thickness = Silhouette{};
+               else
+                   thickness.set(ssao, *parse(thickness, text));
+           },
            "how thick surfaces are along their rays, scene units. inf suits\n"
            "terrain and reliefs. silhouette: as thick as they are wide in the\n"
-           "image (default: a quarter of the radius)")
+           "image (default: " +
+               *thickness.by_default + ")")
         ->type_name("T|inf|silhouette")
         ->check(CLI::Validator(
-            [](std::string& text) {
-                SsaoOptions ignored;
-                return parse_thickness(text, ignored);
+            [thickness](std::string& text) {
+                return text == silhouette || parse(thickness, text)
+                           ? std::string()
+                           : fmt::format("'{}' will not do; it is {}, or silhouette", text, thickness.accepted());
             },
             ""))
         ->group("Occlusion");
-    add("--falloff", "F", is_a_number("number from 0 to 1", [](double f) { return f >= 0 && f <= 1; }), ssao.falloff,
-        "fraction of the radius, at its end, over which occluders fade\nout, 0 to 1 (default: 0, a hard end)");
-    add_enum_option(app, "--border", ssao.border, {{"open", Border::open}, {"clamp", Border::clamp}},
-                    "outside the image there is nothing (open; default), or the\npixels of the border repeat (clamp)")
-        ->group("Occlusion");
-    add("--tolerance", "T", is_a_number("number above 0", [](double t) { return t > 0; }), ssao.tolerance,
-        "how far depth may be off, in half steps of its storage. Raise\n"
-        "it for a noisy sensor (default: 1)");
-    CLI::Option* half = app.add_flag_callback(
-        "--half-resolution", [&sampling] { sampling.half_resolution = true; },
-        "compute every second pixel of every second row, and interpolate\n"
-        "along the surfaces. Default: the quality chooses it for blocks\n"
-        "where the radius covers many pixels");
-    CLI::Option* full = app.add_flag_callback(
-        "--full-resolution", [&sampling] { sampling.half_resolution = false; }, "compute all pixels");
-    half->group("Occlusion");
-    full->excludes(half)->group("Occlusion");
-    add("--seed", "N", is_whole(0, 4294967295.0), ssao.seed, "turns the jitter (default: 0)");
+}
+
+void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
+    description::SsaoArguments& described = options;
+    add_described_options(app, described, "Occlusion", {"thickness", "half_resolution", "normals_space"});
+    for (const description::Option& option : description::options_of(options.options))
+        if (option.name == std::string("thickness"))
+            add_thickness(app, option, options.options);
+    const auto add_resolution = [&](const char* name, bool half, const char* words) {
+        return app
+            .add_flag_callback(
+                name,
+                [half, &sampling = options.options.sampling] {
+                    description::in<&Sampling::half_resolution>(sampling).make(sampling) = half;
+                },
+                words)
+            ->excludes(app.get_option("--max-error"))
+            ->group("Occlusion");
+    };
+    CLI::Option* half = add_resolution("--half-resolution", true,
+                                       "compute every second pixel of every second row, and interpolate\n"
+                                       "along the surfaces. Default: the quality chooses it for blocks\n"
+                                       "where the radius covers many pixels");
+    add_resolution("--full-resolution", false, "compute all pixels")->excludes(half);
+    add_explain(app, options.explain, "Occlusion");
 }
 
 // The radius that a camera file of this name has.
@@ -212,18 +190,17 @@ Images read_images(const SsaoArguments& options, const Job& job) {
 
 // Visibility, then what else was asked for, in the order of the options.
 std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& stored, Loaded& frame) {
-    const std::optional<Region> region = region_in(frame.windows, options.ssao.region);
-    explain_method(fathom::Operation::ssao, stored, frame, options.max_error, options.explain);
-    SsaoOptions asked = options.ssao;
-    asked.sampling = method_or(options.max_error, options.sampling);
+    const std::optional<Region> region = region_in(frame.windows, options.options.region);
+    explain_method(fathom::Operation::ssao, stored, frame, options.options.sampling, options.explain);
+    SsaoOptions asked = options.options;
     asked.region = region;
     const Images& images = frame.images.get();
     if (options.normals)
         asked.normals = to_device(stored.image.device(), images.normals);
     if (options.thickness_map)
         asked.thickness = to_device(stored.image.device(), images.thickness);
-    asked.bent_normal = options.bent_normal.has_value();
-    asked.confidence = options.confidence.has_value();
+    asked.bent_normal = options.more.contains("bent_normal");
+    asked.confidence = options.more.contains("confidence");
     const cv::Size size =
         region ? cv::Size(region->width, region->height) : cv::Size(stored.image.width(), stored.image.height());
     const auto floats = [&](int channels) { return FloatsOnHost(stored.image.device(), size, channels); };
@@ -256,14 +233,11 @@ std::function<int()> configure_ssao(CLI::App& app) {
     const auto options = std::make_shared<SsaoArguments>();
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, *options);
-    add_max_error(app, options->max_error, options->explain, "rms of visibility",
-                  {"--quality", "--slices", "--samples", "--jitter", "--half-resolution", "--full-resolution"},
-                  "Occlusion");
     CLI::Option* normals = app.add_option("--normals", options->normals,
                                           "use these normals, as `fathom normals` writes them: EXR, PNG,\n"
                                           "TIFF or PFM (default: from the depth)");
     normals->type_name("FILE")->group("Input");
-    add_enum_option(app, "--normals-space", options->ssao.normals_space,
+    add_enum_option(app, "--normals-space", options->options.normals_space,
                     {{"view", Space::view}, {"world", Space::world}},
                     "axes of these normals: the camera's (default) or the world's.\n"
                     "World needs \"view\" in the camera file")
@@ -275,7 +249,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
         ->excludes("--thickness")
         ->group("Input");
     app.add_option_function<std::string>(
-           "--region", [options](const std::string& text) { parse_region(text, options->ssao.region.emplace()); },
+           "--region", [options](const std::string& text) { parse_region(text, options->options.region.emplace()); },
            "compute this part of the image only. Results have its size (EXR:\nits data window). Samples still come "
            "from the whole image")
         ->type_name("X,Y,W,H")
@@ -286,14 +260,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
             },
             ""))
         ->group("Output");
-    app.add_option("--bent-normal", options->bent_normal,
-                   "also write the mean open direction: unit length, the camera's\naxes")
-        ->type_name("FILE")
-        ->group("Output");
-    app.add_option("--confidence", options->confidence,
-                   "also write the fraction of samples that hit valid pixels inside\nthe image")
-        ->type_name("FILE")
-        ->group("Output");
+    add_result_options(app, description::options_of(options->options), options->more);
 
     return [=] {
         if (!(options->radius > 0)) {
@@ -308,10 +275,9 @@ std::function<int()> configure_ssao(CLI::App& app) {
             more.companions.push_back({"--normals", *options->normals});
         if (options->thickness_map)
             more.companions.push_back({"--thickness-map", *options->thickness_map});
-        if (options->bent_normal)
-            more.outputs.push_back({"--bent-normal", *options->bent_normal, bent_normal});
-        if (options->confidence)
-            more.outputs.push_back({"--confidence", *options->confidence, confidence});
+        for (const auto& [name, product] : {std::pair("bent_normal", bent_normal), std::pair("confidence", confidence)})
+            if (const auto file = options->more.find(name); file != options->more.end())
+                more.outputs.push_back({spelled(name), file->second, product});
         more.read = [options](const Job& job) { return read_images(*options, job); };
         more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
             return radius_doubts(radius_of(*options, job), stored, look);
@@ -325,7 +291,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
 
 extern const Command ssao_command{
     .name = "ssao",
-    .summary = "Computes ambient occlusion: how much ambient light reaches each pixel.",
+    .summary = description::ssao_summary,
     .notes =
         R"(The result is visibility, from 1 (open) to 0 (blocked). Multiply ambient light by it. An EXR holds it as channel
 AO, a .png in 16 bits as round(value × 65535). The background has 1. Invalid pixels have NaN, and 0 in a .png. A bent

@@ -363,20 +363,20 @@ json lens_of(const Header& header, const json& projection) {
     json keys = json::object();
     for (const char* name : {"nominalFocalLength", "effectiveFocalLength", "pinholeFocalLength"}) // the last one counts
         if (const auto focal = header.positive(name))
-            keys["focal_length_mm"] = *focal;
+            keys["lens_mm"] = *focal;
     for (const char* name : {"aperture", "cameraFNumber", "rs/camera/FStop"})
         if (const auto stop = header.positive(name))
             keys["f_stop"] = *stop;
     for (const char* name : {"focus", "rs/camera/DOFFocusDistance"})
         if (const auto distance = header.positive(name))
-            keys["focus"] = *distance;
+            keys["focus_distance"] = *distance;
     if (const auto film = header.positive("cameraAperture")) // V-Ray's width of the film
         keys["sensor_mm"] = *film;
     // The whole sensor is that of the image only if the lens agrees.
     const auto sensor = header.vector("sensorOverallDimensions");
-    if (sensor && sensor->x() > 0 && keys.contains("focal_length_mm") && projection.contains("intrinsics")) {
+    if (sensor && sensor->x() > 0 && keys.contains("lens_mm") && projection.contains("intrinsics")) {
         const double fx = projection["intrinsics"]["fx"].get<double>();
-        if (std::abs(keys["focal_length_mm"].get<double>() / sensor->x() * header.width / fx - 1) < same_lens)
+        if (std::abs(keys["lens_mm"].get<double>() / sensor->x() * header.width / fx - 1) < same_lens)
             keys["sensor_mm"] = sensor->x();
     }
     return keys;

@@ -3,6 +3,8 @@
 #include "operations/dof.hpp"
 
 #include "camera/circle_form.hpp"
+#include "description/check.hpp"
+#include "description/dof.hpp"
 #include "operations/bands.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/circle.hpp"
@@ -43,22 +45,13 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
     check_picture(stored, {"the colour", color});
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);
-    if (const auto* quality = std::get_if<Quality>(&options.quality))
-        check_enum("quality", *quality, {"fast", "balanced", "accurate"});
-    check_enum("sky", options.sky, {"blur", "sharp", "exclude"});
-    const int blades = options.aperture.blades;
-    require(blades == 0 || (blades >= 3 && blades <= 64), "blades = ", blades, " must be 0, or 3 to 64");
-    const double ratio = options.aperture.ratio;
-    require(ratio >= 0.1 && ratio <= 10, "ratio = ", ratio, " must be 0.1 to 10");
-    require(ratio == 1 || blades == 0, "ratio = ", ratio, ": a polygon has none, blades must be 0");
-    require(std::isfinite(options.aperture.rotation_degrees), "rotation_degrees = ", options.aperture.rotation_degrees,
-            " must be finite");
+    describe(description::Check{}, options);
+    require(options.aperture.ratio == 1 || options.aperture.blades == 0, "ratio = ", options.aperture.ratio,
+            ": a polygon has none, blades must be 0");
     constexpr int widest = ENTRY_COLUMN_MASK * params::dof_tile_columns;
     require<ImageTooLarge>(stored.image.width() <= widest, "an image of ",
                            ImageSize{stored.image.width(), stored.image.height()}, " pixels: at most ", widest,
                            " in a row");
-    require(options.max_coc_px >= 1 && options.max_coc_px <= 512, "max_coc_px = ", options.max_coc_px,
-            " must be 1 to 512");
 }
 
 params::blur_params blur_parameters(const StoredDepth& stored, const LayerScale& scale, double largest) {

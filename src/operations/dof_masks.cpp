@@ -3,15 +3,16 @@
 
 #include <fathom/dof_masks.hpp>
 
+#include "description/check.hpp"
+#include "description/dof_masks.hpp"
 #include "operations/bands.hpp"
 #include "operations/circle.hpp"
 #include "operations/mixed_pixels.hpp"
 #include "operations/near_field.hpp"
 #include "operations/parameters.hpp"
+#include "require.hpp"
 #include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
-
-#include "require.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -24,13 +25,7 @@ namespace {
 
 void check(const CircleOfConfusion& coc, const DofMasksOptions& options, const DepthForm& form) {
     check_circle(coc, form);
-    check_enum("sky", options.sky, {"blur", "sharp", "exclude"});
-    require(std::isfinite(options.sharp_px) && options.sharp_px >= 0, "sharp_px = ", options.sharp_px,
-            " must be finite and 0 or greater");
-    require(std::isfinite(options.transition_px) && options.transition_px >= 0,
-            "transition_px = ", options.transition_px, " must be finite and 0 or greater");
-    require(options.max_coc_px > 0, "max_coc_px = ", options.max_coc_px, " must be greater than 0");
-    require(options.tile_px >= 1 && options.tile_px <= 65536, "tile_px = ", options.tile_px, " must be 1 to 65536");
+    describe(description::Check{}, options);
 }
 
 // One of the results: is it asked for, and how large is it?
@@ -127,6 +122,8 @@ void circles_and_asked_weights(const StoredDepth& stored, const CircleOfConfusio
     const std::size_t budget = stored.image.device().options().memory_budget,
                       row_bytes = sizeof(float) * static_cast<std::size_t>(width) *
                                   static_cast<std::size_t>(std::ssize(all_weights) - asked);
+    if (budget > 0 && row_bytes > budget)
+        refuse_budget("dof_masks", row_bytes, budget);
     for (const Band& band :
          bands(height, 0, {row_bytes}, budget > 0 ? budget : std::numeric_limits<std::size_t>::max())) {
         runtime::Scratch scratch(stored.image.device());

@@ -4,6 +4,8 @@
 
 #include "camera/centre_rays.hpp"
 #include "camera/world_rays.hpp"
+#include "description/check.hpp"
+#include "description/fog.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
@@ -24,22 +26,7 @@ constexpr Real nothing = -1e6L;
 void check(const StoredDepth& stored, const Image& color, const FogOptions& options) {
     check_stored(stored);
     check_picture(stored, {"the colour", color});
-    check_enum("sky", options.sky, {"fog", "keep"});
-    check_enum("alpha", options.alpha, {"premultiplied", "straight"});
-    const auto from_0 = [](const char* name, double value) {
-        require(std::isfinite(value) && value >= 0, name, " = ", value, " must be finite and 0 or greater");
-    };
-    from_0("density", options.density);
-    from_0("start", options.start);
-    from_0("height_falloff", options.height_falloff);
-    require(options.max_opacity >= 0 && options.max_opacity <= 1, "max_opacity = ", options.max_opacity,
-            " must be 0 to 1");
-    require(std::ranges::all_of(options.fog_color, [](double c) { return std::isfinite(c); }),
-            "fog_color must be finite");
-    require(std::isfinite(options.reference_height), "reference_height = ", options.reference_height,
-            " must be finite");
-    require(options.up.allFinite() && options.up.norm() > 0, "up = (", options.up.transpose(),
-            ") must be finite and no zero vector");
+    describe(description::Check{}, options);
     require(options.height_falloff == 0 || stored.camera.view,
             "height fog needs the camera's view matrix, and it has none");
 }

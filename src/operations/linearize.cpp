@@ -2,6 +2,8 @@
 
 #include <fathom/linearize.hpp>
 
+#include "description/check.hpp"
+#include "description/linearize.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/launched.hpp"
 
@@ -37,7 +39,7 @@ void run_in_place(const StoredDepth& stored, const LinearizeOptions& options) {
 
 void linearize(const StoredDepth& stored, const Image& result, const LinearizeOptions& options, const Launch& launch) {
     check_stored(stored);
-    check_enum("background", options.background, {"inf", "decode", "nan"});
+    describe(description::Check{}, options);
     const bool in_place = stored.storage == Storage::float32 && result.same_as(stored.image);
     if (!in_place)
         check_result(stored, result, 1);

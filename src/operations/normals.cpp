@@ -3,6 +3,8 @@
 #include "operations/normals.hpp"
 
 #include "camera/world_rays.hpp"
+#include "description/check.hpp"
+#include "description/normals.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
@@ -23,13 +25,7 @@ using Vector = Eigen::Matrix<long double, 3, 1>;
 
 void check(const StoredDepth& stored, const NormalsOptions& options) {
     check_stored(stored);
-    require(options.channels == 3 || options.channels == 4, "channels = ", options.channels, " must be 3 or 4");
-    if (const auto* method = std::get_if<NormalMethod>(&options.method))
-        check_enum("method", *method, {"automatic", "neighbours", "least_squares"});
-    check_enum("space", options.space, {"view", "world"});
-    require(std::isfinite(options.tolerance) && options.tolerance > 0, "tolerance = ", options.tolerance,
-            " must be finite and greater than 0");
-    require(options.noise >= 0 && options.noise < 1, "noise = ", options.noise, " must be from 0 to less than 1");
+    describe(description::Check{}, options);
     require(options.space == Space::view || stored.camera.view,
             "normals in the world need the camera's view matrix, and it has none");
 }

@@ -5,6 +5,8 @@
 
 #include <fathom/normals.hpp>
 
+#include "description/check.hpp"
+#include "description/ssao.hpp"
 #include "operations/bands.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
@@ -103,12 +105,6 @@ bool is_half(const SsaoOptions& options) {
 }
 
 void check_sampling(const StoredDepth& stored, const Sampling& sampling) {
-    check_enum("quality", sampling.quality, {"fast", "balanced", "accurate"});
-    const int slices = sampling.slices.value_or(1), samples = sampling.samples.value_or(1);
-    require(slices >= 1 && slices <= 64, "slices = ", slices, " must be 1 to 64");
-    require(samples >= 1 && samples <= 256, "samples = ", samples, " must be 1 to 256");
-    const int jitter = sampling.jitter.value_or(1);
-    require(jitter == 1 || jitter == 4 || jitter == 16, "jitter = ", jitter, " must be 1, 4 or 16");
     if (sampling.half_resolution.value_or(false)) {
         const PixelLattice half = pixel_lattice(stored, 2);
         require(half.width > 0 && half.height > 0, "half_resolution looks from even columns and rows, and the depth's ",
@@ -118,8 +114,6 @@ void check_sampling(const StoredDepth& stored, const Sampling& sampling) {
 }
 
 void check_thickness(const StoredDepth& stored, const SsaoOptions& options) {
-    if (const auto* constant = thickness_as<double>(options))
-        require(*constant >= 0, "thickness = ", *constant, " must be 0 or greater, infinity included");
     if (const auto* map = thickness_as<Image>(options)) {
         require(static_cast<bool>(*map), "the thickness map has no image");
         check_size(*map, stored, "thicknesses");
@@ -142,14 +136,10 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
     require<ImageTooLarge>(std::max(stored.image.width(), stored.image.height()) <= longest_side, "an image of ",
                            ImageSize{stored.image.width(), stored.image.height()}, " pixels: at most ", longest_side,
                            " in a row or column");
-    require(std::isfinite(radius) && radius > 0, "radius = ", radius, " must be finite and greater than 0");
+    description::Check{}("radius", radius, description::ssao_radius);
+    describe(description::Check{}, options);
     if (const auto* sampling = std::get_if<Sampling>(&options.sampling))
         check_sampling(stored, *sampling);
-    check_enum("border", options.border, {"open", "clamp"});
-    check_enum("normals_space", options.normals_space, {"view", "world"});
-    require(std::isfinite(options.tolerance) && options.tolerance > 0, "tolerance = ", options.tolerance,
-            " must be finite and greater than 0");
-    require(options.falloff >= 0 && options.falloff <= 1, "falloff = ", options.falloff, " must be 0 to 1");
     check_thickness(stored, options);
     if (options.normals) {
         check_size(options.normals, stored, "normals");

@@ -3,6 +3,8 @@
 #include <fathom/unproject.hpp>
 
 #include "camera/world_rays.hpp"
+#include "description/check.hpp"
+#include "description/unproject.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
@@ -12,9 +14,7 @@ namespace {
 
 void check(const StoredDepth& stored, const UnprojectOptions& options) {
     check_stored(stored);
-    require(options.channels == 3 || options.channels == 4, "channels = ", options.channels, " must be 3 or 4");
-    check_enum("space", options.space, {"view", "world"});
-    check_enum("background", options.background, {"inf", "decode", "nan"});
+    describe(description::Check{}, options);
     require(options.space == Space::view || stored.camera.view,
             "positions in the world need the camera's view matrix, and it has none");
 }

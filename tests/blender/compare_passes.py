@@ -308,7 +308,7 @@ def check_lens():
     camera.scale = (3, 3, 3)
     focus = camera.data.dof
     focus.focus_distance = 7
-    check(keys_at(scene, 1)["focus"] == 7, "focus at a distance")
+    check(keys_at(scene, 1)["focus_distance"] == 7, "focus at a distance")
 
     bpy.ops.object.armature_add(location=(0.5, 1, 0.2))
     rig = bpy.context.object
@@ -319,14 +319,14 @@ def check_lens():
         focus.focus_subtarget = target
         keys = keys_at(scene, 1)
         z = -np.array(keys["view"])[2] @ [*place.translation, 1]
-        check(abs(keys["focus"] / z - 1) < ROUNDINGS * 2.0 ** -24, f"focus on an object {target}: {z:.4f}")
+        check(abs(keys["focus_distance"] / z - 1) < ROUNDINGS * 2.0 ** -24, f"focus on an object {target}: {z:.4f}")
 
     other = bpy.data.objects.new("Other", bpy.data.cameras.new("Other"))
     scene.collection.objects.link(other)
     other.data.lens = 85
     for frame, each in ((1, camera), (5, other)):
         scene.timeline_markers.new(each.name, frame=frame).camera = each
-    lenses = [keys_at(scene, frame)["focal_length_mm"] for frame in (1, 4, 5)]
+    lenses = [keys_at(scene, frame)["lens_mm"] for frame in (1, 4, 5)]
     check(lenses == [50, 50, 85], f"markers switch the camera: {lenses}")
 
 

@@ -1,0 +1,137 @@
+// Options of the program from the descriptions of the operations.
+#include "described.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace fathom::cli {
+namespace {
+
+using description::Option;
+using description::Value;
+
+constexpr std::size_t help_columns = 66; // of an option's meaning
+
+std::optional<Value> read(const Option& option, const std::string& text) {
+    if (double number = 0; option.kind == Option::Kind::number && CLI::detail::lexical_cast(text, number))
+        return number;
+    if (option.kind == Option::Kind::choice) {
+        const auto found = std::ranges::find(option.choices, text, [](const char* name) { return std::string(name); });
+        if (found != option.choices.end())
+            return static_cast<std::size_t>(found - option.choices.begin());
+    }
+    if (option.kind == Option::Kind::three) {
+        const std::vector<std::string> parts = CLI::detail::split(text, ',');
+        std::array<double, 3> numbers{};
+        bool good = parts.size() == numbers.size();
+        for (std::size_t i = 0; good && i < numbers.size(); ++i)
+            good = CLI::detail::lexical_cast(parts[i], numbers[i]);
+        if (good)
+            return numbers;
+    }
+    return std::nullopt;
+}
+
+std::string refusal(const Option& option, const std::string& text) {
+    if (parse(option, text))
+        return "";
+    if (option.kind == Option::Kind::choice)
+        return fmt::format("'{}' is unknown; it is {}", text, option.accepted());
+    return fmt::format("'{}' will not do; it is {}{}", text, option.accepted(),
+                       option.kind == Option::Kind::three ? ", with commas between them" : "");
+}
+
+std::string type_name(const Option& option) {
+    if (option.kind == Option::Kind::choice)
+        return fmt::format("{}", fmt::join(option.choices, "|"));
+    if (option.kind == Option::Kind::three)
+        return option.three == description::Three::color ? "R,G,B" : "X,Y,Z";
+    return option.range.whole || option.range.few[0] ? "N" : option.range.infinite ? "X|inf" : "X";
+}
+
+std::string wrapped(const std::string& text) {
+    std::string lines;
+    std::size_t column = 0;
+    for (const std::string& word : CLI::detail::split(text, ' ')) {
+        const bool fits = column + 1 + word.size() <= help_columns;
+        lines += column == 0 ? "" : fits ? " " : "\n";
+        column = column > 0 && fits ? column + 1 + word.size() : word.size();
+        lines += word;
+    }
+    return lines;
+}
+
+std::string meaning(const Option& option) {
+    std::string more = option.kind == Option::Kind::number ? option.range.limits() : "";
+    if (option.by_default && option.kind != Option::Kind::flag)
+        more += (more.empty() ? "default: " : "; default: ") + *option.by_default;
+    const std::string text = more.empty() ? option.words : fmt::format("{} ({})", option.words, more);
+    return wrapped(text);
+}
+
+CLI::Option* add(CLI::App& app, const Option& option, const SetOption& set) {
+    const std::string name = spelled(option.name);
+    if (option.kind == Option::Kind::flag)
+        return app.add_flag_callback(
+            name, [option, set] { set(option, true); }, meaning(option));
+    CLI::Option* added =
+        app.add_option_function<std::string>(
+               name, [option, set](const std::string& text) { set(option, *parse(option, text)); }, meaning(option))
+            ->type_name(type_name(option))
+            ->check(CLI::Validator([option](std::string& text) { return refusal(option, text); }, ""));
+    return option.by_default ? added : added->required();
+}
+
+} // namespace
+
+std::optional<Value> parse(const Option& option, const std::string& text) {
+    const std::optional<Value> value = read(option, text);
+    return value && option.accepts(*value) ? value : std::nullopt;
+}
+
+std::string spelled(std::string_view named) {
+    static const std::map<std::string_view, std::string> others{
+        {"alpha", ""}, {"channels", ""}, {"blades", "--aperture"}, {"ratio", "--aperture"}};
+    if (const auto other = others.find(named); other != others.end())
+        return other->second;
+    std::string name = "--" + std::string(named);
+    std::ranges::replace(name, '_', '-');
+    return name;
+}
+
+void add_described_options(CLI::App& app, const std::vector<Option>& options, const SetOption& set,
+                           const std::string& group, std::initializer_list<std::string_view> otherwise) {
+    std::vector<std::pair<const Option*, CLI::Option*>> added;
+    for (const Option& option : options) {
+        if (option.kind == Option::Kind::result || spelled(option.name).empty() ||
+            std::ranges::find(otherwise, std::string_view(option.name)) != otherwise.end())
+            continue;
+        CLI::Option* own = add(app, option, set)->group(group);
+        for (const auto& [earlier, its] : added)
+            if (option.excludes(*earlier))
+                own->excludes(its);
+        added.emplace_back(&option, own);
+    }
+}
+
+void add_result_options(CLI::App& app, const std::vector<Option>& options, std::map<std::string, std::string>& files,
+                        std::initializer_list<std::string_view> otherwise) {
+    for (const Option& option : options)
+        if (option.kind == Option::Kind::result &&
+            std::ranges::find(otherwise, std::string_view(option.name)) == otherwise.end())
+            app.add_option_function<std::string>(
+                   spelled(option.name),
+                   [&files, name = std::string(option.name)](const std::string& file) { files[name] = file; },
+                   wrapped(fmt::format("also write {}", option.words)))
+                ->type_name("FILE")
+                ->group("Output");
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "description/field.hpp"
+#include "description/range.hpp"
+
+#include <fathom/dof.hpp>
+
+namespace fathom::description {
+
+inline constexpr const char* dof_summary =
+    "Blurs a picture as a lens does that is focused on one depth: depth of field.";
+
+template <typename Visitor, Is<DofOptions> Options>
+void describe(const Visitor& v, Options& o) {
+    v("blades", o.aperture.blades, whole(3, 64).or_just(0),
+      "corners of the aperture, a regular polygon; 0 is a circle");
+    v("rotation_degrees", o.aperture.rotation_degrees, any_number,
+      "turns the aperture counter-clockwise. At 0 a polygon has a corner on top, seen behind the focus");
+    v("ratio", o.aperture.ratio, between(0.1, 10),
+      "height over width of an aperture without blades, an ellipse, as anamorphic lenses have it");
+    v("quality", in<Quality>(o.quality), {"fast", "balanced", "accurate"},
+      "speed against accuracy. accurate is also exact behind a blurred edge, in 4 times the time and more for large "
+      "circles");
+    v("max_error", in<&MaxError::value>(o.quality), above(0).or_infinite(),
+      "rms error of colours from 0 to 1, instead of a quality: takes the fastest quality whose measured error is at "
+      "most this "
+      "in every scene of docs/performance.md",
+      "none");
+    v("sky", o.sky, {"blur", "sharp", "exclude"},
+      "the background is infinitely far (blur), in focus (sharp), or left out like invalid pixels (exclude)");
+    v("max_coc_px", o.max_coc_px, between(1, 512), "largest blur, on either side of the focus, pixels");
+}
+
+} // namespace fathom::description

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "description/range.hpp"
+
+#include <fathom/lens.hpp>
+
+namespace fathom::description {
+
+/// A lens, or a struct with the same members that leaves more of them to the camera file.
+template <typename Visitor, typename Lens>
+void describe_lens(const Visitor& v, Lens& lens) {
+    v("focus", lens.focus, above(0).or_infinite(), "depth that is sharp: distance along the view axis, scene units",
+      "\"focus_distance\" of the camera file");
+    v("f_stop", lens.f_stop, above(0).or_infinite(), "focal length over the diameter of the aperture",
+      "\"f_stop\" of the camera file");
+    v("focal_length_mm", lens.focal_length_mm, above(0), "focal length",
+      "the projection's, which needs the sensor's width");
+    v("sensor_mm", lens.sensor_mm, above(0), "width of the sensor that the whole image covers",
+      "the projection's, which needs the focal length");
+    v("mm_per_unit", lens.mm_per_unit, above(0), "millimetres in a scene unit");
+}
+
+} // namespace fathom::description

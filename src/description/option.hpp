@@ -1,0 +1,160 @@
+#pragma once
+
+#include "description/field.hpp"
+#include "description/range.hpp"
+
+#include <fathom/required.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+namespace fathom::description {
+
+/// What an option is set to: a number, the index of a choice, yes or no, or three numbers.
+using Value = std::variant<double, std::size_t, bool, std::array<double, 3>>;
+
+/// One option of an operation, for whoever sets it: the program, Python, a page.
+struct Option {
+    enum class Kind { number, choice, flag, three, result };
+
+    const char* name = ""; ///< as C++ and Python spell it
+    const char* words = "";
+    Kind kind = Kind::number;
+    Range range = {};                           ///< of a number
+    Three three = {};                           ///< of three numbers
+    std::vector<const char*> choices = {};      ///< in the order of the enumerators
+    std::optional<std::string> by_default = {}; ///< nothing: it has to be given
+    std::ptrdiff_t offset = 0;                  ///< of the field in its struct
+    void (*set_field)(void*, const Value&) = nullptr;
+    std::optional<std::size_t> alternative = {}; ///< Fields of one variant exclude each other unless this is the same.
+
+    template <typename Options>
+    void set(Options& options, const Value& value) const {
+        set_field(reinterpret_cast<char*>(&options) + offset, value);
+    }
+
+    bool excludes(const Option& other) const { return offset == other.offset && alternative != other.alternative; }
+
+    /// What will do: "a number above 0", "fog or keep".
+    std::string accepted() const {
+        if (kind == Kind::number)
+            return range.in_words();
+        if (kind == Kind::flag || kind == Kind::result)
+            return "yes or no";
+        if (kind == Kind::three)
+            return three == Three::direction ? "three numbers, one of which is not 0" : "three numbers";
+        return in_words(choices);
+    }
+
+    bool accepts(const Value& value) const {
+        if (const auto* number = std::get_if<double>(&value))
+            return range.holds(*number);
+        const auto* numbers = std::get_if<std::array<double, 3>>(&value);
+        return !numbers || (std::ranges::all_of(*numbers, [](double n) { return std::isfinite(n); }) &&
+                            (three != Three::direction || *numbers != std::array<double, 3>{}));
+    }
+};
+
+/// Lists the options of a struct, which holds their defaults.
+class List {
+public:
+    List(const void* options, std::vector<Option>& listed) : options_(options), listed_(listed) {}
+
+    template <typename Field>
+    void operator()(const char* name, Field&& field, const Range& range, const char* words,
+                    const char* by_default = nullptr) const {
+        add(field, by_default, {.name = name, .words = words, .range = range});
+    }
+    template <typename Field>
+    void operator()(const char* name, Field&& field, std::initializer_list<const char*> choices, const char* words,
+                    const char* by_default = nullptr) const {
+        add(field, by_default, {.name = name, .words = words, .kind = Option::Kind::choice, .choices = choices});
+    }
+    template <typename Field>
+    void operator()(const char* name, Field&& field, Three three, const char* words,
+                    const char* by_default = nullptr) const {
+        add(field, by_default, {.name = name, .words = words, .kind = Option::Kind::three, .three = three});
+    }
+    template <typename Field>
+    void operator()(const char* name, Field&& field, const char* words, const char* by_default = nullptr) const {
+        add(field, by_default, {.name = name, .words = words, .kind = Option::Kind::flag});
+    }
+    void operator()(const char* name, bool& wanted, const Result&, const char* words) const {
+        add(wanted, nullptr, {.name = name, .words = words, .kind = Option::Kind::result});
+    }
+
+private:
+    template <typename Field>
+    void add(Field& field, const char* by_default, Option option) const {
+        if constexpr (OfVariant<Field>) {
+            using Variant = std::remove_reference_t<decltype(field.variant)>;
+            const auto* held = field.find();
+            finish(field.variant, option, by_default ? by_default : default_of(*held, option));
+            listed_.back().alternative = field.index();
+            listed_.back().set_field = [](void* variant, const Value& value) {
+                assign(Field::make(*static_cast<Variant*>(variant)), value);
+            };
+        } else {
+            finish(field, option, by_default ? by_default : default_of(field, option));
+            listed_.back().set_field = [](void* own, const Value& value) { assign(*static_cast<Field*>(own), value); };
+        }
+    }
+    void finish(const auto& field, Option& option, std::optional<std::string> by_default) const {
+        option.by_default = std::move(by_default);
+        option.offset = reinterpret_cast<const char*>(&field) - static_cast<const char*>(options_);
+        listed_.push_back(std::move(option));
+    }
+
+    template <typename Field>
+    static std::optional<std::string> default_of(const Field& field, const Option& option) {
+        if constexpr (std::is_same_v<Field, Required>)
+            return std::nullopt;
+        else if constexpr (std::is_enum_v<Field>)
+            return option.choices[static_cast<std::size_t>(field)];
+        else if constexpr (std::is_same_v<Field, bool>)
+            return field ? "yes" : "no";
+        else if constexpr (std::is_arithmetic_v<Field>)
+            return text(field);
+        else if constexpr (requires { field[2]; })
+            return text(field[0], ",", field[1], ",", field[2]);
+        else
+            return "none"; // of an optional
+    }
+
+    template <typename Field>
+    static void assign(Field& field, const Value& value) {
+        if constexpr (std::is_same_v<Field, Required>)
+            field.value = std::get<double>(value);
+        else if constexpr (std::is_enum_v<Field>)
+            field = static_cast<Field>(std::get<std::size_t>(value));
+        else if constexpr (std::is_same_v<Field, bool>)
+            field = std::get<bool>(value);
+        else if constexpr (std::is_arithmetic_v<Field>)
+            field = static_cast<Field>(std::get<double>(value));
+        else if constexpr (requires { field[2]; })
+            field = std::apply([](auto... n) { return Field{n...}; }, std::get<std::array<double, 3>>(value));
+        else
+            assign(field.emplace(), value);
+    }
+
+    const void* options_;
+    std::vector<Option>& listed_;
+};
+
+/// The options of a struct in the order of its description, which holds their defaults.
+template <typename Options>
+std::vector<Option> options_of(Options options) {
+    std::vector<Option> listed;
+    describe(List(&options, listed), options);
+    return listed;
+}
+
+} // namespace fathom::description

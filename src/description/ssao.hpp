@@ -1,0 +1,62 @@
+#pragma once
+
+#include "description/field.hpp"
+#include "description/range.hpp"
+
+#include <fathom/ssao.hpp>
+
+namespace fathom::description {
+
+inline constexpr const char* ssao_summary = "Computes ambient occlusion: how much ambient light reaches each pixel.";
+
+/// `ssao`'s argument and its options.
+struct SsaoArguments {
+    double radius = 0;
+    SsaoOptions options = {};
+};
+
+inline constexpr Range ssao_radius = above(0);
+
+template <typename Visitor, Is<SsaoOptions> Options>
+void describe(const Visitor& v, Options& o) {
+    v("quality", in<&Sampling::quality>(o.sampling), {"fast", "balanced", "accurate"},
+      "speed against accuracy: sets slices, samples, jitter and half resolution");
+    v("slices", in<&Sampling::slices>(o.sampling), whole(1, 64), "number of planes through the view ray", "by quality");
+    v("samples", in<&Sampling::samples>(o.sampling), whole(1, 256), "number of samples on either side of a slice",
+      "by quality");
+    v("jitter", in<&Sampling::jitter>(o.sampling), one_of(1.0, 4.0, 16.0),
+      "number of neighbouring pixels that look into different directions and are averaged. 1 turns both off",
+      "by quality");
+    v("half_resolution", in<&Sampling::half_resolution>(o.sampling),
+      "compute every second pixel of every second row, and interpolate along the surfaces",
+      "the quality chooses it for blocks where the radius covers many pixels");
+    v("max_error", in<&MaxError::value>(o.sampling), above(0).or_infinite(),
+      "rms error of visibility, instead of a quality: takes the fastest method whose measured error is at most this in "
+      "every "
+      "scene of docs/performance.md",
+      "none");
+    v("thickness", in<double>(o.thickness), from(0).or_infinite(),
+      "how thick surfaces are along their rays, scene units. Infinity suits terrain and reliefs",
+      "a quarter of the radius");
+    v("falloff", o.falloff, between(0, 1),
+      "fraction of the radius, at its end, over which occluders fade out. 0 is a hard end");
+    v("border", o.border, {"open", "clamp"},
+      "outside the image there is nothing (open), or the pixels of the border repeat (clamp)");
+    v("tolerance", o.tolerance, above(0),
+      "how far depth may be off, in half steps of its storage. Raise it for a noisy sensor");
+    v("seed", o.seed, whole(0, 4294967295.0), "turns the jitter");
+    v("normals_space", o.normals_space, {"view", "world"},
+      "axes of the normals that are given: the camera's or the world's, which need the camera's view matrix");
+    v("bent_normal", o.bent_normal, a_result, "the mean open direction: of unit length, in the camera's axes");
+    v("confidence", o.confidence, a_result, "the fraction of samples that hit valid pixels inside the image");
+}
+
+template <typename Visitor, Is<SsaoArguments> Arguments>
+void describe(const Visitor& v, Arguments& arguments) {
+    v("radius", arguments.radius, ssao_radius,
+      "how far occlusion reaches, scene units: objects farther away occlude nothing",
+      "\"ao_distance\" of the camera file");
+    describe(v, arguments.options);
+}
+
+} // namespace fathom::description
