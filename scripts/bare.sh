@@ -50,11 +50,12 @@ no_longer_bare() {
 
 # in_bare_system COMMANDS: in the project's folder. What it mounts is gone when it ends: it has mounts of its own.
 in_bare_system() {
-    # PoCL asks /proc and /sys what processor it runs on.
+    # PoCL asks /proc and /sys what processor it runs on. A user namespace, as tests make them, needs a root that no chroot made.
     # shellcheck disable=SC2016
     "${as_root[@]}" unshare --mount --propagation private bash -euc '
         bare=$1 archives=$2 shared=$3 commands=$4
         shift 4
+        mount --bind "$bare" "$bare"
         mount -t proc proc "$bare/proc"
         mount --rbind /sys "$bare/sys"
         mount --rbind /dev "$bare/dev"
@@ -62,7 +63,10 @@ in_bare_system() {
         if [ -d "$bare/shared" ] && [ -d "$shared" ]; then
             mount --bind -o ro "$shared" "$bare/shared"
         fi
-        exec chroot "$bare" /usr/bin/env -i HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
+        cd "$bare"
+        pivot_root . mnt
+        umount --lazy /mnt
+        exec chroot . /usr/bin/env -i HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
             PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin "$@" \
             bash -euo pipefail -c "cd /fathom; set -x; $commands"' - "$bare" "$kept/archives" "$root/../shared" "$1" \
         "${more_in_bare_system[@]}"

@@ -1,0 +1,72 @@
+"""Every option that is described, as `fathom options --json` says: Python's keywords accept the same values as the program."""
+
+import json
+import math
+
+import numpy
+import pytest
+
+import fathom
+
+from conftest import HEIGHT, WIDTH
+
+CALLS = {
+    "linearize": lambda d, c, p, **o: fathom.linearize(d, c, **o),
+    "unproject": lambda d, c, p, **o: fathom.unproject(d, c, **o),
+    "normals": lambda d, c, p, **o: fathom.normals(d, c, **o),
+    "ssao": lambda d, c, p, **o: fathom.ssao(d, c, **({"radius": 0.3} | o)),
+    "dof_masks": lambda d, c, p, **o: fathom.dof_masks(d, c, **({"focus": 3, "f_stop": 2, "sensor_mm": 36} | o)),
+    "dof": lambda d, c, p, **o: fathom.dof(d, c, p, **({"focus": 3, "f_stop": 2, "sensor_mm": 36} | o)),
+    "fog": lambda d, c, p, **o: fathom.fog(d, c, p, **({"density": 0.1} | o)),
+}
+
+
+def number(end):
+    return {None: None, "inf": math.inf, "-inf": -math.inf}.get(end, end) if isinstance(end, (str, type(None))) else end
+
+
+def values(option):
+    """Pairs of a value and whether it will do."""
+    if option["kind"] == "choice":
+        return [(choice, True) for choice in option["choices"]] + [("no such word", False)]
+    if option["kind"] in ("flag", "result"):
+        return [(True, True), (False, True)]
+    if option["kind"] == "number" and "least" in option:
+        least, most = number(option["least"]), number(option["most"])
+        step = 1 if option["whole"] else 0.25
+        made = [(math.nan, False)] if not option["whole"] else []
+        if least is not None and math.isfinite(least):
+            made += [(least - step, False), (least, not option["least_excluded"]), (least + step, True)]
+        if most is not None and math.isfinite(most):
+            made += [(most + step, False), (most, not option["most_excluded"])]
+        return [(int(v), fits) if option["whole"] else (v, fits) for v, fits in made]
+    return []
+
+
+def test_values_within_their_ranges_and_beyond(program, metres, keys):
+    camera, picture = fathom.Camera(**keys), numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32)
+    depth = metres.astype(numpy.float32)
+    checked = 0
+    for operation in json.loads(program("options", "--json").stdout)["operations"]:
+        for option in operation["options"]:
+            for value, fits in values(option):
+                if value == 0 and option["name"] == "blades":
+                    continue  # beside its interval
+                said = ""
+                try:
+                    CALLS[operation["name"]](depth, camera, picture, **{option["name"]: value})
+                except ValueError as error:
+                    said = str(error)
+                own = said.startswith(f"{option['name']} = ") and (" must " in said or " is unknown" in said)
+                assert own == (not fits), (operation["name"], option["name"], value, said)
+                checked += 1
+    assert checked > 100
+    print(f"{checked} values")
+
+
+def test_an_option_that_is_described_is_a_keyword_and_no_other(program):
+    import inspect
+
+    for operation in json.loads(program("options", "--json").stdout)["operations"]:
+        signature = inspect.signature(getattr(fathom, operation["name"]))
+        assert {option["name"] for option in operation["options"]} <= set(signature.parameters)

@@ -1,0 +1,147 @@
+// Every option that is described, with values within its range, at its ends and beyond: the library and the program accept the
+// same ones. python/tests/test_options.py does so with Python's keywords.
+#include "program.hpp"
+
+#include "cli/described.hpp"
+#include "description/operations.hpp"
+
+#include <fathom/opencv.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <set>
+
+using namespace fathom;
+using namespace fathom::test;
+using description::Option;
+using description::Value;
+
+namespace {
+
+constexpr int columns = 12, rows = 9;
+
+std::vector<double> numbers_for(const Option& option) {
+    std::set<double> numbers{-1, 0, 1, 2, 0.5};
+    for (const double end : {option.range.least, option.range.most})
+        if (std::isfinite(end))
+            numbers.insert({end - 1, std::nextafter(end, -HUGE_VAL), end, std::nextafter(end, HUGE_VAL), end + 1});
+    for (const std::optional<double>& one : option.range.few)
+        if (one)
+            numbers.insert(*one);
+    std::vector<double> all(numbers.begin(), numbers.end());
+    all.insert(all.end(), {HUGE_VAL, -HUGE_VAL, std::numeric_limits<double>::quiet_NaN()});
+    return all;
+}
+
+std::vector<Value> values_for(const Option& option) {
+    switch (option.kind) {
+    case Option::Kind::number: {
+        const std::vector<double> numbers = numbers_for(option);
+        return {numbers.begin(), numbers.end()};
+    }
+    case Option::Kind::three:
+        return {std::array{0.0, 0.0, 0.0}, std::array{0.0, 2.0, 0.0}, std::array{0.0, HUGE_VAL, 0.0},
+                std::array{1.0, std::nan(""), 0.0}};
+    default:
+        return {};
+    }
+}
+
+// May a field of this option hold the value, so that the library can be asked?
+bool is_held(const Option& option, const Value& value) {
+    const auto* number = std::get_if<double>(&value);
+    if (!number || (!option.range.whole && !option.range.few[0]))
+        return true;
+    const bool is_unsigned = option.range.least >= 0 && option.range.most > std::numeric_limits<int>::max();
+    return *number == std::floor(*number) && std::abs(*number) < 1e6 && (!is_unsigned || *number >= 0);
+}
+
+std::string in_words(const Value& value) {
+    if (const auto* number = std::get_if<double>(&value))
+        return fmt::format("{}", *number);
+    const auto& three = std::get<std::array<double, 3>>(value);
+    return fmt::format("{},{},{}", three[0], three[1], three[2]);
+}
+
+struct Scene {
+    Camera camera = camera_of();
+    cv::Mat depth = cv::Mat(rows, columns, CV_32F, cv::Scalar(0.9)),
+            color = cv::Mat(rows, columns, CV_32FC3, cv::Scalar::all(0.5));
+    StoredDepth stored{to_device(Device::open("cpu"), depth), camera, Storage::float32};
+    Image picture{to_device(stored.image.device(), color)};
+
+    static Camera camera_of() {
+        Camera camera;
+        camera.projection = perspective(1.0, static_cast<double>(columns) / rows, {0.5, 20});
+        camera.width = columns;
+        camera.height = rows;
+        camera.view = Eigen::Matrix4d::Identity();
+        return camera;
+    }
+};
+
+// Does the library refuse exactly what is not described?
+template <typename Options>
+int check_library(const Options& defaults, const std::function<void(const Options&)>& call) {
+    int checked = 0;
+    for (const Option& option : description::options_of(defaults))
+        for (const Value& value : values_for(option)) {
+            if (!is_held(option, value))
+                continue;
+            INFO(option.name << " = " << in_words(value));
+            Options options = defaults;
+            option.set(options, value);
+            std::string refusal;
+            try {
+                call(options);
+            } catch (const std::invalid_argument& error) {
+                refusal = error.what();
+            }
+            const bool is_its_own =
+                refusal.starts_with(std::string(option.name) + " = ") && refusal.find(" must ") != std::string::npos;
+            CHECK(is_its_own == !option.accepts(value));
+            ++checked;
+        }
+    return checked;
+}
+
+} // namespace
+
+TEST_CASE("options: the library accepts what is described, and nothing else") {
+    const Scene scene;
+    const CircleOfConfusion circle = circle_of_confusion({.f_stop = 2, .focus = 5, .sensor_mm = 36}, scene.camera);
+    int checked = 0;
+    checked += check_library<LinearizeOptions>({}, [&](const auto& o) { linearize(scene.stored, o); });
+    checked += check_library<UnprojectOptions>({}, [&](const auto& o) { unproject(scene.stored, o); });
+    checked += check_library<NormalsOptions>({}, [&](const auto& o) { normals(scene.stored, o); });
+    checked += check_library<description::SsaoArguments>(
+        {.radius = 1}, [&](const auto& o) { ssao(scene.stored, o.radius, o.options); });
+    checked += check_library<DofMasksOptions>({}, [&](const auto& o) { dof_masks(scene.stored, circle, o); });
+    checked += check_library<DofOptions>({}, [&](const auto& o) { dof(scene.stored, scene.picture, circle, o); });
+    checked += check_library<FogOptions>({.density = 1}, [&](const auto& o) { fog(scene.stored, scene.picture, o); });
+    std::cout << "options: the library checked " << checked << " values\n";
+    CHECK(checked > 100);
+}
+
+TEST_CASE("options: the program accepts what is described, and nothing else", "[slow]") {
+    int checked = 0;
+    for (const description::Operation& operation : description::operations())
+        for (const Option& option : operation.options) {
+            const std::string spelled = cli::spelled(option.name);
+            if (spelled.empty() || spelled == "--aperture" || spelled == "--thickness")
+                continue;
+            for (const Value& value : values_for(option)) {
+                std::string command = operation.name;
+                std::ranges::replace(command, '_', '-');
+                const Outcome outcome = run({command, "no.exr", "-o", "out.exr", spelled + "=" + in_words(value)});
+                INFO(command << ' ' << spelled << '=' << in_words(value) << ": " << outcome.err);
+                CHECK((outcome.err.find(spelled + ": '") != std::string::npos) == !option.accepts(value));
+                ++checked;
+            }
+        }
+    std::cout << "options: the program checked " << checked << " values\n";
+    CHECK(checked > 100);
+}
