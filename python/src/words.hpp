@@ -1,10 +1,7 @@
 #pragma once
 
-#include <fathom/dof.hpp>
-#include <fathom/fog.hpp>
-#include <fathom/linearize.hpp>
-#include <fathom/normals.hpp>
-#include <fathom/ssao.hpp>
+#include <fathom/device.hpp>
+#include <fathom/image.hpp>
 
 #include <nanobind/nanobind.h>
 
@@ -26,32 +23,12 @@ inline constexpr auto words = const_name("str");
 template <>
 inline constexpr auto words<Arithmetic> = const_name("typing.Literal['automatic', 'fp64', 'two-float']");
 template <>
-inline constexpr auto words<Background> = const_name("typing.Literal['inf', 'decode', 'nan']");
-template <>
-inline constexpr auto words<Border> = const_name("typing.Literal['open', 'clamp']");
-template <>
-inline constexpr auto words<FogAlpha> = const_name("typing.Literal['premultiplied', 'straight']");
-template <>
-inline constexpr auto words<FogSky> = const_name("typing.Literal['fog', 'keep']");
-template <>
-inline constexpr auto words<NormalMethod> = const_name("typing.Literal['automatic', 'neighbours', 'least-squares']");
-template <>
-inline constexpr auto words<Quality> = const_name("typing.Literal['fast', 'balanced', 'accurate']");
-template <>
-inline constexpr auto words<Sky> = const_name("typing.Literal['blur', 'sharp', 'exclude']");
-template <>
-inline constexpr auto words<Space> = const_name("typing.Literal['view', 'world']");
-template <>
 inline constexpr auto words<Storage> =
     const_name("typing.Literal['float32', 'float16', 'uint8', 'uint16', 'uint24', 'uint24-high', 'rgb8-red-low', "
                "'rgb8-red-high', 'bgr8-red-low', 'bgr8-red-high']");
 
 // The last word of a table is the last enumerator.
-static_assert(static_cast<int>(Arithmetic::two_float) == 2 && static_cast<int>(Background::nan) == 2 &&
-              static_cast<int>(Border::clamp) == 1 && static_cast<int>(FogAlpha::straight) == 1 &&
-              static_cast<int>(FogSky::keep) == 1 && static_cast<int>(NormalMethod::least_squares) == 2 &&
-              static_cast<int>(Quality::accurate) == 2 && static_cast<int>(Sky::exclude) == 2 &&
-              static_cast<int>(Space::world) == 1 && static_cast<int>(Storage::bgr8_red_high) == 9);
+static_assert(static_cast<int>(Arithmetic::two_float) == 2 && static_cast<int>(Storage::bgr8_red_high) == 9);
 
 /// Text as UTF-8; escaped where it has half a character (a lone surrogate).
 inline std::string text_of(const nb::str& text) {

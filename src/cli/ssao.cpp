@@ -72,7 +72,7 @@ void add_thickness(CLI::App& app, const description::Option& thickness, SsaoOpti
 
 void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
     description::SsaoArguments& described = options;
-    add_described_options(app, described, "Occlusion", {"thickness", "half_resolution", "normals_space"});
+    add_described_options(app, described, "Occlusion", {"thickness", "half_resolution"});
     for (const description::Option& option : description::options_of(options.options))
         if (option.name == std::string("thickness"))
             add_thickness(app, option, options.options);
@@ -237,12 +237,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
                                           "use these normals, as `fathom normals` writes them: EXR, PNG,\n"
                                           "TIFF or PFM (default: from the depth)");
     normals->type_name("FILE")->group("Input");
-    add_enum_option(app, "--normals-space", options->options.normals_space,
-                    {{"view", Space::view}, {"world", Space::world}},
-                    "axes of these normals: the camera's (default) or the world's.\n"
-                    "World needs \"view\" in the camera file")
-        ->needs(normals)
-        ->group("Input");
+    app.get_option("--normals-space")->needs(normals);
     app.add_option("--thickness-map", options->thickness_map,
                    "a --thickness for each pixel: an image of floats, scene units")
         ->type_name("FILE")
