@@ -448,7 +448,8 @@ TEST_CASE("ssao: lengths times a power of two change nothing", "[ssao]") {
                 SsaoCall scaled = options;
                 scaled.radius *= scale;
                 if (scaled.thickness)
-                    std::get<double>(*scaled.thickness) *= scale;
+                    if (auto* constant = std::get_if<double>(&*scaled.thickness))
+                        *constant *= scale;
                 const Difference off = difference(visibility_of(stored_of(room.stored, room.camera), options),
                                                   visibility_of(stored_of(room.stored, camera), scaled));
                 std::printf("ssao, lengths times %-9.4g %-24s largest difference %.1e, %ld pixels\n", scale, way,

@@ -735,7 +735,7 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
         {[](auto& o) { o.falloff = -0.5; }, {"falloff", "-0.5", "0 to 1"}},
         {[](auto& o) { o.falloff = 1.5; }, {"falloff", "1.5"}},
         {[&](auto& o) { o.falloff = nan; }, {"falloff", "nan"}},
-        {[](auto& o) { o.tolerance = 0; }, {"tolerance", "0", "greater than 0"}},
+        {[](auto& o) { o.tolerance = 0; }, {"tolerance", "0", "above 0"}},
         {[&](auto& o) { o.tolerance = nan; }, {"tolerance", "nan"}},
         {[](auto& o) { o.thickness = Image(); }, {"thickness map", "no image"}},
         {[&](auto& o) { o.thickness = image(10, 20); }, {"thickness", "10 x 20", "161 x 121"}},

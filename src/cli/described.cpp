@@ -39,21 +39,23 @@ std::optional<Value> read(const Option& option, const std::string& text) {
     return std::nullopt;
 }
 
-std::string refusal(const Option& option, const std::string& text) {
-    if (parse(option, text))
-        return "";
-    if (option.kind == Option::Kind::choice)
-        return fmt::format("'{}' is unknown; it is {}", text, option.accepted());
-    return fmt::format("'{}' will not do; it is {}{}", text, option.accepted(),
-                       option.kind == Option::Kind::three ? ", with commas between them" : "");
-}
-
 std::string type_name(const Option& option) {
     if (option.kind == Option::Kind::choice)
         return fmt::format("{}", fmt::join(option.choices, "|"));
     if (option.kind == Option::Kind::three)
         return option.three == description::Three::color ? "R,G,B" : "X,Y,Z";
     return option.range.whole || option.range.few[0] ? "N" : option.range.infinite ? "X|inf" : "X";
+}
+
+std::string refusal(const Option& option, const std::string& text) {
+    if (parse(option, text))
+        return "";
+    if (option.kind == Option::Kind::choice)
+        return fmt::format("'{}' is unknown; it is {}", text, option.accepted());
+    if (option.kind == Option::Kind::three)
+        return fmt::format("'{}' will not do; it is three numbers {}{}", text, type_name(option),
+                           option.three == description::Three::direction ? ", one of which is not 0" : "");
+    return fmt::format("'{}' will not do; it is {}", text, option.accepted());
 }
 
 std::string wrapped(const std::string& text) {

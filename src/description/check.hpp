@@ -37,7 +37,7 @@ struct Check {
     requires requires(const Numbers& numbers) { numbers[2]; }
     void operator()(const char* name, const Numbers& value, Three kind, const auto&...) const {
         const Eigen::Vector3d numbers{value[0], value[1], value[2]};
-        require(numbers.allFinite(), name, " = (", numbers.transpose(), ") must be three finite numbers");
+        require(numbers.allFinite(), name, " = (", numbers.transpose(), ") must be finite");
         require(kind != Three::direction || numbers.norm() > 0, name, " = (", numbers.transpose(), ") must not be 0");
     }
     void operator()(const char*, const bool&, const Result&, const auto&...) const {}
