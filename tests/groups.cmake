@@ -13,8 +13,7 @@ include(${CMAKE_CURRENT_LIST_DIR}/long_files.cmake)
 # Files whose exhaustive cases take minutes, or gigabytes of memory or disk: scripts/test --all alone runs those.
 set(all_only_files cli_memory cli_strips large_images)
 
-# Groups of slow cases that scripts/test leaves to --ci: each of them takes more than half a minute where no kernel is compiled
-# yet, and a smaller group has the same promise.
+# Groups of slow cases that scripts/test leaves to --ci: each takes more than half a minute where no kernel is compiled yet.
 set(ci_only_groups bench_cheapest_slow cli_resume_slow cli_strips_slow footprint_slow normals_slow regimes_slow same_bits_slow)
 
 # Files that measure times, which nothing may run beside.
