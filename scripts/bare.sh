@@ -21,7 +21,7 @@ new_bare_system() {
     make_base
     bare=$(mktemp -d "$kept/system.XXXXXX")
     "${as_root[@]}" cp -a "$kept/base/." "$bare"
-    "${as_root[@]}" cp /etc/resolv.conf "$bare/etc/"
+    "${as_root[@]}" cp /etc/resolv.conf /etc/hosts "$bare/etc/"
     # `apt` asks no question, and keeps what it loads. `sudo` is what the pages say, and the bare system has none.
     printf '%s\n' 'APT::Get::Assume-Yes "true";' 'Binary::apt::APT::Keep-Downloaded-Packages "true";' \
         'APT::Keep-Downloaded-Packages "true";' | "${as_root[@]}" tee "$bare/etc/apt/apt.conf.d/90unattended" >/dev/null
