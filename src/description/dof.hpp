@@ -27,7 +27,7 @@ void describe(const Visitor& v, Options& o) {
       "in every scene of docs/performance.md",
       "none");
     v("sky", o.sky, {"blur", "sharp", "exclude"},
-      "the background is infinitely far (blur), in focus (sharp), or left out like invalid pixels (exclude)");
+      "blur: the background is infinitely far; sharp: it is in focus; exclude: it is left out like invalid pixels");
     v("max_coc_px", o.max_coc_px, between(1, 512), "largest blur, on either side of the focus, pixels");
 }
 

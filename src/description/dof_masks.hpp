@@ -14,7 +14,7 @@ void describe(const Visitor& v, Options& o) {
     v("sharp_px", o.sharp_px, from(0), "circles of confusion up to this are wholly in focus, pixels");
     v("transition_px", o.transition_px, from(0), "circles larger by this are not in focus at all, pixels");
     v("sky", o.sky, {"blur", "sharp", "exclude"},
-      "the background is infinitely far (blur), in focus (sharp), or left out like invalid pixels (exclude)");
+      "blur: the background is infinitely far; sharp: it is in focus; exclude: it is left out like invalid pixels");
     v("max_coc_px", o.max_coc_px, above(0).or_infinite(),
       "max CoC, on either side of the focus, pixels: circles end there");
     v("near_weight", o.near_weight, a_result, "the weight of what lies before the focus");

@@ -41,7 +41,7 @@ void describe(const Visitor& v, Options& o) {
     v("falloff", o.falloff, between(0, 1),
       "fraction of the radius, at its end, over which occluders fade out. 0 is a hard end");
     v("border", o.border, {"open", "clamp"},
-      "outside the image there is nothing (open), or the pixels of the border repeat (clamp)");
+      "open: nothing lies outside the image; clamp: the pixels of its border repeat there");
     v("tolerance", o.tolerance, above(0),
       "how far depth may be off, in half steps of its storage. Raise it for a noisy sensor");
     v("seed", o.seed, whole(0, 4294967295.0), "turns the jitter");
