@@ -65,21 +65,9 @@ __all__ = [
 
 for _each in (BackDepth, Camera, Device, DeviceInfo, Error, Image, NoDevice):
     _each.__module__ = __name__  # where people find it
-for _function in (
-    depth_at,
-    dof,
-    dof_masks,
-    fill_invalid,
-    fog,
-    linearize,
-    normals,
-    preset_camera,
-    restore_highlights,
-    ssao,
-    unproject,
-    upsample_along_edges,
-):
-    globals()[_function.__name__] = _readable(_function)
+for _name in __all__:
+    if hasattr(globals()[_name], "__nb_signature__"):  # a function of the compiled module
+        globals()[_name] = _readable(globals()[_name])
 for _name in ("from_json", "load"):
     setattr(Camera, _name, staticmethod(_readable(getattr(Camera, _name))))
-del _each, _function, _name
+del _each, _name
