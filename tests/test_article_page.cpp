@@ -1,5 +1,5 @@
-// docs/articles.md names the test that holds each claim: names that drift from the tests fail here. So do the patterns of
-// `fathom_tests "..."` on the other pages.
+// docs/research/articles.md names the test that holds each claim: names that drift from the tests fail here. So do the
+// patterns of `fathom_tests "..."` on the other pages.
 
 #include "catch.hpp"
 #include "places.hpp"
@@ -87,8 +87,8 @@ bool matches(const std::string& pattern, const Case& test) {
 
 } // namespace
 
-TEST_CASE("pages: every test that docs/articles.md names exists, and it names every test of the articles", "[pages]") {
-    const std::string page = text_of(root / "docs/articles.md");
+TEST_CASE("pages: every test that the articles' page names exists, and it names every test of the articles", "[pages]") {
+    const std::string page = text_of(root / "docs/research/articles.md");
     std::set<std::string> names, named;
     const std::vector<Case> cases = all_cases();
     for (const Case& each : cases)
@@ -104,13 +104,13 @@ TEST_CASE("pages: every test that docs/articles.md names exists, and it names ev
     }
     REQUIRE(named.size() >= 20);
     for (const std::string& name : named) {
-        INFO("docs/articles.md names a test that does not exist: " << name);
+        INFO("docs/research/articles.md names a test that does not exist: " << name);
         REQUIRE(names.count(name) == 1);
     }
     for (const Case& each : cases) {
         if (each.tags.find("[articles]") == std::string::npos)
             continue;
-        INFO("docs/articles.md does not name the test " << each.name);
+        INFO("docs/research/articles.md does not name the test " << each.name);
         REQUIRE(named.count(each.name) == 1);
     }
 }
