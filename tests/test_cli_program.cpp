@@ -281,6 +281,23 @@ TEST_CASE("program: --help has an example and the exit codes for every command")
     CHECK(run({"--version"}).out.starts_with("fathom "));
 }
 
+TEST_CASE("program: --help of an operation begins with its own options, and --help all has those of every operation") {
+    const std::string own = run({"fog", "--help"}).out, all = run({"fog", "--help", "all"}).out;
+    const auto place = [](const std::string& help, const std::string& text) { return help.find("\n" + text); };
+    CHECK(place(own, "Fog:\n      --density ") < place(own, "Input:\n  DEPTH..."));
+    CHECK(place(own, "      --color IMAGE") < place(own, "      --camera FILE"));
+    CHECK(place(all, "Fog:\n      --density ") < place(all, "Input:\n  DEPTH..."));
+    for (const char* option : {"--frames RANGE", "--compression ", "--strict", "--device DEVICE", "--channel NAME"}) {
+        INFO(option);
+        CHECK(own.find(option) == std::string::npos);
+        CHECK(all.find(option) != std::string::npos);
+    }
+    CHECK(own.substr(own.rfind('\n', own.size() - 2)).starts_with("\nfathom fog --help all "));
+    CHECK(all.find("--help all also") == std::string::npos);
+    CHECK(run({"fog", "-h", "all"}).out == all);
+    CHECK(run({"show", "--help", "all"}).out == run({"show", "--help"}).out);
+}
+
 TEST_CASE("program: real inputs of every kind", "[real]") {
     if (!has_shared_data())
         return;

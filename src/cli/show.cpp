@@ -220,7 +220,7 @@ std::function<int()> configure_show(CLI::App& app) {
 } // namespace
 
 extern const Command show_command{
-    "show", "write pictures of results or of depth in false colour",
+    "show", "Writes pictures of results or of depth in false colour.",
     R"(Values have the colours of the map, with a bar below that says what they mean. Normals are ½n + ½, pictures sRGB.
 Invalid pixels are magenta, and background (+infinity) is pale blue.
 
