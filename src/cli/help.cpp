@@ -69,8 +69,9 @@ std::set<const CLI::Option*> shared_options(const CLI::App& app) {
         return shared;
     const auto operations = app.get_parent()->get_subcommands([](const CLI::App* each) { return takes_frames(*each); });
     for (const CLI::Option* option : app.get_options())
-        if (std::ranges::all_of(
-                operations, [&](const CLI::App* each) { return each->get_option_no_throw(option->get_name()) != nullptr; }))
+        if (std::ranges::all_of(operations, [&](const CLI::App* each) {
+                return each->get_option_no_throw(option->get_name()) != nullptr;
+            }))
             shared.insert(option);
     return shared;
 }
@@ -98,9 +99,8 @@ std::vector<Section> sections_of(const CLI::App& app, bool all) {
         return group == "Options" ? 2 : shared_groups.contains(group) ? 1 : 0;
     };
     std::vector<const CLI::Option*> options = app.get_options();
-    std::ranges::stable_sort(options, {}, [&](const CLI::Option* option) {
-        return std::pair(rank(*option), !option->get_required());
-    });
+    std::ranges::stable_sort(
+        options, {}, [&](const CLI::Option* option) { return std::pair(rank(*option), !option->get_required()); });
     for (const CLI::Option* option : options) {
         const std::string& group = option->get_group();
         const bool general = group == "Options";
@@ -136,7 +136,8 @@ public:
                            aligned(sections_of(*app, all)) + "\n" + app->get_footer() + "\n";
         if (!all && takes_frames(*app))
             text += "fathom " + app->get_name() +
-                    " --help all also shows the options that all operations share: of frames, files, reports and devices.\n";
+                    " --help all also shows the options that all operations share: of frames, files, reports and "
+                    "devices.\n";
         return text;
     }
 };
