@@ -5,7 +5,7 @@
 #include "images.hpp"
 #include "judge.hpp"
 #include "operations/bands.hpp"
-#include "operations/dof.hpp"
+#include "operations/dof/dof.hpp"
 #include "runtime/state.hpp"
 #include "ssao_call.hpp"
 

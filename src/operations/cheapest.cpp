@@ -3,8 +3,8 @@
 #include "operations/cheapest.hpp"
 
 #include "operations/parameters.hpp"
+#include "operations/ssao/pixel_lattice.hpp"
 #include "require.hpp"
-#include "sampling/pixel_lattice.hpp"
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 // the row at x = 0), b = s0 x s1 and K = b . (ray at x = y = 0) it touches those e rows away where
 //   e^2 K^2 / q^2 = r^2 |a + e b|^2,   the same for every column
 
-#include "operations/ssao_reach.hpp"
+#include "operations/ssao/ssao_reach.hpp"
 
 #include "operations/inverse_depth.hpp"
 #include "operations/parameters.hpp"
@@ -86,7 +86,7 @@ ReachingRows ssao_rows(const StoredDepth& stored, const CentreRays& rays, int be
     const auto count = static_cast<std::size_t>(height);
     const std::vector<float> nearest =
         rays.perspective ? nearest_in_rows(stored, rays, band_bytes) : std::vector<float>(count, 1.0f);
-    // From a sample within the sphere the next one is at most so much farther away: see `distances` in sampling/slices.cpp.
+    // From a sample within the sphere the next one is at most so much farther away: see `distances` in operations/ssao/slices.cpp.
     const double next = std::pow(1 + std::cbrt(2.0) / reach.samples, 1.5);
     double silhouettes = 0;
     if (reach.silhouettes > 0)

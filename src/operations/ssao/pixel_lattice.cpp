@@ -1,6 +1,6 @@
 // The pixels of an image that an operation works from: all, or every second one of every second row of the camera's image.
 
-#include "sampling/pixel_lattice.hpp"
+#include "operations/ssao/pixel_lattice.hpp"
 
 namespace fathom {
 

@@ -1,19 +1,19 @@
 // Depth of field, in bands of rows: circles, planes of layer and colour, then layer by layer from front to back.
 
-#include "operations/dof.hpp"
+#include "operations/dof/dof.hpp"
 
 #include "camera/circle_form.hpp"
 #include "description/check.hpp"
 #include "description/dof.hpp"
 #include "operations/bands.hpp"
 #include "operations/cheapest.hpp"
-#include "operations/circle.hpp"
+#include "operations/dof/dof_layers.hpp"
+#include "operations/dof_masks/circle.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
-#include "sampling/dof_layers.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "sampling/dof_layers.hpp"
+#include "operations/dof/dof_layers.hpp"
 
 #include <fathom/dof.hpp>
 

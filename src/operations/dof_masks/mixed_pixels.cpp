@@ -1,6 +1,6 @@
 // Pixels between two surfaces: kernels/camera/inverse_depth.cl, then kernels/dof_masks/mixed_pixels.cl.
 
-#include "operations/mixed_pixels.hpp"
+#include "operations/dof_masks/mixed_pixels.hpp"
 
 #include "camera/centre_rays.hpp"
 #include "operations/inverse_depth.hpp"
