@@ -131,12 +131,9 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     const Region region = region_of(stored, options);
     const int width = stored.image.width();
     const runtime::Launched launched(device, launch);
-    const SsaoPlan plan = plan_of(stored, radius, options);
-    int most_rows = 0;
-    for (const Band& band : plan.bands)
-        most_rows = std::max(most_rows, band.last - band.first);
+    const SsaoPlan plan = ssao_plan(stored, radius, options);
     Workspace workspace{runtime::Scratch(device), plan.bytes, stored, {}};
-    const std::size_t elements = plane_bytes(stored, options, most_rows) / sizeof(float);
+    const std::size_t elements = plane_bytes(stored, options, most_read(plan.bands)) / sizeof(float);
     for (Image& plane : workspace.planes)
         plane = workspace.scratch.image(Element::f32, {static_cast<int>(elements), 1});
     for (const Band& band : plan.bands) {

@@ -45,8 +45,8 @@ std::size_t rows_of_sums(std::size_t all, std::size_t row_bytes, const PassBytes
     return std::min(std::bit_ceil(all), std::max(std::bit_floor(bytes.band / row_bytes), std::size_t{4}));
 }
 
-int longest_side_of(const StoredDepth& stored, int every) {
-    const PixelLattice lattice = pixel_lattice(stored, every);
+int longest_side_of(const Tile& tile, int every) {
+    const PixelLattice lattice = pixel_lattice(tile, every);
     return std::max(lattice.width, lattice.height);
 }
 
@@ -98,7 +98,8 @@ DepthRows depth_of(const Call& call, runtime::Scratch& scratch, const Image& who
 std::vector<Band> depth_bands(const Call& call, const Image& whole, int count, int halo, int rows_each) {
     const std::size_t row_bytes =
         sizeof(float) * static_cast<std::size_t>(call.stored.image.width()) * static_cast<std::size_t>(rows_each);
-    return bands(count, halo, {row_bytes}, whole ? std::numeric_limits<std::size_t>::max() : call.workspace.bytes.band);
+    return bands({0, count, count, {halo}, [&](int read, int) { return row_bytes * static_cast<std::size_t>(read); }},
+                 whole ? no_budget : call.workspace.bytes.band);
 }
 
 int channels_of(Output output) {

@@ -25,7 +25,7 @@ bool shares_depth(int width, int height, const SsaoOptions& options, const PassB
 std::size_t rows_of_sums(std::size_t all, std::size_t row_bytes, const PassBytes& bytes);
 
 /// Of a lattice of all pixels, or of every second one.
-int longest_side_of(const StoredDepth& stored, int every);
+int longest_side_of(const Tile& tile, int every);
 
 /// A slice table on the device.
 struct DeviceSlices {

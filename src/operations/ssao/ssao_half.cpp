@@ -27,11 +27,12 @@ void upsample(const Call& call, const Image& depth, const Image& found, Output o
         const DepthRows here = depth_of(call, scratch, depth, {0, first, all.width, last - first});
         const int rows = band.end - band.begin;
         const Image part = result.region(0, band.begin, region.width, rows);
-        runtime::launch(
-            call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
-            {(columns + wide - 1) / wide, static_cast<std::size_t>(rows)}, here.image, found, call.blocks, part,
-            lattice_grid(here.image, all, here.top), lattice_grid(found, pixel_lattice({found, call.stored.camera})),
-            result_grid(part, {region.x, region.y + band.begin, region.width, rows}), call.work, call.parameters(all));
+        runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
+                        {(columns + wide - 1) / wide, static_cast<std::size_t>(rows)}, here.image, found, call.blocks,
+                        part, lattice_grid(here.image, all, here.top),
+                        lattice_grid(found, pixel_lattice(StoredDepth{found, call.stored.camera})),
+                        result_grid(part, {region.x, region.y + band.begin, region.width, rows}), call.work,
+                        call.parameters(all));
     }
 }
 

@@ -21,8 +21,8 @@ const HalfResolution& half_of(Quality quality) {
     return of_quality[static_cast<int>(quality)];
 }
 
-bool chooses_blocks(const StoredDepth& stored, const SsaoOptions& options) {
-    const PixelLattice half = pixel_lattice(stored, 2);
+bool chooses_blocks(const Tile& tile, const SsaoOptions& options) {
+    const PixelLattice half = pixel_lattice(tile, 2);
     const Sampling& sampling = sampling_of(options);
     return !sampling.half_resolution && !sampling.slices && !sampling.samples && !sampling.jitter && half.width > 0 &&
            half.height > 0;
@@ -36,8 +36,8 @@ SsaoOptions half_options(const SsaoOptions& options) {
     return few;
 }
 
-std::vector<int> passes_of(const StoredDepth& stored, const SsaoOptions& options) {
-    if (chooses_blocks(stored, options))
+std::vector<int> passes_of(const Tile& tile, const SsaoOptions& options) {
+    if (chooses_blocks(tile, options))
         return {1, 2};
     return {is_half(options) ? 2 : 1};
 }
@@ -46,8 +46,8 @@ int sums_of(const SsaoOptions& options) {
     return options.bent_normal ? 6 : options.confidence ? 3 : 2;
 }
 
-bool fits_normals(const StoredDepth& stored, const SsaoOptions& options) {
-    return !options.normals && (options.tolerance > 1 || is_coarse(stored));
+bool fits_normals(const Tile& tile, const SsaoOptions& options) {
+    return !options.normals && (options.tolerance > 1 || is_coarse(tile));
 }
 
 Region region_of(const StoredDepth& stored, const SsaoOptions& options) {

@@ -44,19 +44,19 @@ const HalfResolution& half_of(Quality quality);
 
 /// Is every block computed at half resolution or at all pixels? What the presets do: a quality alone, and an image that has even
 /// columns and rows.
-bool chooses_blocks(const StoredDepth& stored, const SsaoOptions& options);
+bool chooses_blocks(const Tile& tile, const SsaoOptions& options);
 
 /// Those for the blocks at half resolution.
 SsaoOptions half_options(const SsaoOptions& options);
 
 /// The steps from pixel to pixel of the passes: 1 for all pixels, 2 for half resolution.
-std::vector<int> passes_of(const StoredDepth& stored, const SsaoOptions& options);
+std::vector<int> passes_of(const Tile& tile, const SsaoOptions& options);
 
 /// How many kinds of sums there are.
 int sums_of(const SsaoOptions& options);
 
 /// Do slopes come from fitted normals? They do if differences of neighbours show mostly the storage's steps, and none are given.
-bool fits_normals(const StoredDepth& stored, const SsaoOptions& options);
+bool fits_normals(const Tile& tile, const SsaoOptions& options);
 
 Region region_of(const StoredDepth& stored, const SsaoOptions& options);
 

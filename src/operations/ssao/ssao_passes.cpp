@@ -75,7 +75,7 @@ Planes split_into_planes(Call& call, const Image& depth) {
         params::grid_params extra_grid = lattice_grid(here, call.lattice, rows.y);
         if (silhouettes) {
             extra = silhouettes;
-            extra_grid = lattice_grid(extra, pixel_lattice({extra, call.stored.camera}));
+            extra_grid = lattice_grid(extra, pixel_lattice(StoredDepth{extra, call.stored.camera}));
         } else if (const auto* back = thickness_as<StoredDepth>(options)) {
             extra = inverse_depth(scratch, part_of(*back, rows), centre_rays(camera_rays(back->camera)));
             extra_grid = lattice_grid(extra, call.lattice, rows.y);

@@ -2,10 +2,14 @@
 
 #include "operations/ssao/ssao_plan.hpp"
 
+#include "description/check.hpp"
+#include "description/ssao.hpp"
+#include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
 #include "operations/ssao/ssao_reach.hpp"
+#include "require.hpp"
 
-#include <fathom/error.hpp>
+#include <fathom/tiles.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -21,11 +25,17 @@ constexpr PassBytes pass_bytes_of_band{std::size_t{8} << 20, 0};
 // Elements of a plane image are counted in 32 bits.
 constexpr std::size_t most_plane_elements = std::size_t{1} << 31;
 
+// Of all pixels, or of those at half resolution.
+Counts counts_of_pass(const Tile& tile, const SsaoOptions& options, int every) {
+    return counts_of(sampling_of(every == 2 && chooses_blocks(tile, options) ? half_options(options) : options));
+}
+
 // Bytes that the passes take for so many rows of the depth, with their tables.
-std::size_t bytes_between(const StoredDepth& stored, const SsaoOptions& options, int rows, const PassBytes& pass,
-                          std::size_t table_bytes) {
-    const int width = stored.image.width();
-    const std::vector<int> passes = passes_of(stored, options);
+std::size_t bytes_between(const Tile& tile, const SsaoOptions& options, int rows, const PassBytes& pass) {
+    if (plane_bytes(tile, options, rows) / sizeof(float) >= most_plane_elements)
+        return std::numeric_limits<std::size_t>::max();
+    const int width = tile.pixels.width;
+    const std::vector<int> passes = passes_of(tile, options);
     const bool half = passes.back() == 2, blocks = passes.size() == 2;
     const auto floats = [](double columns, double count) {
         return static_cast<std::size_t>((columns + 32) * (count + 8) * sizeof(float));
@@ -35,11 +45,11 @@ std::size_t bytes_between(const StoredDepth& stored, const SsaoOptions& options,
     const bool shared = (half || has_silhouettes(options)) && shares_depth(width, rows, options, pass);
     const int at_once =
         shared ? rows : std::min(rows, std::max(least, static_cast<int>(pass.band / floats(width, 0) * 8)));
-    const int depths = 1 + (thickness_as<StoredDepth>(options) ? 1 : 0) + (fits_normals(stored, options) ? 4 : 0);
+    const int depths = 1 + (thickness_as<StoredDepth>(options) ? 1 : 0) + (fits_normals(tile, options) ? 4 : 0);
     std::size_t bytes =
-        3 * plane_bytes(stored, options, rows) + static_cast<std::size_t>(depths) * floats(width, at_once);
+        3 * plane_bytes(tile, options, rows) + static_cast<std::size_t>(depths) * floats(width, at_once);
     for (const int every : passes) {
-        PixelLattice lattice = pixel_lattice(stored, every);
+        PixelLattice lattice = pixel_lattice(tile, every);
         lattice.height = (rows + every - 1) / every;
         const params::split_params split = split_parameters(lattice);
         const std::size_t row_bytes = sizeof(float) * split.stride * static_cast<std::size_t>(sums_of(options));
@@ -47,20 +57,54 @@ std::size_t bytes_between(const StoredDepth& stored, const SsaoOptions& options,
         bytes += std::min(rows_of_sums(all, row_bytes, pass), all) * row_bytes;
         if (has_silhouettes(options))
             bytes += floats(lattice.width, lattice.height);
+        const Counts counts = counts_of_pass(tile, options, every);
+        bytes += slice_table_bytes(counts.slices, counts.samples, longest_side_of(tile, every));
     }
     if (half)
         for (const int channels : {1, options.confidence ? 1 : 0, options.bent_normal ? 3 : 0})
             bytes += channels > 0 ? floats(channels * (width / 2.0), rows / 2.0) : 0;
     constexpr std::size_t small = std::size_t{1} << 18; // images of blocks, and of rows
-    return bytes + small + table_bytes;
+    return bytes + small;
+}
+
+SsaoReach reach_of(const Tile& tile, double length, const SsaoOptions& options) {
+    const double radius = std::min(length, longest_length);
+    SsaoReach reach{radius, 256, false, has_silhouettes(options) ? silhouette_most * radius : 0};
+    for (const int every : passes_of(tile, options)) {
+        reach.samples = std::min(reach.samples, counts_of_pass(tile, options, every).samples);
+        reach.half = every == 2;
+    }
+    return reach;
+}
+
+SsaoOptions settled(const Tile& tile, const SsaoOptions& options) {
+    describe(description::Check{}, options);
+    return std::holds_alternative<MaxError>(options.sampling) ? chosen(tile, options) : options;
+}
+
+Reach reach_in(const Camera& camera, const CentreRays& rays, const SsaoReach& reach, double nearest) {
+    const auto within = [](double pixels, int image) { return static_cast<int>(std::min(pixels, 1.0 * image)); };
+    return {within(ssao_columns(camera, rays, reach, nearest), camera.width),
+            within(ssao_rows(camera, rays, reach, nearest), camera.height)};
+}
+
+// Under a perspective: 1/w, which is greatest in a corner of the image.
+double inverse_depth_of(const Camera& camera, const CentreRays& rays, double depth) {
+    const long double beyond_centre = depth - rays.centre_depth;
+    require(beyond_centre > 0, "nearest = ", depth, " does not lie before the camera");
+    long double step = 0;
+    for (const int x : {0, camera.width})
+        for (const int y : {0, camera.height})
+            step = std::max(step, rays.depth(0) * x + rays.depth(1) * y + rays.depth(2));
+    return static_cast<double>(step / beyond_centre);
 }
 
 } // namespace
 
-std::size_t plane_bytes(const StoredDepth& stored, const SsaoOptions& options, int rows) {
+std::size_t plane_bytes(const Tile& tile, const SsaoOptions& options, int rows) {
     std::size_t most = 0;
-    for (const int every : passes_of(stored, options)) {
-        PixelLattice lattice = pixel_lattice(stored, every);
+    for (const int every : passes_of(tile, options)) {
+        PixelLattice lattice = pixel_lattice(tile, every);
         lattice.height = (rows + every - 1) / every;
         const params::split_params split = split_parameters(lattice);
         // One row more: where the band begins decides on how many there are.
@@ -70,42 +114,44 @@ std::size_t plane_bytes(const StoredDepth& stored, const SsaoOptions& options, i
     return most;
 }
 
-SsaoPlan plan_of(const StoredDepth& stored, double radius, const SsaoOptions& options) {
-    const Device& device = stored.image.device();
+SsaoPlan ssao_plan(const StoredDepth& stored, double radius, const SsaoOptions& options) {
+    const Tile tile = stored;
     const Region region = region_of(stored, options);
-    const int width = stored.image.width(), height = stored.image.height();
-    const std::size_t budget = device.options().memory_budget;
-    const auto fits = [](std::size_t bytes) { return bytes / sizeof(float) < most_plane_elements; };
-    const Band whole{region.y, region.y + region.height, 0, height};
-    if (budget == 0 && fits(plane_bytes(stored, options, height)))
-        return {{whole}, pass_bytes};
-
-    std::size_t tables = 0;
-    int samples = 256;
-    for (const int every : passes_of(stored, options)) {
-        const bool chosen_half = every == 2 && !sampling_of(options).half_resolution;
-        const Counts counts = counts_of(sampling_of(chosen_half ? half_options(options) : options));
-        tables += slice_table_bytes(counts.slices, counts.samples, longest_side_of(stored, every));
-        samples = std::min(samples, counts.samples);
-    }
-    if (fits(plane_bytes(stored, options, height)) &&
-        bytes_between(stored, options, height, pass_bytes, tables) <= budget)
-        return {{whole}, pass_bytes};
-    const bool half = passes_of(stored, options).back() == 2;
-    const ReachingRows rows =
-        ssao_rows(stored, centre_rays(camera_rays(stored.camera)), whole.begin, whole.end,
-                  {std::min(radius, longest_length), samples, half,
-                   has_silhouettes(options) ? silhouette_most * std::min(radius, longest_length) : 0},
-                  pass_bytes_of_band.band);
-    const std::size_t most = budget > 0 ? budget : std::numeric_limits<std::size_t>::max();
-    const auto bytes = [&](int read, int) {
-        return fits(plane_bytes(stored, options, read))
-                   ? bytes_between(stored, options, read, pass_bytes_of_band, tables)
-                   : std::numeric_limits<std::size_t>::max();
+    const int height = stored.image.height(), end = region.y + region.height;
+    const std::size_t budget = budget_of(stored.image.device());
+    if (bytes_between(tile, options, height, pass_bytes) <= budget) // and the device need not be asked
+        return {{{region.y, end, 0, height}}, pass_bytes};
+    const RowNeeds rows{
+        .begin = region.y,
+        .end = end,
+        .height = height,
+        .reaches = ssao_reaches(stored, centre_rays(camera_rays(stored.camera)), region.y, end,
+                                reach_of(tile, radius, options), pass_bytes_of_band.band),
+        .bytes = [&](int read, int) { return bytes_between(tile, options, read, pass_bytes_of_band); },
+        .least = 64,
     };
-    return {bands_within(rows, bytes, most,
-                         text("ssao of ", ImageSize{width, height}, " pixels with a radius of ", radius)),
+    return {bands(rows, budget,
+                  text("ssao of ", ImageSize{tile.pixels.width, height}, " pixels with a radius of ", radius)),
             pass_bytes_of_band};
+}
+
+Reach reach(const Tile& tile, double radius, const SsaoOptions& options, double nearest) {
+    description::Check{}("radius", radius, description::ssao_radius);
+    const CentreRays rays = centre_rays(camera_rays(tile.camera));
+    return reach_in(tile.camera, rays, reach_of(tile, radius, settled(tile, options)),
+                    rays.perspective ? inverse_depth_of(tile.camera, rays, nearest) : 1);
+}
+
+Reach reach(const StoredDepth& stored, double radius, const SsaoOptions& options) {
+    check_stored(stored);
+    description::Check{}("radius", radius, description::ssao_radius);
+    const CentreRays rays = centre_rays(camera_rays(stored.camera));
+    return reach_in(stored.camera, rays, reach_of(stored, radius, settled(stored, options)),
+                    rays.perspective ? nearest_inverse_depth(stored, rays, pass_bytes.band) : 1);
+}
+
+std::size_t bytes(const Tile& tile, const SsaoOptions& options) {
+    return bytes_between(tile, settled(tile, options), tile.pixels.height, pass_bytes);
 }
 
 } // namespace fathom

@@ -10,7 +10,7 @@
 namespace fathom {
 
 /// Bytes of the largest image of planes that any pass needs for so many rows of the depth.
-std::size_t plane_bytes(const StoredDepth& stored, const SsaoOptions& options, int rows);
+std::size_t plane_bytes(const Tile& tile, const SsaoOptions& options, int rows);
 
 /// Rows of the results in bands, and what each of them takes.
 struct SsaoPlan {
@@ -19,6 +19,6 @@ struct SsaoPlan {
 };
 
 /// The whole image, or bands of it that keep to the device's budget.
-SsaoPlan plan_of(const StoredDepth& stored, double radius, const SsaoOptions& options);
+SsaoPlan ssao_plan(const StoredDepth& stored, double radius, const SsaoOptions& options);
 
 } // namespace fathom

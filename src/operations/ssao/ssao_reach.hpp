@@ -5,7 +5,7 @@
 
 #include <fathom/image.hpp>
 
-#include <span>
+#include <vector>
 
 namespace fathom {
 
@@ -21,8 +21,16 @@ struct SsaoReach {
 /// bound on the screen. `nearest` is the surface's inverse depth. Pure: no device.
 double rows_of_sphere(const CentreRays& rays, double radius, double y, double nearest);
 
-/// What rows [begin, end) of the depth's image reach. Waits for the device where the camera is a perspective one.
-ReachingRows ssao_rows(const StoredDepth& stored, const CentreRays& rays, int begin, int end, const SsaoReach& reach,
-                       std::size_t band_bytes);
+/// How far rows [begin, end) of the depth's image reach. Waits for the device where the camera is a perspective one.
+std::vector<int> ssao_reaches(const StoredDepth& stored, const CentreRays& rays, int begin, int end,
+                              const SsaoReach& reach, std::size_t band_bytes);
+
+/// That of the nearest surface of all, at least 0: background alone. Waits for the device.
+double nearest_inverse_depth(const StoredDepth& stored, const CentreRays& rays, std::size_t band_bytes);
+
+/// How far any pixel of the camera's image reaches along its rows and columns, if no surface is nearer than inverse depth
+/// `nearest`; infinite where nothing bounds it. Pure: no device.
+double ssao_columns(const Camera& camera, const CentreRays& rays, const SsaoReach& reach, double nearest);
+double ssao_rows(const Camera& camera, const CentreRays& rays, const SsaoReach& reach, double nearest);
 
 } // namespace fathom
