@@ -22,7 +22,4 @@ float inverse_transition(const DofMasksOptions& options);
 runtime::Defines circle_defines(const DepthForm& form, const CircleOfConfusion& circle, const Rays& rays,
                                 Storage storage, int vector_width, bool stream);
 
-/// The widest circle of confusion of all pixels that have one, 0 if none has. Waits for the device.
-float widest_coc(const StoredDepth& stored, const CircleOfConfusion& circle, const DofMasksOptions& options);
-
 } // namespace fathom

@@ -1,18 +1,19 @@
 // The pixels of an image that an operation works from: all, or every second one of every second row of the camera's image.
 
-#include "sampling/pixel_lattice.hpp"
+#include "operations/ssao/pixel_lattice.hpp"
 
 namespace fathom {
 
-PixelLattice pixel_lattice(const StoredDepth& stored, int every) {
-    const int x = stored.x % every, y = stored.y % every; // of two, the even ones
+PixelLattice pixel_lattice(const Tile& tile, int every) {
+    const Region& pixels = tile.pixels;
+    const int x = pixels.x % every, y = pixels.y % every; // of two, the even ones
     return {.every = every,
             .x = x,
             .y = y,
-            .width = (stored.image.width() - x + every - 1) / every,
-            .height = (stored.image.height() - y + every - 1) / every,
-            .camera_x = (stored.x + x) / every,
-            .camera_y = (stored.y + y) / every};
+            .width = (pixels.width - x + every - 1) / every,
+            .height = (pixels.height - y + every - 1) / every,
+            .camera_x = (pixels.x + x) / every,
+            .camera_y = (pixels.y + y) / every};
 }
 
 // Pixel i of the lattice is pixel `every` i of the camera, so i + 1/2 stands for every (i + 1/2) + (1 - every) / 2.

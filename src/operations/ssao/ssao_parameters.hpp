@@ -2,9 +2,9 @@
 
 #include "camera/centre_rays.hpp"
 #include "operations/inverse_depth.hpp"
+#include "operations/ssao/pixel_lattice.hpp"
+#include "operations/ssao/slices.hpp"
 #include "params.h"
-#include "sampling/pixel_lattice.hpp"
-#include "sampling/slices.hpp"
 
 #include <fathom/ssao.hpp>
 
@@ -12,6 +12,9 @@ namespace fathom {
 
 /// How far a slope from the difference of two neighbours may be off, in errors of inverse depth.
 inline constexpr float slope_errors_neighbours = 2;
+
+/// Lengths are squared in floats. Every visible surface is nearer than this.
+inline constexpr double longest_length = 1e18;
 
 /// How the pixels lie when split into planes of one jitter pattern each. Pure: no device.
 params::split_params split_parameters(const PixelLattice& lattice);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "sampling/dof_aperture.hpp"
+#include "operations/dof/dof_aperture.hpp"
 
 #include "params.h"
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "operations/ssao/pixel_lattice.hpp"
 #include "params.h"
 #include "runtime/scratch.hpp"
-#include "sampling/pixel_lattice.hpp"
 
 #include <fathom/image.hpp>
 

@@ -4,10 +4,10 @@
 // The discs' weights are needed only until they are added up, and the sums go on from launch to launch in the order of one launch.
 // So weights may be held of a few rows of blocks at a time, with the same bits, however far the discs reach.
 
-#include "operations/near_field.hpp"
+#include "operations/dof_masks/near_field.hpp"
 
 #include "operations/bands.hpp"
-#include "operations/circle.hpp"
+#include "operations/dof_masks/circle.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/scratch.hpp"
 
@@ -67,9 +67,10 @@ void find_asked_extremes(const Image& circle, const DofMasksOptions& options, co
         return find_extremes(circle, options.tile_px, least, greatest);
     if (!greatest)
         return;
-    const std::size_t budget = circle.device().options().memory_budget;
-    for (const Band& band : bands(greatest.height(), 0, {Image::allocation(Element::f32, {greatest.width(), 1})},
-                                  budget > 0 ? budget : std::numeric_limits<std::size_t>::max())) {
+    const RowNeeds tiles{0, greatest.height(), greatest.height(), {0}, [&](int, int made) {
+                             return Image::allocation(Element::f32, {greatest.width(), made});
+                         }};
+    for (const Band& band : bands(tiles, budget_of(circle.device()))) {
         runtime::Scratch scratch(circle.device());
         const int rows = band.end - band.begin, first = band.begin * options.tile_px,
                   last = std::min(band.end * options.tile_px, circle.height());
@@ -102,27 +103,27 @@ params::near_field_params near_field_parameters(const Image& tiles, const Image&
 
 } // namespace
 
-int near_field_rows(const StoredDepth& stored, const DofMasksOptions& options) {
-    const int width = stored.image.width(), height = stored.image.height();
-    const std::size_t budget = stored.image.device().options().memory_budget;
-    const int weighed = needs_weights(options) ? height : 0;
-    if (budget == 0 || !looks_around(options))
-        return weighed;
-    const auto bytes = [](int across, int down) { return Image::allocation(Element::f32, {across, down}); };
-    const std::size_t tables =
-        bytes(parts(width, tile_px), parts(height, tile_px)) + bytes(parts(width, block_px), parts(height, block_px));
-    const auto needed = [&](int rows) { return tables + (rows > 0 ? bytes(width, rows) : 0); };
-    const int least = std::min(weighed, block_px);
-    if (needed(least) > budget)
-        refuse_budget(text("dof_masks of ", ImageSize{width, height}, " pixels"), needed(least), budget);
-    int blocks = parts(std::max(weighed, 1), block_px);
-    const auto rows = [&] { return std::min(weighed, blocks * block_px); };
-    while (needed(rows()) > budget)
-        --blocks;
-    return rows();
+int rows_of_blocks(int height) {
+    return parts(height, block_px);
 }
 
-void near_field(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& masks, int rows_at_once) {
+std::size_t near_field_bytes(int width, int height, const DofMasksOptions& options, int rows_of_blocks) {
+    const auto bytes = [](int across, int down) { return Image::allocation(Element::f32, {across, down}); };
+    if (!looks_around(options))
+        return 0;
+    return bytes(parts(width, tile_px), parts(height, tile_px)) +
+           bytes(parts(width, block_px), parts(height, block_px)) +
+           (needs_weights(options) ? bytes(width, std::min(rows_of_blocks * block_px, height)) : 0);
+}
+
+std::vector<Band> bands_of_weights(const StoredDepth& stored, const DofMasksOptions& options) {
+    const int width = stored.image.width(), height = stored.image.height(), down = rows_of_blocks(height);
+    return bands({0, down, down, {0}, [&](int, int made) { return near_field_bytes(width, height, options, made); }},
+                 budget_of(stored.image.device()), text("dof_masks of ", ImageSize{width, height}, " pixels"));
+}
+
+void near_field(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& masks,
+                const std::vector<Band>& weighed) {
     const Image& circle = masks.coc;
     const Device& device = circle.device();
     const int width = circle.width(), height = circle.height();
@@ -150,12 +151,12 @@ void near_field(const StoredDepth& stored, const DofMasksOptions& options, const
         gather(Spread::max_near_coc, circle, masks.max_near_coc, all);
     if (!needs_weights(options))
         return;
-    const Image weights = scratch.image(Element::f32, {width, rows_at_once});
+    const Image weights = scratch.image(Element::f32, {width, std::min(most_made(weighed) * block_px, height)});
     // Where nobody wants the near alpha it waits in the place of what is made from it.
     const Image& alpha = options.near_alpha ? masks.near_alpha : masks.disocclusion;
     runtime::Kernel& weigh = runtime::kernel(device, "near_field_weight", {{"V", vector_width}, {"STREAM", 0}});
-    for (int first = 0; first < height; first += rows_at_once) {
-        const int last = std::min(first + rows_at_once, height);
+    for (const Band& blocks_of : weighed) {
+        const int first = blocks_of.begin * block_px, last = std::min(blocks_of.end * block_px, height);
         params::near_field_params band = all;
         band.first_row = to_u32(first);
         band.last_row = to_u32(last);

@@ -6,18 +6,19 @@
 #include "description/check.hpp"
 #include "description/dof_masks.hpp"
 #include "operations/bands.hpp"
-#include "operations/circle.hpp"
-#include "operations/mixed_pixels.hpp"
-#include "operations/near_field.hpp"
+#include "operations/dof_masks/circle.hpp"
+#include "operations/dof_masks/mixed_pixels.hpp"
+#include "operations/dof_masks/near_field.hpp"
+#include "operations/inverse_depth.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 
+#include <fathom/tiles.hpp>
+
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <limits>
 #include <vector>
 
 namespace fathom {
@@ -111,21 +112,21 @@ void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc
 
 constexpr Image DofMasks::*all_weights[] = {&DofMasks::near_weight, &DofMasks::focus_weight, &DofMasks::far_weight};
 
+// Bytes of the weights that nobody asks for beside another one.
+std::size_t unasked_weight_bytes(int width, int height, const DofMasksOptions& options) {
+    const int asked = options.near_weight + options.focus_weight + options.far_weight;
+    return asked == 0 ? 0 : static_cast<std::size_t>(3 - asked) * Image::allocation(Element::f32, {width, height});
+}
+
 // The circles, and the weights that are asked for. The kernel makes all three, so that the others need a place, too.
 void circles_and_asked_weights(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
                                const DepthForm& form, const DofMasks& masks) {
-    const auto asked =
-        std::ranges::count_if(all_weights, [&](auto weight) { return static_cast<bool>(masks.*weight); });
-    if (asked == 0 || asked == std::ssize(all_weights))
-        return circles_and_weights(stored, coc, options, form, masks);
     const int width = stored.image.width(), height = stored.image.height();
-    const std::size_t budget = stored.image.device().options().memory_budget,
-                      row_bytes = sizeof(float) * static_cast<std::size_t>(width) *
-                                  static_cast<std::size_t>(std::ssize(all_weights) - asked);
-    if (budget > 0 && row_bytes > budget)
-        refuse_budget("dof_masks", row_bytes, budget);
-    for (const Band& band :
-         bands(height, 0, {row_bytes}, budget > 0 ? budget : std::numeric_limits<std::size_t>::max())) {
+    if (unasked_weight_bytes(width, height, options) == 0)
+        return circles_and_weights(stored, coc, options, form, masks);
+    const RowNeeds all{
+        0, height, height, {0}, [&](int, int made) { return unasked_weight_bytes(width, made, options); }};
+    for (const Band& band : bands(all, budget_of(stored.image.device()), "dof_masks")) {
         runtime::Scratch scratch(stored.image.device());
         const int rows = band.end - band.begin;
         DofMasks part{.coc = masks.coc.region(0, band.begin, width, rows)};
@@ -162,11 +163,11 @@ void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleO
     const DepthForm form = checked_form(stored, coc, options);
     check_results(stored, results, results_of(stored, options));
     const runtime::Launched launched(stored.image.device(), launch);
-    const int rows_at_once = near_field_rows(stored, options);
+    const std::vector<Band> weighed = bands_of_weights(stored, options);
     if (options.mixed_pixels) // before the others: it may refuse the budget, and then nothing is written
         mixed_pixels(stored, results.mixed_pixels);
     circles_and_asked_weights(stored, coc, options, form, results);
-    near_field(stored, options, results, rows_at_once);
+    near_field(stored, options, results, weighed);
     launched.done();
 }
 
@@ -179,6 +180,28 @@ DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, cons
             masks.*result.image = Image(stored.image.device(), Element::f32, result.layout);
     dof_masks(stored, masks, coc, options, launch);
     return masks;
+}
+
+Reach reach(const Tile& tile, const DofMasksOptions& options, double widest_coc_px) {
+    describe(description::Check{}, options);
+    Reach reach;
+    if (options.max_near_coc || options.near_alpha || options.disocclusion) {
+        const double disc = std::min(widest_coc_px, options.max_coc_px) / 2;
+        const PixelScale scale = pixel_scale(tile.camera);
+        reach = {static_cast<int>(std::ceil(disc)) + 1,
+                 static_cast<int>(std::ceil(disc * static_cast<double>(scale.y / scale.x))) + 1};
+    }
+    if (options.mixed_pixels)
+        reach = {std::max(reach.columns, mixed_pixels_reach), std::max(reach.rows, mixed_pixels_reach)};
+    return reach;
+}
+
+std::size_t bytes(const Tile& tile, const DofMasksOptions& options) {
+    describe(description::Check{}, options);
+    const int width = tile.pixels.width, height = tile.pixels.height;
+    return std::max({unasked_weight_bytes(width, height, options),
+                     near_field_bytes(width, height, options, rows_of_blocks(height)),
+                     options.mixed_pixels ? inverse_depth_bytes(width, height) : 0});
 }
 
 } // namespace fathom

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "sampling/dof_layers.hpp"
+#include "operations/dof/dof_layers.hpp"
 
 #include <fathom/dof.hpp>
 
@@ -17,9 +17,9 @@ struct DofBytes {
 /// Those that keep to a device's budget.
 DofBytes dof_bytes(std::size_t budget);
 
-/// `dof`, in bands of rows that take at most so many bytes where that is enough for a few rows. Same bits for any of them.
+/// `dof` itself, in bands of rows that take at most so many bytes where that is enough for a few rows. Same bits for any of them.
 /// Throws: Error where a few rows take more than the budget.
-void dof_in_bands(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
-                  const DofOptions& options, const DofBytes& bytes);
+void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+          const DofOptions& options, const DofBytes& allowed);
 
 } // namespace fathom

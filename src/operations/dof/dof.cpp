@@ -1,19 +1,21 @@
 // Depth of field, in bands of rows: circles, planes of layer and colour, then layer by layer from front to back.
 
-#include "operations/dof.hpp"
+#include "operations/dof/dof.hpp"
 
 #include "camera/circle_form.hpp"
 #include "description/check.hpp"
 #include "description/dof.hpp"
 #include "operations/bands.hpp"
 #include "operations/cheapest.hpp"
-#include "operations/circle.hpp"
+#include "operations/dof/dof_layers.hpp"
+#include "operations/dof_masks/circle.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
-#include "sampling/dof_layers.hpp"
+
+#include <fathom/tiles.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -54,14 +56,14 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
                            " in a row");
 }
 
-params::blur_params blur_parameters(const StoredDepth& stored, const LayerScale& scale, double largest) {
-    const int left = stored.x % params::dof_tile_columns, top = stored.y % params::dof_tile_rows;
+params::blur_params blur_parameters(const Tile& tile, const LayerScale& scale, double largest) {
+    const Region& pixels = tile.pixels;
+    const int left = pixels.x % params::dof_tile_columns, top = pixels.y % params::dof_tile_rows;
     const auto whole = [](int size, int tile) { return (size + tile - 1) / tile * tile; };
-    const int columns = whole(stored.image.width() + left, params::dof_tile_columns);
-    const int rows = whole(stored.image.height() + top, params::dof_tile_rows),
-              stride = columns + 2 * params::dof_margin;
-    return {.width = static_cast<u32>(stored.image.width()),
-            .height = static_cast<u32>(stored.image.height()),
+    const int columns = whole(pixels.width + left, params::dof_tile_columns);
+    const int rows = whole(pixels.height + top, params::dof_tile_rows), stride = columns + 2 * params::dof_margin;
+    return {.width = static_cast<u32>(pixels.width),
+            .height = static_cast<u32>(pixels.height),
             .left = static_cast<u32>(left),
             .top = static_cast<u32>(top),
             .columns = static_cast<u32>(columns),
@@ -329,23 +331,54 @@ void blur_band(const Blur& call, const StoredDepth& stored, const Image& color, 
                     result, grid(color, result), call.p);
 }
 
-// Rows of tiles beyond a band that decide on its bits, if no circle is larger than `widest`.
-int halo_of(const LayerScale& scale, double widest, const Blur& call) {
+// As a float, the aspect of a circle is the same on every host: long double and its tangents are not.
+float aspect_of(const Camera& camera) {
+    const PixelScale pixels = pixel_scale(camera);
+    return static_cast<float>(pixels.y / pixels.x);
+}
+
+LayerScale scale_of(const DofOptions& options) {
+    return layer_scale(layer_spacing(std::get<Quality>(options.quality), options.aperture), options.max_coc_px);
+}
+
+// Pixels along a row beyond which nothing decides on a pixel, if no circle is larger than `widest`; but for those that a tile has.
+double pixels_beyond(const DofOptions& options, double widest) {
     // Accurate: what lies behind a pixel is looked for as far as a ray moves between the largest circles, and a pixel.
-    const double behind = call.accurate() ? widest + 1 : 0;
-    const double pixels = (scale.farthest_circle(widest) / 2 + behind) * static_cast<double>(call.aspect);
-    return static_cast<int>(std::ceil((pixels + dof_halo_rows) / params::dof_tile_rows));
+    const double behind = std::get<Quality>(options.quality) == Quality::accurate ? widest + 1 : 0;
+    return scale_of(options).farthest_circle(widest) / 2 + behind;
+}
+
+// Planes of a band: of the surfaces that it reads, of what lies behind them, and of what it lays.
+struct PlaneCounts {
+    int surfaces, behind, laid;
+};
+
+PlaneCounts plane_counts(int channels, const DofOptions& options) {
+    const auto quality = std::get<Quality>(options.quality);
+    const bool accurate = quality == Quality::accurate; // a plane of inner pixels, and tables of blocks and tiles
+    return {(options.clean_plate || accurate ? 2 : 1) * (channels + 1), accurate ? 2 : 0,
+            state_planes(channels, quality)};
+}
+
+// Rows of tiles.
+RowNeeds rows_of(const params::blur_params& whole, const PlaneCounts& planes, float aspect, double beyond) {
+    constexpr int tile_rows = params::dof_tile_rows;
+    const int down = static_cast<int>(whole.rows) / tile_rows,
+              halo = static_cast<int>(std::ceil((beyond * static_cast<double>(aspect) + dof_halo_rows) / tile_rows));
+    const auto bytes = [=, row = sizeof(float) * whole.stride * tile_rows](int read, int made) {
+        return row * static_cast<std::size_t>((planes.surfaces + planes.behind) * read + planes.laid * made);
+    };
+    return {0, down, down, {halo}, bytes, std::max(halo / 2, 1)};
 }
 
 // Blurs a picture that has a circle somewhere, `widest` the widest one.
-void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
-          const DofOptions& options, double widest, const DofBytes& allowed) {
+void blur_circles(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+                  const DofOptions& options, double widest, const DofBytes& allowed) {
     const Device& device = stored.image.device();
     const Quality quality = std::get<Quality>(options.quality);
-    const LayerScale scale = layer_scale(layer_spacing(quality, options.aperture), options.max_coc_px);
+    const LayerScale scale = scale_of(options);
     const params::blur_params whole = blur_parameters(stored, scale, options.max_coc_px);
     const int channels = color.channels();
-    const PixelScale pixels = pixel_scale(stored.camera);
     Blur call{device,
               whole,
               channels,
@@ -354,7 +387,7 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
               quality,
               options.clean_plate.has_value(),
               options.aperture,
-              static_cast<float>(pixels.y / pixels.x),
+              aspect_of(stored.camera),
               stored.camera.rows == Rows::top_down,
               true,
               allowed.layer,
@@ -366,23 +399,12 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
               {},
               {}};
     constexpr int tile_rows = params::dof_tile_rows;
-    // Accurate: a plane of inner pixels, and tables of blocks and tiles.
-    const int surface_planes = call.surfaces() * (channels + 1), behind_planes = call.accurate() ? 2 : 0;
-    const int laid_planes = state_planes(channels, quality);
-    const auto bytes = [&](int planes) {
-        return sizeof(float) * whole.stride * tile_rows * static_cast<std::size_t>(planes);
-    };
-    const int halo = halo_of(scale, widest, call);
-    const std::vector<Band> all = bands(call.down(), halo, {bytes(surface_planes + behind_planes), bytes(laid_planes)},
-                                        allowed.band, std::max(halo / 2, 1));
+    const PlaneCounts counts = plane_counts(channels, options);
+    const RowNeeds rows_of_tiles = rows_of(whole, counts, call.aspect, pixels_beyond(options, widest));
+    const std::vector<Band> all = bands(rows_of_tiles, allowed.band);
     call.alone = all.size() == 1;
-    int read = 0, made = 0; // rows of tiles, the most of any band
-    for (const Band& band : all) {
-        read = std::max(read, band.last - band.first);
-        made = std::max(made, band.end - band.begin);
-    }
-    const std::size_t reads = bytes(surface_planes + behind_planes) * static_cast<std::size_t>(read),
-                      lays = bytes(laid_planes) * static_cast<std::size_t>(made);
+    const int read = most_read(all), made = most_made(all);
+    const std::size_t reads = rows_of_tiles.bytes(read, 0), lays = rows_of_tiles.bytes(0, made);
     const ImageSize size{stored.image.width(), stored.image.height()};
     constexpr std::size_t most = sizeof(float) << 31; // elements are counted in 32 bits
     require<ImageTooLarge>(reads < most && lays < most, "an image of ", size,
@@ -394,8 +416,8 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
     const auto planes = [&](int count, int tiles_down) {
         return scratch.image(Element::f32, {static_cast<int>(whole.stride), count * tile_rows * tiles_down});
     };
-    call.planes = planes(surface_planes, read);
-    call.state = planes(laid_planes, made);
+    call.planes = planes(counts.surfaces, read);
+    call.state = planes(counts.laid, made);
     call.tiles = scratch.image(Element::u32, {words_of(call.across(), read), 1});
     if (call.accurate()) {
         call.inner = planes(1, read);
@@ -405,7 +427,6 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
         call.hiding = scratch.image(Element::u32,
                                     {words_of(static_cast<int>(whole.columns) / params::dof_hiding_columns, read), 1});
     }
-    // As a float, the aspect is the same on every host: long double and its tangents are not.
     const LayerPlanOptions plan{.aperture = options.aperture,
                                 .scale = scale,
                                 .aspect = static_cast<double>(call.aspect),
@@ -450,8 +471,8 @@ DofBytes dof_bytes(std::size_t budget) {
     return bytes;
 }
 
-void dof_in_bands(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
-                  const DofOptions& options, const DofBytes& bytes) {
+void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+          const DofOptions& options, const DofBytes& allowed) {
     if (coc.k == 0 && coc.g == 0) {
         check_circle(coc, depth_form(stored.camera, stored.storage));
         return runtime::copy(color, result);
@@ -462,8 +483,8 @@ void dof_in_bands(const StoredDepth& stored, const Image& color, const Image& re
     const double seen = widest(stored);
     if (seen <= largest_in_focus(layer_spacing(std::get<Quality>(options.quality), options.aperture)))
         return runtime::copy(color, result);
-    blur(stored, color, result, coc, options,
-         options.clean_plate ? std::max(seen, widest(options.clean_plate->depth)) : seen, bytes);
+    blur_circles(stored, color, result, coc, options,
+                 options.clean_plate ? std::max(seen, widest(options.clean_plate->depth)) : seen, allowed);
 }
 
 void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
@@ -473,7 +494,7 @@ void dof(const StoredDepth& stored, const Image& color, const Image& result, con
         return dof(stored, color, result, coc, chosen(stored, options), launch);
     check_dof_result(stored, color, result, options);
     const runtime::Launched launched(stored.image.device(), launch);
-    dof_in_bands(stored, color, result, coc, options, dof_bytes(stored.image.device().options().memory_budget));
+    blur(stored, color, result, coc, options, dof_bytes(stored.image.device().options().memory_budget));
     launched.done();
 }
 
@@ -483,6 +504,34 @@ Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion
     const Image result(stored.image.device(), color.element(), {color.width(), color.height(), color.channels()});
     dof(stored, color, result, coc, options, launch);
     return result;
+}
+
+namespace {
+
+DofOptions settled(const Tile& tile, const DofOptions& options) {
+    describe(description::Check{}, options);
+    return std::holds_alternative<MaxError>(options.quality) ? chosen(tile, options) : options;
+}
+
+} // namespace
+
+Reach reach(const Tile& tile, const DofOptions& asked, double widest_coc_px) {
+    const DofOptions options = settled(tile, asked);
+    const double pixels = pixels_beyond(options, std::min(widest_coc_px, options.max_coc_px));
+    const auto whole = [](double count) { return static_cast<int>(std::ceil(count)); };
+    return {whole(pixels) + dof_halo_columns,
+            whole(pixels * static_cast<double>(aspect_of(tile.camera))) + dof_halo_rows};
+}
+
+std::size_t bytes(const Tile& tile, int channels, const DofOptions& asked, double widest_coc_px) {
+    const DofOptions options = settled(tile, asked);
+    const RowNeeds rows =
+        rows_of(blur_parameters(tile, scale_of(options), options.max_coc_px), plane_counts(channels, options),
+                aspect_of(tile.camera), pixels_beyond(options, std::min(widest_coc_px, options.max_coc_px)));
+    constexpr DofBytes allowed;
+    const std::vector<Band> all = bands(rows, allowed.band);
+    const std::size_t images = rows.bytes(most_read(all), most_made(all)) + 2 * allowed.layer;
+    return images + images / 15; // and tables
 }
 
 } // namespace fathom

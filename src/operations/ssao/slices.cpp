@@ -1,7 +1,7 @@
 // Jitter patterns of the occlusion kernels: directions in equal steps over half a turn, and distances that grow faster
 // than linearly. Each pattern shifts both by fractions of its own.
 
-#include "sampling/slices.hpp"
+#include "operations/ssao/slices.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -1,6 +1,6 @@
 // Pixels between two surfaces: kernels/camera/inverse_depth.cl, then kernels/dof_masks/mixed_pixels.cl.
 
-#include "operations/mixed_pixels.hpp"
+#include "operations/dof_masks/mixed_pixels.hpp"
 
 #include "camera/centre_rays.hpp"
 #include "operations/inverse_depth.hpp"
@@ -30,13 +30,12 @@ void mixed_pixels(const StoredDepth& stored, const Image& result) {
                                           rays.perspective ? 0 : least,
                                           rays.perspective ? least : 0,
                                           static_cast<float>(mixed_pixels_min_step)};
-    constexpr int reach = 2;
     // Where the far plane is finite its depth is averaged like any other.
-    in_depth_bands(stored, rays, Background::decode, reach, "mixed_pixels", result,
-                   [&](const Image& depth, const Image& made, const params::grid_params& grid) {
-                       runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth, made,
-                                       grid, parameters);
-                   });
+    over_inverse_depth(stored, rays, Background::decode, mixed_pixels_reach, "mixed_pixels", result,
+                       [&](const Image& depth, const Image& made, const params::grid_params& grid) {
+                           runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth,
+                                           made, grid, parameters);
+                       });
 }
 
 } // namespace fathom

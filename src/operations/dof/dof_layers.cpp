@@ -1,6 +1,6 @@
 // Where a layer has pixels, where its aperture carries them, and how many rows of tiles fit into the memory for its strips.
 
-#include "sampling/dof_layers.hpp"
+#include "operations/dof/dof_layers.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -14,7 +14,7 @@ struct PixelLattice {
     int camera_x, camera_y; ///< the first of them, counted among the camera's
 };
 
-PixelLattice pixel_lattice(const StoredDepth& stored, int every = 1);
+PixelLattice pixel_lattice(const Tile& tile, int every = 1);
 
 /// The same rays, by the lattice's columns and rows.
 CentreRays rays_of(const CentreRays& rays, const PixelLattice& lattice);

@@ -2,7 +2,7 @@
 // one keeps the fraction of every pixel, as nested spans whose weights add up to it. A large one has one span of whole
 // pixels a row; its rounding is carried from row to row, so that it averages out along an edge.
 
-#include "sampling/dof_aperture.hpp"
+#include "operations/dof/dof_aperture.hpp"
 
 #include <algorithm>
 #include <cmath>

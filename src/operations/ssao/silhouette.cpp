@@ -1,9 +1,9 @@
 // Thickness from the silhouette's width: one pass of kernels/ssao/silhouette.cl.
 
-#include "operations/silhouette.hpp"
+#include "operations/ssao/silhouette.hpp"
 
 #include "operations/parameters.hpp"
-#include "operations/ssao.hpp"
+#include "operations/ssao/ssao_parameters.hpp"
 
 #include <fathom/ssao.hpp>
 
