@@ -13,7 +13,8 @@ namespace fathom::cli {
 /// What the program says to the shell. An interrupt is 128 plus the signal's number: 130 for Ctrl-C.
 enum ExitCode : int { done = 0, input_failed = 1, wrong_usage = 2, no_device = 3 };
 
-/// One command of the program. NAME.cpp defines `extern const Command NAME_command`; src/cli/CMakeLists.txt lists the names.
+/// One command of the program. commands/NAME.cpp defines `extern const Command NAME_command`; src/cli/CMakeLists.txt lists the
+/// names.
 struct Command {
     const char* name;
     const char* summary; ///< one line, shown in the list of commands

@@ -3,11 +3,11 @@
 
 #include "flat_surfaces.hpp"
 #include "floats_on_host.hpp"
-#include "messages.hpp"
 #include "photograph.hpp"
 
 #include "camera/statistics_of_parts.hpp"
 #include "camera/stored_values.hpp"
+#include "terminal/messages.hpp"
 #include "text.hpp"
 
 #include <fathom/error.hpp>

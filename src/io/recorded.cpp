@@ -2,7 +2,8 @@
 #include "recorded.hpp"
 
 #include "formats.hpp"
-#include "metadata.hpp"
+
+#include "io/formats/metadata.hpp"
 
 #include <zlib.h>
 

@@ -1,7 +1,8 @@
 // Pictures into files: light becomes what the format holds.
 #include "color_encoding.hpp"
 #include "formats.hpp"
-#include "metadata.hpp"
+
+#include "io/formats/metadata.hpp"
 
 #include <fathom/error.hpp>
 
