@@ -2,7 +2,7 @@
 #include "command.hpp"
 #include "program.hpp"
 
-#include "shot/run_log.hpp"
+#include "shot/records/run_log.hpp"
 #include "terminal/codecs.hpp"
 #include "terminal/interrupt.hpp"
 #include "terminal/messages.hpp"

@@ -1,15 +1,14 @@
 #pragma once
 
-#include "outputs.hpp"
+#include "plan.hpp"
 
 #include "cli/look.hpp"
 #include "io/rows.hpp"
 
 #include <fathom/image.hpp>
+#include <fathom/picture.hpp>
 
 #include <opencv2/core/mat.hpp>
-
-#include <fathom/picture.hpp>
 
 #include <functional>
 #include <future>
@@ -76,9 +75,6 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
 /// The same for an operation that reads only the depth, pixel by pixel, and has one result.
 int each_depth(const DepthOptions& options, const Product& product,
                const std::function<cv::Mat(const StoredDepth&)>& operation);
-
-/// Do the windows of the depth differ?
-bool has_overscan(const Job& job);
 
 /// Throws: Error where another depth image does not lie where the depth does.
 void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const Job& job);

@@ -2,8 +2,8 @@
 #include "inputs.hpp"
 
 #include "camera_file/file.hpp"
-#include "cli/command.hpp"
 #include "sequence/frame_pattern.hpp"
+#include "terminal/exit.hpp"
 
 #include <fathom/error.hpp>
 

@@ -2,7 +2,7 @@
 #include "cli/command.hpp"
 #include "cli/options/depth_options.hpp"
 #include "io/replace_files.hpp"
-#include "shot/outputs.hpp"
+#include "shot/plan.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>

@@ -1,12 +1,13 @@
 // fathom dof
 #include "description/dof.hpp"
+
 #include "cli/command.hpp"
-#include "cli/floats_on_host.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/lens.hpp"
 #include "cli/options/max_error.hpp"
 #include "cli/options/picture.hpp"
 #include "cli/options/relative.hpp"
+#include "io/floats_on_host.hpp"
 #include "shot/each_depth.hpp"
 #include "terminal/codecs.hpp"
 
@@ -24,7 +25,7 @@ namespace fathom::cli {
 namespace {
 
 struct DofArguments : DepthOptions {
-    LensOptions lens;
+    LensArguments lens;
     DofOptions dof;
     bool explain = false;
     PictureOptions picture;
@@ -81,8 +82,8 @@ DepthFile clean_plate_depth_of(const std::filesystem::path& file, const DofArgum
     const StderrSilenced silenced;
     DepthFile depth;
     try {
-        depth =
-            read_depth(file, {.channel = options.channel, .packing = options.packing, .overscan = has_overscan(job)});
+        depth = read_depth(
+            file, {.channel = options.channel, .packing = options.packing, .overscan = has_overscan(job.windows)});
     } catch (const Error& error) {
         if (options.clean_plate_depth)
             throw;

@@ -1,5 +1,6 @@
 // fathom dof-masks
 #include "description/dof_masks.hpp"
+
 #include "cli/command.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/lens.hpp"
@@ -23,7 +24,7 @@ namespace {
 enum class Mask { circle, near, focus, far };
 
 struct DofMasksArguments : DepthOptions {
-    LensOptions lens;
+    LensArguments lens;
     DofMasksOptions masks;
     std::optional<Mask> mask;
     std::map<std::string, std::string> more; // files of other results, by their names

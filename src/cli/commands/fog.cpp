@@ -1,5 +1,6 @@
 // fathom fog
 #include "description/fog.hpp"
+
 #include "cli/command.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/picture.hpp"

@@ -1,8 +1,9 @@
 // fathom linearize
 #include "description/linearize.hpp"
+
 #include "cli/command.hpp"
-#include "cli/floats_on_host.hpp"
 #include "cli/options/described.hpp"
+#include "io/floats_on_host.hpp"
 #include "shot/each_depth.hpp"
 
 #include <fathom/linearize.hpp>

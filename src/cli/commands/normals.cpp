@@ -1,9 +1,10 @@
 // fathom normals
 #include "description/normals.hpp"
+
 #include "cli/command.hpp"
-#include "cli/floats_on_host.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/max_error.hpp"
+#include "io/floats_on_host.hpp"
 #include "shot/each_depth.hpp"
 
 #include <fathom/normals.hpp>

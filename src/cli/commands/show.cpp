@@ -7,7 +7,7 @@
 #include "io/replace_files.hpp"
 #include "sequence/frame_pattern.hpp"
 #include "shot/inputs.hpp"
-#include "shot/outputs.hpp"
+#include "shot/plan.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>

@@ -1,9 +1,10 @@
 // fathom ssao
 #include "description/ssao.hpp"
+
 #include "cli/command.hpp"
-#include "cli/floats_on_host.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/max_error.hpp"
+#include "io/floats_on_host.hpp"
 #include "shot/each_depth.hpp"
 #include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
@@ -132,7 +133,7 @@ cv::Mat read_directions(const std::filesystem::path& file, const Job& job) {
 
 cv::Mat read_thickness(const std::filesystem::path& file, const Job& job) {
     const StderrSilenced silenced;
-    const DepthFile read = read_depth(file, {.overscan = has_overscan(job)});
+    const DepthFile read = read_depth(file, {.overscan = has_overscan(job.windows)});
     check_same_pixels(file, read, job);
     if (read.storage != Storage::float32 && read.storage != Storage::float16)
         throw Error(file.native() + ": holds integers, but a thickness is a float in scene units; save it as float");

@@ -1,9 +1,10 @@
 // fathom unproject
 #include "description/unproject.hpp"
+
 #include "cli/command.hpp"
-#include "cli/floats_on_host.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/picture.hpp"
+#include "io/floats_on_host.hpp"
 #include "shot/each_depth.hpp"
 
 #include <fathom/normals.hpp>

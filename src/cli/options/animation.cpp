@@ -59,14 +59,17 @@ Animation animation_of(CLI::App& app, const std::string& text) {
     if (option.count() > 0)
         throw UsageError(fmt::format("--animate: {} is given already; give it once", option.get_name()));
     const std::string file = text.substr(sign + 1);
-    Animation animation{&option, file, sequence::read_frame_values(file, name)};
+    Animation animation{.option = option.get_name(),
+                        .file = file,
+                        .values = sequence::read_frame_values(file, name),
+                        .give = [&option](const std::string& value) { give(option, value); }};
     for (const auto& [frame, value] : animation.values)
         try {
-            give(option, value);
+            animation.give(value);
         } catch (const CLI::ParseError& error) {
             throw Error(fmt::format("{}: frame {}: {}", file, frame, error.what()));
         }
-    give(option, animation.values.begin()->second); // until the first frame says otherwise
+    animation.give(animation.values.begin()->second); // until the first frame says otherwise
     return animation;
 }
 
@@ -83,27 +86,6 @@ void add_animate_option(CLI::App& app, std::vector<Animation>& animations) {
         ->type_name("NAME=FILE")
         ->allow_extra_args(false)
         ->group("Frames");
-}
-
-std::vector<std::string> values_for(const std::vector<Animation>& animations, const Input& input) {
-    std::vector<std::string> values;
-    for (const Animation& animation : animations) {
-        if (!input.frame)
-            throw UsageError(fmt::format("{}: its name holds no frame, which --animate needs; give it a number, as in "
-                                         "shot.0001.exr",
-                                         input.file));
-        const auto value = animation.values.find(*input.frame);
-        if (value == animation.values.end())
-            throw Error(fmt::format("{}: has no {} for frame {} ({}); give every frame a line", animation.file,
-                                    animation.option->get_name(), *input.frame, input.file));
-        values.push_back(value->second);
-    }
-    return values;
-}
-
-void set_values(const std::vector<Animation>& animations, const std::vector<std::string>& values) {
-    for (std::size_t i = 0; i < values.size(); ++i)
-        give(*animations[i].option, values[i]);
 }
 
 } // namespace fathom::cli

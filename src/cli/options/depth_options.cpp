@@ -1,73 +1,18 @@
 // Options that several commands share.
 #include "depth_options.hpp"
 
-#include "camera_file/file.hpp"
-#include "camera_file/key_doubts.hpp"
-#include "camera_file/presets.hpp"
+#include "animation.hpp"
+
 #include "cli/command.hpp"
-#include "io/cameras/camera_formats.hpp"
-#include "io/formats.hpp"
-#include "sequence/frame_pattern.hpp"
+#include "sequence/frame_range.hpp"
 #include "terminal/messages.hpp"
-
-#include <fathom/error.hpp>
-
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
-#include <opencv2/core/utility.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <stdexcept>
 #include <string_view>
-#include <thread>
 
 namespace fathom::cli {
-namespace {
-
-// Large images go back to the system when they are freed, in place of being kept for the next frame.
-void give_back_images() {
-#ifdef __GLIBC__
-    mallopt(M_MMAP_THRESHOLD, 32 << 20);
-    mallopt(M_MMAP_MAX, 65536);
-#endif
-}
-
-int cores() {
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
-} // namespace
-
-Device DeviceOption::open(std::size_t memory) const {
-    constexpr std::size_t least_memory = std::size_t{64} << 20; // so that any SIZE does for small images
-    if (threads > 0) {
-        const std::string count = std::to_string(threads);
-        setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1); // PoCL to 4
-        setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
-    }
-    if (memory > 0)
-        give_back_images();
-    set_exr_threads(threads);
-    if (threads > 0) // oneTBB warns of more than there are
-        cv::setNumThreads(std::min(threads, cores()));
-    return Device::open(wanted, {.memory_budget = memory > 0 ? std::max(memory, least_memory) : 0});
-}
-
-bool DeviceOption::takes_turns(const Device& opened) const {
-    return opened.info().cpu && threads > 0 && threads < cores();
-}
-
-void DeviceOption::share_among(std::size_t files) const {
-    const int at_once = static_cast<int>(std::clamp<std::size_t>(files, 1, static_cast<std::size_t>(threads)));
-    io::set_exr_pool(threads - at_once);
-    cv::setNumThreads(threads / at_once);
-}
-
 namespace {
 
 // "8G" as a number of bytes; nothing for what is no size.
@@ -84,131 +29,7 @@ std::optional<std::size_t> bytes_of(std::string text) {
     return good ? std::optional(static_cast<std::size_t>(std::ceil(number * factor))) : std::nullopt;
 }
 
-// The preset alone, as an argument.
-ImportedCamera named_camera(const std::string& preset) {
-    try {
-        const CameraFile camera = preset_file(preset);
-        const int width = camera.camera.width > 0 ? camera.camera.width : 64,
-                  height = camera.camera.height > 0 ? camera.camera.height : 48;
-        depth_form(camera_for(camera, width, height)); // values that contradict each other, whatever the image
-        return {camera, io::parsed_preset("preset " + preset, preset).dump(), {}};
-    } catch (const Error& error) {
-        throw UsageError(error.what());
-    } catch (const std::invalid_argument& error) {
-        throw UsageError("preset " + preset + ": " + error.what());
-    }
-}
-
-bool is_complete(const std::string& preset) {
-    try {
-        preset_file(preset);
-        return true;
-    } catch (const Error&) {
-        return false;
-    }
-}
-
 } // namespace
-
-std::string CameraOption::name() const {
-    return !file.empty() ? file : !preset.empty() ? "preset " + preset : inputs ? inputs().front().file : "the camera";
-}
-
-bool CameraOption::of_headers() const {
-    return file.empty() && (preset.empty() || !is_complete(preset));
-}
-
-bool CameraOption::is_pattern() const {
-    return sequence::FramePattern::in(file) && !io::is_there(file);
-}
-
-std::string CameraOption::file_for(const Input& input) const {
-    if (!is_pattern())
-        return file;
-    if (!input.frame)
-        throw UsageError(input.file + ": its name holds no frame, which --camera " + file +
-                         " needs; give it a number, as in shot.0001.exr");
-    return sequence::FramePattern::in(file)->name(*input.frame);
-}
-
-std::vector<std::filesystem::path> CameraOption::files_for(const Input& input) const {
-    if (file.empty() || (of_headers() && io::exr_has_camera(input.file)))
-        return {};
-    const std::filesystem::path one = file_for(input);
-    return io::is_colmap(one) ? io::colmap_files(one) : std::vector{one};
-}
-
-ImportedCamera CameraOption::read_for(const Input& input, Storage storage) const {
-    const std::string& depth = input.file;
-    const bool of_header = of_headers() && io::exr_has_camera(depth);
-    if (!of_header && !given())
-        throw Error(depth +
-                    ": has no camera in its header; give a camera file (--camera), or --preset with the source of "
-                    "the depth");
-    if (!of_header && file.empty())
-        return named_camera(preset);
-    return import_camera(of_header ? depth : file_for(input), {.image = image,
-                                                               .node = node,
-                                                               .preset = preset,
-                                                               .undistorted = undistorted,
-                                                               .storage = storage,
-                                                               .depth = depth});
-}
-
-ImportedCamera CameraOption::read() const {
-    return read(inputs ? inputs() : std::vector<Input>{}, true);
-}
-
-void CameraOption::first_for(const std::function<void(const ImportedCamera&)>& use) const {
-    if (!is_pattern())
-        return use(read());
-    std::exception_ptr lacking;
-    for (const Input& depth : inputs()) {
-        try {
-            return use(read_for(depth));
-        } catch (const UsageError&) {
-            if (!lacking)
-                lacking = std::current_exception();
-        } catch (const Error&) { // is told when the turn of this input comes
-        }
-    }
-    if (lacking)
-        std::rethrow_exception(lacking);
-}
-
-ImportedCamera CameraOption::read(std::vector<Input> depths, bool first_counts) const {
-    if (file.empty() && (!image.empty() || !node.empty() || undistorted))
-        throw UsageError("--image, --node and --undistorted: choose from a file; give it with --camera");
-    if (!given()) {
-        std::exception_ptr unanswered;
-        std::erase_if(depths, [&](const Input& depth) {
-            try {
-                return !io::exr_has_camera(depth.file);
-            } catch (const io::UnansweredRead&) { // is told when the turn of this input comes, if there is another one
-                unanswered = std::current_exception();
-                return true;
-            }
-        });
-        if (unanswered && (depths.empty() || first_counts))
-            std::rethrow_exception(unanswered);
-        if (depths.empty())
-            throw UsageError(std::string("--camera: missing; give a camera file, --preset with the source of the depth "
-                                         "(fathom presets lists them)") +
-                             (or_relative ? ", or --relative for depth without a unit" : ""));
-    }
-    if (depths.empty())
-        depths.emplace_back();
-    for (std::size_t i = 0; i + 1 < depths.size(); ++i) {
-        try {
-            return read_for(depths[i]);
-        } catch (const io::UnansweredRead&) {
-            if (first_counts)
-                throw;
-        } catch (const Error&) { // is told when the turn of this input comes
-        }
-    }
-    return read_for(depths.back());
-}
 
 CLI::Validator is_one_of(const std::vector<std::string>& names) {
     return CLI::Validator(
@@ -229,6 +50,32 @@ CLI::Validator is_a_number(const std::string& kind, const std::function<bool(dou
             return "'" + text + "' will not do; it is a " + (std::isinf(value) ? "finite " : "") + kind;
         },
         "");
+}
+
+std::vector<double> numbers_in(const std::string& text, std::size_t count) {
+    std::vector<double> values;
+    for (const std::string& part : CLI::detail::split(text, ',')) {
+        double value;
+        if (!CLI::detail::lexical_cast(part, value) || !std::isfinite(value))
+            return {};
+        values.push_back(value);
+    }
+    return values.size() == count ? values : std::vector<double>{};
+}
+
+CLI::Option* add_numbers_option(CLI::App& app, const char* name, const char* form, std::size_t count,
+                                const std::function<bool(const std::vector<double>&)>& accepted,
+                                const std::function<void(const std::vector<double>&)>& take, const char* what,
+                                const char* description) {
+    const auto check = [=](std::string& text) {
+        const std::vector<double> values = numbers_in(text, count);
+        return !values.empty() && accepted(values) ? std::string() : "'" + text + "' will not do; it is " + what;
+    };
+    return app
+        .add_option_function<std::string>(
+            name, [=](const std::string& text) { take(numbers_in(text, count)); }, description)
+        ->type_name(form)
+        ->check(CLI::Validator(check, ""));
 }
 
 void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description) {
@@ -273,6 +120,8 @@ void add_device_options(CLI::App& app, DeviceOption& device) {
                             [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }))
         ->group("Device");
 }
+
+namespace {
 
 void add_frame_options(CLI::App& app, DepthOptions& options) {
     const auto take = [&options](const std::string& text) {
@@ -319,8 +168,17 @@ void add_run_options(CLI::App& app, DepthOptions& options) {
         ->group("Report");
 }
 
+} // namespace
+
 void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product) {
-    options.app = &app;
+    options.command = app.get_name();
+    options.given = [&app] {
+        std::vector<Given> given;
+        for (const CLI::Option* option : app.get_options())
+            if (option->count() > 0)
+                given.push_back({option->get_name(), option->results(), option->get_group() == "Input"});
+        return given;
+    };
     app.add_option("DEPTH", options.inputs.arguments,
                    "depth images: EXR, 16-bit PNG, TIFF, PFM or NPY. Also a folder,\n"
                    "or 'shot.####.exr', 'shot.%04d.exr' or 'shot.*.exr'")

@@ -2,18 +2,13 @@
 #include "relative.hpp"
 
 #include "cli/command.hpp"
-#include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/dof_masks.hpp>
 #include <fathom/error.hpp>
-#include <fathom/io.hpp>
 #include <fathom/linearize.hpp>
-#include <fathom/picture.hpp>
 
 #include <fmt/format.h>
-
-#include <opencv2/core.hpp>
 
 #include <cmath>
 
@@ -21,32 +16,6 @@ namespace fathom::cli {
 namespace {
 
 constexpr const char* relative_group = "Relative depth";
-constexpr double little_range = 0.1; // of 0 to 1
-
-// Two numbers "A,B"; nothing otherwise.
-std::optional<std::array<double, 2>> two_numbers(const std::string& text) {
-    const std::vector<std::string> parts = CLI::detail::split(text, ',');
-    std::array<double, 2> numbers{};
-    bool good = parts.size() == 2;
-    for (std::size_t i = 0; good && i < 2; ++i)
-        good = CLI::detail::lexical_cast(parts[i], numbers[i]) && std::isfinite(numbers[i]);
-    return good ? std::optional(numbers) : std::nullopt;
-}
-
-CLI::Option* add_two(CLI::App& app, const char* name, const std::function<bool(const std::array<double, 2>&)>& accepted,
-                     const std::function<void(const std::array<double, 2>&)>& take, const char* what,
-                     const char* description) {
-    const auto check = [=](std::string& text) {
-        const auto numbers = two_numbers(text);
-        return numbers && accepted(*numbers) ? std::string() : "'" + text + "' will not do; it is " + what;
-    };
-    return app
-        .add_option_function<std::string>(
-            name, [take](const std::string& text) { take(*two_numbers(text)); }, description)
-        ->type_name("A,B")
-        ->check(CLI::Validator(check, ""))
-        ->group(relative_group);
-}
 
 } // namespace
 
@@ -71,22 +40,27 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative) {
         ->check(is_a_number("number from 0", [](double n) { return n >= 0; }))
         ->needs(order)
         ->group(relative_group);
-    add_two(
-        app, "--focus-range", [](const auto& n) { return n[0] >= 0 && n[0] <= n[1] && n[1] <= 1; },
+    add_numbers_option(
+        app, "--focus-range", "A,B", 2, [](const auto& n) { return n[0] >= 0 && n[0] <= n[1] && n[1] <= 1; },
         [&relative](const auto& n) {
             relative.focus_range = FocusRange{n[0], n[1]};
         },
         "two numbers A,B with 0 <= A <= B <= 1", "all of these values are in focus, instead of --focus-at")
         ->needs(order)
-        ->excludes("--focus-at");
-    add_two(
-        app, "--relative-range", [](const auto& n) { return n[0] < n[1]; },
-        [&relative](const auto& n) { relative.range = n; }, "two numbers A,B with A < B",
+        ->excludes("--focus-at")
+        ->group(relative_group);
+    add_numbers_option(
+        app, "--relative-range", "A,B", 2, [](const auto& n) { return n[0] < n[1]; },
+        [&relative](const auto& n) {
+            relative.range = {n[0], n[1]};
+        },
+        "two numbers A,B with A < B",
         "stored values that are 0 and 1 (default: floats' own least and\ngreatest; all that integers can hold)")
-        ->needs(order);
+        ->needs(order)
+        ->group(relative_group);
 }
 
-void check_relative(const RelativeOptions& relative, const LensOptions& lens) {
+void check_relative(const RelativeOptions& relative, const LensArguments& lens) {
     if (!relative.blur_px)
         throw UsageError(
             "--blur-px: missing; say with it how many pixels wide the largest blur is, as in --blur-px 24");
@@ -96,62 +70,17 @@ void check_relative(const RelativeOptions& relative, const LensOptions& lens) {
             "which values are");
 }
 
-RelativeDepth relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel) {
-    RelativeDepth result;
-    {
-        const StderrSilenced silenced;
-        result.input = io::read_relative_input(job.input, {.channel = channel, .range = relative.range});
-    }
-    cv::Mat& values = result.depth.values = std::move(result.input.depth.values);
-    const int bits = result.input.depth.bits;
-    const auto all = [&] { return std::span(values.ptr<float>(), values.total()); };
-    if (bits == 8 && !relative.range)
-        smooth_steps(all(), values.cols, values.rows, 1 / 255.0);
-    double least = 0, most = 1;
-    cv::minMaxLoc(values, &least, &most);
-    if (!relative.range && most - least < little_range)
-        result.doubts.push_back(
-            fmt::format("its values take {:.2g} % of what {} bits hold, so that little is blurred; say with "
-                        "--relative-range which codes are nearest and farthest",
-                        100 * (most - least), bits));
-    if (relative.picture) {
-        const std::filesystem::path& file = job.companions[*relative.picture];
-        cv::Mat color;
-        {
-            const StderrSilenced silenced;
-            color = read_picture(file, {.layer = relative.color_layer, .encoding = {}}).color;
-        }
-        const double aspect = static_cast<double>(color.cols) / color.rows * values.rows / values.cols;
-        if (std::abs(aspect - 1) > 0.01)
-            throw Error(
-                fmt::format("{}: is {} × {}, but {} is {} × {}; both must show the same, with the same ratio of "
-                            "width to height",
-                            job.input.native(), values.cols, values.rows, file.native(), color.cols, color.rows));
-        if (values.size() != color.size())
-            values = upsample_along_edges(values, color);
-    }
-    if (relative.focus_range)
-        flatten_range(all(), *relative.focus_range);
-    result.depth.windows = {{{0, 0}, values.size()}, values.size()};
-    return result;
-}
-
-std::string in_words(const io::RelativeInput& input) {
-    return fmt::format("values {} to {}, {}", number(input.least), number(input.greatest),
-                       invalid_in_words(input.invalid, input.pixels));
-}
-
 namespace {
 
 // The lens for an input whose own camera may complete it.
-LensOptions lens_of(LensOptions lens, const Job& job) {
+LensArguments lens_of(LensArguments lens, const Job& job) {
     if (job.own_camera)
         complete(lens, *job.own_camera, (job.camera_file.empty() ? job.input : job.camera_file).native());
     return lens;
 }
 
 CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const StoredDepth& stored,
-                                      const LensOptions& lens) {
+                                      const LensArguments& lens) {
     if (!lens.focus_at)
         return relative_circle(*relative.blur_px, relative.focus_range->low, *relative.order);
     const auto [x, y] = *lens.focus_at;
@@ -171,13 +100,13 @@ CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const Sto
 
 } // namespace
 
-CircleOfConfusion circle_of(const RelativeOptions& relative, const LensOptions& lens, const StoredDepth& stored,
+CircleOfConfusion circle_of(const RelativeOptions& relative, const LensArguments& lens, const StoredDepth& stored,
                             const Job& job) {
     return relative.order ? relative_circle_for(relative, stored, lens)
                           : circle_for(lens_of(lens, job), stored, job.windows);
 }
 
-std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensOptions& lens,
+std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensArguments& lens,
                                      const StoredDepth& stored, const Job& job, const Look& look, Sky sky,
                                      double max_coc_px) {
     const CircleOfConfusion circle = circle_of(relative, lens, stored, job);

@@ -14,7 +14,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <set>
+#include <sstream>
 
 namespace fathom::cli {
 namespace {
@@ -22,12 +24,9 @@ namespace {
 using nlohmann::ordered_json;
 
 // Options that change no result, and those of files, whose contents count.
-const std::set<std::string>& left_out() {
-    static const std::set<std::string> names{
-        "DEPTH",     "--output", "--camera",   "--format", "--frames", "--missing", "--animate", "--device",
-        "--threads", "--memory", "--progress", "--json",   "--quiet",  "--explain", "--resume",  "--log"};
-    return names;
-}
+constexpr const char* left_out[] = {"DEPTH",     "--output",  "--camera",  "--format", "--frames",   "--missing",
+                                    "--animate", "--device",  "--threads", "--memory", "--progress", "--json",
+                                    "--quiet",   "--explain", "--resume",  "--log"};
 
 std::optional<double> finite_number(std::string_view text) {
     double value = 0;
@@ -39,32 +38,25 @@ std::optional<double> finite_number(std::string_view text) {
 // Numbers as numbers, so that 0.5 and .50 are the same.
 ordered_json value_of(const std::string& text) {
     ordered_json numbers = ordered_json::array();
-    for (const std::string& part : CLI::detail::split(text, ',')) {
+    std::istringstream parts(text);
+    for (std::string part; std::getline(parts, part, ',');) {
         const auto number = finite_number(part);
         if (!number)
             return text;
         numbers.push_back(*number);
     }
-    return numbers.size() == 1 ? numbers.front() : numbers;
+    return numbers.size() == 1 ? numbers.front() : numbers.empty() ? ordered_json(text) : numbers;
 }
 
-// Names of channels and the like may look like numbers, but are none.
-ordered_json value_of(const CLI::Option& option, const std::string& text) {
-    return option.get_group() == "Input" ? ordered_json(text) : value_of(text);
-}
-
-ordered_json options_of(const CLI::App& app, const std::set<std::string>& files,
-                        const std::vector<Animation>& animations) {
+ordered_json options_of(const std::vector<Given>& given, const std::set<std::string>& not_counted) {
     ordered_json said = ordered_json::object();
-    for (const CLI::Option* option : app.get_options()) {
-        const std::string name = option->get_name();
-        const bool animated = std::ranges::any_of(animations, [&](const auto& each) { return each.option == option; });
-        if (option->count() == 0 || animated || left_out().contains(name) || files.contains(name))
+    for (const auto& [option, texts, is_text] : given) {
+        if (not_counted.contains(option))
             continue;
         ordered_json values = ordered_json::array();
-        for (const std::string& text : option->results())
-            values.push_back(value_of(*option, text));
-        said[name] = values.size() == 1 ? values.front() : values;
+        for (const std::string& text : texts)
+            values.push_back(is_text ? ordered_json(text) : value_of(text)); // names may look like numbers
+        said[option] = values.size() == 1 ? values.front() : values;
     }
     return said;
 }
@@ -74,22 +66,24 @@ ordered_json options_of(const CLI::App& app, const std::set<std::string>& files,
 Records::Records(const DepthOptions& options, const std::vector<Output>& outputs,
                  const std::vector<Companion>& companions, const Device& device)
     : options_(options), outputs_(outputs), companions_(companions) {
-    std::set<std::string> files;
+    std::set<std::string> not_counted(std::begin(left_out), std::end(left_out));
     for (const Output& output : outputs)
-        files.insert(output.option);
+        not_counted.insert(output.option);
     for (const Companion& companion : companions)
-        files.insert(companion.option);
+        not_counted.insert(companion.option);
+    for (const Animation& animation : options.animations)
+        not_counted.insert(animation.option);
     common_ = {{"fathom", FATHOM_VERSION},
                {"kernels", kernels_hash()},
                {"device", device_class(device)},
-               {"command", options.app->get_name()},
-               {"options", options_of(*options.app, files, options.animations)}};
+               {"command", options.command},
+               {"options", options_of(options.given(), not_counted)}};
 }
 
 ordered_json Records::of(const Job& job, const std::string& camera) const {
     ordered_json values = ordered_json::object(), inputs{{"depth", hash_of_files({job.input})}};
     for (std::size_t i = 0; i < job.values.size(); ++i)
-        values[options_.animations[i].option->get_name()] = value_of(job.values[i]);
+        values[options_.animations[i].option] = value_of(job.values[i]);
     for (std::size_t i = 0; i < companions_.size(); ++i)
         inputs[companions_[i].option] = hash_of_files({job.companions[i]});
     if (const auto files = options_.camera.files_for(job.read_as()); !files.empty())

@@ -1,9 +1,9 @@
 // Where results go. Everything that can be refused before the first file is read is refused here.
-#include "outputs.hpp"
+#include "plan.hpp"
 
 #include "camera_file/file.hpp"
-#include "cli/command.hpp"
 #include "sequence/frame_pattern.hpp"
+#include "terminal/exit.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
@@ -11,7 +11,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <iterator>
 #include <map>
@@ -127,11 +126,8 @@ fs::path find(const DepthOptions& options, const Companion& companion, const Inp
                             companion.option, companion.source, options.inputs.all().size()));
         return companion.source;
     }
-    const fs::path named = fs::path(companion.source) / fs::path(input.file).stem();
-    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
-        if (const fs::path file = named.native() + extension; io::is_there(file))
-            return file;
-    return named.native() + ".exr";
+    const fs::path file = image_like(companion.source, input.file);
+    return file.empty() ? fs::path(companion.source) / fs::path(input.file).stem().concat(".exr") : file;
 }
 
 // What is read for an input.
@@ -175,6 +171,23 @@ void hold_earlier(const DepthOptions& options, const std::vector<Companion>& com
     }
 }
 
+// The values of a frame, in the order of the animations.
+std::vector<std::string> values_for(const std::vector<Animation>& animations, const Input& input) {
+    std::vector<std::string> values;
+    for (const Animation& animation : animations) {
+        if (!input.frame)
+            throw UsageError(fmt::format("{}: its name holds no frame, which --animate needs; give it a number, as in "
+                                         "shot.0001.exr",
+                                         input.file));
+        const auto value = animation.values.find(*input.frame);
+        if (value == animation.values.end())
+            throw Error(fmt::format("{}: has no {} for frame {} ({}); give every frame a line", animation.file,
+                                    animation.option, *input.frame, input.file));
+        values.push_back(value->second);
+    }
+    return values;
+}
+
 void refuse_replacing(const DepthOptions& options, const std::vector<Job>& jobs) {
     std::set<std::optional<Identity>> read{identity(options.camera.file)};
     for (const Job& job : jobs) {
@@ -197,11 +210,15 @@ std::vector<fs::path> Job::others() const {
     return files;
 }
 
-std::string extension_of(const std::filesystem::path& file) {
-    std::string extension = file.extension().native();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension == ".tiff" ? ".tif" : extension == ".jpeg" ? ".jpg" : extension;
+bool has_overscan(const Windows& windows) {
+    return windows.data != cv::Rect({0, 0}, windows.display);
+}
+
+fs::path image_like(const fs::path& folder, const fs::path& input) {
+    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
+        if (fs::path file = folder / input.stem().concat(extension); io::is_there(file))
+            return file;
+    return {};
 }
 
 std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
@@ -222,6 +239,7 @@ std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& ou
         if (!job.missing.empty() && options.inputs.missing == Missing::hold)
             hold_earlier(options, companions, input, incomplete[*input.source], job);
         if (!job.missing.empty()) {
+            job.left_out = options.inputs.missing == Missing::skip;
             jobs.push_back(job);
             continue;
         }

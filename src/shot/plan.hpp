@@ -1,6 +1,8 @@
 #pragma once
 
-#include "cli/options/depth_options.hpp"
+#include "options.hpp"
+
+#include "camera_file/file.hpp"
 
 #include <filesystem>
 #include <vector>
@@ -28,8 +30,9 @@ struct Job {
     std::filesystem::path camera_file = {}; ///< if each frame has its own
     std::optional<Frame> frame = {};        ///< that the input's name holds
     std::optional<Frame> held = {};         ///< the earlier frame whose input, companions and camera are read instead
-    std::vector<std::string> values = {};   ///< of the animated options, see set_values
+    std::vector<std::string> values = {};   ///< of the animated options, in their order
     std::filesystem::path missing = {};     ///< a file without which the frame cannot be done; empty: it can
+    bool left_out = false;                  ///< because of it?
     bool in_sequence = false;               ///< or is the input a file that was named itself?
     Windows windows = {};                   ///< of the depth, once it is read
     std::optional<CameraFile> own_camera =
@@ -42,8 +45,13 @@ struct Job {
     Input read_as() const { return {.file = input.native(), .frame = held ? held : frame}; }
 };
 
-/// A file's extension as `Product::extensions` has it: in small letters, .tif for .tiff.
-std::string extension_of(const std::filesystem::path& file);
+/// Do the windows of an image differ?
+bool has_overscan(const Windows& windows);
+
+using io::extension_of; // as `Product::extensions` has it
+
+/// The image in a folder that is named like this input, with any extension that images have; none if there is none.
+std::filesystem::path image_like(const std::filesystem::path& folder, const std::filesystem::path& input);
 
 /// Decides where everything lies, before anything is read or written.
 /// A target is a folder when it is one, when it ends with a slash, or when there are several inputs; a result is then

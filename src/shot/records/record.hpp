@@ -1,8 +1,7 @@
 #pragma once
 
-#include "outputs.hpp"
-
 #include "io/recorded.hpp"
+#include "shot/plan.hpp"
 
 #include <fathom/device.hpp>
 
