@@ -238,7 +238,8 @@ std::vector<std::string> depth_files_in(const fs::path& folder) {
     std::vector<std::string> files;
     for (const std::string& name : io::names_in(folder)) {
         const auto known = {".exr", ".png", ".tif", ".pfm", ".pgm", ".npy"};
-        if (std::ranges::find(known, io::extension_of(name)) != known.end() && name.front() != '.' && !io::is_folder(folder / name))
+        if (std::ranges::find(known, io::extension_of(name)) != known.end() && name.front() != '.' &&
+            !io::is_folder(folder / name))
             files.push_back((folder / name).native());
     }
     std::ranges::sort(files);

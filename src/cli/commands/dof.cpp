@@ -172,9 +172,7 @@ std::function<int()> configure_dof(CLI::App& app) {
         else
             complete(options->lens, options->camera);
         More more;
-        more.companions.push_back({"--color", options->picture.color});
-        more.picture = 0;
-        more.color_layer = options->picture.color_layer;
+        use_picture(more, options->picture);
         if (options->clean_plate) {
             if (relative.order)
                 throw UsageError("--clean-plate: needs depth with a camera; leave out --relative, or the clean plate");
@@ -184,7 +182,6 @@ std::function<int()> configure_dof(CLI::App& app) {
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        more.doubts = [options](const Job& job) { return picture_doubts(options->picture, job); };
         more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
             return blur_doubts(options->relative, options->lens, stored, job, look, options->dof.sky,
                                options->dof.max_coc_px);

@@ -42,16 +42,7 @@ std::function<int()> configure_fog(CLI::App& app) {
     add_fog_options(app, options->fog);
     return [=] {
         More more{.halo = 0};
-        more.companions.push_back({"--color", options->picture.color});
-        more.picture = 0;
-        more.color_layer = options->picture.color_layer;
-        more.read = [options](const Job& job) {
-            return Images{.picture = picture_of(job.companions.front(), options->picture, job)};
-        };
-        more.picture_rows = [options](const Job& job) {
-            return picture_rows_of(job.companions.front(), options->picture, job);
-        };
-        more.doubts = [options](const Job& job) { return picture_doubts(options->picture, job); };
+        use_picture(more, options->picture);
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
             return std::vector<Result>{fogged(*options, stored, frame)};
         });

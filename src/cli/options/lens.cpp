@@ -1,11 +1,11 @@
 // The lens of `fathom dof-masks` and `fathom dof`.
 #include "lens.hpp"
-#include "description/lens.hpp"
 
 #include "depth_options.hpp"
 #include "described.hpp"
 
 #include "cli/command.hpp"
+#include "description/lens.hpp"
 #include "terminal/messages.hpp"
 #include "text.hpp"
 

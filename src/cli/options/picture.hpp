@@ -1,21 +1,18 @@
 #pragma once
 
-#include "depth_options.hpp"
+#include "shot/each_depth.hpp"
 
-#include "io/rows.hpp"
-
-#include <fathom/image.hpp>
 #include <fathom/picture.hpp>
 
-#include <opencv2/core/mat.hpp>
-
 #include <filesystem>
-#include <memory>
+#include <optional>
 #include <string>
 
-namespace fathom::cli {
+namespace CLI {
+class App;
+}
 
-struct Job;
+namespace fathom::cli {
 
 /// The picture that an operation changes.
 struct PictureOptions {
@@ -26,18 +23,14 @@ struct PictureOptions {
 /// A picture as a result, and its layer where it is appended to another one.
 Product picture_product(const std::string& layer);
 
-/// What is probably wrong with how the picture is said to count light. It is the first file beside the job's depth.
-std::vector<std::string> picture_doubts(const PictureOptions& options, const Job& job);
-
 /// Adds --color and --color-layer. `what` names the picture: "the sharp picture".
 void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what);
+
+/// Makes the results of the picture, which is the first file beside each input. The options outlive `more`.
+void use_picture(More& more, const PictureOptions& options);
 
 /// Reads a picture of the depth's size.
 /// Throws: Error for a file that is none, or one of another size.
 Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const Job& job);
-
-/// The same by rows; nothing for a file that has to be read whole.
-std::unique_ptr<io::PictureRows> picture_rows_of(const std::filesystem::path& file, const PictureOptions& options,
-                                                 const Job& job);
 
 } // namespace fathom::cli
