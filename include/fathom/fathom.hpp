@@ -12,6 +12,7 @@
 #include <fathom/image.hpp>
 #include <fathom/launch.hpp>
 #include <fathom/lens.hpp>
+#include <fathom/lens_arguments.hpp>
 #include <fathom/linearize.hpp>
 #include <fathom/normals.hpp>
 #include <fathom/photograph.hpp>
