@@ -3,8 +3,8 @@
 
 #include "codecs.hpp"
 #include "command.hpp"
+#include "floats_on_host.hpp"
 #include "interrupt.hpp"
-#include "look.hpp"
 #include "messages.hpp"
 #include "progress.hpp"
 #include "record.hpp"
@@ -23,6 +23,7 @@
 #include <fathom/error.hpp>
 #include <fathom/frames.hpp>
 #include <fathom/io.hpp>
+#include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
 
 #include <fmt/format.h>
@@ -52,6 +53,10 @@ Camera camera_of(const CameraFile& file, const Windows& windows) {
     const cv::Rect& part = windows.data;
     const bool whole = part == cv::Rect({0, 0}, windows.display);
     return whole ? camera : cropped(camera, part.x, part.y, part.width, part.height);
+}
+
+cv::Mat distances(const StoredDepth& stored) {
+    return floats_on_host(stored.image, 1, [&](const Image& z) { linearize(stored, z); });
 }
 
 DepthFile read_file(const std::filesystem::path& file, const ReadOptions& options) {
@@ -239,8 +244,8 @@ Held held(const std::string& channel, const Look& look) {
 Held held(const io::RelativeInput& input) {
     return {input.channel,
             in_words(input),
-            {{"stored", {{"min", json_number(input.least)}, {"max", json_number(input.greatest)}}},
-             {"invalid", input.invalid}}};
+            {{"stored", {{"min", json_number(input.stored.nearest)}, {"max", json_number(input.stored.farthest)}}},
+             {"invalid", input.stored.invalid}}};
 }
 
 // What `make` gives or throws, for whoever asks later.
@@ -272,6 +277,8 @@ struct Work {
     std::vector<std::string> channel_doubts;
     std::shared_future<std::vector<std::string>> option_doubts;
     // Looked at.
+    StoredDepth stored; // its image may be some rows of it
+    cv::Mat z;          // what it decodes to, if all of it is in memory
     Subject subject;
     std::vector<std::string> value_doubts, camera_doubts;
     Held held;
@@ -501,10 +508,13 @@ bool Steps::goes_by_strips(const Job& job, const io::DepthRows& rows) const {
 // Looks at what was read, while other inputs are computed: the device need not wait for the host's part of it.
 void Steps::examine(Work& work) const {
     const DepthFile& depth = work.depth;
-    work.subject.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
-    work.subject.look = look_at(work.subject.stored);
-    work.subject.each = [&work](const auto& visit) { visit(work.depth.values, work.subject.look.z); };
-    work.subject.places = [&work] { return Places(work.depth, work.subject.look.z); };
+    work.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
+    work.z = distances(work.stored);
+    const HostDepth values = on_host(depth.values, depth.storage);
+    work.subject = Subject(work.seen, depth.storage);
+    work.subject.add(values, on_host(work.z));
+    work.subject.look.z = on_host(work.z);
+    work.subject.each = [values, &work](const auto& visit) { visit(values, work.subject.look.z); };
     find_doubts(work);
 }
 
@@ -516,15 +526,17 @@ void Steps::find_doubts(Work& work) const {
     }
     work.held = held(work.depth.channel, work.subject.look);
     work.value_doubts = doubts(work.subject);
+    if (work.subject.look.invalid == work.subject.look.pixels)
+        throw Error(work.value_doubts.front());
     const cv::Size display = work.depth.windows.display;
     work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height);
 }
 
 cv::Mat Steps::decoded(const Work& work, const cv::Mat& values, int first_row) const {
-    StoredDepth stored = work.subject.stored;
+    StoredDepth stored = work.stored;
     stored.image = to_device(device_, values);
     stored.y = first_row;
-    return look_at(stored).z;
+    return distances(stored);
 }
 
 // What a row of the images takes: depth, two copies of it, the result and its file, and a picture.
@@ -564,9 +576,10 @@ void Steps::write_strip(Work& work, Result& result, const cv::Range& rows) const
 void Steps::stream(Work& work) {
     Loaded& frame = work.frame;
     const int height = work.rows->size().height, halo = *more_.halo, most = strip_rows(work);
+    const Storage storage = work.depth.storage;
     Subject& subject = work.subject;
-    subject.stored = {.image = {}, .camera = work.seen, .storage = work.depth.storage};
-    Places places(work.rows->size(), work.depth.storage);
+    subject = Subject(work.seen, storage);
+    work.stored = {.image = {}, .camera = work.seen, .storage = storage};
     cv::Mat values, picture; // from `first` on
     Loaded strip = frame;
     for (int first = 0, made = 0, read = 0; made < height;) {
@@ -580,9 +593,7 @@ void Steps::stream(Work& work) {
                     cv::vconcat(kept, next, kept);
             };
             const cv::Mat next = work.rows->read(rows).values;
-            const cv::Mat z = decoded(work, next, read);
-            add(subject.look, z);
-            places.add(next, z);
+            subject.add(on_host(next, storage), on_host(decoded(work, next, read)));
             join(values, next);
             if (work.picture)
                 join(picture, work.picture->read(rows).color);
@@ -597,7 +608,7 @@ void Steps::stream(Work& work) {
                     const Picture& whole = frame.images.get().picture;
                     return Images{.picture = {whole.color.rowRange(first, read), whole.format}};
                 });
-            StoredDepth stored = subject.stored;
+            StoredDepth stored = work.stored;
             stored.image = to_device(device_, values);
             stored.y = first;
             return operation_(stored, strip);
@@ -622,12 +633,11 @@ void Steps::stream(Work& work) {
             keep(picture);
         first = kept;
     }
-    subject.places = [places] { return places; };
-    subject.each = [this, &work, most](const auto& visit) {
+    subject.each = [this, &work, most, storage](const auto& visit) {
         const auto again = io::depth_rows(work.frame.input, read_options(work));
         for (int y = 0; y < again->size().height; y += most) {
             const cv::Mat rows = again->read(std::min(most, again->size().height - y)).values;
-            visit(rows, decoded(work, rows, y));
+            visit(on_host(rows, storage), on_host(decoded(work, rows, y)));
         }
     };
     find_doubts(work);
@@ -655,14 +665,15 @@ void Steps::compute(Work& work) {
     }
     warn_once(work, frame.input, work.option_doubts.get());
     if (more_.length_doubts && !work.doubtful_values && !doubtful_camera) // or one mistake would be told twice
-        warn_once(work, frame.input, more_.length_doubts(work.subject.stored, work.subject.look, frame));
+        warn_once(work, frame.input, more_.length_doubts(work.stored, work.subject.look, frame));
     frame.said.insert(frame.said.end(), work.explained.begin(), work.explained.end());
-    work.subject.look.z.release();
+    work.subject.look.z = {};
+    work.z.release();
     if (work.failure)
         std::rethrow_exception(work.failure);
     if (!work.rows)
-        work.results = operation_(work.subject.stored, frame);
-    work.subject.stored.image = {};
+        work.results = operation_(work.stored, frame);
+    work.stored.image = {};
     frame.images = {};
     work.depth.values.release();
 }

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "look.hpp"
 #include "outputs.hpp"
 
+#include "doubts/look.hpp"
 #include "io/rows.hpp"
 
 #include <fathom/image.hpp>

@@ -2,7 +2,7 @@
 #include "codecs.hpp"
 #include "command.hpp"
 #include "depth_options.hpp"
-#include "look.hpp"
+#include "floats_on_host.hpp"
 #include "messages.hpp"
 
 #include "camera_file/file.hpp"

@@ -2,7 +2,7 @@
 
 #include "depth_options.hpp"
 
-#include "look.hpp"
+#include "doubts/look.hpp"
 
 #include <fathom/dof_masks.hpp>
 #include <fathom/image.hpp>

@@ -3,7 +3,6 @@
 #include "depth_options.hpp"
 #include "false_color.hpp"
 #include "inputs.hpp"
-#include "look.hpp"
 #include "messages.hpp"
 #include "outputs.hpp"
 
