@@ -2,7 +2,7 @@
 
 #include "plan.hpp"
 
-#include "cli/look.hpp"
+#include "doubts/look.hpp"
 #include "io/rows.hpp"
 
 #include <fathom/image.hpp>

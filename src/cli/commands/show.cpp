@@ -1,7 +1,6 @@
 // fathom show
 #include "camera_file/file.hpp"
 #include "cli/command.hpp"
-#include "cli/look.hpp"
 #include "cli/options/depth_options.hpp"
 #include "cli/show/false_color.hpp"
 #include "io/replace_files.hpp"

@@ -153,16 +153,16 @@ std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored,
     const auto length_of_pixel = [&](float z) { return (perspective ? static_cast<double>(z) - centre : 1) / scale; };
     // Pixels enough for a median that is good to a few percent. All of them would take longer than linearizing.
     const auto step_of = [](int pixels) { return 1 + pixels / 256; };
-    const int down = step_of(look.z.rows), across_by = step_of(look.z.cols);
+    const int down = step_of(look.z.height), across_by = step_of(look.z.width);
     std::vector<float> depths;
     for (int first = 0; first < down * across_by && depths.empty(); ++first)
-        for (int y = first % down; y < look.z.rows; y += down)
-            for (int x = first / down; x < look.z.cols; x += across_by)
-                if (const float z = look.z.at<float>(y, x); std::isfinite(z))
+        for (int y = first % down; y < look.z.height; y += down)
+            for (int x = first / down; x < look.z.width; x += across_by)
+                if (const float z = row_of(look.z, y)[static_cast<std::size_t>(x)]; std::isfinite(z))
                     depths.push_back(z);
     const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
     std::ranges::nth_element(depths, middle);
-    const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(look.z.cols, look.z.rows);
+    const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(look.z.width, look.z.height);
     if (radius < pixel / 2)
         return {fmt::format(
             "the radius of {} is less than half a pixel for most pixels, so that little is occluded: depths "
@@ -172,7 +172,7 @@ std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored,
         return {fmt::format(
             "the radius of {} is larger than all that most pixels see: depths run from {:.4g} to {:.4g}, and "
             "the view is {:.2g} wide in their middle; is it in scene units?",
-            number(radius), look.nearest, look.farthest, pixel * look.z.cols)};
+            number(radius), look.nearest, look.farthest, pixel * look.z.width)};
     return {};
 }
 

@@ -5,7 +5,7 @@
 // in units of the stored value, each shape with one parameter for the whole image. A window counts if one shape leaves
 // no more than its noise, and another one clearly more. Noise is what a cubic polynomial leaves, or the storage's
 // rounding.
-#include "camera/plane_fits.hpp"
+#include "doubts/plane_fits.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -32,16 +32,10 @@ constexpr double flat = 1.5, fits = 2;       // times the noise
 constexpr double fails = 4, tells_apart = 8; // times the noise
 constexpr double at_limit = 0.05;            // of a parameter's logarithm
 
-struct Sample {
-    double x, y; // from the middle of the image, in half its width
-    double u, t; // from the middle of the window, in half its size
-    double v;
-};
-
 struct Window {
-    std::vector<Sample> samples;
-    double rounding; // of the storage
-    double noise;    // that, or more where a cubic polynomial leaves more
+    std::vector<PlaneSample> samples; // x and y are from the middle of the image, in half its width
+    double rounding;                  // of the storage
+    double noise;                     // that, or more where a cubic polynomial leaves more
     int place;
 };
 
@@ -78,7 +72,7 @@ double residual(std::vector<Equation<N>>& equations) {
     return std::sqrt(sum / static_cast<double>(equations.size() - N));
 }
 
-double cubic_residual(const std::vector<Sample>& samples) {
+double cubic_residual(const std::vector<PlaneSample>& samples) {
     std::vector<Equation<10>> equations;
     equations.reserve(samples.size());
     for (const auto& [x, y, u, t, v] : samples) {
@@ -90,7 +84,7 @@ double cubic_residual(const std::vector<Sample>& samples) {
 }
 
 // The function that a shape makes of a value, and the value's change with it, which turns residuals into stored units.
-std::pair<double, double> function_of(Shape shape, double p, const Sample& at) {
+std::pair<double, double> function_of(Shape shape, double p, const PlaneSample& at) {
     const double v = at.v;
     const auto ray = [&] { return std::sqrt(1 + (at.x * at.x + at.y * at.y) * p * p); };
     switch (shape) {
@@ -122,46 +116,27 @@ std::pair<double, double> function_of(Shape shape, double p, const Sample& at) {
     return {v, 1};
 }
 
-double misfit(const Window& window, Shape shape, double parameter) {
-    static thread_local std::vector<Equation<3>> equations; // its memory serves every call
-    equations.clear();
-    for (const Sample& sample : window.samples) {
-        const auto [value, scale] = function_of(shape, parameter, sample);
-        equations.push_back({{1, sample.u, sample.t}, value, scale});
-    }
-    return residual(equations);
-}
-
-// Sizes of windows along one axis.
-std::vector<int> sizes(int longest) {
-    std::vector<int> found;
-    for (int size = smallest_window; size <= longest; size *= 2)
-        found.push_back(size);
-    return found;
-}
-
-class Windows {
-public:
-    Windows(const std::vector<float>& values, int width, int height, double step, double relative_step, double largest)
-        : values_(values), width_(width), height_(height), step_(step / largest), relative_step_(relative_step),
-          largest_(largest) {}
+// Of the stored values of an image.
+struct Windows {
+    const std::vector<float>& values;
+    int width, height;
+    double step, relative_step, largest; // the step is in units of the largest
 
     std::vector<Window> smooth_ones() const {
         std::vector<Window> found;
-        for (const int w : sizes(width_))
-            for (const int h : sizes(height_))
+        for (int w = smallest_window; w <= width; w *= 2)
+            for (int h = smallest_window; h <= height; h *= 2)
                 if (w <= longest_window * h && h <= longest_window * w)
                     add_size(w, h, found);
         return found;
     }
 
-private:
     void add_size(int w, int h, std::vector<Window>& found) const {
-        const int step_x = std::max({w / 2, 4, (width_ - w) / windows_across}),
-                  step_y = std::max({h / 2, 4, (height_ - h) / windows_across});
+        const int step_x = std::max({w / 2, 4, (width - w) / windows_across}),
+                  step_y = std::max({h / 2, 4, (height - h) / windows_across});
         std::vector<Window> these;
-        for (int y = 0; y + h <= height_; y += step_y)
-            for (int x = 0; x + w <= width_; x += step_x)
+        for (int y = 0; y + h <= height; y += step_y)
+            for (int x = 0; x + w <= width; x += step_x)
                 if (Window window; is_smooth(x, y, w, h, window))
                     these.push_back(std::move(window));
         const std::size_t count = std::min(these.size(), most_of_a_size);
@@ -176,12 +151,12 @@ private:
             for (int i = 0; i < samples_across; ++i) {
                 const int x = left + (w - 1) * i / (samples_across - 1), y = top + (h - 1) * j / (samples_across - 1);
                 const auto index =
-                    static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
-                const double v = static_cast<double>(values_[index]) / largest_;
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+                const double v = static_cast<double>(values[index]) / largest;
                 if (std::isnan(v))
                     continue;
-                const double half = 0.5 * width_;
-                window.samples.push_back({(x + 0.5 - half) / half, (y + 0.5 - 0.5 * height_) / half,
+                const double half = 0.5 * width;
+                window.samples.push_back({(x + 0.5 - half) / half, (y + 0.5 - 0.5 * height) / half,
                                           2.0 * (x - left) / (w - 1) - 1, 2.0 * (y - top) / (h - 1) - 1, v});
                 least = std::min(least, v);
                 greatest = std::max(greatest, v);
@@ -189,18 +164,14 @@ private:
         if (static_cast<double>(window.samples.size()) < least_samples * samples_across * samples_across)
             return false;
         const double range = greatest - least;
-        window.rounding = (step_ + relative_step_ * std::max(std::abs(least), std::abs(greatest))) / std::sqrt(12);
+        window.rounding = (step + relative_step * std::max(std::abs(least), std::abs(greatest))) / std::sqrt(12);
         if (!(range > least_steps * window.rounding))
             return false;
         const double rest = cubic_residual(window.samples);
         window.noise = std::max(rest, window.rounding);
-        window.place = 8 * (left + w / 2) / width_ + 8 * (6 * (top + h / 2) / height_);
+        window.place = 8 * (left + w / 2) / width + 8 * (6 * (top + h / 2) / height);
         return rest <= smooth * range;
     }
-
-    const std::vector<float>& values_;
-    int width_, height_;
-    double step_, relative_step_, largest_;
 };
 
 // How well a shape fits the third of the windows that it fits best: the logarithm of residuals in roundings.
@@ -208,7 +179,7 @@ double cost(const std::vector<const Window*>& windows, Shape shape, double param
     std::vector<double> each;
     each.reserve(windows.size());
     for (const Window* window : windows)
-        each.push_back(std::log(std::max(misfit(*window, shape, parameter) / window->rounding, 0.5)));
+        each.push_back(std::log(std::max(misfit(window->samples, shape, parameter) / window->rounding, 0.5)));
     const auto third = each.begin() + static_cast<std::ptrdiff_t>((each.size() + 2) / 3);
     std::nth_element(each.begin(), third - 1, each.end());
     double sum = 0;
@@ -251,6 +222,16 @@ double best_parameter(const std::vector<const Window*>& windows, Shape shape, do
 
 } // namespace
 
+double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter) {
+    static thread_local std::vector<Equation<3>> equations; // its memory serves every call
+    equations.clear();
+    for (const PlaneSample& sample : patch) {
+        const auto [value, scale] = function_of(shape, parameter, sample);
+        equations.push_back({{1, sample.u, sample.t}, value, scale});
+    }
+    return residual(equations);
+}
+
 PlaneFits fit_planes(const std::vector<float>& values, int width, int height, double step, double relative_step) {
     double largest = 0, lowest = std::numeric_limits<double>::infinity();
     for (const float value : values)
@@ -261,7 +242,8 @@ PlaneFits fit_planes(const std::vector<float>& values, int width, int height, do
     PlaneFits found;
     if (!(largest > 0))
         return found;
-    const std::vector<Window> windows = Windows(values, width, height, step, relative_step, largest).smooth_ones();
+    const std::vector<Window> windows =
+        Windows{values, width, height, step / largest, relative_step, largest}.smooth_ones();
     found.smooth = windows.size();
     if (windows.empty())
         return found;
@@ -292,7 +274,7 @@ PlaneFits fit_planes(const std::vector<float>& values, int width, int height, do
     std::vector<double> noise, each(found.shapes.size());
     for (const Window& window : windows) {
         for (std::size_t i = 0; i < each.size(); ++i)
-            each[i] = misfit(window, found.shapes[i].shape, found.shapes[i].parameter);
+            each[i] = misfit(window.samples, found.shapes[i].shape, found.shapes[i].parameter);
         const auto [best, worst] = std::minmax_element(each.begin(), each.end());
         const double floor = std::max(*best, window.noise);
         if (!(*best <= flat * window.noise && *worst > tells_apart * floor))

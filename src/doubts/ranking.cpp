@@ -1,16 +1,16 @@
 // What stored depth could be, from how it varies over planes, its range and the values that stand apart.
 #include <fathom/ranking.hpp>
 
-#include "camera/plane_fits.hpp"
-#include "camera/stored_values.hpp"
+#include "doubts/plane_fits.hpp"
+#include "doubts/stored_values.hpp"
 #include "require.hpp"
 #include "text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -259,10 +259,7 @@ std::pair<std::string, double> plausible_unit(const Findings& found) {
 }
 
 std::string scale_key(double scale) {
-    std::ostringstream stream;
-    stream.precision(17);
-    stream << scale;
-    return scale == 1 ? std::string() : ", \"scale\": " + stream.str();
+    return scale == 1 ? std::string() : ", \"scale\": " + number(scale, 17);
 }
 
 Guess planar_guess(const Findings& found) {
@@ -460,19 +457,8 @@ std::vector<Guess> plausible_guesses(const Findings& found) {
 } // namespace
 
 const char* to_string(Family family) {
-    switch (family) {
-    case Family::window_affine:
-        return "window-affine";
-    case Family::planar:
-        return "planar";
-    case Family::radial:
-        return "radial";
-    case Family::inverse:
-        return "inverse";
-    case Family::other:
-        return "other";
-    }
-    return "unknown";
+    constexpr std::array names{"window-affine", "planar", "radial", "inverse", "other"};
+    return names[static_cast<std::size_t>(family)];
 }
 
 Ranking rank_encodings(const HostDepth& stored) {

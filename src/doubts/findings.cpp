@@ -1,8 +1,7 @@
 // What a depth image holds, and what its camera makes of it.
 #include <fathom/findings.hpp>
 
-#include "camera/statistics_of_parts.hpp"
-#include "camera/stored_values.hpp"
+#include "doubts/stored_values.hpp"
 #include "require.hpp"
 #include "text.hpp"
 
@@ -19,29 +18,18 @@ namespace fathom {
 namespace {
 
 std::optional<DepthBits> bits_of(const Camera& camera, Storage storage) {
-    switch (camera.depth_bits.value_or(0)) {
+    const bool float32 = storage == Storage::float32,
+               no_buffer = storage == Storage::float16 || storage == Storage::uint8;
+    const int own = float32 ? 32 : no_buffer ? 0 : storage == Storage::uint16 ? 16 : 24;
+    switch (camera.depth_bits.value_or(own)) {
     case 16:
         return DepthBits::d16;
     case 24:
         return DepthBits::d24;
     case 32:
         return DepthBits::d32f;
-    case 0:
-        break;
     default:
         return std::nullopt;
-    }
-    switch (storage) {
-    case Storage::float32:
-        return DepthBits::d32f;
-    case Storage::float16:
-        return std::nullopt;
-    case Storage::uint8:
-        return std::nullopt;
-    case Storage::uint16:
-        return DepthBits::d16;
-    default:
-        return DepthBits::d24;
     }
 }
 
@@ -191,8 +179,7 @@ StoredStatistics statistics_of_parts(Storage storage, const EachPart& each_part)
 
 CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, std::span<const float> depth) {
     const auto pixels = static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height);
-    require(camera.width == stored.width && camera.height == stored.height, "stored depth of ", stored.width, " x ",
-            stored.height, " pixels; must be of the camera's ", camera.width, " x ", camera.height);
+    check_size(camera, stored);
     require(depth.empty() || depth.size() == pixels, "depth of ", depth.size(),
             " pixels; must be of the stored depth's ", pixels);
     const double right = camera.width, bottom = camera.height;

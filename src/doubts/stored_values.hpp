@@ -1,5 +1,7 @@
 #pragma once
 
+#include "require.hpp"
+
 #include <fathom/findings.hpp>
 
 #include <Eigen/Core>
@@ -7,6 +9,9 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <sstream>
+#include <string>
 
 namespace fathom {
 
@@ -20,6 +25,50 @@ void visit_pixels(const HostDepth& stored, int channels, const Visit& visit) {
             visit(pixel);
     }
 }
+
+inline std::size_t pixel_bytes(Storage storage) {
+    switch (storage) {
+    case Storage::uint8:
+        return 1;
+    case Storage::float16:
+    case Storage::uint16:
+        return 2;
+    case Storage::float32:
+    case Storage::uint24:
+    case Storage::uint24_high:
+        return 4;
+    default:
+        return 3;
+    }
+}
+
+/// A number in a sentence, with at most so many digits.
+inline std::string number(double value, int digits = 7) {
+    std::ostringstream stream;
+    stream.precision(digits);
+    stream << value;
+    return stream.str();
+}
+
+/// Some pixels of an image.
+inline HostDepth part_of(const HostDepth& stored, int x, int y, int width, int height) {
+    return {static_cast<const unsigned char*>(stored.data) + static_cast<std::size_t>(y) * stored.row_bytes +
+                static_cast<std::size_t>(x) * pixel_bytes(stored.storage),
+            width, height, stored.row_bytes, stored.storage};
+}
+
+/// Throws: std::invalid_argument for stored depth of another size than the camera's.
+inline void check_size(const Camera& camera, const HostDepth& stored) {
+    require(camera.width == stored.width && camera.height == stored.height, "stored depth of ",
+            ImageSize{stored.width, stored.height}, " pixels; must be of the camera's ",
+            ImageSize{camera.width, camera.height});
+}
+
+/// Calls a function with each part of an image, in any order. It is asked twice, and gives the same parts.
+using EachPart = std::function<void(const std::function<void(const HostDepth&)>&)>;
+
+/// `stored_statistics` of an image that lies in parts. It needs memory for none of them.
+StoredStatistics statistics_of_parts(Storage storage, const EachPart& each_part);
 
 /// The stored values as numbers, row by row, and their bits, which are compared with the background's.
 template <typename Visit>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 namespace fathom {
@@ -17,6 +18,16 @@ enum class Shape {
     logarithmic,     ///< 1/(exp(p v) - 1)
     exponential,     ///< exp(-p v)
 };
+
+/// A stored value of a patch of the image.
+struct PlaneSample {
+    double x = 0, y = 0; ///< how far its ray goes across and down for a depth of one: p times these
+    double u = 0, t = 0; ///< from the middle of the patch, in half its size
+    double v = 0;
+};
+
+/// How far a shape of the values is from being affine in the pixel over a patch: the root of the mean square, in stored units.
+double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter);
 
 /// How one shape fits the flat patches of an image.
 struct ShapeFit {
