@@ -14,7 +14,7 @@ namespace fathom {
 /// buffer as distances, a sky as a surface, pixels that are invalid. None where nothing looks wrong. Where no pixel has a
 /// depth, the only sentence says why that is likely.
 ///
-/// `stored`: depth of the camera's width × height. Flat surfaces tell of a wrong encoding where there are some; docs/mistakes.md
+/// `stored`: depth of the camera's width × height. Flat surfaces tell of a wrong encoding where there are some; docs/inspect.md
 /// lists what is told and what nobody can see. Takes about 50 ms for 1920 × 1080 pixels, and 4 bytes a pixel.
 /// Throws: std::invalid_argument for a camera that `depth_form` refuses, and for depth of another size.
 std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& stored);

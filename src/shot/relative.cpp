@@ -60,7 +60,7 @@ RelativeDepth relative_depth(const RelativeOptions& relative, const Job& job, co
 
 std::string in_words(const io::RelativeInput& input) {
     return fmt::format("values {} to {}, {}", number(input.stored.nearest), number(input.stored.farthest),
-                       invalid_in_words(input.invalid, input.pixels));
+                       invalid_in_words(input.stored.invalid, input.stored.pixels));
 }
 
 } // namespace fathom::cli
