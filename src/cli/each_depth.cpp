@@ -907,12 +907,6 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     return failed.empty() && log.complete() ? done : input_failed;
 }
 
-int each_depth(const DepthOptions& options, const Product& product,
-               const std::function<cv::Mat(const StoredDepth&)>& operation) {
-    return each_depth(options, product, {.halo = 0},
-                      [&](const StoredDepth& stored, Loaded&) { return std::vector<Result>{operation(stored)}; });
-}
-
 bool has_overscan(const Job& job) {
     return job.windows.data != cv::Rect({0, 0}, job.windows.display);
 }

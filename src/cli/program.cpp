@@ -2,14 +2,19 @@
 #include "program.hpp"
 
 #include "command.hpp"
+#include "described.hpp"
 #include "help.hpp"
+#include "operation.hpp"
 
 #include <CLI/CLI.hpp>
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <exception>
 #include <sstream>
+#include <string>
+#include <vector>
 
 namespace fathom::cli {
 namespace {
@@ -28,20 +33,32 @@ constexpr const char* exit_codes_in_short =
 } // namespace
 
 Program::Program()
-    : app_(std::make_unique<CLI::App>("fathom: exact depth, positions, normals, ambient occlusion, depth of field and "
-                                      "fog\nfrom depth images, on any OpenCL device",
-                                      "fathom")) {
+    : app_(std::make_unique<CLI::App>("fathom: what depth images hold, exact, on any OpenCL device", "fathom")) {
     app_->formatter(help_layout());
     app_->set_help_flag("-h,--help", "print this help, or that of a command");
     app_->set_version_flag("--version", "fathom " FATHOM_VERSION, "print the version");
     app_->require_subcommand(1);
     app_->footer("Example:\n  fathom linearize frame.exr --camera camera.json -o frame.z.exr\n\n" +
                  std::string(exit_codes));
-    for (const Command* command : commands()) {
-        CLI::App* app = app_->add_subcommand(command->name, command->summary);
-        app->footer(command->notes + std::string("\n\n") + exit_codes_in_short);
-        app->parse_complete_callback([this, run = command->configure(*app)] { action_ = run; });
+    const auto add = [&](const char* name, const char* summary, const char* notes, const auto& configure) {
+        CLI::App* app = app_->add_subcommand(name, summary);
+        app->footer(notes + std::string("\n\n") + exit_codes_in_short);
+        app->parse_complete_callback([this, run = configure(*app)] { action_ = run; });
+    };
+    std::vector<const Command*> own(commands().begin(), commands().end());
+    for (const description::Operation& operation : description::operations()) {
+        const std::string name = spelled(operation.name).substr(2);
+        const auto command = std::ranges::find(own, name, &Command::name);
+        if (command != own.end()) {
+            add((*command)->name, (*command)->summary, (*command)->notes, (*command)->configure);
+            own.erase(command);
+        } else {
+            add(name.c_str(), operation.summary, operation.notes,
+                [&](CLI::App& app) { return configure_operation(app, operation); });
+        }
     }
+    for (const Command* command : own)
+        add(command->name, command->summary, command->notes, command->configure);
 }
 
 Program::~Program() = default;
