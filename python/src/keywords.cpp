@@ -44,7 +44,7 @@ bool is_kind(const Option& option, nb::handle given) {
     case Kind::depth:
         return nb::isinstance<BackDepth>(given);
     default:
-        return !PyUnicode_Check(given.ptr());
+        return !PyUnicode_Check(given.ptr()) && !nb::isinstance<BackDepth>(given);
     }
 }
 

@@ -192,11 +192,11 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     const std::optional<LensArguments> lens =
         operation.lens.empty() ? std::nullopt : std::optional<LensArguments>(keywords);
 
-    const std::shared_ptr<void> made = operation.make(nullptr);
+    std::shared_ptr<void> options = operation.make(nullptr);
     Given given;
     keywords.each(bound.keywords, [&](const Option& option, nb::handle value) {
         if (!option.is_image())
-            operation.set(made.get(), option, keywords.value_of(option, value));
+            operation.set(options.get(), option, keywords.value_of(option, value));
         given.emplace_back(&option, value);
     });
     const Common common(keywords);
@@ -204,9 +204,10 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
         if (!each.option.by_default && each.option.kind != Kind::lens &&
             std::ranges::count(given, &each.option, &Given::value_type::first) == 0)
             keywords.refuse();
-    set_radius(bound, made.get(), given, camera);
+    set_radius(bound, options.get(), given, camera);
 
     Call call(depth, camera, common.storage, common.device);
+    const std::shared_ptr<void> made = std::move(options); // whose images end before the arrays that they lie in
     set_images(bound, made.get(), given, call);
     const std::vector<description::Result> results = operation.results_of(made.get(), call.depth());
     const bool alone = !operation.results ||
