@@ -100,7 +100,8 @@ std::string device_name(int type) {
 
 // Refuses what lies in another memory than the CPU's before it is asked for, and what is not said by the memory alone.
 void check_kind(nb::handle object, const char* argument) {
-    const bool plain = std::string_view(Py_TYPE(object.ptr())->tp_name) == "numpy.ndarray"; // most are, and have no mask
+    const bool plain =
+        std::string_view(Py_TYPE(object.ptr())->tp_name) == "numpy.ndarray"; // most are, and have no mask
     if (!plain && nb::hasattr(object, "mask") && nb::hasattr(object, "filled"))
         refuse(argument,
                "a masked array's mask would be lost; make invalid pixels of it by .filled(numpy.nan), of integers by "

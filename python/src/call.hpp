@@ -33,14 +33,12 @@ struct Pixels {
     explicit operator bool() const { return given.is_valid() && !given.is_none(); }
 };
 
+/// The type of an argument that holds pixels, for the stubs.
+inline constexpr const char* pixels = "Array | Image";
+
 /// `fathom.BackDepth`: a second layer of depth, where each pixel's solid ends.
 struct BackDepth {
     nb::object depth;
-};
-
-/// `thickness=` of `ssao`.
-struct ThicknessGiven {
-    nb::object given;
 };
 
 /// The same, for what is written.
@@ -170,10 +168,8 @@ namespace nanobind::detail {
         }                                                                                                              \
     };
 
-FATHOM_TAKES_ANY_OBJECT(fathom::python::Pixels, "fathom._results.Array | Image")
-FATHOM_TAKES_ANY_OBJECT(fathom::python::Target, "fathom._results.Array | Image | tuple")
-FATHOM_TAKES_ANY_OBJECT(fathom::python::ThicknessGiven,
-                        "float | typing.Literal['silhouette'] | fathom._results.Array | Image | BackDepth")
+FATHOM_TAKES_ANY_OBJECT(fathom::python::Pixels, "fathom._operations.Array | Image")
+FATHOM_TAKES_ANY_OBJECT(fathom::python::Target, "fathom._operations.Array | Image | tuple")
 FATHOM_TAKES_ANY_OBJECT(fathom::python::DeviceChoice, "Device | DeviceInfo | str | int")
 
 #undef FATHOM_TAKES_ANY_OBJECT

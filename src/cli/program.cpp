@@ -3,13 +3,18 @@
 
 #include "command.hpp"
 #include "help.hpp"
+#include "operation.hpp"
+
+#include "cli/options/described.hpp"
 
 #include <CLI/CLI.hpp>
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <exception>
 #include <sstream>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -43,9 +48,7 @@ std::vector<const char*> with_all_help(int argc, const char* const* argv) {
 } // namespace
 
 Program::Program()
-    : app_(std::make_unique<CLI::App>("fathom: exact depth, positions, normals, ambient occlusion, depth of field and "
-                                      "fog\nfrom depth images, on any OpenCL device",
-                                      "fathom")) {
+    : app_(std::make_unique<CLI::App>("fathom: what depth images hold, exact, on any OpenCL device", "fathom")) {
     app_->formatter(help_layout());
     app_->set_help_flag("-h,--help", "print this help, or that of a command");
     app_->set_help_all_flag("--help-all");
@@ -53,11 +56,25 @@ Program::Program()
     app_->require_subcommand(1);
     app_->footer("Example:\n  fathom linearize frame.exr --camera camera.json -o frame.z.exr\n\n" +
                  std::string(exit_codes));
-    for (const Command* command : commands()) {
-        CLI::App* app = app_->add_subcommand(command->name, command->summary);
-        app->footer(command->notes + std::string("\n\n") + exit_codes_in_short);
-        app->parse_complete_callback([this, run = command->configure(*app)] { action_ = run; });
+    const auto add = [&](const char* name, const char* summary, const char* notes, const auto& configure) {
+        CLI::App* app = app_->add_subcommand(name, summary);
+        app->footer(notes + std::string("\n\n") + exit_codes_in_short);
+        app->parse_complete_callback([this, run = configure(*app)] { action_ = run; });
+    };
+    std::vector<const Command*> own(commands().begin(), commands().end());
+    for (const description::Operation& operation : description::operations()) {
+        const std::string name = spelled(operation.name).substr(2);
+        const auto command = std::ranges::find(own, name, &Command::name);
+        if (command != own.end()) {
+            add((*command)->name, (*command)->summary, (*command)->notes, (*command)->configure);
+            own.erase(command);
+        } else {
+            add(name.c_str(), operation.summary, operation.notes,
+                [&](CLI::App& app) { return configure_operation(app, operation); });
+        }
     }
+    for (const Command* command : own)
+        add(command->name, command->summary, command->notes, command->configure);
 }
 
 Program::~Program() = default;
