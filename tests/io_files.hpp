@@ -7,14 +7,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <string>
-#include <utility>
-#include <vector>
-
 /// Folders, files and refusals, for the tests of everything that touches a disk.
 namespace fathom::test {
 

@@ -10,14 +10,6 @@
 
 #include <fathom/precision.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <iostream>
-#include <limits>
-#include <numbers>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::charts;
 

@@ -11,15 +11,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <random>
-#include <tuple>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::images;
 

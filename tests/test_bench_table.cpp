@@ -6,13 +6,6 @@
 
 #include <fathom/error.hpp>
 
-#include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <stdexcept>
-#include <string>
-
 namespace {
 
 using fathom::bench::Table;

@@ -10,19 +10,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <Eigen/Geometry>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <functional>
-#include <numbers>
-#include <random>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::images;
 

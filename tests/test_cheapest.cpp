@@ -10,9 +10,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <cmath>
-#include <limits>
-
 using namespace fathom;
 using fathom::images::floats;
 using fathom::images::same_bits;

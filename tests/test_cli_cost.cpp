@@ -3,12 +3,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/opencv.hpp>
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <functional>
-#include <limits>
-
 using namespace fathom;
 using namespace fathom::test;
 

@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
-
 using namespace fathom;
 using namespace fathom::test;
 

@@ -4,10 +4,6 @@
 #include <fathom/dof_masks.hpp>
 #include <fathom/opencv.hpp>
 
-#include <cmath>
-#include <functional>
-#include <limits>
-
 using namespace fathom;
 using namespace fathom::test;
 

@@ -3,12 +3,6 @@
 #include "program.hpp"
 #include "real_inputs.hpp"
 
-#include <array>
-#include <cstdio>
-#include <iostream>
-#include <map>
-#include <set>
-
 using namespace fathom;
 using namespace fathom::test;
 

@@ -4,8 +4,6 @@
 #include <fathom/fog.hpp>
 #include <fathom/opencv.hpp>
 
-#include <functional>
-
 using namespace fathom;
 using namespace fathom::test;
 

@@ -4,13 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include <array>
-#include <chrono>
 #include <csignal>
-#include <iostream>
-#include <limits>
 #include <regex>
-#include <thread>
 
 #include <sys/ioctl.h>
 

@@ -6,8 +6,6 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include <cmath>
-
 using namespace fathom;
 using namespace fathom::test;
 

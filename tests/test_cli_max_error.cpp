@@ -5,8 +5,6 @@
 #include <fathom/cheapest.hpp>
 #include <fathom/ssao.hpp>
 
-#include <cstdio>
-
 using namespace fathom;
 using namespace fathom::test;
 

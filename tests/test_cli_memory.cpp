@@ -1,8 +1,6 @@
 // --memory: large images are done in bands, with the same bytes in the file; or a line says what they need.
 #include "program.hpp"
 
-#include <iostream>
-
 using namespace fathom;
 using namespace fathom::test;
 

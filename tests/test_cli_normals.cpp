@@ -3,8 +3,6 @@
 
 #include <fathom/normals.hpp>
 
-#include <cmath>
-
 using namespace fathom;
 using namespace fathom::test;
 

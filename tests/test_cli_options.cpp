@@ -9,11 +9,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <set>
-
 using namespace fathom;
 using namespace fathom::test;
 using description::Option;

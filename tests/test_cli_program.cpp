@@ -6,11 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chrono>
-#include <cmath>
 #include <csignal>
-#include <random>
-#include <thread>
 
 #include <sys/stat.h>
 

@@ -5,9 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
-#include <random>
-
 using namespace fathom;
 using namespace fathom::test;
 using Json = nlohmann::json;

@@ -9,13 +9,7 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <csignal>
-#include <limits>
-#include <map>
-#include <random>
-#include <set>
-#include <thread>
 
 #include <sys/stat.h>
 

@@ -6,10 +6,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
-#include <map>
-#include <tuple>
-
 using namespace fathom::test;
 
 namespace {

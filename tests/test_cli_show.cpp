@@ -5,9 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <limits>
-
 using namespace fathom;
 using namespace fathom::test;
 

@@ -6,10 +6,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <cmath>
-#include <functional>
-#include <limits>
-
 using namespace fathom;
 using namespace fathom::test;
 

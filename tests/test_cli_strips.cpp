@@ -8,15 +8,6 @@
 #include <OpenEXR/ImfTiledOutputFile.h>
 #include <tiffio.h>
 
-#include <chrono>
-#include <cmath>
-#include <cstdint>
-#include <fstream>
-#include <iostream>
-#include <limits>
-#include <numbers>
-#include <random>
-
 using namespace fathom;
 using namespace fathom::test;
 using fathom::test::write;

@@ -8,20 +8,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <cstring>
-#include <functional>
-#include <limits>
-#include <map>
-#include <random>
-#include <string>
-#include <tuple>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using images::floats;
 using images::same_bits;

@@ -11,16 +11,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <limits>
-#include <map>
-#include <sstream>
-#include <tuple>
-
 using namespace fathom;
 using oracle::conventions;
 using oracle::encoded;

@@ -3,12 +3,6 @@
 
 #include <fathom/findings.hpp>
 
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <string>
-#include <vector>
-
 using namespace fathom;
 
 namespace {

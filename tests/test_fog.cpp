@@ -6,19 +6,6 @@
 
 #include <fathom/fog.hpp>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <map>
-#include <random>
-#include <string>
-#include <tuple>
-
 using namespace fathom;
 
 namespace {

@@ -6,14 +6,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/relative.hpp>
 
-#include <array>
-#include <cmath>
-#include <functional>
-#include <iostream>
-#include <limits>
-#include <string>
-#include <vector>
-
 using namespace fathom;
 using images::same_bits;
 

@@ -6,16 +6,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cstring>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <random>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 
 namespace {

@@ -3,9 +3,6 @@
 
 #include <fathom/opencv.hpp>
 
-#include <cmath>
-#include <random>
-
 using namespace fathom;
 using namespace fathom::test;
 

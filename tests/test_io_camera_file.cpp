@@ -5,10 +5,6 @@
 
 #include <fathom/io.hpp>
 
-#include <cmath>
-#include <limits>
-#include <numbers>
-
 using namespace fathom;
 using namespace fathom::test;
 

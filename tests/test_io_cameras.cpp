@@ -19,19 +19,12 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfVecAttribute.h>
 
-#include <Eigen/Geometry>
-
 #ifdef WITH_CALIB3D
 #include <opencv2/calib3d.hpp>
 #endif
 #include <opencv2/core.hpp>
 
-#include <cmath>
-#include <cstring>
 #include <ctime>
-#include <iostream>
-#include <numbers>
-#include <random>
 
 using namespace fathom;
 using namespace fathom::test;

@@ -12,14 +12,6 @@
 
 #include <zlib.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <random>
-#include <string>
-#include <string_view>
-
 using namespace fathom;
 using namespace fathom::test;
 

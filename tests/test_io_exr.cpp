@@ -8,9 +8,6 @@
 
 #include <opencv2/core.hpp>
 
-#include <cmath>
-#include <map>
-
 using namespace fathom;
 using namespace fathom::test;
 using Imath::Box2i;

@@ -21,13 +21,6 @@
 #include <OpenEXR/ImfTimeCodeAttribute.h>
 #include <OpenEXR/ImfVecAttribute.h>
 
-#include <array>
-#include <cstdio>
-#include <iostream>
-#include <limits>
-#include <set>
-#include <sstream>
-
 using namespace fathom;
 using namespace fathom::test;
 

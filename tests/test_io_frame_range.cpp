@@ -4,13 +4,6 @@
 
 #include "sequence/frame_range.hpp"
 
-#include <fstream>
-#include <iostream>
-#include <sstream>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
 using namespace fathom::sequence;
 
 namespace {

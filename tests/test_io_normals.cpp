@@ -7,9 +7,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include <cmath>
-#include <limits>
-
 using namespace fathom;
 using namespace fathom::test;
 

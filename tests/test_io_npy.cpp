@@ -5,11 +5,6 @@
 
 #include <fathom/io.hpp>
 
-#include <bit>
-#include <cstring>
-#include <functional>
-#include <limits>
-
 using namespace fathom;
 using namespace fathom::test;
 

@@ -6,10 +6,8 @@
 #include <fathom/camera.hpp>
 #include <fathom/io.hpp>
 
-#include <algorithm>
 #include <cctype>
 #include <regex>
-#include <set>
 
 using namespace fathom;
 using namespace fathom::test;

@@ -10,10 +10,6 @@
 #include <tiffio.h>
 #include <zlib.h>
 
-#include <algorithm>
-#include <cmath>
-#include <random>
-
 using namespace fathom;
 using namespace fathom::test;
 

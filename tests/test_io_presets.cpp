@@ -10,14 +10,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include <cmath>
-#include <fstream>
-#include <functional>
-#include <limits>
-#include <map>
 #include <regex>
-#include <set>
-#include <sstream>
 
 using namespace fathom;
 using namespace fathom::test;

@@ -8,8 +8,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include <cstring>
-
 using namespace fathom;
 using namespace fathom::test;
 

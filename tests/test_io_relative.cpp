@@ -7,10 +7,6 @@
 #include <fathom/picture.hpp>
 #include <fathom/relative.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <iostream>
-
 using namespace fathom;
 using namespace fathom::test;
 

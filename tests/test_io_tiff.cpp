@@ -9,8 +9,6 @@
 
 #include <tiffio.h>
 
-#include <cstring>
-
 using namespace fathom;
 using namespace fathom::test;
 

@@ -9,10 +9,7 @@
 
 #include <sys/resource.h>
 
-#include <cmath>
 #include <csignal>
-#include <cstring>
-#include <limits>
 
 using namespace fathom;
 using namespace fathom::test;

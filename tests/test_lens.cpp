@@ -4,10 +4,6 @@
 
 #include <fathom/lens.hpp>
 
-#include <cmath>
-#include <limits>
-#include <random>
-
 using namespace fathom;
 
 namespace {

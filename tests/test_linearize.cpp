@@ -7,13 +7,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <bit>
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <numbers>
-#include <sstream>
-
 using namespace fathom;
 using oracle::conventions;
 using oracle::everywhere;

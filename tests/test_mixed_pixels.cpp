@@ -6,15 +6,6 @@
 #include <fathom/dof_masks.hpp>
 #include <fathom/precision.hpp>
 
-#include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <functional>
-#include <map>
-#include <numbers>
-#include <string>
-#include <vector>
-
 using namespace fathom;
 
 namespace {

@@ -7,15 +7,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <limits>
-#include <map>
-#include <numbers>
-#include <random>
-
 using namespace fathom;
 using images::floats;
 

@@ -9,18 +9,7 @@
 
 #include <fathom/fathom.hpp>
 
-#include <Eigen/Dense>
-
 #include <scene/scene.hpp>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <map>
-#include <numbers>
-#include <random>
 
 using namespace fathom;
 using Eigen::Vector3d;

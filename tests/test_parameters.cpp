@@ -6,11 +6,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <limits>
-
 using namespace fathom;
 
 namespace {

@@ -4,13 +4,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/relative.hpp>
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <iostream>
-#include <random>
-
 using namespace fathom;
 
 namespace {

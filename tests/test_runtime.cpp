@@ -6,13 +6,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cstring>
-#include <limits>
-#include <numeric>
-#include <sstream>
-#include <string>
-
 using namespace fathom;
 
 namespace {

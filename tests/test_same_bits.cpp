@@ -6,17 +6,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <map>
-#include <tuple>
-#include <utility>
-
 using namespace fathom;
 using oracle::Subject;
 

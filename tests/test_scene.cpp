@@ -3,14 +3,6 @@
 #include "catch.hpp"
 #include "scene/scene.hpp"
 
-#include <Eigen/Dense>
-
-#include <cmath>
-#include <limits>
-#include <numbers>
-#include <string>
-#include <utility>
-
 using namespace fathom;
 using Eigen::Vector3d;
 

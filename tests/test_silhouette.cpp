@@ -10,12 +10,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::images;
 

@@ -11,18 +11,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
 
-#include <Eigen/Dense>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <map>
-#include <numbers>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::images;
 using Eigen::Vector2d;

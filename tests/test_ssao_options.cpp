@@ -14,20 +14,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
 
-#include <Eigen/Dense>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <functional>
-#include <limits>
-#include <numbers>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::images;
 using Eigen::Vector3d;

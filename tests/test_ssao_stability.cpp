@@ -11,18 +11,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
 
-#include <Eigen/Dense>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <numbers>
-#include <optional>
-#include <random>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using stability::camera_of;
 using stability::not_a_number;

@@ -9,14 +9,6 @@
 
 #include <fathom/precision.hpp>
 
-#include <Eigen/Dense>
-
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <string>
-
 using namespace fathom;
 using namespace fathom::stability;
 using oracle::Quad;

@@ -5,17 +5,7 @@
 #include "seen.hpp"
 #include "stability.hpp"
 
-#include <Eigen/Dense>
 #include <sys/mman.h>
-
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <cstring>
-#include <optional>
-#include <random>
 
 using namespace fathom;
 using namespace fathom::stability;

@@ -6,14 +6,7 @@
 
 #include <fathom/fathom.hpp>
 
-#include <Eigen/Geometry>
-
 #include "quad.hpp"
-
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <sstream>
 
 using namespace fathom;
 using oracle::Point;

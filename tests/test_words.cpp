@@ -3,14 +3,7 @@
 #include "catch.hpp"
 #include "places.hpp"
 
-#include <algorithm>
 #include <cctype>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
-#include <sstream>
-#include <string>
-#include <vector>
 
 namespace {
 
