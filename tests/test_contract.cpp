@@ -17,7 +17,7 @@ using images::floats;
 namespace {
 
 constexpr double nearest = 4, radius = 0.3, most_coc = 12;
-constexpr CircleOfConfusion lens{40, 180};
+constexpr CircleOfConfusion lens{40, 180}, wide_lens{300, 1300};
 
 Camera metric_camera(int width, int height) {
     Camera camera;
@@ -238,18 +238,17 @@ Call ssao_call(const std::string& name, SsaoOptions options, std::function<void(
     });
 }
 
-Call dof_call(const std::string& name, const DofOptions& options, bool plated = false) {
-    const int circle = static_cast<int>(most_coc / 2);
+Call dof_call(const std::string& name, const DofOptions& options, bool plated = false,
+              const CircleOfConfusion& circles = lens) {
+    const int circle = static_cast<int>(options.max_coc_px / 2);
     const int reach = *std::get_if<Quality>(&options.quality) == Quality::accurate || plated ? 3 * circle + 1 : circle;
-    return call(
-        "dof" + name, reach + dof_halo_columns, reach + dof_halo_rows,
-        [=](const Inputs& in, auto... result) {
-            DofOptions given = options;
-            if (plated)
-                given.clean_plate = CleanPlate{in.plate, in.behind};
-            return dof(in.stored, in.color, result..., lens, given);
-        },
-        true);
+    const auto run = [=](const Inputs& in, auto... result) {
+        DofOptions given = options;
+        if (plated)
+            given.clean_plate = CleanPlate{in.plate, in.behind};
+        return dof(in.stored, in.color, result..., circles, given);
+    };
+    return call("dof" + name, reach + dof_halo_columns, reach + dof_halo_rows, run, true);
 }
 
 /// The calls of an operation in its four rounds.
@@ -315,9 +314,14 @@ const std::vector<Call>& calls() {
                                 }));
         all.push_back(ssao_call(" with a map of thicknesses", {.sampling = every_pixel},
                                 [](SsaoOptions& o, const Inputs& in) { o.thickness = in.behind.image; }));
+        all.push_back(ssao_call(" with silhouettes", {.sampling = every_pixel, .thickness = Silhouette{}}));
+        all.back().columns = all.back().rows = 200; // outlines are looked for all around
         for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate})
             all.push_back(dof_call(text(" with a clean plate, quality ", static_cast<int>(quality)),
                                    {.quality = quality, .max_coc_px = most_coc}, true));
+        for (const Quality quality : {Quality::fast, Quality::balanced}) // large circles are summed over cells
+            all.push_back(dof_call(text(" of large circles, quality ", static_cast<int>(quality)),
+                                   {.quality = quality, .max_coc_px = 100}, false, wide_lens));
         return all;
     }();
     return made;
@@ -452,6 +456,8 @@ void check_budget(const Call& call, const Scene& scene) {
     INFO(call.name << " takes " << taken << " bytes, and says it needs " << least);
     CHECK((least == 0) == (taken == 0));
     CHECK(least < taken + mebibyte);
+    if (call.columns == 0)
+        CHECK(taken == 0);
     if (least > mebibyte)
         CHECK(needed(call, scene, least - mebibyte) == least);
     for (const std::size_t budget : {std::max<std::size_t>(least, 1), least + least / 4, (least + 2 * taken) / 2}) {
@@ -529,6 +535,45 @@ TEST_CASE("contract: a tile has the bits of the whole", "[contract]") {
     }
 }
 
+TEST_CASE("contract: a region of ssao is the crop of the whole", "[contract]") {
+    const Scene scene(131, 45, true);
+    const Inputs inputs = scene.on(device());
+    for (std::size_t round = 0; round < 4; ++round) {
+        const SsaoOptions options = in_round(SsaoOptions{}, round);
+        const std::vector<Image> whole = ssao_call("", options).make(inputs);
+        for (const Region& part : {Region{0, 0, 1, 1}, {37, 25, 17, 19}, {3, 1, 128, 2}, {130, 0, 1, 45}}) {
+            SsaoOptions of_part = options;
+            of_part.region = part;
+            const std::vector<Image> got = ssao_call("", of_part).make(inputs);
+            INFO("round " << round << ", " << part.width << " x " << part.height << " at " << part.x << ", " << part.y);
+            for (std::size_t i = 0; i < got.size(); ++i)
+                CHECK(same(floats(got[i]), floats(whole[i].region(part.x, part.y, part.width, part.height))));
+        }
+    }
+}
+
+TEST_CASE("contract: a radius of many pixels has blocks at full and at half resolution", "[contract]") {
+    const Scene scene(307, 300);
+    const auto of = [&](std::optional<bool> half) {
+        const Sampling sampling{.quality = Quality::fast, .half_resolution = half};
+        return results(ssao_call("", {.sampling = sampling}, {}, 0.8), scene.on(device()));
+    };
+    const auto chosen = of({}), half = of(true), full = of(false);
+    CHECK(chosen != half);
+    CHECK(chosen != full);
+}
+
+// Results above 16 MiB are written past the cache where their rows allow it: through other instructions.
+TEST_CASE("contract: large results have the same bits for every vector width", "[contract][slow]") {
+    const Scene scene(2048, 2049);
+    for (const char* operation : {"linearize", "unproject", "dof_masks"}) {
+        const Call call = calls_of(operation).front();
+        const auto expected = results(call, scene.on(device()));
+        for (const int vector_width : {1, 4, 8, 16})
+            CHECK(results(call, scene.on(device(vector_width, 64))) == expected);
+    }
+}
+
 TEST_CASE("contract: NaN and infinity touch nothing but what can see them", "[contract]") {
     const Scene scene(307, 300);
     for (const Call& call : calls())
@@ -595,6 +640,11 @@ TEST_CASE("contract: whatever the camera and the storage are", "[contract]") {
                 value /= 16;
         INFO(name);
         check(own, camera, Storage::float32);
+        if (name != "orthographic" && name != "a tilted matrix")
+            continue;
+        own.camera = camera;
+        for (const char* operation : {"ssao", "dof_masks", "dof", "fog"})
+            check_same_bits(calls_of(operation).at(1), own, widths_and_groups[next++ % 4]);
     }
     for (const Storage storage : {Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24,
                                   Storage::uint24_high, Storage::rgb8_red_low}) {

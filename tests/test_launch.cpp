@@ -271,24 +271,3 @@ TEST_CASE("launch: a Device that is none yet is refused", "[launch]") {
     CHECK_THROWS_AS(Device().finish(), std::invalid_argument);
     CHECK_THROWS_AS(Image(Device(), Element::f32, {4, 4}), std::invalid_argument);
 }
-
-TEST_CASE("launch: eight threads on one device get the bits of one", "[launch]") {
-    const Inputs inputs;
-    std::vector<std::vector<float>> expected;
-    for (const Call& operation : operations)
-        expected.push_back(floats(operation.run(inputs, {})));
-    std::atomic<int> wrong = 0, done = 0;
-    std::vector<std::jthread> threads;
-    for (std::size_t t = 0; t < 8; ++t)
-        threads.emplace_back([&, t] {
-            const Inputs own;
-            for (std::size_t i = 0; i < 24; ++i) {
-                const std::size_t which = (t + i) % operations.size();
-                wrong += floats(operations[which].run(own, {})) != expected[which];
-                ++done;
-            }
-        });
-    threads.clear();
-    CHECK(wrong == 0);
-    CHECK(done == 8 * 24);
-}

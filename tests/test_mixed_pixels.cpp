@@ -238,18 +238,3 @@ TEST_CASE("mixed pixels: poles and spheres", "[dof_masks][mixed_pixels]") {
     CHECK(averaged.wrong == 0);
     CHECK(sharp.wrong == 0);
 }
-
-TEST_CASE("mixed pixels: same bits for every vector width, and nothing for invalid pixels",
-          "[dof_masks][mixed_pixels][same-bits]") {
-    const Stored way = ways().front();
-    Picture picture = rendered(edge(33, true), way, 2);
-    for (std::size_t i = 0; i < picture.values.size(); i += 7)
-        picture.values[i] = std::nanf("");
-    const std::vector<float> first = mask_of(picture, way, {.vector_width = 16});
-    for (std::size_t i = 0; i < first.size(); ++i)
-        REQUIRE((i % 7 == 0 ? first[i] == 0 : first[i] == 0 || first[i] == 1));
-    for (const int vector_width : {1, 4, 8}) {
-        const std::vector<float> got = mask_of(picture, way, {.vector_width = vector_width});
-        CHECK(std::memcmp(got.data(), first.data(), 4 * got.size()) == 0);
-    }
-}

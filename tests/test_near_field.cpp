@@ -238,21 +238,6 @@ TEST_CASE("near field: a plane covers itself once, and its edge as a blurred hal
     }
 }
 
-TEST_CASE("near field: same bits for every vector width and group size", "[near_field][same-bits]") {
-    for (const auto& [width, height] : {std::pair{67, 41}, {300, 270}}) {
-        Picture picture = blobs(width, height, 30, 77);
-        const Masks first = masks_of(picture, everything(), {.vector_width = 16, .group_size = 64});
-        for (const auto& [vector_width, group] : {std::pair{8, 7}, {4, 64}, {1, 64}}) {
-            const Masks got = masks_of(picture, everything(), {.vector_width = vector_width, .group_size = group});
-            INFO(width << " x " << height << ", vector width " << vector_width);
-            const std::size_t bytes = 4 * picture.size();
-            CHECK(std::memcmp(got.reach.data(), first.reach.data(), bytes) == 0);
-            CHECK(std::memcmp(got.coverage.data(), first.coverage.data(), bytes) == 0);
-            CHECK(std::memcmp(got.hidden.data(), first.hidden.data(), bytes) == 0);
-        }
-    }
-}
-
 TEST_CASE("near field: only what is asked for is there, and bad tiles are refused", "[near_field]") {
     Picture picture = blobs(9, 5, 10, 3);
     const Device device = Device::open("cpu");

@@ -128,41 +128,6 @@ double angle_deg(const Vector3d& a, const Vector3d& b) {
 
 } // namespace
 
-TEST_CASE("ssao: a region is the crop of the whole, bit for bit", "[ssao]") {
-    for (const auto& [name, camera] : cameras()) {
-        Seen room(scene::room(), camera);
-        pierce(room);
-        for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
-            for (const Border border : {Border::open, Border::clamp}) {
-                SsaoCall options = options_of(0.5, quality);
-                options.border = border;
-                options.bent_normal = options.confidence = true;
-                const Occlusion whole = ssao(room.stored, options);
-                for (const Region region : {Region{0, 0, width, height},
-                                            {0, 0, 1, 1},
-                                            {width - 1, height - 1, 1, 1},
-                                            {37, 25, 17, 19},
-                                            {3, 0, 64, 5},
-                                            {158, 7, 3, 114},
-                                            {0, 120, 161, 1}}) {
-                    options.region = region;
-                    const Occlusion part = ssao(room.stored, options);
-                    INFO(name << ", quality " << static_cast<int>(quality) << ", region " << region.width << " x "
-                              << region.height << " at " << region.x << ", " << region.y);
-                    for (const auto& [one, other] : {std::pair{whole.visibility, part.visibility},
-                                                     {whole.bent_normal, part.bent_normal},
-                                                     {whole.confidence, part.confidence}}) {
-                        CHECK(other.width() == region.width);
-                        CHECK(other.height() == region.height);
-                        const Image crop = one.region(region.x, region.y, region.width, region.height);
-                        CHECK(same_bits(floats(other), floats(crop)));
-                    }
-                }
-            }
-        }
-    }
-}
-
 TEST_CASE("ssao: every output marks invalid pixels", "[ssao]") {
     for (const auto& [name, camera] : cameras()) {
         Seen room(scene::room(), camera);
