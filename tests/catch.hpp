@@ -20,6 +20,7 @@ inline auto ContainsSubstring(const std::string& text) { // NOLINT: Catch2 3 cal
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <concepts>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -39,7 +40,12 @@ inline auto ContainsSubstring(const std::string& text) { // NOLINT: Catch2 3 cal
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <tuple>
 #include <utility>
 #include <vector>
+
+inline bool contains(std::string_view text, const auto& part) {
+    return text.find(part) != std::string_view::npos;
+}

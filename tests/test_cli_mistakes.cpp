@@ -437,7 +437,7 @@ TEST_CASE("mistakes: each is told in one line with its cure, and what is right i
         CHECK(outcome.code == mistake.code);
         CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == (mistake.said.empty() ? 0 : 1));
         for (const std::string& part : mistake.said)
-            CHECK(outcome.err.find(part) != std::string::npos);
+            CHECK(contains(outcome.err, part));
         CHECK(folder.results().size() == (mistake.code == 0 ? 1u : 0u));
         // A warning is an error where that is asked for: all of them go one way, so one of each command is tried.
         if (mistake.code == 0 && !mistake.said.empty() && told.insert(mistake.command.front()).second) {
@@ -458,11 +458,10 @@ TEST_CASE("mistakes: the line about a result says what the depth holds") {
     depth.at<float>(height - 1, 0) = -1;
     write_image(input, depth);
     write(camera, "{" + wide + R"(, "encoding": "view-z"})");
-    const Outcome line = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"});
-    check_done(line);
+    const Outcome line = check_done({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"});
     CHECK(line.out.find("z 3.191 to 10, 25 % background, 1 of 1536 pixels invalid (under 0.1 %)") != std::string::npos);
     const Outcome json = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--json"});
-    CHECK(json.out.find(R"("background":384,"invalid":1)") != std::string::npos);
+    CHECK(contains(json.out, R"("background":384,"invalid":1)"));
 
     write_pictures(folder);
     const Arguments thin{"--focus", "5", "--f-stop", "0.2", "--focal-length-mm", "50", "--sensor-mm", "36"},
@@ -471,8 +470,7 @@ TEST_CASE("mistakes: the line about a result says what the depth holds") {
          {Arguments{"normals"}, Arguments{"ssao", "--radius", "1"}, joined({"dof-masks"}, thin),
           joined(joined({"dof"}, thin), picture), joined({"fog", "--density", "0.1"}, picture)}) {
         INFO(command.front());
-        const Outcome each = run(joined(command, {input, "--camera", camera, "-o", folder / "out/each.exr"}));
-        check_done(each);
+        const Outcome each = check_done(joined(command, {input, "--camera", camera, "-o", folder / "out/each.exr"}));
         CHECK(each.out.find(", 1 of 1536 pixels invalid (under 0.1 %)") != std::string::npos);
     }
     const Outcome points = run({"unproject", input, "--camera", camera, "-o", folder / "out/points.ply"});
@@ -491,15 +489,13 @@ TEST_CASE("mistakes: the line about relative depth says which values it holds") 
     codes_of_8.at<uchar>(0, 0) = 200;
     cv::imwrite(bytes, codes_of_8);
     const Arguments ask{"dof-masks", "--relative", "high-is-near", "--blur-px", "24", "--focus-range", "0.2,0.4", "-o"};
-    const Outcome line = run(joined(ask, {folder / "out/a.exr", floats}));
-    check_done(line);
-    CHECK(line.out.find("Depth.Z: values 3.190") != std::string::npos); // the value of pixel 384
+    const Outcome line = check_done(joined(ask, {folder / "out/a.exr", floats}));
+    CHECK(contains(line.out, "Depth.Z: values 3.190")); // the value of pixel 384
     CHECK(line.out.find(" to 10, 384 of 1536 pixels invalid (25 %)") != std::string::npos);
     const Outcome json = run(joined(ask, {folder / "out/a.exr", floats, "--json"}));
-    CHECK(json.out.find(R"("depth_channel":"Depth.Z","stored":{"min":3.19)") != std::string::npos);
-    CHECK(json.out.find(R"("max":10.0},"invalid":384})") != std::string::npos);
-    const Outcome integers = run(joined(ask, {folder / "out/a.exr", bytes}));
-    check_done(integers);
+    CHECK(contains(json.out, R"("depth_channel":"Depth.Z","stored":{"min":3.19)"));
+    CHECK(contains(json.out, R"("max":10.0},"invalid":384})"));
+    const Outcome integers = check_done(joined(ask, {folder / "out/a.exr", bytes}));
     CHECK(integers.out.find("  values 0 to 200, 0 of 1536 pixels invalid  ") != std::string::npos);
 }
 
@@ -528,7 +524,7 @@ TEST_CASE("mistakes: a result that loses the profile or the data of a camera is 
             const Outcome told = fogged(lost, more);
             CHECK(told.code == 0);
             CHECK(told.err.starts_with("fathom: warning: " + folder / ("out/" + std::string(lost))));
-            CHECK(told.err.find("does not hold the colour profile or the camera's data") != std::string::npos);
+            CHECK(contains(told.err, "does not hold the colour profile or the camera's data"));
             CHECK(std::count(told.err.begin(), told.err.end(), '\n') == 1);
         }
     }
@@ -557,7 +553,7 @@ TEST_CASE("mistakes: what follows from a mistake is not told as another one", "[
             const Outcome outcome = run(joined(command, {input, "--camera", camera}));
             INFO(mistake.name << ", " << command[0] << ' ' << command[2] << "\n" << outcome.err);
             CHECK(outcome.code == 0);
-            CHECK(outcome.err.find(mistake.said[1]) != std::string::npos);
+            CHECK(contains(outcome.err, mistake.said[1]));
             CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
         }
         ++seen;
@@ -567,7 +563,7 @@ TEST_CASE("mistakes: what follows from a mistake is not told as another one", "[
     cv::imwrite(narrow, codes(ramp(), 900));
     const Outcome outcome = run({"dof-masks", narrow, "--relative", "high-is-near", "--blur-px", "24", "--focus-at",
                                  "4,4", "-o", folder / "out/b.exr"});
-    CHECK(outcome.err.find("--relative-range") != std::string::npos);
+    CHECK(contains(outcome.err, "--relative-range"));
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
 }
 
@@ -582,7 +578,7 @@ TEST_CASE("mistakes: no real input warns", "[real]") {
         if (entry.path().extension() != ".json" || !fs::exists(depth))
             continue;
         INFO(name);
-        check_done(run({"linearize", depth.string(), "--camera", entry.path().string(), "-o", folder / "out/z.exr"}));
+        check_done({"linearize", depth.string(), "--camera", entry.path().string(), "-o", folder / "out/z.exr"});
         ++inputs;
     }
     for (const char* view : {"perspective", "orthographic"}) {
@@ -590,18 +586,18 @@ TEST_CASE("mistakes: no real input warns", "[real]") {
         if (!fs::exists(frame / "sharp.exr"))
             continue;
         INFO(view);
-        check_done(run({"linearize", (frame / "sharp.exr").string(), "--camera", (frame / "camera.json").string(), "-o",
-                        folder / "out/z.exr"}));
+        check_done({"linearize", (frame / "sharp.exr").string(), "--camera", (frame / "camera.json").string(), "-o",
+                    folder / "out/z.exr"});
         ++inputs;
     }
     const fs::path room = real::data / "habitat";
-    check_done(run({"linearize", (room / "room.depth.exr").string(), "--camera", (room / "room.camera.json").string(),
-                    "-o", folder / "out/z.exr"}));
+    check_done({"linearize", (room / "room.depth.exr").string(), "--camera", (room / "room.camera.json").string(), "-o",
+                folder / "out/z.exr"});
     for (const char* view : {"perspective", "orthographic"}) { // which bring their lens and their radius
         const fs::path frame = real::data / "blender" / view;
         const Arguments input{(frame / "sharp.exr").string(), "--camera", (frame / "camera.json").string()};
-        check_done(run(joined({"ssao", "-o", folder / "out/ao.exr", "--region", "0,0,8,8"}, input)));
-        check_done(run(joined({"dof-masks", "-o", folder / "out/masks.exr", "--max-coc-px", "512"}, input)));
+        check_done(joined({"ssao", "-o", folder / "out/ao.exr", "--region", "0,0,8,8"}, input));
+        check_done(joined({"dof-masks", "-o", folder / "out/masks.exr", "--max-coc-px", "512"}, input));
     }
     CHECK(inputs > 10);
 }
@@ -630,9 +626,8 @@ TEST_CASE("mistakes: real depth buffers are told where they are read as distance
             depth = (real::data / "opengl" / name).string() + ".depth.png";
         const Outcome outcome = run({"linearize", depth, "--camera", camera, "-o", folder / "out/z.exr"});
         CHECK(outcome.code == 0);
-        CHECK(outcome.err.find("warning: ") != std::string::npos);
-        CHECK(clipped.contains(name) ==
-              (outcome.err.find("before the near plane of the projection") != std::string::npos));
+        CHECK(contains(outcome.err, "warning: "));
+        CHECK(clipped.contains(name) == (contains(outcome.err, "before the near plane of the projection")));
         ++told;
     }
     std::cout << told << " depth buffers of OpenGL read as distances are told\n";
@@ -651,7 +646,7 @@ TEST_CASE("mistakes: no camera of the examples warns on its scene") {
         const auto image = scene::render(hills ? scene::terrain() : scene::room(), still);
         const std::string input = folder / "a.exr";
         write_image(input, cv::Mat(still.height, still.width, CV_32FC1, const_cast<float*>(image.stored.data())));
-        check_done(run({"linearize", input, "--camera", entry.path().string(), "-o", folder / "out/z.exr"}));
+        check_done({"linearize", input, "--camera", entry.path().string(), "-o", folder / "out/z.exr"});
         ++count;
     }
     CHECK(count >= 4);
@@ -665,8 +660,8 @@ TEST_CASE("mistakes: an EXR with two views warns of two depths, unless its chann
     const Arguments ask{"linearize", input, "--preset", "blender:fov_x_deg=40,missing=0", "-o", folder / "out/z.exr"};
     const Outcome unnamed = run(ask);
     CHECK(unnamed.code == 0);
-    CHECK(unnamed.err.find("channel \"Z\" is taken, but left.Z could be depth, too") != std::string::npos);
-    check_done(run(joined(ask, {"--channel", "left.Z"})));
+    CHECK(contains(unnamed.err, "channel \"Z\" is taken, but left.Z could be depth, too"));
+    check_done(joined(ask, {"--channel", "left.Z"}));
 }
 
 TEST_CASE("mistakes: several channels that could be depth are told, unless one of them is it by convention") {
@@ -704,10 +699,10 @@ TEST_CASE("mistakes: several channels that could be depth are told, unless one o
         if (each.others.empty())
             CHECK(outcome.err == "");
         else
-            CHECK(outcome.err.find("channel \"" + each.taken + "\" is taken, but ") != std::string::npos);
+            CHECK(contains(outcome.err, "channel \"" + each.taken + "\" is taken, but "));
         for (const std::string& other : each.others) {
-            CHECK(outcome.err.find(other) != std::string::npos);
-            check_done(run(joined(ask, {"--channel", other})));
+            CHECK(contains(outcome.err, other));
+            check_done(joined(ask, {"--channel", other}));
         }
     }
 }
@@ -764,7 +759,7 @@ TEST_CASE("mistakes: no random camera warns", "[exhaustive]") {
         if (std::none_of(image.z.begin(), image.z.end(), [](double z) { return std::isfinite(z); }))
             continue; // looks past everything
         write_image(input, cv::Mat(height, width, CV_32FC1, image.stored.data()));
-        check_done(run({"linearize", input, "--camera", file, "-o", folder / "out/z.exr"}));
+        check_done({"linearize", input, "--camera", file, "-o", folder / "out/z.exr"});
         ++seen;
     }
     CHECK(seen >= 90);

@@ -96,7 +96,7 @@ int check_library(const Options& defaults, const std::function<void(const Option
                 refusal = error.what();
             }
             const bool is_its_own =
-                refusal.starts_with(std::string(option.name) + " = ") && refusal.find(" must ") != std::string::npos;
+                refusal.starts_with(std::string(option.name) + " = ") && contains(refusal, " must ");
             CHECK(is_its_own == !option.accepts(value));
             ++checked;
         }
@@ -134,7 +134,7 @@ TEST_CASE("options: the program accepts what is described, and nothing else", "[
                 std::ranges::replace(command, '_', '-');
                 const Outcome outcome = run({command, "no.exr", "-o", "out.exr", spelled + "=" + in_words(value)});
                 INFO(command << ' ' << spelled << '=' << in_words(value) << ": " << outcome.err);
-                CHECK((outcome.err.find(spelled + ": '") != std::string::npos) == !option.accepts(value));
+                CHECK((contains(outcome.err, spelled + ": '")) == !option.accepts(value));
                 ++checked;
             }
         }

@@ -260,8 +260,8 @@ TEST_CASE("strips: what is probably wrong is told as of the whole image", "[cli]
                 folder, joined({"linearize", write_exr(folder / "depth.exr", values), "--camera", camera}, strict),
                 ".exr");
             INFO(exr.err << "must say: " << what);
-            CHECK(exr.err.find(what) != std::string::npos);
-            CHECK(exr.code == (strict.empty() && exr.err.find("no pixel") == std::string::npos ? 0 : 1));
+            CHECK(contains(exr.err, what));
+            CHECK(exr.code == (strict.empty() && !contains(exr.err, "no pixel") ? 0 : 1));
             check_same(folder,
                        joined({"normals", write_tiff(folder / "depth.tif", values), "--camera", camera}, strict),
                        ".tif");
@@ -359,7 +359,7 @@ TEST_CASE("strips: a full disk is told, and the old result stays", "[cli]") {
                       result = folder / "out/z.tif";
     write(result, "old");
     const Arguments arguments{"linearize", file, "--camera", camera, "-o", result};
-    check_done(run(arguments, {.program = places::by_strips})); // compiles the kernel, which takes files, too
+    check_done(arguments, {.program = places::by_strips}); // compiles the kernel, which takes files, too
     write(result, "old");
     const Outcome outcome = run(arguments, {.largest_file = 5'000'000, .program = places::by_strips});
     check_refused(outcome, 1, "z.tif: cannot be written");

@@ -443,7 +443,7 @@ std::size_t needed(const Call& call, const Scene& scene, std::size_t budget) {
         call.make(scene.on(Device::open("cpu", {.memory_budget = budget})));
     } catch (const Error& error) {
         const std::string message = error.what(), before = "needs a memory budget of ";
-        REQUIRE(message.find(before) != std::string::npos);
+        REQUIRE(contains(message, before));
         return std::stoul(message.substr(message.find(before) + before.size())) * mebibyte;
     }
     return 0;

@@ -25,10 +25,6 @@ std::string message_of(const Action& action) {
     return "nothing was thrown";
 }
 
-bool contains(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-}
-
 Camera camera(int width, int height) {
     Camera result;
     result.projection = perspective(1.0, 1.0, {1, 4});

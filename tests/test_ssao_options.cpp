@@ -742,9 +742,9 @@ TEST_CASE("ssao: refuses options out of range in one line that names them", "[ss
         const std::string said = refusal(seen.stored, options);
         for (const std::string& name : named) {
             INFO('"' << said << "\" should name \"" << name << '"');
-            CHECK(said.find(name) != std::string::npos);
+            CHECK(contains(said, name));
         }
-        CHECK(said.find('\n') == std::string::npos);
+        CHECK(!contains(said, '\n'));
     }
     CHECK(refusal(seen.stored, {}).find("radius") != std::string::npos);
     SsaoCall most = options_of(0.5);

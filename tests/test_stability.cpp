@@ -13,7 +13,6 @@ using namespace fathom;
 using namespace fathom::stability;
 using oracle::Quad;
 using oracle::Subject;
-using seen::contains;
 using seen::refusal;
 
 namespace {

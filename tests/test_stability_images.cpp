@@ -10,7 +10,6 @@
 using namespace fathom;
 using namespace fathom::stability;
 using oracle::Subject;
-using seen::contains;
 using seen::refusal;
 
 namespace {
