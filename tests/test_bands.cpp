@@ -124,11 +124,10 @@ struct Blurred {
     static constexpr CircleOfConfusion lens{.k = 1000, .g = 1000};
 
     Blurred(const Device& device, int width, int height, double most, unsigned seed) {
-        Camera camera;
-        camera.projection = perspective(1.0, 1.0 * width / height, {0.01, 100});
-        camera.width = width;
-        camera.height = height;
-        camera.encoding = Encoding::view_z;
+        Camera camera{.projection = perspective(1.0, 1.0 * width / height, {0.01, 100}),
+                      .width = width,
+                      .height = height,
+                      .encoding = Encoding::view_z};
         std::minstd_rand random(seed);
         for (int y = 0; y < height; ++y) {
             for (int x = 0; x < width; ++x) {

@@ -13,10 +13,7 @@ namespace {
 
 /// A room's distances along the axis, 240 × 180 pixels.
 cv::Mat room() {
-    Camera camera;
-    camera.projection = perspective(1.0, 4.0 / 3, {0.05, 100});
-    camera.width = 240;
-    camera.height = 180;
+    Camera camera{.projection = perspective(1.0, 4.0 / 3, {0.05, 100}), .width = 240, .height = 180};
     const scene::Rendered image = scene::render(scene::room(), camera);
     cv::Mat z(camera.height, camera.width, CV_32FC1);
     std::copy(image.z.begin(), image.z.end(), z.begin<float>());

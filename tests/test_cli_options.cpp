@@ -69,12 +69,10 @@ struct Scene {
     Image picture{to_device(stored.image.device(), color)};
 
     static Camera camera_of() {
-        Camera camera;
-        camera.projection = perspective(1.0, static_cast<double>(columns) / rows, {0.5, 20});
-        camera.width = columns;
-        camera.height = rows;
-        camera.view = Eigen::Matrix4d::Identity();
-        return camera;
+        return {.projection = perspective(1.0, static_cast<double>(columns) / rows, {0.5, 20}),
+                .width = columns,
+                .height = rows,
+                .view = Eigen::Matrix4d::Identity()};
     }
 };
 

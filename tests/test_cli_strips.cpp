@@ -461,10 +461,9 @@ TEST_CASE("strips: a gigapixel needs no more than 600 MiB", "[cli][exhaustive]")
     const std::string camera = folder / "camera.json", exr = folder / "depth.exr", tiff = folder / "depth.tif",
                       z = folder / "z.tif", result = folder / "result.exr";
     write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.5, "far": 100}})");
-    Camera described;
-    described.projection = perspective(std::numbers::pi / 3, double{wide} / high, {0.5, 100});
-    described.width = wide;
-    described.height = high;
+    Camera described{.projection = perspective(std::numbers::pi / 3, double{wide} / high, {0.5, 100}),
+                     .width = wide,
+                     .height = high};
     const auto depth_at = [&](int x, int y) {
         return static_cast<double>(
             view_depth(described, Storage::float32, x + 0.5, y + 0.5, static_cast<double>(stored_at(x, y))));

@@ -20,11 +20,10 @@ constexpr double nearest = 4, radius = 0.3, most_coc = 12;
 constexpr CircleOfConfusion lens{40, 180}, wide_lens{300, 1300};
 
 Camera metric_camera(int width, int height) {
-    Camera camera;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
-    camera.width = width;
-    camera.height = height;
-    camera.encoding = Encoding::view_z;
+    Camera camera{.projection = perspective(1.0, 1.0 * width / height, {0.5, 100}),
+                  .width = width,
+                  .height = height,
+                  .encoding = Encoding::view_z};
     camera.view.emplace(Eigen::Matrix4d::Identity());
     camera.view->topLeftCorner<3, 3>() = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
     return camera;

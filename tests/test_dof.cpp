@@ -43,12 +43,10 @@ struct Picture {
 };
 
 Camera camera_of(int width, int height) {
-    Camera camera;
-    camera.projection = perspective(1.0, static_cast<double>(width) / height, {0.01, 100});
-    camera.width = width;
-    camera.height = height;
-    camera.encoding = Encoding::view_z;
-    return camera;
+    return {.projection = perspective(1.0, static_cast<double>(width) / height, {0.01, 100}),
+            .width = width,
+            .height = height,
+            .encoding = Encoding::view_z};
 }
 
 const Device& default_device() {

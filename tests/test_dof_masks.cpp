@@ -322,10 +322,8 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
 namespace {
 
 Camera window_camera(int width, int height, DepthSpan span = {0.1, 100}) {
-    Camera camera;
-    camera.projection = perspective(1.0, static_cast<double>(width) / height, span);
-    camera.width = width;
-    camera.height = height;
+    Camera camera{
+        .projection = perspective(1.0, static_cast<double>(width) / height, span), .width = width, .height = height};
     return camera;
 }
 
@@ -392,10 +390,7 @@ TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[do
             }
         }
     }
-    Camera orthographic_camera;
-    orthographic_camera.projection = orthographic({-1, 1, -1, 1}, {0, 10});
-    orthographic_camera.width = 3;
-    orthographic_camera.height = 1;
+    Camera orthographic_camera{.projection = orthographic({-1, 1, -1, 1}, {0, 10}), .width = 3, .height = 1};
     std::vector<float> values{1, 0.5f, 0};
     const CircleOfConfusion telecentric{.k = 20, .g = 10, .telecentric = true};
     const Planes infinite = masks_of(values, orthographic_camera, telecentric);
@@ -502,10 +497,7 @@ TEST_CASE("dof_masks: one scene through other cameras has one map", "[dof_masks]
     const Lens lens{.f_stop = 2, .focus = 9, .focal_length_mm = 50, .mm_per_unit = 30};
     double first_k = 0;
     for (const Other& other : others) {
-        Camera camera;
-        camera.projection = other.projection;
-        camera.width = other.width;
-        camera.height = other.height;
+        Camera camera{.projection = other.projection, .width = other.width, .height = other.height};
         const CircleOfConfusion circle = circle_of_confusion(lens, camera);
         if (first_k == 0)
             first_k = static_cast<double>(circle.k);
@@ -547,10 +539,7 @@ TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thous
         {"oblique", with_oblique_near_plane(perspective(1.0, 4.0 / 3, {0.5, 50}), {0.2, 0.1, -1, -0.6})},
     };
     for (const auto& [name, projection] : cameras) {
-        Camera camera;
-        camera.projection = projection;
-        camera.width = width;
-        camera.height = height;
+        Camera camera{.projection = projection, .width = width, .height = height};
         const double a = 0.16 / width, b = 0.05 / height, one = 0.03, focus = 8.3; // 1/z = a x + b y + one
         const CircleOfConfusion circle = circle_of_confusion({.f_stop = 1.4, .focus = focus, .sensor_mm = 36}, camera);
         std::vector<float> values;

@@ -219,11 +219,7 @@ std::vector<Operation> operations(Element color) {
 }
 
 Camera camera(int width, int height) {
-    Camera camera;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return {.projection = perspective(1.0, 1.0 * width / height, {0.5, 100}), .width = width, .height = height};
 }
 
 /// Stored depth and a picture, as tight rows.

@@ -138,13 +138,11 @@ constexpr CircleOfConfusion near_lens{.k = 200, .g = 608}; // circles of -2.7 pi
 constexpr DofMasksOptions near_field{.near_alpha = true, .disocclusion = true};
 
 Camera metric_camera(int width, int height, double scale = 1) {
-    Camera camera;
-    camera.width = width;
-    camera.height = height;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000});
-    camera.encoding = Encoding::view_z;
-    camera.scale = scale;
-    return camera;
+    return {.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000}),
+            .width = width,
+            .height = height,
+            .encoding = Encoding::view_z,
+            .scale = scale};
 }
 
 // The device, if it takes so many bytes at once: drivers take a quarter of the memory, or so.

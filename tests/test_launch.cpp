@@ -27,11 +27,7 @@ const Device& device() {
 }
 
 Camera camera() {
-    Camera camera;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return {.projection = perspective(1.0, 1.0 * width / height, {0.5, 100}), .width = width, .height = height};
 }
 
 /// Stored depth and a picture that the operations read.

@@ -22,11 +22,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 Camera with(const Projection& projection, int width) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = width;
-    camera.height = 1;
-    return camera;
+    return {.projection = projection, .width = width, .height = 1};
 }
 
 std::vector<Subject> near_both_ends() {

@@ -26,11 +26,7 @@ std::string message_of(const Action& action) {
 }
 
 Camera camera(int width, int height) {
-    Camera result;
-    result.projection = perspective(1.0, 1.0, {1, 4});
-    result.width = width;
-    result.height = height;
-    return result;
+    return {.projection = perspective(1.0, 1.0, {1, 4}), .width = width, .height = height};
 }
 
 runtime::Kernel& linearize_kernel() {

@@ -25,11 +25,7 @@ const Device& default_device() {
 }
 
 Camera camera_of(const Projection& projection) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return {.projection = projection, .width = width, .height = height};
 }
 
 const std::pair<const char*, Projection> projections[] = {

@@ -24,11 +24,7 @@ std::size_t index(int x, int y, int row = width) {
 }
 
 Camera perspective_camera() {
-    Camera camera;
-    camera.width = width;
-    camera.height = height;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 500});
-    return camera;
+    return {.projection = perspective(1.0, 1.0 * width / height, {0.5, 500}), .width = width, .height = height};
 }
 
 Camera orthographic_camera() {

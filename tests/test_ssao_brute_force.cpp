@@ -69,9 +69,7 @@ Off error_of(const Seen& seen, const std::vector<Point>& points, SsaoCall option
 
 /// The camera centre's own height for a perspective; orthographic rays look down at 35 degrees, past the ceilings.
 Camera camera_of(const std::string& scene, bool is_orthographic, int width, int height) {
-    Camera camera;
-    camera.width = width;
-    camera.height = height;
+    Camera camera{.width = width, .height = height};
     if (!is_orthographic) {
         camera.projection = perspective(0.9, 16.0 / 9, {0.1, 1000});
         return camera;

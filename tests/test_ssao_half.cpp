@@ -42,10 +42,8 @@ std::vector<float> visibility_of(const StoredDepth& stored, const SsaoCall& opti
 }
 
 std::vector<Camera> cameras(int across = width, int down = height) {
-    Camera perspective_camera;
-    perspective_camera.width = across;
-    perspective_camera.height = down;
-    perspective_camera.projection = perspective(1.0, 1.0 * across / down, {0.5, 500});
+    Camera perspective_camera{
+        .projection = perspective(1.0, 1.0 * across / down, {0.5, 500}), .width = across, .height = down};
     Camera orthographic_camera = perspective_camera;
     const double y = 1.95, x = y * across / down;
     orthographic_camera.projection = orthographic({-x, x, -y, y}, {0.5, 500});

@@ -12,12 +12,10 @@ namespace operations {
 using namespace fathom;
 
 Camera camera(int width, int height) {
-    Camera camera;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
-    camera.width = width;
-    camera.height = height;
-    camera.view = Eigen::Matrix4d::Identity();
-    return camera;
+    return {.projection = perspective(1.0, 1.0 * width / height, {0.5, 100}),
+            .width = width,
+            .height = height,
+            .view = Eigen::Matrix4d::Identity()};
 }
 
 std::vector<float> depth(int width, int height) {
