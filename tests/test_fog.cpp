@@ -324,13 +324,6 @@ TEST_CASE("fog: options out of range and images that do not fit are refused by n
         }
         FAIL_CHECK("not refused: " << part);
     };
-    refused({.density = -1}, "density = -1");
-    refused({.density = NAN}, "density = ");
-    refused({.density = 0, .max_opacity = 1.5}, "max_opacity = 1.5");
-    refused({.density = 0, .start = -2}, "start = -2");
-    refused({.density = 0, .fog_color = {1, NAN, 1}}, "fog_color");
-    refused({.density = 0, .height_falloff = -0.5}, "height_falloff = -0.5");
-    refused({.density = 0, .height_falloff = 1, .up = {0, 0, 0}}, "up = ");
     view.camera.view.reset();
     refused({.density = 0, .height_falloff = 1}, "view matrix");
     const StoredDepth depth = stored_of(device(), given.depth, view.camera);

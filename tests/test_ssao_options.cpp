@@ -604,31 +604,9 @@ TEST_CASE("ssao: a seed turns the noise and leaves the mean", "[ssao]") {
     }
 }
 
-TEST_CASE("ssao: the caller's images hold what new ones do, and nothing beside them changes", "[ssao]") {
+TEST_CASE("ssao: images of the caller's that do not fit are refused", "[ssao]") {
     const Seen room(scene::room(), cameras().front().second);
     const Device& on = room.stored.image.device();
-    constexpr float untouched = -5;
-    for (const bool half_resolution : {false, true}) {
-        SsaoCall options = options_of(0.5);
-        options.bent_normal = options.confidence = true;
-        sampling_of(options).half_resolution = half_resolution;
-        const Occlusion expected = ssao(room.stored, options);
-        Occlusion wholes, parts;
-        for (Image Occlusion::*each : {&Occlusion::visibility, &Occlusion::bent_normal, &Occlusion::confidence}) {
-            const int channels = (expected.*each).channels();
-            wholes.*each = Image(on, Element::f32, {width + 7, height + 4, channels});
-            runtime::queue_of(on).enqueueFillBuffer(runtime::buffer_of(wholes.*each), untouched, 0,
-                                                    Image::allocation(Element::f32, {width + 7, height + 4, channels}));
-            parts.*each = (wholes.*each).region(3, 2, width, height);
-        }
-        ssao(room.stored, parts, options.radius, options);
-        for (Image Occlusion::*each : {&Occlusion::visibility, &Occlusion::bent_normal, &Occlusion::confidence}) {
-            CHECK(same_bits(floats(parts.*each), floats(expected.*each)));
-            const std::vector<float> all = floats(wholes.*each);
-            const auto kept = static_cast<std::size_t>(std::ranges::count(all, untouched));
-            CHECK(kept == all.size() - floats(parts.*each).size());
-        }
-    }
     const auto refused = [&](const Occlusion& results, const SsaoOptions& options, const char* message) {
         CHECK_THROWS_WITH(ssao(room.stored, results, 0.5, options), message);
     };
@@ -656,38 +634,20 @@ std::string refusal(const StoredDepth& stored, const SsaoCall& options) {
 
 } // namespace
 
-TEST_CASE("ssao: refuses options out of range in one line that names them", "[ssao]") {
+TEST_CASE("ssao: refuses what does not fit in one line that names it", "[ssao]") {
     const Seen seen(scene::room(), cameras().front().second);
     const std::vector<float> zeros(4 * width * height);
     const auto image = [&](int across, int down, int channels = 1, Element element = Element::f32) {
         return Image::from_host(device(), element, zeros.data(), {across, down, channels});
     };
-    const double nan = std::numeric_limits<double>::quiet_NaN();
     struct Case {
         std::function<void(SsaoCall&)> change;
         std::vector<std::string> named;
     };
     const Case cases[] = {
-        {[](auto& o) { o.radius = 0; }, {"radius", "0"}},
-        {[](auto& o) { o.radius = -0.5; }, {"radius", "-0.5"}},
-        {[](auto& o) { o.radius = infinity; }, {"radius", "inf"}},
-        {[&](auto& o) { o.radius = nan; }, {"radius", "nan"}},
         {[](auto& o) { sampling_of(o).quality = static_cast<Quality>(7); },
          {"quality = 7", "fast, balanced or accurate"}},
         {[](auto& o) { o.border = static_cast<Border>(2); }, {"border = 2", "open or clamp"}},
-        {[](auto& o) { sampling_of(o).slices = 0; }, {"slices", "0", "1 to 64"}},
-        {[](auto& o) { sampling_of(o).slices = 65; }, {"slices", "65"}},
-        {[](auto& o) { sampling_of(o).samples = 0; }, {"samples", "0", "1 to 256"}},
-        {[](auto& o) { sampling_of(o).samples = 257; }, {"samples", "257"}},
-        {[](auto& o) { sampling_of(o).jitter = 2; }, {"jitter", "2", "1, 4 or 16"}},
-        {[](auto& o) { sampling_of(o).jitter = 0; }, {"jitter", "0"}},
-        {[](auto& o) { o.thickness = -0.25; }, {"thickness", "-0.25"}},
-        {[&](auto& o) { o.thickness = nan; }, {"thickness", "nan"}},
-        {[](auto& o) { o.falloff = -0.5; }, {"falloff", "-0.5", "0 to 1"}},
-        {[](auto& o) { o.falloff = 1.5; }, {"falloff", "1.5"}},
-        {[&](auto& o) { o.falloff = nan; }, {"falloff", "nan"}},
-        {[](auto& o) { o.tolerance = 0; }, {"tolerance", "0", "above 0"}},
-        {[&](auto& o) { o.tolerance = nan; }, {"tolerance", "nan"}},
         {[](auto& o) { o.thickness = Image(); }, {"thickness map", "no image"}},
         {[&](auto& o) { o.thickness = image(10, 20); }, {"thickness", "10 x 20", "161 x 121"}},
         {[&](auto& o) { o.thickness = image(width, height, 3); }, {"thickness map", "one channel"}},
