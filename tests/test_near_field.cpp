@@ -3,7 +3,6 @@
 #include "catch.hpp"
 #include "images.hpp"
 
-
 #include <fathom/fathom.hpp>
 
 using namespace fathom;

@@ -9,7 +9,6 @@
 #include "scene/scene.hpp"
 #include "ssao_call.hpp"
 
-
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
 
