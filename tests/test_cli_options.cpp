@@ -2,9 +2,7 @@
 // same ones. python/tests/test_options.py does so with Python's keywords.
 #include "program.hpp"
 
-#include "cli/command.hpp"
 #include "cli/described.hpp"
-#include "cli/program.hpp"
 #include "description/operations.hpp"
 
 #include <fathom/opencv.hpp>
@@ -122,23 +120,6 @@ TEST_CASE("options: the library accepts what is described, and nothing else") {
     CHECK(checked > 100);
 }
 
-namespace {
-
-/// What the program says of arguments; nothing if it would begin its work. In this process: a start takes a tenth of a second.
-std::string refusal_of(const Arguments& arguments) {
-    std::vector<const char*> argv{"fathom"};
-    for (const std::string& argument : arguments)
-        argv.push_back(argument.c_str());
-    try {
-        cli::Program().parse(static_cast<int>(argv.size()), argv.data());
-    } catch (const cli::UsageError& error) {
-        return error.what();
-    }
-    return {};
-}
-
-} // namespace
-
 TEST_CASE("options: the program accepts what is described, and nothing else") {
     int checked = 0;
     for (const description::Operation& operation : description::operations())
@@ -150,7 +131,7 @@ TEST_CASE("options: the program accepts what is described, and nothing else") {
                 std::string command = operation.name;
                 std::ranges::replace(command, '_', '-');
                 const std::string refusal =
-                    refusal_of({command, "no.exr", "-o", "out.exr", spelled + "=" + in_words(value)});
+                    usage_refusal({command, "no.exr", "-o", "out.exr", spelled + "=" + in_words(value)});
                 INFO(command << ' ' << spelled << '=' << in_words(value) << ": " << refusal);
                 CHECK(contains(refusal, spelled + ": '") == !option.accepts(value));
                 ++checked;

@@ -507,7 +507,7 @@ TEST_CASE("program: wrong usage is told before anything is done", "[slow]") {
         {{"inspect", input, input}, "too many"},
     };
     for (const auto& [arguments, named] : cases)
-        check_refused(arguments, 2, named);
+        check_refused(run(arguments), 2, named);
     CHECK(folder.results().empty());
 }
 
