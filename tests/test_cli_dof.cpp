@@ -197,9 +197,7 @@ TEST_CASE("dof program: refuses in one line what cannot be") {
     refused({"--aperture", "oval"}, 2, "--aperture");
     refused({"--aperture", "ellipse:0"}, 2, "ellipse:R with R from 0.1 to 10");
     refused({"--aperture", "ellipse:two"}, 2, "--aperture: 'ellipse:two'");
-    refused({"--rotation-degrees", "nan"}, 2, "--rotation-degrees");
     refused({"--quality", "best"}, 2, "--quality");
-    refused({"--max-coc-px", "600"}, 2, "--max-coc-px");
     check_refused({"dof", scene.input, "--camera", scene.camera, "-o", out}, 2, "--color");
     const auto with = [&](const char* option, const char* value) {
         Arguments all = scene.arguments(out);
