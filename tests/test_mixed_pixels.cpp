@@ -96,12 +96,8 @@ Picture rendered(const Scene& scene, const Stored& way, int samples) {
     return picture;
 }
 
-std::vector<float> mask_of(const Picture& picture, const Stored& way, const DeviceOptions& options = {}) {
-    static std::map<int, Device> devices; // by vector width
-    const auto [place, is_new] = devices.try_emplace(options.vector_width);
-    if (is_new)
-        place->second = Device::open("cpu", options);
-    const Device& device = place->second;
+std::vector<float> mask_of(const Picture& picture, const Stored& way) {
+    static const Device device = Device::open("cpu");
     std::vector<std::uint16_t> codes;
     for (const float value : picture.values)
         codes.push_back(static_cast<std::uint16_t>(std::lround(std::min(value, 1.0f) * 65535)));

@@ -75,13 +75,9 @@ struct Masks {
     std::vector<float> circle, near, reach, coverage, hidden, least, greatest;
 };
 
-Masks masks_of(Picture& picture, const DofMasksOptions& options, const DeviceOptions& on = {}) {
-    static std::map<std::pair<int, int>, Device> devices;
-    const auto [place, is_new] = devices.try_emplace({on.vector_width, on.group_size});
-    if (is_new)
-        place->second = Device::open("cpu", on);
-    const Image depth =
-        Image::from_host(place->second, Element::f32, picture.depth.data(), {picture.width, picture.height});
+Masks masks_of(Picture& picture, const DofMasksOptions& options) {
+    static const Device device = Device::open("cpu");
+    const Image depth = Image::from_host(device, Element::f32, picture.depth.data(), {picture.width, picture.height});
     const DofMasks got = dof_masks({depth, camera_of(picture.width, picture.height, picture.aspect)}, circle, options);
     return {floats(got.coc),          floats(got.near_weight),  floats(got.max_near_coc), floats(got.near_alpha),
             floats(got.disocclusion), floats(got.tile_min_coc), floats(got.tile_max_coc)};
