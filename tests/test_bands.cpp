@@ -174,9 +174,7 @@ TEST_CASE("ssao: what lies between its passes at 7680 x 4320", "[ssao][bands][ex
     const Device device = Device::open("cpu");
     const Steps steps(width, height);
     const StoredDepth stored = steps.stored(device, Storage::float32);
-    SsaoCall options;
-    options.radius = 0.1;
-    sampling_of(options).quality = Quality::fast;
+    SsaoCall options = options_of(0.1, Quality::fast);
     const Occlusion done = ssao(stored, options);
     device.finish();
     CHECK(done.visibility.width() == width);

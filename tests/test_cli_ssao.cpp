@@ -21,8 +21,7 @@ struct Room : RenderedInput {
     }
 
     cv::Mat expected(const std::function<void(SsaoCall&)>& change = {}) const {
-        SsaoCall options;
-        options.radius = 0.8;
+        SsaoCall options = options_of(0.8);
         if (change)
             change(options);
         return to_mat(ssao(stored, options).visibility);
@@ -122,8 +121,7 @@ TEST_CASE("ssao program: every option reaches the library") {
 
 TEST_CASE("ssao program: bent normals and confidence go into files of their own") {
     const Room room;
-    SsaoCall options;
-    options.radius = 0.8;
+    SsaoCall options = options_of(0.8);
     options.bent_normal = options.confidence = true;
     const Occlusion truth = ssao(room.stored, options);
     const cv::Mat bent = to_mat(truth.bent_normal);

@@ -98,9 +98,7 @@ TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of t
         Large large(width, height, true);
         const StoredDepth stored = large.stored(device);
         const Image color = large.rgb.on(device);
-        SsaoCall occlusion;
-        occlusion.radius = 12 * 3 / focal_px; // 12 pixels
-        sampling_of(occlusion).quality = Quality::fast;
+        SsaoCall occlusion = options_of(12 * 3 / focal_px, Quality::fast); // 12 pixels
         sampling_of(occlusion).half_resolution = false;
         const CircleOfConfusion lens{.k = 200, .g = 608}; // circles of 2.7 to -2.7 pixels
         const Image z = linearize(stored).image, positions = unproject(stored), directions = normals(stored),

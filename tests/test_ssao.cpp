@@ -26,26 +26,6 @@ constexpr double reach = 1;             // radius of the rays in height fields, 
 
 const char* const quality_names[] = {"fast", "balanced", "accurate"};
 
-const Device& default_device() {
-    return oracle::device();
-}
-
-SsaoCall options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
-    SsaoCall call;
-    call.radius = radius;
-    sampling_of(call).quality = quality;
-    call.thickness = thickness;
-    return call;
-}
-
-std::vector<float> visibility_of(const StoredDepth& stored, const SsaoCall& options) {
-    return floats(ssao(stored, options).visibility);
-}
-
-StoredDepth stored_of(const std::vector<float>& values, const Camera& camera, const Device& device = default_device()) {
-    return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
-}
-
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
 }

@@ -34,32 +34,17 @@ Camera orthographic_camera() {
     return camera;
 }
 
-StoredDepth stored_of(const std::vector<float>& values, const Camera& camera, const Device& device = oracle::device()) {
-    return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
-}
-
-SsaoCall by_quality(Quality quality, double radius) {
-    SsaoCall call;
-    sampling_of(call).quality = quality;
-    call.radius = radius;
-    return call;
-}
-
 SsaoCall whole(Quality quality, double radius) {
-    SsaoCall call = by_quality(quality, radius);
+    SsaoCall call = options_of(radius, quality);
     sampling_of(call).half_resolution = false;
     return call;
 }
 
 SsaoCall half(Quality quality, double radius) {
-    SsaoCall call = by_quality(quality, radius);
+    SsaoCall call = options_of(radius, quality);
     sampling_of(call).half_resolution = true;
     sampling_of(call).samples = half_samples[static_cast<int>(quality)];
     return call;
-}
-
-std::vector<float> visibility_of(const StoredDepth& stored, const SsaoCall& options) {
-    return floats(ssao(stored, options).visibility);
 }
 
 /// A floor before a wall, and a box on it: far and near, smooth and with edges.
@@ -99,7 +84,7 @@ TEST_CASE(
     const std::vector<float> values = yard(camera);
     const StoredDepth stored = stored_of(values, camera);
     for (const Quality quality : qualities) {
-        const auto got = visibility_of(stored, by_quality(quality, yard_radius(quality)));
+        const auto got = visibility_of(stored, options_of(yard_radius(quality), quality));
         const auto all = visibility_of(stored, whole(quality, yard_radius(quality)));
         const auto few = visibility_of(stored, half(quality, yard_radius(quality)));
         const Kinds kinds = kinds_of(got, all, few);
@@ -138,7 +123,7 @@ TEST_CASE("ssao in blocks: orthographic radii are long everywhere or nowhere", "
     const std::vector<float> values = yard(camera);
     const StoredDepth stored = stored_of(values, camera);
     for (const auto& [radius, is_half] : {std::pair{0.5, false}, {0.7, true}}) {
-        const auto got = visibility_of(stored, by_quality(Quality::fast, radius));
+        const auto got = visibility_of(stored, options_of(radius, Quality::fast));
         CHECK(same_bits(got, visibility_of(stored, (is_half ? half : whole)(Quality::fast, radius))));
     }
 }
@@ -160,7 +145,7 @@ TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blo
         const auto values = stored_with(more), bare = stored_with({});
         for (const Quality quality : {Quality::balanced, Quality::accurate}) {
             const StoredDepth stored = stored_of(values, camera);
-            const auto got = visibility_of(stored, by_quality(quality, radius));
+            const auto got = visibility_of(stored, options_of(radius, quality));
             const auto all = visibility_of(stored, whole(quality, radius));
             const Kinds kinds = kinds_of(got, all, visibility_of(stored, half(quality, radius)));
             long differ = 0, beside = 0;
@@ -189,7 +174,7 @@ TEST_CASE("ssao in blocks: numbers of slices, samples and jitter keep all pixels
     const std::vector<float> values = yard(camera);
     const StoredDepth stored = stored_of(values, camera);
     for (const bool without : {false, true}) {
-        SsaoCall slices = by_quality(Quality::fast, yard_radius(Quality::fast)), samples = slices, jitter = slices;
+        SsaoCall slices = options_of(yard_radius(Quality::fast), Quality::fast), samples = slices, jitter = slices;
         sampling_of(slices).slices = 1, sampling_of(samples).samples = 6, sampling_of(jitter).jitter = 16;
         const auto all = visibility_of(stored, whole(Quality::fast, yard_radius(Quality::fast)));
         for (SsaoCall* call : {&slices, &samples, &jitter}) {
@@ -212,7 +197,7 @@ TEST_CASE("ssao in blocks: a camera that moves sees no block pop", "[ssao][block
         for (int frame = 0; frame < 24; ++frame) {
             const std::vector<float> values = yard(camera, 0.05 * frame);
             const StoredDepth stored = stored_of(values, camera);
-            const auto got = visibility_of(stored, by_quality(quality, yard_radius(quality)));
+            const auto got = visibility_of(stored, options_of(yard_radius(quality), quality));
             const auto all = visibility_of(stored, whole(quality, yard_radius(quality)));
             std::vector<bool> is_half;
             double frame_worst = 0;

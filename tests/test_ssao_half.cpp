@@ -26,19 +26,9 @@ std::size_t index(int x, int y, int row = width) {
 }
 
 SsaoCall half(double radius, Quality quality = Quality::balanced) {
-    SsaoCall options;
-    options.radius = radius;
-    sampling_of(options).quality = quality;
+    SsaoCall options = options_of(radius, quality);
     sampling_of(options).half_resolution = true;
     return options;
-}
-
-StoredDepth stored_of(const std::vector<float>& values, const Camera& camera, const Device& device = oracle::device()) {
-    return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
-}
-
-std::vector<float> visibility_of(const StoredDepth& stored, const SsaoCall& options) {
-    return floats(ssao(stored, options).visibility);
 }
 
 std::vector<Camera> cameras(int across = width, int down = height) {

@@ -33,13 +33,6 @@ std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
 }
 
-SsaoCall options_of(double radius, Quality quality = Quality::balanced) {
-    SsaoCall call;
-    call.radius = radius;
-    sampling_of(call).quality = quality;
-    return call;
-}
-
 /// A scene as a camera stores it. Holds what the images share.
 struct Seen {
     Camera camera;

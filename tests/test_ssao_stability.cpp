@@ -33,14 +33,6 @@ std::vector<float> visibility_of(const std::vector<Value>& values, const Camera&
     return images::floats(ssao({stored, camera, storage}, options).visibility);
 }
 
-SsaoCall options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
-    SsaoCall call;
-    call.radius = radius;
-    sampling_of(call).quality = quality;
-    call.thickness = thickness;
-    return call;
-}
-
 bool in_range(float v) {
     return v >= 0 && v <= 1;
 }
