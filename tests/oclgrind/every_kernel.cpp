@@ -24,7 +24,12 @@ constexpr int width = 35; // two whole vectors of 16 lanes and a tail that overl
 constexpr int height = 3;
 
 Camera camera_with(const Projection& projection) {
-    return {.projection = projection, .width = width, .height = height, .view = Eigen::Matrix4d::Identity()};
+    Camera camera;
+    camera.projection = projection;
+    camera.width = width;
+    camera.height = height;
+    camera.view = Eigen::Matrix4d::Identity();
+    return camera;
 }
 
 /// A camera for each form.

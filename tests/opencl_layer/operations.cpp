@@ -12,10 +12,12 @@ namespace operations {
 using namespace fathom;
 
 Camera camera(int width, int height) {
-    return {.projection = perspective(1.0, 1.0 * width / height, {0.5, 100}),
-            .width = width,
-            .height = height,
-            .view = Eigen::Matrix4d::Identity()};
+    Camera camera;
+    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
+    camera.width = width;
+    camera.height = height;
+    camera.view = Eigen::Matrix4d::Identity();
+    return camera;
 }
 
 std::vector<float> depth(int width, int height) {
