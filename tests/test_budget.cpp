@@ -70,13 +70,8 @@ TEST_CASE("bands of rows that reach differently are of one height, and keep to t
         }
         CHECK(made == rows.end);
     }
-    std::string message;
-    try {
-        bands_within(rows, bytes, 1000, "this");
-    } catch (const Error& error) {
-        message = error.what();
-    }
-    CHECK(message == "this needs a memory budget of 1 MiB, and has less than 1; raise it");
+    CHECK_THROWS_WITH(bands_within(rows, bytes, 1000, "this"),
+                      "this needs a memory budget of 1 MiB, and has less than 1; raise it");
 }
 
 // The oracle: points of the sphere, projected.

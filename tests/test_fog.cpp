@@ -314,18 +314,9 @@ TEST_CASE("fog: pictures of halves and of integers are those of floats, rounded"
 TEST_CASE("fog: options out of range and images that do not fit are refused by name", "[fog]") {
     View view = view_of(true, 4, 2, view_matrix(2, 0, 0));
     const Picture given = picture(4, 2, 3, 6);
-    const auto refused = [&](const FogOptions& fog, const char* part) {
-        try {
-            fogged(device(), given, view, 3, fog);
-        } catch (const std::invalid_argument& error) {
-            INFO(error.what());
-            CHECK(std::string(error.what()).find(part) != std::string::npos);
-            return;
-        }
-        FAIL_CHECK("not refused: " << part);
-    };
     view.camera.view.reset();
-    refused({.density = 0, .height_falloff = 1}, "view matrix");
+    CHECK_THROWS_WITH(fogged(device(), given, view, 3, {.density = 0, .height_falloff = 1}),
+                      ContainsSubstring("view matrix"));
     const StoredDepth depth = stored_of(device(), given.depth, view.camera);
     CHECK_THROWS_AS(fathom::fog(depth, Image(device(), Element::f32, {4, 3, 3}), {.density = 0}),
                     std::invalid_argument);

@@ -186,14 +186,8 @@ TEST_CASE("ssao at half resolution: images of every small size, at even and odd 
                 INFO(name_of(camera) << ", " << across << " x " << down << " at " << x << ", " << y);
                 const StoredDepth part = stored_of(plane, camera).region(x, y, across, down);
                 if (across == x || down == y) { // one column or row, an odd one
-                    std::string said;
-                    try {
-                        ssao(part, half(0.5));
-                    } catch (const std::invalid_argument& error) {
-                        said = error.what();
-                    }
-                    CHECK(contains(said, "half_resolution looks from even columns and rows"));
-                    CHECK(!contains(said, '\n'));
+                    CHECK_THROWS_WITH(ssao(part, half(0.5)),
+                                      ContainsSubstring("half_resolution looks from even columns and rows"));
                     continue;
                 }
                 for (const Quality quality : qualities) {
