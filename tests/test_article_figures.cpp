@@ -11,14 +11,6 @@
 
 #include <fathom/precision.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <iostream>
-#include <limits>
-#include <numbers>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::charts;
 

@@ -4,15 +4,7 @@
 #include "catch.hpp"
 #include "places.hpp"
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <regex>
-#include <set>
-#include <sstream>
-#include <string>
-#include <vector>
 
 namespace {
 
@@ -68,7 +60,7 @@ std::vector<Case> all_cases() {
 // One name of a pattern: a tag, or a name with `*` for anything.
 bool matches(const std::string& pattern, const Case& test) {
     if (pattern.front() == '[')
-        return test.tags.find(pattern) != std::string::npos;
+        return contains(test.tags, pattern);
     std::size_t at = 0, begin = 0;
     bool first = true;
     for (;;) {
@@ -108,7 +100,7 @@ TEST_CASE("pages: every test that the articles' page names exists, and it names 
         REQUIRE(names.count(name) == 1);
     }
     for (const Case& each : cases) {
-        if (each.tags.find("[articles]") == std::string::npos)
+        if (!contains(each.tags, "[articles]"))
             continue;
         INFO("docs/research/articles.md does not name the test " << each.name);
         REQUIRE(named.count(each.name) == 1);

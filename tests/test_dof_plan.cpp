@@ -4,16 +4,6 @@
 
 #include "operations/dof/dof_layers.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <map>
-#include <numbers>
-#include <random>
-#include <set>
-#include <tuple>
-#include <utility>
-
 using namespace fathom;
 
 namespace {

@@ -10,14 +10,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include <cmath>
-#include <fstream>
-#include <functional>
-#include <limits>
-#include <map>
 #include <regex>
-#include <set>
-#include <sstream>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -317,7 +310,7 @@ TEST_CASE("presets: a grey picture of depth is no packed depth", "[presets]") {
     for (int i = 0; i < 256; ++i)
         grey.at<cv::Vec3b>(i / 16, i % 16) = cv::Vec3b::all(static_cast<std::uint8_t>(i));
     REQUIRE(cv::imwrite((folder / "grey.png").string(), grey));
-    check_says(refusal([&] { read_depth(folder / "grey.png", {.packing = Packing::rgb_red_low}); }),
+    check_says([&] { read_depth(folder / "grey.png", {.packing = Packing::rgb_red_low}); },
                {"grey.png", "R = G = B in every pixel", "save raw depth"});
     REQUIRE(cv::imwrite((folder / "sky.png").string(), cv::Mat(16, 16, CV_8UC3, cv::Scalar::all(255))));
     CHECK_NOTHROW(read_depth(folder / "sky.png", {.packing = Packing::rgb_red_low}));
@@ -366,7 +359,7 @@ TEST_CASE("presets: the README shows some and counts all", "[presets][pages]") {
         CHECK_NOTHROW(preset_camera((*each)[1].str(), 640, 480));
     }
     CHECK(shown == 5);
-    CHECK(text.find("[" + std::to_string(presets().size()) + " sources by name]") != std::string::npos);
+    CHECK(contains(text, "[" + std::to_string(presets().size()) + " sources by name]"));
 }
 
 TEST_CASE("presets: the page lists each with its formula and what it needs", "[presets][pages]") {
@@ -384,6 +377,6 @@ TEST_CASE("presets: the page lists each with its formula and what it needs", "[p
         const std::string row =
             "| `" + preset.name + "` | " + preset.source + " | " + preset.formula + " | " + needs + " |";
         INFO("this row is missing in docs/sources.md:\n" << row);
-        CHECK(text.find(row) != std::string::npos);
+        CHECK(contains(text, row));
     }
 }
