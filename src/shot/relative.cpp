@@ -1,6 +1,7 @@
 // Relative depth as it is read.
 #include "relative.hpp"
 
+#include "cli/look.hpp"
 #include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
 

@@ -2,6 +2,7 @@
 #include "description/fog.hpp"
 
 #include "cli/command.hpp"
+#include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/picture.hpp"
 #include "shot/each_depth.hpp"

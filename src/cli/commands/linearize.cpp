@@ -2,6 +2,7 @@
 #include "description/linearize.hpp"
 
 #include "cli/command.hpp"
+#include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "io/floats_on_host.hpp"
 #include "shot/each_depth.hpp"
