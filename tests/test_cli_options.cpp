@@ -9,11 +9,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <set>
-
 using namespace fathom;
 using namespace fathom::test;
 using description::Option;
@@ -74,12 +69,10 @@ struct Scene {
     Image picture{to_device(stored.image.device(), color)};
 
     static Camera camera_of() {
-        Camera camera;
-        camera.projection = perspective(1.0, static_cast<double>(columns) / rows, {0.5, 20});
-        camera.width = columns;
-        camera.height = rows;
-        camera.view = Eigen::Matrix4d::Identity();
-        return camera;
+        return {.projection = perspective(1.0, static_cast<double>(columns) / rows, {0.5, 20}),
+                .width = columns,
+                .height = rows,
+                .view = Eigen::Matrix4d::Identity()};
     }
 };
 
@@ -101,7 +94,7 @@ int check_library(const Options& defaults, const std::function<void(const Option
                 refusal = error.what();
             }
             const bool is_its_own =
-                refusal.starts_with(std::string(option.name) + " = ") && refusal.find(" must ") != std::string::npos;
+                refusal.starts_with(std::string(option.name) + " = ") && contains(refusal, " must ");
             CHECK(is_its_own == !option.accepts(value));
             ++checked;
         }
@@ -117,8 +110,8 @@ TEST_CASE("options: the library accepts what is described, and nothing else") {
     checked += check_library<LinearizeOptions>({}, [&](const auto& o) { linearize(scene.stored, o); });
     checked += check_library<UnprojectOptions>({}, [&](const auto& o) { unproject(scene.stored, o); });
     checked += check_library<NormalsOptions>({}, [&](const auto& o) { normals(scene.stored, o); });
-    checked += check_library<description::SsaoArguments>(
-        {.radius = 1}, [&](const auto& o) { ssao(scene.stored, o.radius, o.options); });
+    checked += check_library<description::SsaoCall>({.radius = 1},
+                                                    [&](const auto& o) { ssao(scene.stored, o.radius, o.options); });
     checked += check_library<DofMasksOptions>({}, [&](const auto& o) { dof_masks(scene.stored, circle, o); });
     checked += check_library<DofOptions>({}, [&](const auto& o) { dof(scene.stored, scene.picture, circle, o); });
     checked += check_library<FogOptions>({.density = 1}, [&](const auto& o) { fog(scene.stored, scene.picture, o); });
@@ -127,19 +120,79 @@ TEST_CASE("options: the library accepts what is described, and nothing else") {
     CHECK(checked > 100);
 }
 
-TEST_CASE("options: the program accepts what is described, and nothing else", "[slow]") {
+namespace {
+
+std::vector<Option> options_with_lens(const description::Operation& operation) {
+    std::vector<Option> all = operation.lens;
+    all.insert(all.end(), operation.options.begin(), operation.options.end());
+    return all;
+}
+
+// What a header says of a member: the comment behind it, and the lines above it that have nothing else.
+std::string comment_of(const std::string& header, const std::string& member) {
+    std::vector<std::string> lines;
+    std::istringstream text(header);
+    for (std::string line; std::getline(text, line);)
+        lines.push_back(line);
+    const std::regex declaration("^    [A-Za-z:].*[ >]" + member + "( =.*|\\{.*)?;( *///<.*)?$"), alone("^ *///<? ?.*");
+    std::string comment;
+    for (std::size_t i = 0; i < lines.size(); ++i)
+        if (std::regex_match(lines[i], declaration)) {
+            for (std::size_t above = i; above-- > 0 && std::regex_match(lines[above], alone);)
+                comment.insert(0, lines[above].substr(lines[above].find("//") + 3) + ' ');
+            for (std::size_t at = i; at < lines.size() && lines[at].find("///<") != std::string::npos; ++at)
+                comment += lines[at].substr(lines[at].find("///<") + 4);
+        }
+    return std::regex_replace(comment, std::regex(" */+<? *"), " ");
+}
+
+// The range that a comment names first, in a description's words.
+std::string range_in(const std::string& comment) {
+    const std::string number = "-?[0-9]+(?:\\.[0-9]+)?";
+    const std::regex range(number + ", " + number + " or " + number + '|' + number + " or " + number + '|' + number +
+                           " to (?:less than )?" + number + "|(?:from|above) " + number);
+    std::smatch found;
+    return std::regex_search(comment, found, range) ? found.str() : "";
+}
+
+} // namespace
+
+TEST_CASE("options: a range that a header says is the one that is described") {
+    int compared = 0;
+    for (const description::Operation& operation : description::operations()) {
+        std::ifstream file(fs::path(places::sources) / "include/fathom" / (std::string(operation.name) + ".hpp"));
+        const std::string header{std::istreambuf_iterator<char>(file), {}};
+        REQUIRE(!header.empty());
+        for (const Option& option : operation.options) {
+            const std::string said = range_in(comment_of(header, option.name));
+            if (option.kind != Option::Kind::number || said.empty())
+                continue;
+            description::Range described = option.range; // but for the one number and infinity, which the words explain
+            described.beside.reset();
+            described.infinite = false;
+            INFO(operation.name << ": " << option.name);
+            CHECK(said == described.limits());
+            ++compared;
+        }
+    }
+    std::cout << "options: " << compared << " ranges of headers are those that are described\n";
+    CHECK(compared >= 15);
+}
+
+TEST_CASE("options: the program accepts what is described, and nothing else") {
     int checked = 0;
     for (const description::Operation& operation : description::operations())
-        for (const Option& option : operation.options) {
-            const std::string spelled = cli::spelled(option.name);
-            if (spelled.empty() || spelled == "--aperture" || spelled == "--thickness")
+        for (const Option& option : options_with_lens(operation)) {
+            const std::string spelled = cli::spelled(option);
+            if (spelled.empty() || spelled == "--aperture")
                 continue;
             for (const Value& value : values_for(option)) {
                 std::string command = operation.name;
                 std::ranges::replace(command, '_', '-');
-                const Outcome outcome = run({command, "no.exr", "-o", "out.exr", spelled + "=" + in_words(value)});
-                INFO(command << ' ' << spelled << '=' << in_words(value) << ": " << outcome.err);
-                CHECK((outcome.err.find(spelled + ": '") != std::string::npos) == !option.accepts(value));
+                const std::string refusal =
+                    usage_refusal({command, "no.exr", "-o", "out.exr", spelled + "=" + in_words(value)});
+                INFO(command << ' ' << spelled << '=' << in_words(value) << ": " << refusal);
+                CHECK(contains(refusal, spelled + ": '") == !option.accepts(value));
                 ++checked;
             }
         }

@@ -21,4 +21,5 @@
 #include <fathom/projection.hpp>
 #include <fathom/quality.hpp>
 #include <fathom/ssao.hpp>
+#include <fathom/tiles.hpp>
 #include <fathom/unproject.hpp>

@@ -19,10 +19,10 @@ enum class NormalMethod {
 struct NormalsOptions {
     std::variant<NormalMethod, MaxError> method = NormalMethod::automatic; ///< or a mean error in degrees
     Space space = Space::view;
-    int channels = 3;     ///< 3, or 4 with the validity: 1, and 0 where there is no normal
+    int channels = 3;     ///< 3 or 4, with the validity: 1, and 0 where there is no normal
     double tolerance = 1; ///< how far depth may be off, in half steps of its storage
-    /// Standard deviation of a sensor's noise over the depth, such as 9e-4, independent from pixel to pixel. Least squares
-    /// then fit planes to a window as wide as `normals_noise_error_deg` asks for. 0: no noise.
+    /// Standard deviation of a sensor's noise over the depth, such as 9e-4, independent from pixel to pixel: 0
+    /// to less than 1. Least squares then fit planes to a window as wide as `normals_noise_error_deg` asks for.
     double noise = 0;
 };
 
@@ -55,8 +55,8 @@ inline constexpr double normals_length_error = 4 * 0x1p-24;
 /// depth, the result is the neighbours' normal.
 /// Accuracy: `normals_slope_error`, `normals_length_error`; with noise `normals_noise_error_deg`.
 /// `inexact::normals_error` more on a device that is not exact (probe.hpp).
-/// Throws: std::invalid_argument for world space without a view matrix, for channels other than 3 and 4, for a tolerance
-/// that is not above 0, for noise that is not from 0 to less than 1, and for noise together with a `MaxError`.
+/// Throws: std::invalid_argument for options out of range, for world space without a view matrix, and for noise together
+/// with a `MaxError`.
 /// Source: two-tap extrapolation by atyuwen, "Accurate Normal Reconstruction from Depth Buffer", 2020; that 1/z is affine on
 /// the screen, Blinn 1992; both for every camera as derived in kernels/normals/normals.cl and docs/camera.md.
 Image normals(const StoredDepth& stored, const NormalsOptions& options = {}, const Launch& launch = {});

@@ -12,7 +12,7 @@ struct UnprojectOptions {
     Space space = Space::view;
     Eigen::Vector3d origin =
         Eigen::Vector3d::Zero();             ///< world: positions are relative to this point, which keeps floats exact
-    int channels = 3;                        ///< 3, or 4 with w = 1 (0 for invalid and background pixels)
+    int channels = 3;                        ///< 3 or 4, with w = 1 (0 for invalid and background pixels)
     Background background = Background::inf; ///< inf and nan: no position (NaN); decode: on the far plane
 };
 
@@ -26,7 +26,7 @@ inline constexpr double unproject_relative_error = 4 * 0x1p-24;
 /// scene units. Invalid and background pixels have NaN in x, y, z.
 /// Accuracy: `unproject_relative_error`, plus the condition term of `linearize`;
 /// `inexact::unproject_ulp` more on a device that is not exact (probe.hpp).
-/// Throws: std::invalid_argument for world space without a view matrix, and for channels other than 3 and 4.
+/// Throws: std::invalid_argument for options out of range, and for world space without a view matrix.
 /// Source: Lenaerts 2014, reconstructing positions from the depth buffer, part 2; rays as derived in docs/camera.md.
 Image unproject(const StoredDepth& stored, const UnprojectOptions& options = {}, const Launch& launch = {});
 

@@ -1,4 +1,4 @@
-"""Exact post-processing of depth images: distances, points, normals, ambient occlusion, depth of field and fog.
+"""Exact post-processing of depth images.
 
     import fathom
     camera = fathom.Camera(preset="kinect", fx=525, fy=525, cx=319.5, cy=239.5)
@@ -7,6 +7,7 @@
 docs/python.md explains the rest.
 """
 
+from . import _operations
 from ._calls import readable as _readable
 from ._fathom import (
     BackDepth,
@@ -18,22 +19,15 @@ from ._fathom import (
     Image,
     NoDevice,
     __version__,
+    check,
     depth_at,
     devices,
-    dof,
-    dof_masks,
-    fill_invalid,
-    fog,
-    linearize,
-    normals,
     preset_camera,
     presets,
     restore_highlights,
-    ssao,
-    unproject,
     upsample_along_edges,
 )
-from ._results import DofMasks, Occlusion
+from ._operations import *
 
 __all__ = [
     "BackDepth",
@@ -41,27 +35,19 @@ __all__ = [
     "CameraWarning",
     "Device",
     "DeviceInfo",
-    "DofMasks",
     "Error",
     "Image",
     "NoDevice",
-    "Occlusion",
     "__version__",
+    "check",
     "depth_at",
     "devices",
-    "dof",
-    "dof_masks",
-    "fill_invalid",
-    "fog",
-    "linearize",
-    "normals",
     "preset_camera",
     "presets",
     "restore_highlights",
-    "ssao",
-    "unproject",
     "upsample_along_edges",
 ]
+__all__ += _operations.__all__
 
 for _each in (BackDepth, Camera, Device, DeviceInfo, Error, Image, NoDevice):
     _each.__module__ = __name__  # where people find it

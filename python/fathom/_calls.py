@@ -4,58 +4,33 @@ from __future__ import annotations
 
 import difflib
 import inspect
-import math
-import operator
+import numbers
 import os
 import re
 import reprlib
-from typing import Any, Callable
+from typing import Any
 
 from ._fathom import Camera, _built_in  # type: ignore[attr-defined]  # the stubs name what is public
 
-# How many numbers an argument takes whose annotation leaves it open.
-_LENGTHS = {"origin": 3, "region": 4, "focus_at": 2, "circle": 2, "fog_color": 3, "up": 3}
-
-
-def _is_number(value: Any) -> bool:
-    math.fabs(value)  # raises for anything else
-    return True
-
-
-def _is_whole(value: Any) -> bool:
-    return -(2**31) <= operator.index(value) < 2**31
-
-
-# By what an annotation is: the test, which may raise, and what the argument must be.
-_KINDS: dict[str, tuple[Callable[[Any], object], str]] = {
-    "float": (_is_number, "a number"),
-    "int": (_is_whole, "a whole number of 32 bits"),
-    "bool": (lambda value: isinstance(value, bool), "True or False"),
-    "str": (lambda value: isinstance(value, str), "a str"),
-    "str | os.PathLike": (lambda value: isinstance(value, (str, os.PathLike)), "a str or os.PathLike"),
-    "collections.abc.Sequence[float]": (lambda values: all(map(_is_number, values)), "numbers"),
-    "collections.abc.Sequence[int]": (lambda values: all(map(_is_whole, values)), "whole numbers"),
-    "tuple[int, int, float]": (
-        lambda value: len(value) == 3 and _is_whole(value[0]) and _is_whole(value[1]) and _is_number(value[2]),
-        "2 whole numbers and a number",
-    ),
-    "Camera": (lambda value: isinstance(value, Camera), "a fathom.Camera"),
+# What an annotation stands for. Operations say themselves what their options must be.
+_TYPES: dict[str, tuple[type, str]] = {
+    "float": (numbers.Real, "a number"),
+    "int": (numbers.Integral, "a whole number of 32 bits"),
+    "bool": (bool, "True or False"),
+    "str": (str, "a str"),
+    "os.PathLike": (os.PathLike, "os.PathLike"),
+    "Camera": (Camera, "a fathom.Camera"),
 }
 
 
-def _unfit(name: str, annotation: str, value: Any) -> str | None:
+def _unfit(annotation: str, value: Any) -> str | None:
     """What an argument must be, if it is not."""
-    kind = annotation.replace(" | None", "")
-    if kind not in _KINDS or (value is None and kind != annotation):
+    kinds = annotation.split(" | ")
+    optional = kinds.pop() if kinds[-1] == "None" else None
+    if not all(kind in _TYPES for kind in kinds) or (optional and value is None):
         return None
-    fits, wanted = _KINDS[kind]
-    length = _LENGTHS.get(name)
-    try:
-        if fits(value) and (length is None or len(value) == length):
-            return None
-    except (TypeError, ValueError, OverflowError):
-        pass
-    return wanted if length is None else f"{length} {wanted}"
+    fits = isinstance(value, tuple(_TYPES[kind][0] for kind in kinds))
+    return None if fits else " or ".join(_TYPES[kind][1] for kind in kinds)
 
 
 def _problem(signature: inspect.Signature, args: tuple[Any, ...], kwargs: dict[str, Any]) -> str | None:
@@ -71,7 +46,7 @@ def _problem(signature: inspect.Signature, args: tuple[Any, ...], kwargs: dict[s
     except TypeError as error:
         return f": {error}"
     for name, value in bound.arguments.items():
-        wanted = _unfit(name, signature.parameters[name].annotation, value)
+        wanted = _unfit(signature.parameters[name].annotation, value)
         if wanted:
             cure = ""
             if name == "camera" and isinstance(value, dict):

@@ -12,6 +12,7 @@
 namespace fathom::python {
 namespace {
 
+using description::Kind;
 using description::Option;
 using description::Value;
 
@@ -19,25 +20,57 @@ bool is_whole(const Option& option) {
     return option.range.whole || option.range.few[0];
 }
 
-std::string annotation(const Option& option) {
+// What may be given for an option of several of its name.
+const char* kind_of(const Option& option) {
     switch (option.kind) {
-    case Option::Kind::number:
-        return is_whole(option) ? "int" : "float";
-    case Option::Kind::flag:
-    case Option::Kind::result:
-        return "bool";
-    case Option::Kind::three:
-        return "collections.abc.Sequence[float]";
-    case Option::Kind::choice:
-        break;
+    case Kind::number:
+        return "a number";
+    case Kind::choice:
+        return "'silhouette'";
+    case Kind::depth:
+        return "a fathom.BackDepth";
+    default:
+        return "an array";
     }
-    std::string literal;
-    for (const char* choice : option.choices)
-        literal += text(literal.empty() ? "typing.Literal['" : ", '", choice, "'");
-    return literal + "]";
+}
+
+bool is_kind(const Option& option, nb::handle given) {
+    switch (option.kind) {
+    case Kind::number: // also one of NumPy's
+        return PyNumber_Check(given.ptr()) &&
+               (!nb::hasattr(given, "shape") || nb::len(nb::object(given.attr("shape"))) == 0);
+    case Kind::choice:
+        return PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), option.choices[0]) == 0;
+    case Kind::depth:
+        return nb::isinstance<BackDepth>(given);
+    default:
+        return !PyUnicode_Check(given.ptr()) && !nb::isinstance<BackDepth>(given);
+    }
 }
 
 } // namespace
+
+std::string annotation(const Option& option) {
+    std::string literal;
+    switch (option.kind) {
+    case Kind::number:
+        return is_whole(option) ? "int" : "float";
+    case Kind::flag:
+    case Kind::result:
+        return "bool";
+    case Kind::three:
+    case Kind::lens:
+        return "collections.abc.Sequence[float]";
+    case Kind::region:
+        return "collections.abc.Sequence[int]";
+    case Kind::choice:
+        for (const char* choice : option.choices)
+            literal += text(literal.empty() ? "typing.Literal['" : ", '", choice, "'");
+        return literal + "]";
+    default:
+        return option.kind == Kind::depth && option.alternative ? "BackDepth" : pixels;
+    }
+}
 
 std::vector<Keyword> keywords_of(std::vector<Option> options) {
     std::vector<Keyword> keywords;
@@ -48,14 +81,22 @@ std::vector<Keyword> keywords_of(std::vector<Option> options) {
     return keywords;
 }
 
-Keywords::Keywords(const char* function, const nb::kwargs& given) : function_(function) {
-    items_.reserve(given.size());
-    for (const auto& [name, value] : given)
+Keywords::Keywords(const char* function, const std::vector<PyObject*>& names, const nb::args& given,
+                   const nb::kwargs& named)
+    : function_(function) {
+    if (given.size() > names.size())
+        refuse();
+    items_.reserve(given.size() + named.size());
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        if (named.size() > 0 && PyDict_Contains(named.ptr(), names[i]) != 0)
+            refuse();
+        items_.push_back({names[i], given[i]});
+    }
+    for (const auto& [name, value] : named)
         items_.push_back({name, value});
 }
 
-void Keywords::set(const std::vector<Keyword>& known,
-                   const std::function<void(const Option&, const Value&)>& set_option) {
+void Keywords::each(const std::vector<Keyword>& known, const std::function<void(const Option&, nb::handle)>& set) {
     std::vector<const Option*> given;
     for (Item& item : items_) {
         if (item.taken)
@@ -70,14 +111,34 @@ void Keywords::set(const std::vector<Keyword>& known,
         item.taken = true;
         if (item.value.is_none())
             continue;
+        const auto end =
+            std::find_if(keyword, known.end(), [&](const Keyword& other) { return other.name != keyword->name; });
+        if (end - keyword > 1) {
+            const auto its =
+                std::find_if(keyword, end, [&](const Keyword& one) { return is_kind(one.option, item.value); });
+            if (its == end) {
+                std::vector<const char*> kinds;
+                std::transform(keyword, end, std::back_inserter(kinds),
+                               [](const Keyword& one) { return kind_of(one.option); });
+                throw std::invalid_argument(text(keyword->option.name, " = ", text_of(nb::repr(item.value)),
+                                                 " is unknown; it is ", description::in_words(kinds)));
+            }
+            keyword = its;
+        }
         const Option& option = keyword->option;
         for (const Option* other : given)
             if (option.excludes(*other))
                 throw std::invalid_argument(
                     text(option.name, " and ", other->name, " exclude each other: give one of the two"));
-        set_option(option, value_of(option, item.value));
+        set(option, item.value);
         given.push_back(&option);
     }
+    for (const Option* one : given)
+        for (const Keyword& other : known)
+            if (&other.option != one && other.option.belongs_to(*one) &&
+                std::ranges::find(given, &other.option) == given.end())
+                throw std::invalid_argument(
+                    text(one->name, " and ", other.option.name, " belong together; give both, or none"));
 }
 
 nb::object Keywords::take(const char* name) {
@@ -94,37 +155,41 @@ void Keywords::finish() const {
         refuse();
 }
 
-// What is wrong with the arguments, fathom/_calls.py finds out from the signature.
 void Keywords::refuse() const {
     throw nb::type_error((std::string(function_) + "(): incompatible function arguments").c_str());
+}
+
+void Keywords::refuse(const char* name, nb::handle given, const char* kind) const {
+    PyErr_Clear();
+    const nb::object words = nb::module_::import_("reprlib").attr("repr")(given).attr("split")();
+    const std::string value = text_of(nb::str(nb::str(" ").attr("join")(words)));
+    throw nb::type_error(text(function_, "(): ", name, " must be ", kind, ", not ", value).c_str());
 }
 
 Value Keywords::value_of(const Option& option, nb::handle given) const {
     Value value;
     switch (option.kind) {
-    case Option::Kind::number: {
-        const nb::object whole = is_whole(option) ? nb::steal(PyNumber_Index(given.ptr())) : nb::borrow(given);
-        const double number = whole.is_valid() ? PyFloat_AsDouble(whole.ptr()) : -1;
-        if (PyErr_Occurred()) {
-            PyErr_Clear();
-            refuse();
-        }
-        value = number;
+    case Kind::number: {
+        const nb::object number = is_whole(option) ? nb::steal(PyNumber_Index(given.ptr())) : nb::borrow(given);
+        const double converted = number.is_valid() ? PyFloat_AsDouble(number.ptr()) : -1;
+        if (PyErr_Occurred())
+            refuse(option.name, given, is_whole(option) ? "a whole number of 32 bits" : "a number");
+        value = converted;
         break;
     }
-    case Option::Kind::flag:
-    case Option::Kind::result:
+    case Kind::flag:
+    case Kind::result:
         if (!PyBool_Check(given.ptr()))
-            refuse();
+            refuse(option.name, given, "True or False");
         return given.is(nb::handle(Py_True));
-    case Option::Kind::three: {
-        std::array<double, 3> numbers{};
-        if (!nb::try_cast(given, numbers))
-            refuse();
-        value = numbers;
+    case Kind::three:
+        value = as<std::array<double, 3>>(option.name, given, "3 numbers");
         break;
+    case Kind::region: {
+        const auto [x, y, width, height] = as<std::array<int, 4>>(option.name, given, "4 whole numbers");
+        return Region{x, y, width, height};
     }
-    case Option::Kind::choice:
+    default:
         for (std::size_t i = 0; i < option.choices.size(); ++i)
             if (PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), option.choices[i]) == 0)
                 return i;
@@ -136,22 +201,13 @@ Value Keywords::value_of(const Option& option, nb::handle given) const {
     return value;
 }
 
-std::string signature_of(const char* function, const std::string& arguments, const std::vector<Option>& options,
-                         const std::string& more) {
-    std::string keywords;
-    for (const Option& option : options)
-        if (more.find(text(", ", option.name, ": ")) == more.npos) // it takes more than what is described
-            keywords += text(", ", option.name, ": ", annotation(option), " | None = None");
-    return text("def ", function, "(", arguments, ", *", keywords, more, ") -> object");
-}
-
 std::string words_of(const std::vector<Option>& options) {
     std::string lines;
     for (const Option& option : options) {
-        const std::string limits = option.kind == Option::Kind::number   ? option.range.limits()
-                                   : option.kind == Option::Kind::choice ? option.accepted()
-                                                                         : "";
-        const std::string by_default = option.kind == Option::Kind::result || !option.by_default
+        const std::string limits = option.kind == Kind::number   ? option.range.limits()
+                                   : option.kind == Kind::choice ? option.accepted()
+                                                                 : "";
+        const std::string by_default = option.kind == Kind::result || !option.by_default || *option.by_default == "none"
                                            ? ""
                                            : text(limits.empty() ? "" : "; ", "default: ", *option.by_default);
         lines += text(option.name, ": ", option.words);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "words.hpp"
+#include "call.hpp"
 
 #include "description/option.hpp"
 
@@ -21,40 +21,35 @@ struct Keyword {
 
 std::vector<Keyword> keywords_of(std::vector<description::Option> options);
 
-/// The keyword arguments of a call of an operation. Each is taken by whoever knows its name; None counts as not given.
+/// The arguments of a call of an operation. Each is taken by whoever knows its name; None counts as not given.
 class Keywords {
 public:
-    Keywords(const char* function, const nb::kwargs& given);
+    /// `names` are those of the arguments that need none.
+    Keywords(const char* function, const std::vector<PyObject*>& names, const nb::args& given, const nb::kwargs& named);
 
-    /// Sets what is given of the options that are described.
+    /// Calls `set` with what is given of the options that are described; of several of one name with the one whose kind it is.
+    /// Throws: std::invalid_argument for options that exclude each other.
+    void each(const std::vector<Keyword>& known,
+              const std::function<void(const description::Option&, nb::handle)>& set);
+
+    /// What is given for an option that is no image.
     /// Throws: nb::type_error for what is no such value, std::invalid_argument for one that the description does not accept.
-    template <typename Options>
-    void set(Options& options) {
-        static const std::vector<Keyword>& known = *new std::vector(keywords_of(description::options_of(options)));
-        set(known,
-            [&](const description::Option& option, const description::Value& value) { option.set(options, value); });
-    }
-    void set(const std::vector<Keyword>& known,
-             const std::function<void(const description::Option&, const description::Value&)>& set_option);
+    description::Value value_of(const description::Option& option, nb::handle given) const;
 
-    /// One that is not described as an option: an image, a device.
+    /// One that is not described as an option: a device.
     nb::object take(const char* name);
 
-    /// The same as a value of a type.
+    /// The same as a value of a type, which `kind` has in words.
     /// Throws: nb::type_error for any other.
     template <typename Value>
-    std::optional<Value> take_as(const char* name) {
+    std::optional<Value> take_as(const char* name, const char* kind) {
         const nb::object given = take(name);
-        if (given.is_none())
-            return std::nullopt;
-        Value value;
-        if (!nb::try_cast(given, value))
-            refuse();
-        return value;
+        return given.is_none() ? std::nullopt : std::optional(as<Value>(name, given, kind));
     }
 
-    /// Throws: nb::type_error if nobody has taken one of them.
+    /// Throws: nb::type_error if nobody has taken one of them. What is wrong, fathom/_calls.py finds out from the signature.
     void finish() const;
+    [[noreturn]] void refuse() const;
 
 private:
     struct Item {
@@ -62,16 +57,21 @@ private:
         bool taken = false;
     };
 
-    [[noreturn]] void refuse() const;
-    description::Value value_of(const description::Option& option, nb::handle given) const;
+    template <typename Value>
+    Value as(const char* name, nb::handle given, const char* kind) const {
+        Value value;
+        if (!nb::try_cast(given, value))
+            refuse(name, given, kind);
+        return value;
+    }
+    [[noreturn]] void refuse(const char* name, nb::handle given, const char* kind) const;
 
     const char* function_;
     std::vector<Item> items_;
 };
 
-/// A signature for the stubs: `arguments`, then the options that are described, then `more`.
-std::string signature_of(const char* function, const std::string& arguments,
-                         const std::vector<description::Option>& options, const std::string& more);
+/// The type of what an option takes, for the stubs.
+std::string annotation(const description::Option& option);
 
 /// What the options mean, a line each.
 std::string words_of(const std::vector<description::Option>& options);

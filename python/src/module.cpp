@@ -1,6 +1,7 @@
 // The module fathom._fathom: devices, images and exceptions. Operations and cameras have files of their own.
 #include "call.hpp"
 #include "camera.hpp"
+#include "check.hpp"
 #include "function.hpp"
 #include "operations.hpp"
 #include "unlocked.hpp"
@@ -145,7 +146,8 @@ dtype: "float32", "float16", "uint32", "uint16" or "uint8". shape: (height, widt
 elements from one row to the next (default: without a gap). offset: elements before the first pixel.)")
         .def(
             "numpy", [](const DeviceImage& image) { return to_numpy(image.image); },
-            nb::sig("def numpy(self) -> fathom._results.NumpyArray"), "Waits for the image, and copies it into a new NumPy array.")
+            nb::sig("def numpy(self) -> fathom._operations.NumpyArray"),
+            "Waits for the image, and copies it into a new NumPy array.")
         .def(
             "__array__",
             [](const DeviceImage& image, const nb::object& dtype, const nb::object& copy) {
@@ -154,7 +156,8 @@ elements from one row to the next (default: without a gap). offset: elements bef
                 return dtype.is_none() ? array : nb::object(array.attr("astype")(dtype));
             },
             nb::arg("dtype") = nb::none(), nb::arg("copy") = nb::none(),
-            nb::sig("def __array__(self, dtype: typing.Any = None, copy: bool | None = None) -> fathom._results.NumpyArray"),
+            nb::sig("def __array__(self, dtype: typing.Any = None, copy: bool | None = None) -> "
+                    "fathom._operations.NumpyArray"),
             "The same, for NumPy.")
         .def(
             "__dlpack__",
@@ -185,8 +188,9 @@ elements from one row to the next (default: without a gap). offset: elements bef
 }
 
 void bind_back_depth(nb::module_& module) {
-    nb::class_<BackDepth>(module, "BackDepth",
-                          R"(A thickness for `ssao`: each pixel's solid ends at a second layer of depth, of the same camera and size.
+    nb::class_<BackDepth>(
+        module, "BackDepth",
+        R"(A thickness for `ssao`: each pixel's solid ends at a second layer of depth, of the same camera and size.
 
     fathom.ssao(depth, camera, 0.5, thickness=fathom.BackDepth(back)))")
         .def(
@@ -215,4 +219,5 @@ NB_MODULE(_fathom, module) {
     bind_images(module);
     bind_back_depth(module);
     bind_operations(module);
+    bind_check(module);
 }

@@ -61,7 +61,7 @@ def test_types_of_results(tmp_path, checked):
         "fathom.fog(i, c, a, 0.1)": "fathom._fathom.Image",
         "fathom.ssao(a, c)": "numpy.ndarray",
         "fathom.ssao(i, c)": "fathom._fathom.Image",
-        "fathom.ssao(a, c, confidence=True)": "fathom._results.Occlusion[numpy.ndarray",
+        "fathom.ssao(a, c, confidence=True)": "fathom._operations.Occlusion[numpy.ndarray",
         "fathom.ssao(i, c, bent_normal=True).visibility": "fathom._fathom.Image",
         "fathom.dof_masks(a, c).coc": "numpy.ndarray",
         "fathom.dof_masks(i, c).tile_min_coc": "fathom._fathom.Image | Any",
@@ -114,7 +114,7 @@ def test_fields_are_documented():
         for name in kind._fields:
             text = getattr(kind, name).__doc__
             assert "float32" in text and ("(H, W" in text or "ceil(H / tile_px)" in text)
-        stub = (PACKAGE / "_results.pyi").read_text().partition(f"class {kind.__name__}(")[2].partition("class ")[0]
+        stub = (PACKAGE / "_operations.pyi").read_text().partition(f"class {kind.__name__}(")[2].partition("class ")[0]
         assert tuple(re.findall(r"^    (\w+):", stub, re.MULTILINE)) == kind._fields
 
 

@@ -22,7 +22,7 @@ struct Command {
     std::function<int()> (*configure)(CLI::App& app);
 };
 
-/// All of them, in the order of the list in src/cli/CMakeLists.txt.
+/// Those of src/cli/CMakeLists.txt, in its order. Other operations have the commands that their descriptions make.
 std::span<const Command* const> commands();
 
 } // namespace fathom::cli

@@ -3,13 +3,20 @@
 
 #include "command.hpp"
 #include "help.hpp"
+#include "operation.hpp"
+
+#include "cli/options/described.hpp"
 
 #include <CLI/CLI.hpp>
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <exception>
 #include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace fathom::cli {
 namespace {
@@ -25,30 +32,57 @@ constexpr const char* exit_codes = R"(Exit codes:
 constexpr const char* exit_codes_in_short =
     "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130, 143, 129 and 141 interrupted.";
 
+// `--help all` as CLI11 has it.
+std::vector<const char*> with_all_help(int argc, const char* const* argv) {
+    std::vector<const char*> words(argv, argv + argc);
+    for (std::size_t i = 1; i + 1 < words.size(); ++i) {
+        const std::string_view flag = words[i];
+        if ((flag == "--help" || flag == "-h") && words[i + 1] == std::string_view("all")) {
+            words[i] = "--help-all";
+            words.erase(words.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+        }
+    }
+    return words;
+}
+
 } // namespace
 
 Program::Program()
-    : app_(std::make_unique<CLI::App>("fathom: exact depth, positions, normals, ambient occlusion, depth of field and "
-                                      "fog\nfrom depth images, on any OpenCL device",
-                                      "fathom")) {
+    : app_(std::make_unique<CLI::App>("fathom: what depth images hold, exact, on any OpenCL device", "fathom")) {
     app_->formatter(help_layout());
     app_->set_help_flag("-h,--help", "print this help, or that of a command");
+    app_->set_help_all_flag("--help-all");
     app_->set_version_flag("--version", "fathom " FATHOM_VERSION, "print the version");
     app_->require_subcommand(1);
     app_->footer("Example:\n  fathom linearize frame.exr --camera camera.json -o frame.z.exr\n\n" +
                  std::string(exit_codes));
-    for (const Command* command : commands()) {
-        CLI::App* app = app_->add_subcommand(command->name, command->summary);
-        app->footer(command->notes + std::string("\n\n") + exit_codes_in_short);
-        app->parse_complete_callback([this, run = command->configure(*app)] { action_ = run; });
+    const auto add = [&](const char* name, const char* summary, const char* notes, const auto& configure) {
+        CLI::App* app = app_->add_subcommand(name, summary);
+        app->footer(notes + std::string("\n\n") + exit_codes_in_short);
+        app->parse_complete_callback([this, run = configure(*app)] { action_ = run; });
+    };
+    std::vector<const Command*> own(commands().begin(), commands().end());
+    for (const description::Operation& operation : description::operations()) {
+        const std::string name = spelled(operation.name).substr(2);
+        const auto command = std::ranges::find(own, name, &Command::name);
+        if (command != own.end()) {
+            add((*command)->name, (*command)->summary, (*command)->notes, (*command)->configure);
+            own.erase(command);
+        } else {
+            add(name.c_str(), operation.summary, operation.notes,
+                [&](CLI::App& app) { return configure_operation(app, operation); });
+        }
     }
+    for (const Command* command : own)
+        add(command->name, command->summary, command->notes, command->configure);
 }
 
 Program::~Program() = default;
 
 std::function<int()> Program::parse(int argc, const char* const* argv) {
     try {
-        app_->parse(argc, argv);
+        const std::vector<const char*> words = with_all_help(argc, argv);
+        app_->parse(static_cast<int>(words.size()), words.data());
     } catch (const CLI::Success&) { // --help, --version
         return [this, wanted = std::current_exception()] {
             try {

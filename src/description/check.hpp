@@ -40,19 +40,19 @@ struct Check {
         require(numbers.allFinite(), name, " = (", numbers.transpose(), ") must be finite");
         require(kind != Three::direction || numbers.norm() > 0, name, " = (", numbers.transpose(), ") must not be 0");
     }
-    void operator()(const char*, const bool&, const Result&, const auto&...) const {}
-    void operator()(const char*, const std::optional<bool>&, const char*, const auto&...) const {}
+    void operator()(const char*, const auto&, Kind, const auto&...) const {} // an operation sees whether images fit
 
     template <OfVariant Field>
-    void operator()(const char* name, const Field& field, const auto&... said) const {
+    void operator()(const char* name, const Field& field, const Range& range, const auto&...) const {
         if (const auto* value = field.find())
-            (*this)(name, *value, said...);
+            (*this)(name, *value, range);
     }
     template <OfVariant Field>
     void operator()(const char* name, const Field& field, std::initializer_list<const char*> names,
                     const auto&...) const {
-        if (const auto* value = field.find())
-            (*this)(name, *value, names);
+        if constexpr (std::is_enum_v<typename Field::Type>)
+            if (const auto* value = field.find())
+                (*this)(name, *value, names);
     }
 };
 

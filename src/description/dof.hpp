@@ -1,14 +1,13 @@
 #pragma once
 
 #include "description/field.hpp"
+#include "description/lens.hpp"
 #include "description/range.hpp"
+#include "description/result.hpp"
 
 #include <fathom/dof.hpp>
 
 namespace fathom::description {
-
-inline constexpr const char* dof_summary =
-    "Blurs a picture as a lens does that is focused on one depth: depth of field.";
 
 template <typename Visitor, Is<DofOptions> Options>
 void describe(const Visitor& v, Options& o) {
@@ -29,6 +28,39 @@ void describe(const Visitor& v, Options& o) {
     v("sky", o.sky, {"blur", "sharp", "exclude"},
       "blur: the background is infinitely far; sharp: it is in focus; exclude: it is left out like invalid pixels");
     v("max_coc_px", o.max_coc_px, between(1, 512), "largest blur, on either side of the focus, pixels");
+    v("clean_plate", in<&CleanPlate::color>(o.clean_plate), Kind::picture,
+      "the picture without its near objects. It shows what a blurred foreground hides");
+    v("clean_plate_depth", in<&CleanPlate::depth>(o.clean_plate), Kind::depth, "the depth of the clean plate");
+}
+
+struct DofCall {
+    static constexpr Said said{.name = "dof",
+                               .summary =
+                                   "Blurs a picture as a lens does that is focused on one depth: depth of field.",
+                               .arguments = {"color"},
+                               .group = "Blur",
+                               .layer = "dof"};
+
+    Image color = {};
+    CircleOfConfusion circle = {};
+    DofOptions options = {};
+    Image result = {};
+
+    void run(const StoredDepth& stored, const Launch& launch) const {
+        dof(stored, color, result, circle, options, launch);
+    }
+};
+
+template <typename Visitor, Is<DofCall> Call>
+void describe(const Visitor& v, Call& call) {
+    v("color", call.color, Kind::picture, "the sharp picture");
+    describe_circle(v, call.circle);
+    describe(v, call.options);
+}
+
+template <typename Visitor>
+void describe_results(const Visitor& v, DofCall& call, const StoredDepth&) {
+    v("result", call.result, true, like(call.color), light(), "the blurred picture");
 }
 
 } // namespace fathom::description

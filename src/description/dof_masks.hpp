@@ -1,13 +1,12 @@
 #pragma once
 
+#include "description/lens.hpp"
 #include "description/range.hpp"
+#include "description/result.hpp"
 
 #include <fathom/dof_masks.hpp>
 
 namespace fathom::description {
-
-inline constexpr const char* dof_masks_summary =
-    "Computes the size of each pixel's blur, and masks of what is near, in focus and far.";
 
 template <typename Visitor, Is<DofMasksOptions> Options>
 void describe(const Visitor& v, Options& o) {
@@ -27,6 +26,54 @@ void describe(const Visitor& v, Options& o) {
     v("tile_px", o.tile_px, whole(1, 65536), "width of a tile, pixels");
     v("tile_min_coc", o.tile_min_coc, a_result, "the smallest CoC of each tile");
     v("tile_max_coc", o.tile_max_coc, a_result, "the largest CoC of each tile");
+}
+
+struct DofMasksCall {
+    static constexpr Said said{
+        .name = "dof_masks",
+        .summary = "Computes the size of each pixel's blur, and masks of what is near, in focus and far.",
+        .group = "Masks",
+        .results = "DofMasks"};
+
+    CircleOfConfusion circle = {};
+    DofMasksOptions options = {};
+    DofMasks results = {};
+
+    void run(const StoredDepth& stored, const Launch& launch) const {
+        dof_masks(stored, results, circle, options, launch);
+    }
+};
+
+template <typename Visitor, Is<DofMasksCall> Call>
+void describe(const Visitor& v, Call& call) {
+    describe_circle(v, call.circle);
+    describe(v, call.options);
+}
+
+template <typename Visitor>
+void describe_results(const Visitor& v, DofMasksCall& call, const StoredDepth& stored) {
+    const DofMasksOptions& o = call.options;
+    DofMasks& results = call.results;
+    const auto pixel = floats(stored, 1), tile = tiles(stored, o.tile_px);
+    v("coc", results.coc, true, pixel, lengths("coc"),
+      "diameter of the circle of confusion in pixels, positive behind the focus; NaN if invalid");
+    v("near_weight", results.near_weight, o.near_weight, pixel, fractions("near"),
+      "1 before the focus, 0 in it and behind it");
+    v("focus_weight", results.focus_weight, o.focus_weight, pixel, fractions("focus"), "1 in focus");
+    v("far_weight", results.far_weight, o.far_weight, pixel, fractions("far"),
+      "1 behind the focus, 0 in it and before it");
+    v("max_near_coc", results.max_near_coc, o.max_near_coc, pixel, lengths("coc"),
+      "the largest near circle that reaches each pixel, pixels");
+    v("near_alpha", results.near_alpha, o.near_alpha, pixel, fractions("near"),
+      "how much of each pixel the blurred near field covers");
+    v("disocclusion", results.disocclusion, o.disocclusion, pixel, fractions("disocclusion"),
+      "1 where a blur shows what lies behind the near field");
+    v("mixed_pixels", results.mixed_pixels, o.mixed_pixels, pixel, fractions("mixed"),
+      "1 where depth was averaged over an edge");
+    v("tile_min_coc", results.tile_min_coc, o.tile_min_coc, tile, lengths("min"),
+      "the smallest circle of each tile, pixels");
+    v("tile_max_coc", results.tile_max_coc, o.tile_max_coc, tile, lengths("max"),
+      "the largest circle of each tile, pixels");
 }
 
 } // namespace fathom::description

@@ -7,7 +7,7 @@
 
 namespace fathom::description {
 
-/// An alternative of a variant as a field: it is there while the variant holds it, and setting it makes the variant hold it.
+/// An alternative of a variant, or what an optional holds, as a field: setting it makes the variant hold it.
 template <typename Alternative, typename Variant>
 struct AlternativeField {
     using Type = Alternative;
@@ -26,6 +26,7 @@ private:
     static std::size_t index_in(const std::variant<Alternatives...>*) {
         return std::variant<Alternatives...>(Alternative{}).index();
     }
+    static std::size_t index_in(const Type*) { return 0; }
     template <typename Held>
     static std::size_t index_in(const std::optional<Held>*) {
         return index_in(static_cast<const Held*>(nullptr));
@@ -34,6 +35,7 @@ private:
     static const Type* of(const std::variant<Alternatives...>& held) {
         return std::get_if<Alternative>(&held);
     }
+    static const Type* of(const Type& held) { return &held; }
     template <typename Held>
     static const Type* of(const std::optional<Held>& held) {
         return held ? of(*held) : nullptr;

@@ -1,12 +1,11 @@
 #pragma once
 
 #include "description/range.hpp"
+#include "description/result.hpp"
 
 #include <fathom/fog.hpp>
 
 namespace fathom::description {
-
-inline constexpr const char* fog_summary = "Lays fog over a picture: uniform, or thinner with the height.";
 
 template <typename Visitor, Is<FogOptions> Options>
 void describe(const Visitor& v, Options& o) {
@@ -24,6 +23,45 @@ void describe(const Visitor& v, Options& o) {
     v("sky", o.sky, {"fog", "keep"}, "the background: infinitely far away, or left alone");
     v("alpha", o.alpha, {"premultiplied", "straight"},
       "says whether the picture's alpha is multiplied into its colours. The program knows it from the file");
+}
+
+struct FogCall {
+    static constexpr Said said{
+        .name = "fog",
+        .summary = "Lays fog over a picture: uniform, or thinner with the height.",
+        .notes =
+            R"(Each pixel becomes color (1 - f) + fog color f with f = 1 - exp(-density distance). The distance is that
+along the ray, in scene units. Under --height-falloff the density is integrated along the ray in closed form.
+
+Fog covers light, not codes: see --color-space. An alpha stays as it is. A pixel with an invalid depth keeps its
+colour. With several inputs, IMAGE and OUT are folders. The picture and the result of an input have its name there.
+
+Example:
+  fathom fog frame.exr --color frame.exr --camera camera.json -o foggy.exr --density 0.02
+  fathom fog frame.exr --color frame.png --camera camera.json -o foggy.png --density 0.1 --height-falloff 0.5 \
+      --up 0,0,1 --fog-color 0.7,0.7,0.75)",
+        .arguments = {"color", "density"},
+        .group = "Fog",
+        .layer = "fog",
+        .needing = {{{"reference_height", "height_falloff"}, {"up", "height_falloff"}}},
+        .rows = 0};
+
+    Image color = {};
+    FogOptions options{.density = 0};
+    Image result = {};
+
+    void run(const StoredDepth& stored, const Launch& launch) const { fog(stored, color, result, options, launch); }
+};
+
+template <typename Visitor, Is<FogCall> Call>
+void describe(const Visitor& v, Call& call) {
+    v("color", call.color, Kind::picture, "the clear picture");
+    describe(v, call.options);
+}
+
+template <typename Visitor>
+void describe_results(const Visitor& v, FogCall& call, const StoredDepth&) {
+    v("result", call.result, true, like(call.color), light(), "the picture with fog");
 }
 
 } // namespace fathom::description

@@ -20,4 +20,11 @@ void describe_lens(const Visitor& v, Lens& lens) {
     v("mm_per_unit", lens.mm_per_unit, above(0), "millimetres in a scene unit");
 }
 
+/// A circle of confusion, which a lens may stand for.
+template <typename Visitor, typename Circle>
+void describe_circle(const Visitor& v, Circle& circle) {
+    v("circle", circle, Kind::lens,
+      "(k, g) instead of a lens: circles are k - g/z pixels wide, or g z - k for an orthographic camera");
+}
+
 } // namespace fathom::description

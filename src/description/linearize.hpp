@@ -1,17 +1,48 @@
 #pragma once
 
 #include "description/range.hpp"
+#include "description/result.hpp"
 
 #include <fathom/linearize.hpp>
 
 namespace fathom::description {
 
-inline constexpr const char* linearize_summary = "Turns stored depth into exact distance along the view axis.";
-
 template <typename Visitor, Is<LinearizeOptions> Options>
 void describe(const Visitor& v, Options& o) {
     v("background", o.background, {"inf", "decode", "nan"},
       "what becomes of background pixels: infinity, the far plane's distance (decode), or NaN");
+}
+
+struct LinearizeCall {
+    static constexpr Said said{
+        .name = "linearize",
+        .summary = "Turns stored depth into exact distance along the view axis.",
+        .notes =
+            R"(The result is float32 in scene units, positive in front of the camera. Rows keep the order of the input. An EXR
+holds it as channel Z. Invalid values become NaN.
+
+Example:
+  fathom linearize frame.exr --camera camera.json -o frame.z.exr
+  fathom linearize shots/*.png --camera camera.json -o depth/ --format tif)",
+        .group = "Output",
+        .layer = "linear",
+        .rows = 0};
+
+    LinearizeOptions options = {};
+    Image result = {};
+
+    void run(const StoredDepth& stored, const Launch& launch) const { linearize(stored, result, options, launch); }
+};
+
+template <typename Visitor, Is<LinearizeCall> Call>
+void describe(const Visitor& v, Call& call) {
+    describe(v, call.options);
+}
+
+template <typename Visitor>
+void describe_results(const Visitor& v, LinearizeCall& call, const StoredDepth& stored) {
+    v("result", call.result, true, floats(stored, 1), lengths("Z"),
+      "in scene units, positive in front of the camera. Invalid pixels are NaN");
 }
 
 } // namespace fathom::description

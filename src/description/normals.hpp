@@ -2,13 +2,11 @@
 
 #include "description/field.hpp"
 #include "description/range.hpp"
+#include "description/result.hpp"
 
 #include <fathom/normals.hpp>
 
 namespace fathom::description {
-
-inline constexpr const char* normals_summary =
-    "Turns stored depth into surface normals, in the camera's axes or the world's.";
 
 template <typename Visitor, Is<NormalsOptions> Options>
 void describe(const Visitor& v, Options& o) {
@@ -28,6 +26,37 @@ void describe(const Visitor& v, Options& o) {
       "axes of the normals: the camera's or the world's, which need the camera's view matrix");
     v("channels", o.channels, one_of(3.0, 4.0),
       "x, y and z; with 4 also the validity: 1, or 0 where there is no normal");
+}
+
+struct NormalsCall {
+    static constexpr Said said{
+        .name = "normals",
+        .summary = "Turns stored depth into surface normals, in the camera's axes or the world's.",
+        .notes =
+            R"(The result is three float32 a pixel. Normals have length 1 and point towards the camera. An EXR holds them as
+N.X N.Y N.Z. Invalid and background pixels have 0 0 0. A .png holds ½n + ½ in 16 bits, and black for no normal.
+
+Example:
+  fathom normals frame.exr --camera camera.json -o frame.normals.exr --space world)",
+        .group = "Normals",
+        .excluding = {{{"noise", "max_error"}}},
+        .rows = normals_reach_noise};
+
+    NormalsOptions options = {};
+    Image result = {};
+
+    void run(const StoredDepth& stored, const Launch& launch) const { normals(stored, result, options, launch); }
+};
+
+template <typename Visitor, Is<NormalsCall> Call>
+void describe(const Visitor& v, Call& call) {
+    describe(v, call.options);
+}
+
+template <typename Visitor>
+void describe_results(const Visitor& v, NormalsCall& call, const StoredDepth& stored) {
+    v("result", call.result, true, floats(stored, call.options.channels), directions("N.X N.Y N.Z"),
+      "of unit length, towards the camera. Invalid and background pixels are 0, 0, 0");
 }
 
 } // namespace fathom::description

@@ -10,36 +10,61 @@
 #include "description/ssao.hpp"
 #include "description/unproject.hpp"
 
+#include <algorithm>
+#include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace fathom::description {
 
-/// An operation with all of its options.
-struct Operation {
-    const char* name;
-    const char* summary;
-    std::vector<Option> options;
+/// The operations, in the order of `fathom --help`.
+using Calls = std::tuple<LinearizeCall, UnprojectCall, NormalsCall, SsaoCall, DofMasksCall, DofCall, FogCall>;
+
+/// An operation for whoever calls it without knowing it.
+struct Operation : Said {
+    std::vector<Option> options;                     ///< images among them
+    std::vector<Option> lens = {};                   ///< that makes the circle, if it takes one
+    std::shared_ptr<void> (*make)(const void* like); ///< a call, whose options are the defaults
+    std::vector<Result> (*results_of)(void*, const StoredDepth&);
+    void (*run)(const void*, const StoredDepth&, const Launch&);
+
+    void set(void* call, const Option& option, const Value& value) const {
+        option.set_field(static_cast<char*>(call) + option.offset, value);
+    }
 };
 
-/// The seven operations, in the order of `fathom --help`.
-inline std::vector<Operation> operations() {
-    const auto with_lens = [](std::vector<Option> options) {
-        std::vector<Option> lens;
-        Lens defaults{.f_stop = 0, .focus = 0};
-        describe_lens(List(&defaults, lens), defaults);
-        lens.insert(lens.end(), options.begin(), options.end());
-        return lens;
-    };
-    return {
-        {"linearize", linearize_summary, options_of(LinearizeOptions{})},
-        {"unproject", unproject_summary, options_of(UnprojectOptions{})},
-        {"normals", normals_summary, options_of(NormalsOptions{})},
-        {"ssao", ssao_summary, options_of(SsaoArguments{})},
-        {"dof_masks", dof_masks_summary, with_lens(options_of(DofMasksOptions{}))},
-        {"dof", dof_summary, with_lens(options_of(DofOptions{}))},
-        {"fog", fog_summary, options_of(FogOptions{.density = 0})},
-    };
+template <typename Call>
+Operation operation_of() {
+    Operation made{Call::said,
+                   options_of(Call{}),
+                   {},
+                   [](const void* like) {
+                       return std::shared_ptr<void>(like ? std::make_shared<Call>(*static_cast<const Call*>(like))
+                                                         : std::make_shared<Call>());
+                   },
+                   [](void* call, const StoredDepth& stored) {
+                       return description::results_of(*static_cast<Call*>(call), stored);
+                   },
+                   [](const void* call, const StoredDepth& stored, const Launch& launch) {
+                       static_cast<const Call*>(call)->run(stored, launch);
+                   }};
+    if (Lens lens{.f_stop = 0, .focus = 0}; std::ranges::count(made.options, Kind::lens, &Option::kind) > 0)
+        describe_lens(List(&lens, made.lens), lens);
+    return made;
+}
+
+inline const std::vector<Operation>& operations() {
+    static const auto all = std::apply(
+        [](const auto&... calls) { return std::vector{operation_of<std::remove_cvref_t<decltype(calls)>>()...}; },
+        Calls{});
+    return all;
+}
+
+/// The operation of a call.
+template <typename Call>
+const Operation& operation() {
+    return *std::ranges::find(operations(), Call::said.name, &Operation::name);
 }
 
 } // namespace fathom::description

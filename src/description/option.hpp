@@ -3,6 +3,8 @@
 #include "description/field.hpp"
 #include "description/range.hpp"
 
+#include <fathom/image.hpp>
+#include <fathom/lens.hpp>
 #include <fathom/required.hpp>
 
 #include <algorithm>
@@ -18,12 +20,13 @@
 
 namespace fathom::description {
 
-/// What an option is set to: a number, the index of a choice, yes or no, or three numbers.
-using Value = std::variant<double, std::size_t, bool, std::array<double, 3>>;
+/// What an option is set to: a number, the index of a choice, yes or no, three numbers, or what its kind says.
+using Value =
+    std::variant<double, std::size_t, bool, std::array<double, 3>, Image, StoredDepth, Region, CircleOfConfusion>;
 
 /// One option of an operation, for whoever sets it: the program, Python, a page.
 struct Option {
-    enum class Kind { number, choice, flag, three, result };
+    using Kind = description::Kind;
 
     const char* name = ""; ///< as C++ and Python spell it
     const char* words = "";
@@ -42,16 +45,30 @@ struct Option {
     }
 
     bool excludes(const Option& other) const { return offset == other.offset && alternative != other.alternative; }
+    /// Are they images of one field, neither of which is of use alone?
+    bool belongs_to(const Option& other) const {
+        return is_image() && other.is_image() && offset == other.offset && !excludes(other);
+    }
+    bool is_image() const { return kind >= Kind::picture && kind <= Kind::depth; }
 
-    /// What will do: "a number above 0", "fog or keep".
+    /// What will do: "a number above 0", "blur or sharp".
     std::string accepted() const {
-        if (kind == Kind::number)
-            return range.in_words();
-        if (kind == Kind::flag || kind == Kind::result)
-            return "yes or no";
-        if (kind == Kind::three)
-            return three == Three::direction ? "three numbers, one of which is not 0" : "three numbers";
-        return in_words(choices);
+        static constexpr const char* by_kind[] = {"",
+                                                  "",
+                                                  "yes or no",
+                                                  "three numbers",
+                                                  "yes or no",
+                                                  "an image of 3 or 4 channels",
+                                                  "an image of 3 or 4 floats a pixel",
+                                                  "an image of one float a pixel",
+                                                  "stored depth of the same camera",
+                                                  "four whole numbers: x, y, width and height",
+                                                  "two numbers, k and g"};
+        if (kind == Kind::three && three == Three::direction)
+            return "three numbers, one of which is not 0";
+        return kind == Kind::number   ? range.in_words()
+               : kind == Kind::choice ? in_words(choices)
+                                      : by_kind[static_cast<std::size_t>(kind)];
     }
 
     bool accepts(const Value& value) const {
@@ -62,6 +79,9 @@ struct Option {
                             (three != Three::direction || *numbers != std::array<double, 3>{}));
     }
 };
+
+template <typename Type, typename... Types>
+inline constexpr bool is_any_of = (std::is_same_v<Type, Types> || ...);
 
 /// Lists the options of a struct, which holds their defaults.
 class List {
@@ -84,11 +104,9 @@ public:
         add(field, by_default, {.name = name, .words = words, .kind = Option::Kind::three, .three = three});
     }
     template <typename Field>
-    void operator()(const char* name, Field&& field, const char* words, const char* by_default = nullptr) const {
-        add(field, by_default, {.name = name, .words = words, .kind = Option::Kind::flag});
-    }
-    void operator()(const char* name, bool& wanted, const Result&, const char* words) const {
-        add(wanted, nullptr, {.name = name, .words = words, .kind = Option::Kind::result});
+    void operator()(const char* name, Field&& field, Kind kind, const char* words,
+                    const char* by_default = nullptr) const {
+        add(field, by_default, {.name = name, .words = words, .kind = kind});
     }
 
 private:
@@ -97,7 +115,7 @@ private:
         if constexpr (OfVariant<Field>) {
             using Variant = std::remove_reference_t<decltype(field.variant)>;
             const auto* held = field.find();
-            finish(field.variant, option, by_default ? by_default : default_of(*held, option));
+            finish(field.variant, option, by_default ? by_default : held ? default_of(*held, option) : "none");
             listed_.back().alternative = field.index();
             listed_.back().set_field = [](void* variant, const Value& value) {
                 assign(Field::make(*static_cast<Variant*>(variant)), value);
@@ -115,7 +133,7 @@ private:
 
     template <typename Field>
     static std::optional<std::string> default_of(const Field& field, const Option& option) {
-        if constexpr (std::is_same_v<Field, Required>)
+        if constexpr (is_any_of<Field, Required, CircleOfConfusion, Image>)
             return std::nullopt;
         else if constexpr (std::is_enum_v<Field>)
             return option.choices[static_cast<std::size_t>(field)];
@@ -126,7 +144,7 @@ private:
         else if constexpr (requires { field[2]; })
             return text(field[0], ",", field[1], ",", field[2]);
         else
-            return "none"; // of an optional
+            return "none"; // of an optional, and of images
     }
 
     template <typename Field>
@@ -135,8 +153,10 @@ private:
             field.value = std::get<double>(value);
         else if constexpr (std::is_enum_v<Field>)
             field = static_cast<Field>(std::get<std::size_t>(value));
-        else if constexpr (std::is_same_v<Field, bool>)
-            field = std::get<bool>(value);
+        else if constexpr (std::is_empty_v<Field>)
+            return; // it has one value
+        else if constexpr (is_any_of<Field, double, bool, Image, StoredDepth, Region, CircleOfConfusion>)
+            field = std::get<Field>(value);
         else if constexpr (std::is_arithmetic_v<Field>)
             field = static_cast<Field>(std::get<double>(value));
         else if constexpr (requires { field[2]; })

@@ -108,9 +108,21 @@ std::string in_words(const Names& names) {
 template <typename Options, typename Struct>
 concept Is = std::is_same_v<std::remove_const_t<Options>, Struct>;
 
-/// A flag asks for a result of this name.
-struct Result {};
-inline constexpr Result a_result{};
+/// What an option is set to.
+enum class Kind {
+    number,
+    choice,
+    flag,
+    three,
+    result,     ///< a flag that asks for a result of this name
+    picture,    ///< 3 or 4 channels
+    directions, ///< an image of 3 or 4 floats a pixel
+    lengths,    ///< an image of one float a pixel
+    depth,      ///< stored depth of the same camera
+    region,     ///< a part of the depth image
+    lens,       ///< a circle of confusion, or the lens that makes one
+};
+inline constexpr Kind a_result = Kind::result;
 
 /// What three numbers may be.
 enum class Three {

@@ -2,18 +2,11 @@
 
 #include "description/field.hpp"
 #include "description/range.hpp"
+#include "description/result.hpp"
 
 #include <fathom/ssao.hpp>
 
 namespace fathom::description {
-
-inline constexpr const char* ssao_summary = "Computes ambient occlusion: how much ambient light reaches each pixel.";
-
-/// `ssao`'s argument and its options.
-struct SsaoArguments {
-    double radius = 0;
-    SsaoOptions options = {};
-};
 
 inline constexpr Range ssao_radius = above(0);
 
@@ -27,7 +20,7 @@ void describe(const Visitor& v, Options& o) {
     v("jitter", in<&Sampling::jitter>(o.sampling), one_of(1.0, 4.0, 16.0),
       "number of neighbouring pixels that look into different directions and are averaged. 1 turns both off",
       "by quality");
-    v("half_resolution", in<&Sampling::half_resolution>(o.sampling),
+    v("half_resolution", in<&Sampling::half_resolution>(o.sampling), Kind::flag,
       "compute every second pixel of every second row, and interpolate along the surfaces",
       "the quality chooses it for blocks where the radius covers many pixels");
     v("max_error", in<&MaxError::value>(o.sampling), above(0).or_infinite(),
@@ -38,6 +31,9 @@ void describe(const Visitor& v, Options& o) {
     v("thickness", in<double>(o.thickness), from(0).or_infinite(),
       "how thick surfaces are along their rays, scene units. Infinity suits terrain and reliefs",
       "a quarter of the radius");
+    v("thickness", in<Image>(o.thickness), Kind::lengths, "a thickness for each pixel, scene units");
+    v("thickness", in<Silhouette>(o.thickness), {"silhouette"}, "each object is as thick as it is wide in the image");
+    v("thickness", in<StoredDepth>(o.thickness), Kind::depth, "a second layer of depth: where each pixel's solid ends");
     v("falloff", o.falloff, between(0, 1),
       "fraction of the radius, at its end, over which occluders fade out. 0 is a hard end");
     v("border", o.border, {"open", "clamp"},
@@ -45,18 +41,47 @@ void describe(const Visitor& v, Options& o) {
     v("tolerance", o.tolerance, above(0),
       "how far depth may be off, in half steps of its storage. Raise it for a noisy sensor");
     v("seed", o.seed, whole(0, 4294967295.0), "turns the jitter");
+    v("normals", o.normals, Kind::directions, "of unit length, which nobody checks", "from the depth");
     v("normals_space", o.normals_space, {"view", "world"},
       "axes of the normals that are given: the camera's or the world's, which need the camera's view matrix");
+    v("region", o.region, Kind::region, "the part that is computed, pixels. Samples still come from the whole image");
     v("bent_normal", o.bent_normal, a_result, "the mean open direction: of unit length, in the camera's axes");
     v("confidence", o.confidence, a_result, "the fraction of samples that hit valid pixels inside the image");
 }
 
-template <typename Visitor, Is<SsaoArguments> Arguments>
-void describe(const Visitor& v, Arguments& arguments) {
-    v("radius", arguments.radius, ssao_radius,
+struct SsaoCall {
+    static constexpr Said said{.name = "ssao",
+                               .summary = "Computes ambient occlusion: how much ambient light reaches each pixel.",
+                               .arguments = {"radius"},
+                               .group = "Occlusion",
+                               .results = "Occlusion",
+                               .first_alone = true};
+
+    double radius = 0;
+    SsaoOptions options = {};
+    Occlusion results = {};
+
+    void run(const StoredDepth& stored, const Launch& launch) const { ssao(stored, results, radius, options, launch); }
+};
+
+template <typename Visitor, Is<SsaoCall> Call>
+void describe(const Visitor& v, Call& call) {
+    v("radius", call.radius, ssao_radius,
       "how far occlusion reaches, scene units: objects farther away occlude nothing",
       "\"ao_distance\" of the camera file");
-    describe(v, arguments.options);
+    describe(v, call.options);
+}
+
+template <typename Visitor>
+void describe_results(const Visitor& v, SsaoCall& call, const StoredDepth& stored) {
+    const SsaoOptions& o = call.options;
+    const Size size = o.region ? Size{o.region->width, o.region->height} : size_of(stored);
+    v("visibility", call.results.visibility, true, floats(size, 1), fractions("AO"),
+      "1 open, 0 blocked; NaN for invalid pixels");
+    v("bent_normal", call.results.bent_normal, o.bent_normal, floats(size, 3), directions("N.X N.Y N.Z"),
+      "the mean open direction: unit length, in view space, whatever normals_space is");
+    v("confidence", call.results.confidence, o.confidence, floats(size, 1), fractions("confidence"),
+      "fraction of samples that hit valid pixels inside the image");
 }
 
 } // namespace fathom::description

@@ -1,13 +1,11 @@
 #pragma once
 
 #include "description/range.hpp"
+#include "description/result.hpp"
 
 #include <fathom/unproject.hpp>
 
 namespace fathom::description {
-
-inline constexpr const char* unproject_summary =
-    "Turns stored depth into exact positions, in the camera's axes or the world's.";
 
 template <typename Visitor, Is<UnprojectOptions> Options>
 void describe(const Visitor& v, Options& o) {
@@ -20,6 +18,36 @@ void describe(const Visitor& v, Options& o) {
     v("channels", o.channels, one_of(3.0, 4.0), "x, y and z, and with 4 also w: 1, or 0 where there is no position");
     v("background", o.background, {"inf", "decode", "nan"},
       "background pixels have no position (inf or nan), or lie on the far plane (decode)");
+}
+
+struct UnprojectCall {
+    static constexpr Said said{
+        .name = "unproject",
+        .summary = "Turns stored depth into exact positions, in the camera's axes or the world's.",
+        .notes =
+            R"(The result is three float32 a pixel in scene units. An EXR holds them as P.X P.Y P.Z. Pixels without a position
+are NaN. A PLY leaves them out. It may have the points' colours (--color, sRGB of 8 bits) and --normals.
+
+Example:
+  fathom unproject frame.exr --camera camera.json -o points.ply --space world)",
+        .group = "Output",
+        .rows = 0};
+
+    UnprojectOptions options = {};
+    Image result = {};
+
+    void run(const StoredDepth& stored, const Launch& launch) const { unproject(stored, result, options, launch); }
+};
+
+template <typename Visitor, Is<UnprojectCall> Call>
+void describe(const Visitor& v, Call& call) {
+    describe(v, call.options);
+}
+
+template <typename Visitor>
+void describe_results(const Visitor& v, UnprojectCall& call, const StoredDepth& stored) {
+    v("result", call.result, true, floats(stored, call.options.channels), lengths("P.X P.Y P.Z"),
+      "x, y, z in scene units. Pixels without a position are NaN");
 }
 
 } // namespace fathom::description

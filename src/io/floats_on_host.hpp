@@ -1,12 +1,23 @@
 #pragma once
 
 #include <fathom/device.hpp>
+#include <fathom/findings.hpp>
 #include <fathom/image.hpp>
 #include <fathom/opencv.hpp>
+#include <fathom/photograph.hpp>
 
 #include <opencv2/core.hpp>
 
 namespace fathom::cli {
+
+/// Pixels in a matrix's memory.
+inline HostDepth on_host(const cv::Mat& values, Storage storage) {
+    return {values.data, values.cols, values.rows, values.step, storage};
+}
+
+inline HostFloats on_host(const cv::Mat& floats) {
+    return {floats.ptr<float>(), floats.cols, floats.rows, floats.channels(), floats.step1()};
+}
 
 /// Floats that an operation writes, for the host: a CPU writes them where they are read, and nothing is copied.
 class FloatsOnHost {

@@ -57,10 +57,4 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     return telling.finish() ? done : input_failed;
 }
 
-int each_depth(const DepthOptions& options, const Product& product,
-               const std::function<cv::Mat(const StoredDepth&)>& operation) {
-    return each_depth(options, product, {.halo = 0},
-                      [&](const StoredDepth& stored, Loaded&) { return std::vector<Result>{operation(stored)}; });
-}
-
 } // namespace fathom::cli

@@ -2,7 +2,7 @@
 
 #include "plan.hpp"
 
-#include "cli/look.hpp"
+#include "doubts/look.hpp"
 #include "io/rows.hpp"
 
 #include <fathom/image.hpp>
@@ -71,10 +71,6 @@ using Operation = std::function<std::vector<Result>(const StoredDepth&, Loaded&)
 /// Gives the exit code.
 /// Throws: UsageError, NoDevice and Interrupted, and Error for the camera file.
 int each_depth(const DepthOptions& options, const Product& product, const More& more, const Operation& operation);
-
-/// The same for an operation that reads only the depth, pixel by pixel, and has one result.
-int each_depth(const DepthOptions& options, const Product& product,
-               const std::function<cv::Mat(const StoredDepth&)>& operation);
 
 /// Throws: Error where another depth image does not lie where the depth does.
 void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const Job& job);

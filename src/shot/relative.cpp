@@ -1,7 +1,6 @@
 // Relative depth as it is read.
 #include "relative.hpp"
 
-#include "cli/look.hpp"
 #include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
 
@@ -60,8 +59,8 @@ RelativeDepth relative_depth(const RelativeOptions& relative, const Job& job, co
 }
 
 std::string in_words(const io::RelativeInput& input) {
-    return fmt::format("values {} to {}, {}", number(input.least), number(input.greatest),
-                       invalid_in_words(input.invalid, input.pixels));
+    return fmt::format("values {} to {}, {}", number(input.stored.nearest), number(input.stored.farthest),
+                       invalid_in_words(input.stored.invalid, input.stored.pixels));
 }
 
 } // namespace fathom::cli

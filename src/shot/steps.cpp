@@ -5,10 +5,12 @@
 
 #include "camera_file/key_doubts.hpp"
 #include "io/exr/depth_channels.hpp"
+#include "io/floats_on_host.hpp"
 #include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
+#include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
 
 #include <fmt/format.h>
@@ -24,6 +26,10 @@ Camera camera_of(const CameraFile& file, const Windows& windows) {
     const Camera camera = camera_for(file, windows.display.width, windows.display.height);
     const cv::Rect& part = windows.data;
     return has_overscan(windows) ? cropped(camera, part.x, part.y, part.width, part.height) : camera;
+}
+
+cv::Mat distances(const StoredDepth& stored) {
+    return floats_on_host(stored.image, 1, [&](const Image& z) { linearize(stored, z); });
 }
 
 DepthFile read_silently(const std::filesystem::path& file, const ReadOptions& options) {
@@ -63,8 +69,8 @@ Held held(const std::string& channel, const Look& look) {
 Held held(const io::RelativeInput& input) {
     return {input.channel,
             in_words(input),
-            {{"stored", {{"min", json_number(input.least)}, {"max", json_number(input.greatest)}}},
-             {"invalid", input.invalid}}};
+            {{"stored", {{"min", json_number(input.stored.nearest)}, {"max", json_number(input.stored.farthest)}}},
+             {"invalid", input.stored.invalid}}};
 }
 
 } // namespace
@@ -141,10 +147,13 @@ ReadOptions Steps::read_options(const Work& work) const {
 // Looks at what was read, while other inputs are computed: the device need not wait for the host's part of it.
 void Steps::examine(Work& work) const {
     const DepthFile& depth = work.depth;
-    work.subject.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
-    work.subject.look = look_at(work.subject.stored);
-    work.subject.each = [&work](const auto& visit) { visit(work.depth.values, work.subject.look.z); };
-    work.subject.places = [&work] { return Places(work.depth, work.subject.look.z); };
+    work.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
+    work.z = distances(work.stored);
+    const HostDepth values = on_host(depth.values, depth.storage);
+    work.subject = Subject(work.seen, depth.storage);
+    work.subject.add(values, on_host(work.z));
+    work.subject.look.z = on_host(work.z);
+    work.subject.each = [values, &work](const auto& visit) { visit(values, work.subject.look.z); };
     find_doubts(work);
 }
 
@@ -156,15 +165,17 @@ void Steps::find_doubts(Work& work) const {
     }
     work.held = held(work.depth.channel, work.subject.look);
     work.value_doubts = doubts(work.subject);
+    if (work.subject.look.invalid == work.subject.look.pixels)
+        throw Error(work.value_doubts.front());
     const cv::Size display = work.depth.windows.display;
     work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height);
 }
 
 cv::Mat Steps::decoded(const Work& work, const cv::Mat& values, int first_row) const {
-    StoredDepth stored = work.subject.stored;
+    StoredDepth stored = work.stored;
     stored.image = to_device(device_, values);
     stored.y = first_row;
-    return look_at(stored).z;
+    return distances(stored);
 }
 
 void Steps::compute(Work& work) {
@@ -190,14 +201,15 @@ void Steps::compute(Work& work) {
     }
     warn_once(work, frame.input, work.option_doubts.get());
     if (more_.length_doubts && !work.doubtful_values && !doubtful_camera) // or one mistake would be told twice
-        warn_once(work, frame.input, more_.length_doubts(work.subject.stored, work.subject.look, frame));
+        warn_once(work, frame.input, more_.length_doubts(work.stored, work.subject.look, frame));
     frame.said.insert(frame.said.end(), work.explained.begin(), work.explained.end());
-    work.subject.look.z.release();
+    work.subject.look.z = {};
+    work.z.release();
     if (work.failure)
         std::rethrow_exception(work.failure);
     if (!work.rows)
-        work.results = operation_(work.subject.stored, frame);
-    work.subject.stored.image = {};
+        work.results = operation_(work.stored, frame);
+    work.stored.image = {};
     frame.images = {};
     work.depth.values.release();
 }

@@ -3,7 +3,7 @@
 #include "each_depth.hpp"
 #include "relative.hpp"
 
-#include "cli/look.hpp"
+#include "doubts/look.hpp"
 #include "io/rows.hpp"
 #include "shot/records/record.hpp"
 
@@ -77,6 +77,8 @@ struct Work {
     std::vector<std::string> channel_doubts;
     std::shared_future<std::vector<std::string>> option_doubts;
     // Looked at.
+    StoredDepth stored; // its image may be some rows of it
+    cv::Mat z;          // what it decodes to, if all of it is in memory
     Subject subject;
     std::vector<std::string> value_doubts, camera_doubts;
     Held held;

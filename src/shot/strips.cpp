@@ -3,6 +3,8 @@
 #include "steps.hpp"
 #include "strip_limits.hpp"
 
+#include "io/floats_on_host.hpp"
+
 #include <fathom/opencv.hpp>
 
 #include <opencv2/core.hpp>
@@ -60,9 +62,10 @@ void Steps::write_strip(Work& work, Result& result, const cv::Range& rows) const
 void Steps::stream(Work& work) {
     Loaded& frame = work.frame;
     const int height = work.rows->size().height, halo = *more_.halo, most = strip_rows(work);
+    const Storage storage = work.depth.storage;
     Subject& subject = work.subject;
-    subject.stored = {.image = {}, .camera = work.seen, .storage = work.depth.storage};
-    Places places(work.rows->size(), work.depth.storage);
+    subject = Subject(work.seen, storage);
+    work.stored = {.image = {}, .camera = work.seen, .storage = storage};
     cv::Mat values, picture; // from `first` on
     Loaded strip = frame;
     for (int first = 0, made = 0, read = 0; made < height;) {
@@ -76,9 +79,7 @@ void Steps::stream(Work& work) {
                     cv::vconcat(kept, next, kept);
             };
             const cv::Mat next = work.rows->read(rows).values;
-            const cv::Mat z = decoded(work, next, read);
-            add(subject.look, z);
-            places.add(next, z);
+            subject.add(on_host(next, storage), on_host(decoded(work, next, read)));
             join(values, next);
             if (work.picture)
                 join(picture, work.picture->read(rows).color);
@@ -93,7 +94,7 @@ void Steps::stream(Work& work) {
                     const Picture& whole = frame.images.get().picture;
                     return Images{.picture = {whole.color.rowRange(first, read), whole.format}};
                 });
-            StoredDepth stored = subject.stored;
+            StoredDepth stored = work.stored;
             stored.image = to_device(device_, values);
             stored.y = first;
             return operation_(stored, strip);
@@ -118,12 +119,11 @@ void Steps::stream(Work& work) {
             keep(picture);
         first = kept;
     }
-    subject.places = [places] { return places; };
-    subject.each = [this, &work, most](const auto& visit) {
+    subject.each = [this, &work, most, storage](const auto& visit) {
         const auto again = io::depth_rows(work.frame.input, read_options(work));
         for (int y = 0; y < again->size().height; y += most) {
             const cv::Mat rows = again->read(std::min(most, again->size().height - y)).values;
-            visit(rows, decoded(work, rows, y));
+            visit(on_host(rows, storage), on_host(decoded(work, rows, y)));
         }
     };
     find_doubts(work);

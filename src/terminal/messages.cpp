@@ -6,6 +6,7 @@
 
 #include "camera_file/edit_distance.hpp"
 #include "camera_file/file.hpp"
+#include "text.hpp"
 
 #include <fmt/format.h>
 
@@ -98,6 +99,19 @@ std::string one_of(const std::vector<std::string>& names) {
     for (std::size_t i = 0; i < names.size(); ++i)
         text += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
     return text;
+}
+
+std::string in_words(const Look& look) {
+    std::string text =
+        look.surfaces() == 0 ? "no surface" : fmt::format("z {:.4g} to {:.4g}", look.nearest, look.farthest);
+    if (look.background > 0)
+        text += fmt::format(", {} background", percent(look.background, look.pixels));
+    return text + ", " + invalid_in_words(look.invalid, look.pixels);
+}
+
+std::string invalid_in_words(std::size_t invalid, std::size_t pixels) {
+    return fmt::format("{} of {} pixels invalid", invalid, pixels) +
+           (invalid > 0 ? fmt::format(" ({})", percent(invalid, pixels)) : "");
 }
 
 } // namespace fathom::cli

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "doubts/look.hpp"
+
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
@@ -39,5 +41,11 @@ std::string nearest(std::string_view name, const std::vector<std::string>& known
 
 /// `a, b or c`
 std::string one_of(const std::vector<std::string>& names);
+
+/// "z 0.5 to 12, 3 % background, 96 of 9600 pixels invalid (1 %)": for the line about a result.
+std::string in_words(const Look& look);
+
+/// The end of it.
+std::string invalid_in_words(std::size_t invalid, std::size_t pixels);
 
 } // namespace fathom::cli

@@ -56,6 +56,12 @@ std::optional<Aperture> shape_of(const std::string& text, const std::vector<desc
 
 void add_blur_options(CLI::App& app, DofOptions& dof) {
     const std::vector<description::Option> described = description::options_of(dof);
+    const auto limits = [&](const char* name) { // of the interval
+        description::Range range = std::ranges::find(described, std::string(name), &description::Option::name)->range;
+        range.beside.reset();
+        return range.limits();
+    };
+    const std::string corners = limits("blades"), ratios = limits("ratio");
     app.add_option_function<std::string>(
            "--aperture",
            [&dof, described](const std::string& text) {
@@ -63,16 +69,18 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
                dof.aperture.blades = shape.blades;
                dof.aperture.ratio = shape.ratio;
            },
-           "shape of the aperture: a circle (default), a regular polygon of\nN corners, 3 to 64, or an "
-           "ellipse R times as high as wide, 0.1\nto 10 (an anamorphic lens: 2)")
+           fmt::format(
+               "shape of the aperture: a circle (default), a regular polygon of\nN corners, {}, or an ellipse R "
+               "times as high as wide, {}\n(an anamorphic lens: 2)",
+               corners, ratios))
         ->type_name("circle|N|ellipse:R")
         ->check(CLI::Validator(
-            [described](std::string& text) {
+            [described, corners, ratios](std::string& text) {
                 return shape_of(text, described)
                            ? std::string()
-                           : "'" + text +
-                                 "' will not do; it is circle, a whole number from 3 to 64, or ellipse:R "
-                                 "with R from 0.1 to 10";
+                           : fmt::format("'{}' will not do; it is circle, a whole number from {}, or ellipse:R with R "
+                                         "from {}",
+                                         text, corners, ratios);
             },
             ""))
         ->group("Blur");
@@ -197,7 +205,7 @@ std::function<int()> configure_dof(CLI::App& app) {
 
 extern const Command dof_command{
     .name = "dof",
-    .summary = description::dof_summary,
+    .summary = description::DofCall::said.summary,
     .notes =
         R"(Light is blurred, not codes: see --color-space. The result has the picture's channels and, in a .png or .tif, its
 codes: sRGB of 8 bits stay sRGB of 8 bits. A .jpg is sRGB, and .exr, .hdr, .pfm and .npy are linear floats. Invalid

@@ -1,7 +1,6 @@
 // fathom dof-masks
-#include "description/dof_masks.hpp"
-
 #include "cli/command.hpp"
+#include "cli/operation.hpp"
 #include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/lens.hpp"
@@ -32,9 +31,10 @@ struct DofMasksArguments : DepthOptions {
 };
 
 const std::vector<std::string> channels{"coc", "near", "focus", "far"};
+const description::Operation& described_masks = description::operation<description::DofMasksCall>();
 
 // What is written: all masks, which only an EXR holds, or the one that was asked for.
-Product product_of(const DofMasksArguments& options) {
+Product product_for(const DofMasksArguments& options) {
     if (!options.mask) {
         const std::string extension = options.format.empty() ? extension_of(options.output) : options.format;
         if (extension == ".tif" || extension == ".pfm" || extension == ".npy" || extension == ".png")
@@ -49,23 +49,6 @@ Product product_of(const DofMasksArguments& options) {
     if (options.mask != Mask::circle && !product.png_scale)
         product.png_scale = 1;
     return product;
-}
-
-More more_of(const DofMasksArguments& options) {
-    const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".npy", ".png"};
-    More more;
-    const std::vector<std::string> of_circles{".exr", ".tif", ".pfm", ".npy"};
-    const std::vector<std::pair<const char*, Product>> products{
-        {"max_near_coc", {.extensions = of_circles, .channels = {"coc"}}},
-        {"near_alpha", {.extensions = extensions, .channels = {"near"}, .png_scale = 1}},
-        {"disocclusion", {.extensions = extensions, .channels = {"disocclusion"}, .png_scale = 1}},
-        {"mixed_pixels", {.extensions = extensions, .channels = {"mixed"}, .png_scale = 1}},
-        {"tile_min_coc", {.extensions = of_circles, .channels = {"min"}}},
-        {"tile_max_coc", {.extensions = of_circles, .channels = {"max"}}}};
-    for (const auto& [name, product] : products)
-        if (const auto file = options.more.find(name); file != options.more.end())
-            more.outputs.push_back({spelled(name), file->second, product});
-    return more;
 }
 
 void merge_into(cv::Mat& all, const std::vector<Image>& images) {
@@ -95,22 +78,15 @@ cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, co
     return all;
 }
 
-// What was asked for beside the masks, in the order of `more_of`. It depends on the pixels around each one, so it is made at once.
+// What was asked for beside the masks, in the order of `outputs_of`. It depends on the pixels around each one, so it is made at once.
 std::vector<Result> more_masks_of(const DofMasksArguments& options, const StoredDepth& stored,
-                                  const CircleOfConfusion& circle) {
+                                  const CircleOfConfusion& circle, const Loaded& frame) {
     if (options.more.empty())
         return {};
-    DofMasksOptions asked = options.masks;
-    for (const description::Option& option : description::options_of(asked))
-        if (options.more.contains(option.name))
-            option.set(asked, true);
-    DofMasks masks = dof_masks(stored, circle, asked);
-    masks.coc = {};
-    std::vector<Result> results;
-    for (Image* image : {&masks.max_near_coc, &masks.near_alpha, &masks.disocclusion, &masks.mixed_pixels,
-                         &masks.tile_min_coc, &masks.tile_max_coc})
-        if (*image)
-            results.emplace_back(to_mat(std::exchange(*image, {})));
+    description::DofMasksCall call{.circle = circle, .options = options.masks};
+    outputs_of(described_masks, &call, options.more);
+    std::vector<Result> results = run(described_masks, &call, stored, frame);
+    results.erase(results.begin()); // the circle
     return results;
 }
 
@@ -143,15 +119,17 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
             check_relative(options->relative, options->lens);
         else
             complete(options->lens, options->camera);
-        const Product product = product_of(*options);
-        More more = more_of(*options);
+        const Product product = product_for(*options);
+        More more;
+        description::DofMasksCall asked{.options = options->masks};
+        more.outputs = outputs_of(described_masks, &asked, options->more);
         more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
             return blur_doubts(options->relative, options->lens, stored, job, look, options->masks.sky,
                                options->masks.max_coc_px);
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
             const CircleOfConfusion circle = circle_of(options->relative, options->lens, stored, frame);
-            std::vector<Result> results = more_masks_of(*options, stored, circle);
+            std::vector<Result> results = more_masks_of(*options, stored, circle, frame);
             results.emplace(results.begin(), masks_of(*options, stored, circle));
             return results;
         });
@@ -162,7 +140,7 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
 
 extern const Command dof_masks_command{
     .name = "dof-masks",
-    .summary = description::dof_masks_summary,
+    .summary = description::DofMasksCall::said.summary,
     .notes =
         R"(An EXR holds four channels. coc is the diameter of the circle of confusion (CoC) in pixels, positive behind the focus.
 near, focus and far are weights that sum to 1. Invalid pixels have a CoC of NaN and no weight. A .png of a weight holds

@@ -1,9 +1,9 @@
 // fathom inspect
 #include "camera_file/file.hpp"
 #include "cli/command.hpp"
-#include "cli/look.hpp"
 #include "cli/options/depth_options.hpp"
 #include "io/cameras/camera_formats.hpp"
+#include "io/floats_on_host.hpp"
 #include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
 

@@ -8,32 +8,22 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <string_view>
 
 namespace fathom::cli {
 namespace {
 
-using description::Operation;
 using description::Option;
 
-const char* to_string(Option::Kind kind) {
-    switch (kind) {
-    case Option::Kind::number:
-        return "number";
-    case Option::Kind::choice:
-        return "choice";
-    case Option::Kind::flag:
-        return "flag";
-    case Option::Kind::result:
-        return "result";
-    case Option::Kind::three:
-        break;
-    }
-    return "three numbers";
+const char* to_string(description::Kind kind) {
+    static constexpr const char* names[] = {"number",     "choice",  "flag",  "three numbers", "result", "picture",
+                                            "directions", "lengths", "depth", "region",        "lens"};
+    return names[static_cast<std::size_t>(kind)];
 }
 
 nlohmann::ordered_json as_json(const Option& option, const std::vector<Option>& others) {
     nlohmann::ordered_json json{{"name", option.name},
-                                {"program", spelled(option.name)},
+                                {"program", spelled(option)},
                                 {"kind", to_string(option.kind)},
                                 {"accepted", option.accepted()},
                                 {"words", option.words}};
@@ -49,27 +39,41 @@ nlohmann::ordered_json as_json(const Option& option, const std::vector<Option>& 
     }
     json["excludes"] = nlohmann::ordered_json::array();
     for (const Option& other : others)
-        if (option.excludes(other))
+        if (option.excludes(other) && std::string_view(option.name) != other.name)
             json["excludes"].push_back(other.name);
     return json;
 }
 
+nlohmann::ordered_json as_json(const description::Result& result) {
+    const bool is_light = result.content.of == description::Content::Of::light;
+    return {{"name", result.name},
+            {"element", is_light ? "that of the picture" : "float32"},
+            {"size", is_light ? "that of the picture" : result.shape.sides},
+            {"channels", is_light ? 0 : result.shape.layout.channels},
+            {"always", result.wanted},
+            {"words", result.words}};
+}
+
 void print_operations(bool in_json) {
-    nlohmann::ordered_json all = nlohmann::ordered_json::array();
-    for (const Operation& operation : description::operations()) {
-        nlohmann::ordered_json options = nlohmann::ordered_json::array();
+    nlohmann::ordered_json json = nlohmann::ordered_json::array();
+    for (const description::Operation& operation : description::operations()) {
+        nlohmann::ordered_json options = nlohmann::ordered_json::array(), results = options;
         if (!in_json)
             fmt::print("{}: {}\n", operation.name, operation.summary);
-        for (const Option& option : operation.options) {
-            options.push_back(as_json(option, operation.options));
-            if (!in_json)
-                fmt::print("    {:<18} {}{}\n", option.name, option.accepted(),
-                           option.by_default ? "; default: " + *option.by_default : "; required");
-        }
-        all.push_back({{"name", operation.name}, {"summary", operation.summary}, {"options", options}});
+        for (const std::vector<Option>* listed : {&operation.lens, &operation.options})
+            for (const Option& option : *listed) {
+                options.push_back(as_json(option, *listed));
+                if (!in_json)
+                    fmt::print("    {:<18} {}{}\n", option.name, option.accepted(),
+                               option.by_default ? "; default: " + *option.by_default : "; required");
+            }
+        for (const description::Result& result : operation.results_of(operation.make(nullptr).get(), {}))
+            results.push_back(as_json(result));
+        json.push_back(
+            {{"name", operation.name}, {"summary", operation.summary}, {"options", options}, {"results", results}});
     }
     if (in_json)
-        print_json({{"version", FATHOM_VERSION}, {"operations", all}});
+        print_json({{"version", FATHOM_VERSION}, {"operations", json}});
 }
 
 std::function<int()> configure_options(CLI::App& app) {

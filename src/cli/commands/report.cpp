@@ -266,7 +266,7 @@ std::function<int()> configure_report(CLI::App& app) {
 } // namespace
 
 extern const Command report_command{
-    "report", "write a page that shows a shot: pictures, depth, times, warnings",
+    "report", "Writes a page that shows a shot: pictures, depth, times, warnings.",
     R"(The page is one file that needs no network. It has pictures of each frame's input and result with a slider between
 them, false colour with legends, histograms, invalid pixels and times over the frames, the command, the camera and
 warnings. Without --log it has what the images show.

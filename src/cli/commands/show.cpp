@@ -1,7 +1,6 @@
 // fathom show
 #include "camera_file/file.hpp"
 #include "cli/command.hpp"
-#include "cli/look.hpp"
 #include "cli/options/depth_options.hpp"
 #include "cli/show/false_color.hpp"
 #include "io/replace_files.hpp"
@@ -219,7 +218,7 @@ std::function<int()> configure_show(CLI::App& app) {
 } // namespace
 
 extern const Command show_command{
-    "show", "write pictures of results or of depth in false colour",
+    "show", "Writes pictures of results or of depth in false colour.",
     R"(Values have the colours of the map, with a bar below that says what they mean. Normals are ½n + ½, pictures sRGB.
 Invalid pixels are magenta, and background (+infinity) is pale blue.
 

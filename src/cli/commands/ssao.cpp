@@ -1,7 +1,6 @@
 // fathom ssao
-#include "description/ssao.hpp"
-
 #include "cli/command.hpp"
+#include "cli/operation.hpp"
 #include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/max_error.hpp"
@@ -25,13 +24,13 @@
 namespace fathom::cli {
 namespace {
 
-struct SsaoArguments : DepthOptions, description::SsaoArguments {
+struct SsaoArguments : DepthOptions, description::SsaoCall {
     bool explain = false;
     std::optional<std::string> normals, thickness_map;
     std::map<std::string, std::string> more; // files of other results, by their names
 };
 
-constexpr const char* silhouette = "silhouette";
+const description::Operation& described_ssao = description::operation<description::SsaoCall>();
 
 // Four whole numbers "X,Y,W,H"; what is wrong with them otherwise.
 std::string parse_region(const std::string& text, Region& region) {
@@ -46,37 +45,9 @@ std::string parse_region(const std::string& text, Region& region) {
     return "";
 }
 
-// A number as it is described, or "silhouette".
-void add_thickness(CLI::App& app, const description::Option& thickness, SsaoOptions& ssao) {
-    app.add_option_function<std::string>(
-           spelled(thickness.name),
-           [thickness, &ssao](const std::string& text) {
-               if (text == silhouette)
-                   ssao.thickness = Silhouette{};
-               else
-                   thickness.set(ssao, *parse(thickness, text));
-           },
-           "how thick surfaces are along their rays, scene units. inf suits\n"
-           "terrain and reliefs. silhouette: as thick as they are wide in the\n"
-           "image (default: " +
-               *thickness.by_default + ")")
-        ->type_name("T|inf|silhouette")
-        ->check(CLI::Validator(
-            [thickness](std::string& text) {
-                return text == silhouette || parse(thickness, text)
-                           ? std::string()
-                           : fmt::format("'{}' will not do; it is {}, or silhouette", text, thickness.accepted());
-            },
-            ""))
-        ->group("Occlusion");
-}
-
 void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
-    description::SsaoArguments& described = options;
-    add_described_options(app, described, "Occlusion", {"thickness", "half_resolution"});
-    for (const description::Option& option : description::options_of(options.options))
-        if (option.name == std::string("thickness"))
-            add_thickness(app, option, options.options);
+    description::SsaoCall& described = options;
+    add_described_options(app, described, described_ssao.group, {"half_resolution"});
     const auto add_resolution = [&](const char* name, bool half, const char* words) {
         return app
             .add_flag_callback(
@@ -154,16 +125,16 @@ std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored,
     const auto length_of_pixel = [&](float z) { return (perspective ? static_cast<double>(z) - centre : 1) / scale; };
     // Pixels enough for a median that is good to a few percent. All of them would take longer than linearizing.
     const auto step_of = [](int pixels) { return 1 + pixels / 256; };
-    const int down = step_of(look.z.rows), across_by = step_of(look.z.cols);
+    const int down = step_of(look.z.height), across_by = step_of(look.z.width);
     std::vector<float> depths;
     for (int first = 0; first < down * across_by && depths.empty(); ++first)
-        for (int y = first % down; y < look.z.rows; y += down)
-            for (int x = first / down; x < look.z.cols; x += across_by)
-                if (const float z = look.z.at<float>(y, x); std::isfinite(z))
+        for (int y = first % down; y < look.z.height; y += down)
+            for (int x = first / down; x < look.z.width; x += across_by)
+                if (const float z = row_of(look.z, y)[static_cast<std::size_t>(x)]; std::isfinite(z))
                     depths.push_back(z);
     const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
     std::ranges::nth_element(depths, middle);
-    const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(look.z.cols, look.z.rows);
+    const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(look.z.width, look.z.height);
     if (radius < pixel / 2)
         return {fmt::format(
             "the radius of {} is less than half a pixel for most pixels, so that little is occluded: depths "
@@ -173,7 +144,7 @@ std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored,
         return {fmt::format(
             "the radius of {} is larger than all that most pixels see: depths run from {:.4g} to {:.4g}, and "
             "the view is {:.2g} wide in their middle; is it in scene units?",
-            number(radius), look.nearest, look.farthest, pixel * look.z.cols)};
+            number(radius), look.nearest, look.farthest, pixel * look.z.width)};
     return {};
 }
 
@@ -193,31 +164,15 @@ Images read_images(const SsaoArguments& options, const Job& job) {
 std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& stored, Loaded& frame) {
     const std::optional<Region> region = region_in(frame.windows, options.options.region);
     explain_method(fathom::Operation::ssao, stored, frame, options.options.sampling, options.explain);
-    SsaoOptions asked = options.options;
-    asked.region = region;
+    description::SsaoCall call = options;
+    call.radius = radius_of(options, frame);
+    call.options.region = region;
     const Images& images = frame.images.get();
     if (options.normals)
-        asked.normals = to_device(stored.image.device(), images.normals);
+        call.options.normals = to_device(stored.image.device(), images.normals);
     if (options.thickness_map)
-        asked.thickness = to_device(stored.image.device(), images.thickness);
-    asked.bent_normal = options.more.contains("bent_normal");
-    asked.confidence = options.more.contains("confidence");
-    const cv::Size size =
-        region ? cv::Size(region->width, region->height) : cv::Size(stored.image.width(), stored.image.height());
-    const auto floats = [&](int channels) { return FloatsOnHost(stored.image.device(), size, channels); };
-    const FloatsOnHost visibility = floats(1);
-    std::optional<FloatsOnHost> bent_normal, confidence;
-    Occlusion occlusion{visibility.image(), {}, {}};
-    if (asked.bent_normal)
-        occlusion.bent_normal = bent_normal.emplace(floats(3)).image();
-    if (asked.confidence)
-        occlusion.confidence = confidence.emplace(floats(1)).image();
-    ssao(stored, occlusion, radius_of(options, frame), asked);
-    std::vector<Result> results{visibility.mat()};
-    if (bent_normal)
-        results.emplace_back(directions_for(frame.outputs[1], bent_normal->mat()));
-    if (confidence)
-        results.emplace_back(confidence->mat());
+        call.options.thickness = to_device(stored.image.device(), images.thickness);
+    std::vector<Result> results = run(described_ssao, &call, stored, frame);
     for (Result& result : results)
         if (region)
             result.part = cv::Rect(region->x, region->y, region->width, region->height);
@@ -225,13 +180,9 @@ std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& sto
 }
 
 std::function<int()> configure_ssao(CLI::App& app) {
-    const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".npy", ".png"};
-    const Product visibility{.extensions = extensions, .channels = {"AO"}, .png_scale = 1};
-    const Product bent_normal{
-        .extensions = extensions, .channels = {"N.X", "N.Y", "N.Z"}, .png_scale = 0.5, .png_offset = 0.5};
-    const Product confidence{.extensions = extensions, .channels = {"confidence"}, .png_scale = 1};
-
     const auto options = std::make_shared<SsaoArguments>();
+    description::SsaoCall& call = *options;
+    const Product visibility = product_of(described_ssao, described_ssao.results_of(&call, {}).front());
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, *options);
     CLI::Option* normals = app.add_option("--normals", options->normals,
@@ -271,9 +222,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
             more.companions.push_back({"--normals", *options->normals});
         if (options->thickness_map)
             more.companions.push_back({"--thickness-map", *options->thickness_map});
-        for (const auto& [name, product] : {std::pair("bent_normal", bent_normal), std::pair("confidence", confidence)})
-            if (const auto file = options->more.find(name); file != options->more.end())
-                more.outputs.push_back({spelled(name), file->second, product});
+        more.outputs = outputs_of(described_ssao, static_cast<description::SsaoCall*>(options.get()), options->more);
         more.read = [options](const Job& job) { return read_images(*options, job); };
         more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
             return radius_doubts(radius_of(*options, job), stored, look);
@@ -287,7 +236,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
 
 extern const Command ssao_command{
     .name = "ssao",
-    .summary = description::ssao_summary,
+    .summary = description::SsaoCall::said.summary,
     .notes =
         R"(The result is visibility, from 1 (open) to 0 (blocked). Multiply ambient light by it. An EXR holds it as channel
 AO, a .png in 16 bits as round(value × 65535). The background has 1. Invalid pixels have NaN, and 0 in a .png. A bent

@@ -71,13 +71,8 @@ std::function<int()> configure_unproject(CLI::App& app) {
 
 extern const Command unproject_command{
     .name = "unproject",
-    .summary = description::unproject_summary,
-    .notes =
-        R"(The result is three float32 a pixel in scene units. An EXR holds them as P.X P.Y P.Z. Pixels without a position
-are NaN. A PLY leaves them out. It may have the points' colours (--color, sRGB of 8 bits) and --normals.
-
-Example:
-  fathom unproject frame.exr --camera camera.json -o points.ply --space world)",
+    .summary = description::UnprojectCall::said.summary,
+    .notes = description::UnprojectCall::said.notes,
     .configure = configure_unproject,
 };
 

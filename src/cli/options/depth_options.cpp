@@ -238,7 +238,7 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     json->group("Report")->excludes(quiet);
     app.add_flag("--resume", options.resume,
                  "keep what is finished: results say what made them, and a frame\nis made only if that changed "
-                 "(docs/resume.md)")
+                 "(docs/sequences.md)")
         ->group("Frames");
     app.add_option(
            "--log", options.log,

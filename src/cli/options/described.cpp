@@ -39,6 +39,13 @@ std::optional<Value> read(const Option& option, const std::string& text) {
     return std::nullopt;
 }
 
+using Options = std::vector<Option>; // of one name, which exclude each other
+
+const Option* option_for(const Options& options, const std::string& text) {
+    const auto its = std::ranges::find_if(options, [&](const Option& one) { return parse(one, text).has_value(); });
+    return its == options.end() ? nullptr : &*its;
+}
+
 std::string type_name(const Option& option) {
     if (option.kind == Option::Kind::choice)
         return fmt::format("{}", fmt::join(option.choices, "|"));
@@ -47,9 +54,12 @@ std::string type_name(const Option& option) {
     return option.range.whole || option.range.few[0] ? "N" : option.range.infinite ? "X|inf" : "X";
 }
 
-std::string refusal(const Option& option, const std::string& text) {
-    if (parse(option, text))
+std::string refusal(const Options& options, const std::string& text) {
+    const Option& option = options.front();
+    if (option_for(options, text))
         return "";
+    if (options.size() > 1)
+        return fmt::format("'{}' will not do; it is {}, or {}", text, option.accepted(), options[1].accepted());
     if (option.kind == Option::Kind::choice)
         return fmt::format("'{}' is unknown; it is {}", text, option.accepted());
     if (option.kind == Option::Kind::three)
@@ -78,16 +88,28 @@ std::string meaning(const Option& option) {
     return wrapped(text);
 }
 
-CLI::Option* add(CLI::App& app, const Option& option, const SetOption& set) {
+CLI::Option* add(CLI::App& app, const Options& options, const SetOption& set) {
+    const Option& option = options.front();
     const std::string name = spelled(option.name);
+    std::string types, words = meaning(option);
+    for (const Option& one : options) {
+        types += (types.empty() ? "" : "|") + type_name(one);
+        if (&one != &option)
+            words += "\n" + wrapped(fmt::format("{}: {}", type_name(one), one.words));
+    }
     if (option.kind == Option::Kind::flag)
         return app.add_flag_callback(
-            name, [option, set] { set(option, true); }, meaning(option));
+            name, [option, set] { set(option, true); }, words);
     CLI::Option* added =
         app.add_option_function<std::string>(
-               name, [option, set](const std::string& text) { set(option, *parse(option, text)); }, meaning(option))
-            ->type_name(type_name(option))
-            ->check(CLI::Validator([option](std::string& text) { return refusal(option, text); }, ""));
+               name,
+               [options, set](const std::string& text) {
+                   const Option& its = *option_for(options, text);
+                   set(its, *parse(its, text));
+               },
+               words)
+            ->type_name(types)
+            ->check(CLI::Validator([options](std::string& text) { return refusal(options, text); }, ""));
     return option.by_default ? added : added->required();
 }
 
@@ -108,18 +130,29 @@ std::string spelled(std::string_view named) {
     return name;
 }
 
+std::string spelled(const Option& option) {
+    if (option.kind == Option::Kind::depth && option.alternative && spelled(option.name) == "--thickness")
+        return "";
+    return spelled(option.name) + (option.kind == Option::Kind::lengths ? "-map" : "");
+}
+
 void add_described_options(CLI::App& app, const std::vector<Option>& options, const SetOption& set,
                            const std::string& group, std::initializer_list<std::string_view> otherwise) {
-    std::vector<std::pair<const Option*, CLI::Option*>> added;
+    std::vector<Options> named;
     for (const Option& option : options) {
-        if (option.kind == Option::Kind::result || spelled(option.name).empty() ||
+        if (option.kind >= Option::Kind::result || spelled(option.name).empty() ||
             std::ranges::find(otherwise, std::string_view(option.name)) != otherwise.end())
             continue;
-        CLI::Option* own = add(app, option, set)->group(group);
-        for (const auto& [earlier, its] : added)
-            if (option.excludes(*earlier))
-                own->excludes(its);
-        added.emplace_back(&option, own);
+        if (named.empty() || std::string_view(named.back().front().name) != option.name)
+            named.emplace_back();
+        named.back().push_back(option);
+    }
+    std::vector<CLI::Option*> added;
+    for (const Options& own : named) {
+        added.push_back(add(app, own, set)->group(group));
+        for (std::size_t i = 0; i + 1 < added.size(); ++i)
+            if (own.front().excludes(named[i].front()))
+                added.back()->excludes(added[i]);
     }
 }
 

@@ -18,6 +18,7 @@ namespace fathom::cli {
 
 /// The program's option for a described one: another where a hook stands for it, and none where files say it.
 std::string spelled(std::string_view name);
+std::string spelled(const description::Option& option);
 
 /// What a text gives an option; nothing if the description does not accept it.
 std::optional<description::Value> parse(const description::Option& option, const std::string& text);

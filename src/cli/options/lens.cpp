@@ -189,17 +189,15 @@ std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Lo
         circles += look.surfaces();
         widest = std::max({widest, ends[0], ends[1]});
     } else {
-        for (int y = 0; y < look.z.rows; ++y) {
-            const auto* row = look.z.ptr<float>(y);
-            for (int x = 0; x < look.z.cols; ++x) {
-                const double coc = std::isfinite(row[x]) ? width_at(static_cast<double>(row[x])) : std::nan("");
+        for (int y = 0; y < look.z.height; ++y)
+            for (const float z : row_of(look.z, y)) {
+                const double coc = std::isfinite(z) ? width_at(static_cast<double>(z)) : std::nan("");
                 if (std::isnan(coc))
                     continue;
                 ++circles;
                 ended += coc > max_coc_px;
                 widest = std::max(widest, coc);
             }
-        }
     }
     if (circles > 0 && widest < 1)
         return {fmt::format(

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "cli/look.hpp"
+#include "doubts/look.hpp"
 #include "shot/camera.hpp"
 
 #include <fathom/dof_masks.hpp>

@@ -135,7 +135,7 @@ bool any_negative(const cv::Mat& vectors) {
     return false;
 }
 
-// Codes say nothing of their values. The record of a PNG that the program itself wrote does: docs/resume.md.
+// Codes say nothing of their values. The record of a PNG that the program itself wrote does: docs/sequences.md.
 std::optional<Viewed> from_record(const fs::path& file, io::Bytes bytes, const cv::Mat& codes) {
     const auto recorded = io::holds_record(file) ? io::find_record(std::move(bytes)) : std::nullopt;
     const auto record = nlohmann::json::parse(recorded ? recorded->record : "", nullptr, false);

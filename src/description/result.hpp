@@ -1,0 +1,101 @@
+#pragma once
+
+#include <fathom/image.hpp>
+#include <fathom/launch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace fathom::description {
+
+/// What is said of an operation beside its options and its results.
+struct Said {
+    using Pairs = std::array<std::pair<const char*, const char*>, 2>; ///< of options
+
+    const char* name;
+    const char* summary;
+    const char* notes = "";                    ///< what the program shows below its options
+    std::array<const char*, 2> arguments = {}; ///< options that a call need not name, in their order
+    const char* group = "";                    ///< of the program's options
+    const char* layer = "";                    ///< of an EXR to which a result of few words is appended
+    Pairs needing = {}, excluding = {};        ///< the first is nothing without the second, or beside it
+    const char* results = nullptr;             ///< the struct of several results
+    bool first_alone = false;                  ///< is the first of them given without the struct if it is all there is?
+    std::optional<int> rows = {};              ///< above and below a row that its result depends on; none: all of them
+};
+
+struct Size {
+    int width, height;
+};
+
+inline Size size_of(const StoredDepth& stored) {
+    return {stored.image.width(), stored.image.height()};
+}
+
+/// The image that a result takes.
+struct Shape {
+    Element element = Element::f32;
+    Layout layout = {};
+    const char* sides = "H, W"; ///< in Python's words
+};
+
+inline Shape floats(const Size& size, int channels) {
+    return {.layout = {size.width, size.height, channels}};
+}
+inline Shape floats(const StoredDepth& stored, int channels) {
+    return floats(size_of(stored), channels);
+}
+inline Shape tiles(const StoredDepth& stored, int tile_px) {
+    const Size size = size_of(stored);
+    return {.layout = {(size.width - 1) / std::max(tile_px, 1) + 1, (size.height - 1) / std::max(tile_px, 1) + 1},
+            .sides = "ceil(H / tile_px), ceil(W / tile_px)"};
+}
+inline Shape like(const Image& color) {
+    return {color.element(), {color.width(), color.height(), color.channels()}};
+}
+
+/// What numbers a result has, and its channels in an EXR.
+struct Content {
+    enum class Of { lengths, fractions, directions, light } of;
+    const char* channels;
+};
+
+constexpr Content lengths(const char* channels) {
+    return {Content::Of::lengths, channels};
+}
+constexpr Content fractions(const char* channels) {
+    return {Content::Of::fractions, channels};
+}
+constexpr Content directions(const char* channels) {
+    return {Content::Of::directions, channels};
+}
+constexpr Content light() {
+    return {Content::Of::light, "R G B"};
+}
+
+/// A result of a call: the image that it goes to, whether it is asked for, and the shape that it has then.
+struct Result {
+    const char* name;
+    Image* image;
+    bool wanted;
+    Shape shape;
+    Content content;
+    const char* words;
+};
+
+/// The results of a call for stored depth.
+template <typename Call>
+std::vector<Result> results_of(Call& call, const StoredDepth& stored) {
+    std::vector<Result> results;
+    const auto add = [&](const char* name, Image& image, bool wanted, const Shape& shape, const Content& content,
+                         const char* words) {
+        results.push_back({name, &image, wanted, shape, content, words});
+    };
+    describe_results(add, call, stored);
+    return results;
+}
+
+} // namespace fathom::description

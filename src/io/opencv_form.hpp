@@ -1,0 +1,98 @@
+#pragma once
+
+#include "matrices.hpp"
+
+#include "description/check.hpp"
+#include "description/operations.hpp"
+
+#include <fathom/opencv.hpp>
+
+#include <algorithm>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+/// The form on matrices of any operation: include/fathom/opencv.hpp declares them, and CMake defines each by `form`.
+namespace fathom::io {
+
+/// The type of a matrix that holds such an image.
+int mat_type(Element element, int channels);
+
+StoredDepth stored_depth(Matrices& matrices, cv::InputArray array, Camera camera, std::optional<Storage> storage);
+
+/// The call whose options these are.
+template <typename Options, typename Call, typename... Calls>
+auto call_with(const std::tuple<Call, Calls...>* = nullptr) {
+    if constexpr (std::is_same_v<decltype(Call::options), Options>)
+        return Call{};
+    else
+        return call_with<Options, Calls...>();
+}
+template <typename Options, typename... Calls>
+auto call_of(const std::tuple<Calls...>*) {
+    return call_with<Options, Calls...>();
+}
+
+/// The arguments of one call, each taken by its type.
+template <typename Call>
+struct FormArguments {
+    Call call;
+    Matrices matrices;
+    std::vector<const cv::_OutputArray*> results = {};
+    std::vector<const cv::_InputArray*> pictures = {};
+    std::optional<Storage> storage = {};
+    Launch launch = {};
+
+    void take(const cv::_InputArray& picture) { pictures.push_back(&picture); }
+    void take(double radius) { call.radius = radius; }
+    void take(const CircleOfConfusion& circle) { call.circle = circle; }
+    void take(const decltype(Call::options)& options) { call.options = options; }
+    void take(const std::optional<Storage>& given) { storage = given; }
+    void take(const Launch& given) { launch = given; }
+    void take(const cv::_OutputArray& result) { results = {&result}; }
+    void take(const OcclusionArrays& r) { results = {&r.visibility, &r.bent_normal, &r.confidence}; }
+    void take(const DofMaskArrays& r) {
+        results = {&r.coc,        &r.near_weight,  &r.focus_weight, &r.far_weight,   &r.max_near_coc,
+                   &r.near_alpha, &r.disocclusion, &r.mixed_pixels, &r.tile_min_coc, &r.tile_max_coc};
+    }
+
+    // Where a result goes: into its matrix, or somewhere if the first of several has none.
+    void place(const description::Result& result, const cv::_OutputArray& array, bool may_be_missing) {
+        const Layout& layout = result.shape.layout;
+        require(layout.width > 0 && layout.height > 0, "region: ", layout.width, " x ", layout.height,
+                " pixels; must have at least one");
+        if (may_be_missing && !array.needed())
+            *result.image = Image(matrices.device(), result.shape.element, layout);
+        else
+            *result.image =
+                matrices.write(array, {layout.width, layout.height}, mat_type(result.shape.element, layout.channels));
+    }
+};
+
+template <typename Options, typename... Arguments>
+void form(const Device& device, cv::InputArray stored, const Camera& camera, const Arguments&... given) {
+    using Call = decltype(call_of<Options>(static_cast<description::Calls*>(nullptr)));
+    FormArguments<Call> arguments{.call = {}, .matrices = Matrices(device)};
+    (arguments.take(given), ...);
+    Call& call = arguments.call;
+    describe(description::Check{}, call.options);
+    const StoredDepth input = stored_depth(arguments.matrices, stored, camera, arguments.storage);
+    if constexpr (requires { call.color; })
+        call.color = arguments.matrices.read(*arguments.pictures.front());
+
+    const std::vector<description::Result> results = description::results_of(call, input);
+    const cv::_OutputArray none;
+    const auto array = [&](std::size_t i) { return i < arguments.results.size() ? arguments.results[i] : &none; };
+    for (std::size_t i = 1; i < results.size(); ++i) {
+        const auto& [name, image, wanted, shape, content, words] = results[i];
+        require(!wanted || array(i)->needed(), name, " is asked for and has no matrix to be written into");
+        require(wanted || !array(i)->needed(), name,
+                " has a matrix to be written into, but the options do not ask for it");
+    }
+    for (std::size_t i = 0; i < results.size(); ++i)
+        if (results[i].wanted)
+            arguments.place(results[i], *array(i), i == 0 && results.size() > 1);
+    arguments.matrices.run([&] { call.run(input, arguments.launch); });
+}
+
+} // namespace fathom::io
