@@ -16,10 +16,6 @@
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfTiledOutputFile.h>
 
-#include <functional>
-#include <string>
-#include <vector>
-
 /// OpenEXR files whose pixels are known, written with OpenEXR's own library.
 namespace fathom::test {
 

@@ -2,9 +2,7 @@
 
 #include "catch.hpp"
 
-#include <map>
 #include <mutex>
-#include <string>
 
 /// Faults of a long run, which many threads may find: each is one line with the number of times that it was seen. One is enough
 /// to fail the test in which this goes out of scope.

@@ -6,7 +6,7 @@
 # case of the program is in one group.
 cmake_minimum_required(VERSION 3.25)
 
-set(slow_tags [slow] [stability] [same-bits])
+set(slow_tags [slow] [stability])
 
 include(${CMAKE_CURRENT_LIST_DIR}/long_files.cmake)
 
@@ -14,7 +14,7 @@ include(${CMAKE_CURRENT_LIST_DIR}/long_files.cmake)
 set(all_only_files cli_memory cli_strips large_images)
 
 # Groups of slow cases that scripts/test leaves to --ci: each takes more than half a minute where no kernel is compiled yet.
-set(ci_only_groups bench_cheapest_slow cli_resume_slow cli_strips_slow footprint_slow normals_slow regimes_slow same_bits_slow)
+set(ci_only_groups bench_cheapest_slow cli_resume_slow cli_strips_slow contract_slow normals_slow regimes_slow)
 
 # Files that measure times, which nothing may run beside.
 set(serial_files cli_cost)

@@ -7,14 +7,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <string>
-#include <utility>
-#include <vector>
-
 /// Folders, files and refusals, for the tests of everything that touches a disk.
 namespace fathom::test {
 
@@ -76,8 +68,14 @@ inline void check_says(const std::string& line, const std::vector<std::string>& 
     INFO(line);
     for (const auto& part : parts) {
         INFO("must say: " << part);
-        CHECK(line.find(part) != std::string::npos);
+        CHECK(contains(line, part));
     }
+}
+
+/// The same of what `act` is refused with.
+template <std::invocable Act>
+void check_says(Act act, const std::vector<std::string>& parts) {
+    check_says(refusal(act), parts);
 }
 
 /// What reaches the process's stderr, whoever writes it.

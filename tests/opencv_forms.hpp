@@ -13,11 +13,7 @@
 namespace fathom::opencv_forms {
 
 inline Camera camera() {
-    Camera camera;
-    camera.projection = perspective(1.0, 1.5, {0.5, 100});
-    camera.width = 30;
-    camera.height = 20;
-    return camera;
+    return {.projection = perspective(1.0, 1.5, {0.5, 100}), .width = 30, .height = 20};
 }
 
 inline bool same(const cv::Mat& a, const cv::Mat& b) {

@@ -8,7 +8,6 @@
 #include <CL/cl.h>
 
 #include <list>
-#include <memory>
 
 /// A context of a device that is not the library's, as a program has one, and its queues.
 class OwnContext {

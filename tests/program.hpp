@@ -8,16 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include <algorithm>
 #include <csignal>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -179,21 +170,40 @@ inline void check_done(const Outcome& outcome) {
     CHECK(outcome.err.empty());
 }
 
+inline Outcome check_done(const Arguments& arguments, const Surroundings& surroundings = {}) {
+    const Outcome outcome = run(arguments, surroundings);
+    check_done(outcome);
+    return outcome;
+}
+
 /// One line on stderr that names what is wrong. Of several inputs a last line counts those that failed.
 inline void check_refused(const Outcome& outcome, int code, const std::string& named) {
     INFO("stderr: " << outcome.err);
     CHECK(outcome.code == code);
     CHECK(outcome.err.starts_with("fathom: "));
     CHECK(outcome.err.ends_with('\n'));
-    CHECK(outcome.err.find(named) != std::string::npos);
+    CHECK(contains(outcome.err, named));
     const std::size_t end = outcome.err.find('\n');
     const std::string rest = outcome.err.substr(end == std::string::npos ? outcome.err.size() : end + 1);
     if (rest.empty())
         return;
     CHECK(code == 1);
     CHECK(rest.starts_with("fathom: 1 of "));
-    CHECK(rest.find(" inputs failed: ") != std::string::npos);
+    CHECK(contains(rest, " inputs failed: "));
     CHECK(rest.find('\n') == rest.size() - 1);
+}
+
+/// What the program says of arguments that it does not understand; nothing if it would begin its work. It is asked in this
+/// process, since a start takes a tenth of a second.
+std::string usage_refusal(const Arguments& arguments);
+
+inline void check_refused(const Arguments& arguments, int code, const std::string& named) {
+    if (const std::string said = code == 2 ? usage_refusal(arguments) : ""; !said.empty()) {
+        INFO(said);
+        CHECK(contains(said, named));
+    } else {
+        check_refused(run(arguments), code, named);
+    }
 }
 
 /// The same for one of several inputs: its line, and a last one that lists it.

@@ -5,9 +5,6 @@
 
 #include <fathom/io.hpp>
 
-#include <filesystem>
-#include <string>
-
 /// Depth that others made, where it is there.
 namespace fathom::real {
 

@@ -5,8 +5,6 @@
 
 #include <fathom/opencv.hpp>
 
-#include <cmath>
-
 namespace fathom::test {
 
 /// A camera's place in the world, for a camera file.

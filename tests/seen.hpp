@@ -74,8 +74,4 @@ std::string refusal(Action action) {
     return {};
 }
 
-inline bool contains(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-}
-
 } // namespace fathom::seen

@@ -1,4 +1,5 @@
-// The curves that docs/charts draws for docs/articles.md, against the articles' own formulas, in their own signs and axes.
+// The curves that docs/charts draws for docs/research/articles.md, against the articles' own formulas, in their own signs
+// and axes.
 //   Lengyel 2005    eq. 9, 15, 19 and Figure 5
 //   Kooima 2013     his normalised depths (eq5, eq7 and eq9 of the page)
 //   Goldberg 2014   the derivatives of depth on the screen
@@ -9,14 +10,6 @@
 #include "articles/rasteriser.hpp"
 
 #include <fathom/precision.hpp>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <iostream>
-#include <limits>
-#include <numbers>
-#include <vector>
 
 using namespace fathom;
 using namespace fathom::charts;
@@ -87,7 +80,7 @@ TEST_CASE("Lengyel: Figure 5 is eq. 19, clamped where a C_z <= -2", "[articles]"
             }
         }
     }
-    REQUIRE(depth_at_infinity(30, 0.1) == Approx(0.705).margin(1e-3)); // the example of docs/articles.md
+    REQUIRE(depth_at_infinity(30, 0.1) == Approx(0.705).margin(1e-3)); // the example of docs/research/articles.md
     REQUIRE(depth_at_infinity(60, 0.1) == Approx(0.200).margin(1e-3));
     REQUIRE(clamped > 50);
     REQUIRE(below > 300);

@@ -1,18 +1,10 @@
-// docs/articles.md names the test that holds each claim: names that drift from the tests fail here. So do the patterns of
-// `fathom_tests "..."` on the other pages.
+// docs/research/articles.md names the test that holds each claim: names that drift from the tests fail here. So do the
+// patterns of `fathom_tests "..."` on the other pages.
 
 #include "catch.hpp"
 #include "places.hpp"
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <regex>
-#include <set>
-#include <sstream>
-#include <string>
-#include <vector>
 
 namespace {
 
@@ -68,7 +60,7 @@ std::vector<Case> all_cases() {
 // One name of a pattern: a tag, or a name with `*` for anything.
 bool matches(const std::string& pattern, const Case& test) {
     if (pattern.front() == '[')
-        return test.tags.find(pattern) != std::string::npos;
+        return contains(test.tags, pattern);
     std::size_t at = 0, begin = 0;
     bool first = true;
     for (;;) {
@@ -87,8 +79,8 @@ bool matches(const std::string& pattern, const Case& test) {
 
 } // namespace
 
-TEST_CASE("pages: every test that docs/articles.md names exists, and it names every test of the articles", "[pages]") {
-    const std::string page = text_of(root / "docs/articles.md");
+TEST_CASE("pages: every test that the articles' page names exists, and it names every test of the articles", "[pages]") {
+    const std::string page = text_of(root / "docs/research/articles.md");
     std::set<std::string> names, named;
     const std::vector<Case> cases = all_cases();
     for (const Case& each : cases)
@@ -104,13 +96,13 @@ TEST_CASE("pages: every test that docs/articles.md names exists, and it names ev
     }
     REQUIRE(named.size() >= 20);
     for (const std::string& name : named) {
-        INFO("docs/articles.md names a test that does not exist: " << name);
+        INFO("docs/research/articles.md names a test that does not exist: " << name);
         REQUIRE(names.count(name) == 1);
     }
     for (const Case& each : cases) {
-        if (each.tags.find("[articles]") == std::string::npos)
+        if (!contains(each.tags, "[articles]"))
             continue;
-        INFO("docs/articles.md does not name the test " << each.name);
+        INFO("docs/research/articles.md does not name the test " << each.name);
         REQUIRE(named.count(each.name) == 1);
     }
 }

@@ -15,16 +15,6 @@
 #include <fathom/linearize.hpp>
 #include <fathom/precision.hpp>
 
-#include <Eigen/LU>
-
-#include <array>
-#include <cmath>
-#include <iostream>
-#include <limits>
-#include <numbers>
-#include <random>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::seen;
 

@@ -5,20 +5,11 @@
 #include "images.hpp"
 #include "judge.hpp"
 #include "operations/bands.hpp"
-#include "operations/dof.hpp"
+#include "operations/dof/dof.hpp"
 #include "runtime/state.hpp"
 #include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <random>
-#include <tuple>
-#include <utility>
-#include <vector>
 
 using namespace fathom;
 using namespace fathom::images;
@@ -61,60 +52,47 @@ struct Steps {
     }
 };
 
-// Strips of an image, with their halo, have the bits of the whole.
-void check_strips(const StoredDepth& stored, const SsaoCall& options, const Occlusion& whole, int strip, int halo) {
-    const int width = stored.image.width(), height = stored.image.height();
-    for (int y = 0; y < height; y += strip) {
-        const int rows = std::min(strip, height - y), first = std::max(y - halo, 0),
-                  last = std::min(y + rows + halo, height);
-        SsaoCall part = options;
-        part.region = Region{0, y - first, width, rows};
-        const Occlusion piece = ssao(stored.region(0, first, width, last - first), part);
-        INFO("rows from " << y << " on");
-        CHECK(same_bits(floats(piece.visibility), floats(whole.visibility.region(0, y, width, rows))));
-        if (options.confidence)
-            CHECK(same_bits(floats(piece.confidence), floats(whole.confidence.region(0, y, width, rows))));
-    }
-}
-
 } // namespace
 
 TEST_CASE("bands make every row once and read what lies within their halo", "[bands]") {
     for (const auto& [rows, halo, made_bytes, least] :
          {std::tuple{1, 0, 0, 1}, {2, 1, 0, 1}, {7, 5, 0, 2}, {100, 5, 0, 1}, {1001, 1, 0, 1}, {540, 36, 160, 18}}) {
         for (const std::size_t budget : {std::size_t{1}, std::size_t{640}, std::size_t{6400}, std::size_t{1} << 40}) {
-            const RowBytes row{64, static_cast<std::size_t>(made_bytes)};
+            const auto bytes = [made_bytes = made_bytes](int read, int made) {
+                return static_cast<std::size_t>(64 * read + made_bytes * made);
+            };
             int made = 0;
-            const std::vector<Band> all = bands(rows, halo, row, budget, least);
+            const std::vector<Band> all = bands({0, rows, rows, {halo}, bytes, least}, budget);
             for (const Band& band : all) {
                 REQUIRE(band.begin == made);
                 REQUIRE(band.end > band.begin);
                 made = band.end;
                 CHECK(band.first == std::max(band.begin - halo, 0));
                 CHECK(band.last == std::min(band.end + halo, rows));
-                const std::size_t bytes = static_cast<std::size_t>(band.last - band.first) * row.read +
-                                          static_cast<std::size_t>(band.end - band.begin) * row.made;
-                CHECK((bytes <= budget || band.end - band.begin <= least));
+                const int lowest = std::max(least, (band.last - band.first - (band.end - band.begin)) / 8);
+                CHECK((bytes(band.last - band.first, band.end - band.begin) <= budget ||
+                       band.end - band.begin <= lowest));
                 CHECK((band.end - band.begin >= least || band.end == rows));
             }
             CHECK(made == rows);
-            CHECK((all.size() == 1 || static_cast<std::size_t>(rows) * (row.read + row.made) > budget));
+            CHECK((all.size() == 1 || bytes(rows, rows) > budget));
+            CHECK(bands({0, rows, rows, std::vector<int>(static_cast<std::size_t>(rows), halo), bytes, least}, budget)
+                      .size() == all.size());
         }
     }
 }
 
 TEST_CASE("bands: the budget that is named is the smallest one that works", "[bands]") {
     constexpr std::size_t mebibyte = std::size_t{1} << 20;
-    const std::vector<int> reaches(1000, 40);
-    const ReachingRows rows{.begin = 0, .end = 1000, .height = 1000, .reaches = reaches};
     // Low bands take more than some higher ones do.
     const auto bytes = [](int read, int made) {
         return static_cast<std::size_t>(read + (made < 100 ? 90 : 0)) * mebibyte;
     };
+    const RowNeeds rows{0, 1000, 1000, {40}, bytes, 64};
     std::size_t smallest = 0;
     const auto works = [&](std::size_t budget) {
         try {
-            bands_within(rows, bytes, budget, "this");
+            bands(rows, budget, "this");
             return true;
         } catch (const Error& error) {
             std::size_t named = 0;
@@ -129,42 +107,6 @@ TEST_CASE("bands: the budget that is named is the smallest one that works", "[ba
     CHECK(works(smallest));
     CHECK(!works(smallest - 1));
     CHECK(bytes(64 + 80, 64) > smallest);
-}
-
-TEST_CASE("ssao: bands keep the bits", "[ssao][bands]") {
-    // So wide that planes are made in two bands and sums in five; a strip of rows takes one of each.
-    constexpr int width = 8192, height = 1100, strip = 180, halo = 24;
-    const Device device = oracle::device();
-    const Steps steps(width, height);
-    for (const Storage storage : {Storage::float32, Storage::uint16}) {
-        const StoredDepth stored = steps.stored(device, storage);
-        SsaoCall options;
-        options.radius = 0.02; // 10 pixels at most
-        sampling_of(options).quality = Quality::fast;
-        options.confidence = true;
-        const Occlusion whole = ssao(stored, options);
-        check_strips(stored, options, whole, strip, halo);
-        const std::vector<float> visible = floats(whole.visibility);
-        CHECK(std::count_if(visible.begin(), visible.end(), [](float v) { return v < 0.9f; }) > width);
-    }
-}
-
-TEST_CASE("ssao: inverse depth in bands keeps the bits of blocks at half resolution", "[ssao][bands]") {
-    // So large that each pass makes its own inverse depth; a strip of rows shares one.
-    constexpr int width = 8192, height = 2304, strip = 1000, halo = ssao_block_halo;
-    const Device device = oracle::device();
-    const Steps steps(width, height);
-    const StoredDepth stored = steps.stored(device, Storage::float32);
-    SsaoCall options;
-    options.radius = 0.11; // about as many pixels as decide
-    sampling_of(options).quality = Quality::fast;
-    const Occlusion whole = ssao(stored, options);
-    check_strips(stored, options, whole, strip, halo);
-    SsaoCall all = options;
-    sampling_of(all).half_resolution = false;
-    CHECK_FALSE(same_bits(floats(ssao(stored, all).visibility), floats(whole.visibility)));
-    sampling_of(all).half_resolution = true;
-    CHECK_FALSE(same_bits(floats(ssao(stored, all).visibility), floats(whole.visibility)));
 }
 
 namespace {
@@ -185,11 +127,10 @@ struct Blurred {
     static constexpr CircleOfConfusion lens{.k = 1000, .g = 1000};
 
     Blurred(const Device& device, int width, int height, double most, unsigned seed) {
-        Camera camera;
-        camera.projection = perspective(1.0, 1.0 * width / height, {0.01, 100});
-        camera.width = width;
-        camera.height = height;
-        camera.encoding = Encoding::view_z;
+        Camera camera{.projection = perspective(1.0, 1.0 * width / height, {0.01, 100}),
+                      .width = width,
+                      .height = height,
+                      .encoding = Encoding::view_z};
         std::minstd_rand random(seed);
         for (int y = 0; y < height; ++y) {
             for (int x = 0; x < width; ++x) {
@@ -212,42 +153,6 @@ struct Blurred {
 };
 
 } // namespace
-
-TEST_CASE("dof: bands keep the bits", "[dof][bands][slow]") {
-    constexpr int width = 200, height = 420, left = 3, top = 5;
-    const Device device = oracle::device();
-    for (const auto& [quality, most] : {std::pair{Quality::fast, 12.0},
-                                        {Quality::fast, 90.0},
-                                        {Quality::balanced, 12.0},
-                                        {Quality::balanced, 90.0},
-                                        {Quality::accurate, 3.0},
-                                        {Quality::accurate, 40.0}}) {
-        const Blurred all(device, width, height, most, 3), hidden(device, width, height, most, 4);
-        const auto part = [](const auto& image) { return image.region(left, top, width - left, height - top); };
-        const StoredDepth stored = part(all.stored);
-        const Image color = part(all.color);
-        for (const Aperture& aperture : {Aperture{}, Aperture{.blades = 5, .rotation_degrees = 10}}) {
-            for (const bool plated : {false, true}) {
-                DofOptions options{.aperture = aperture, .quality = quality};
-                if (plated)
-                    options.clean_plate = CleanPlate{part(hidden.color), part(hidden.stored)};
-                const auto banded = [&](std::size_t bytes) {
-                    const Image result(device, Element::f32, {color.width(), color.height(), 3});
-                    dof_in_bands(stored, color, result, Blurred::lens, options, {.band = bytes});
-                    return floats(result);
-                };
-                const std::vector<float> whole = floats(dof(stored, color, Blurred::lens, options));
-                CHECK(same_bits(banded(std::size_t{1} << 40), whole));
-                for (const std::size_t bytes : {std::size_t{1}, std::size_t{2} << 20, std::size_t{4} << 20}) {
-                    INFO("quality " << static_cast<int>(quality) << ", circles to " << most << " px, "
-                                    << aperture.blades << " blades, " << (plated ? "clean plate, " : "") << bytes
-                                    << " bytes");
-                    CHECK(same_bits(banded(bytes), whole));
-                }
-            }
-        }
-    }
-}
 
 TEST_CASE("dof: what lies between its passes at 7680 x 4320", "[dof][bands][exhaustive]") {
     constexpr int width = 7680, height = 4320;
@@ -272,9 +177,7 @@ TEST_CASE("ssao: what lies between its passes at 7680 x 4320", "[ssao][bands][ex
     const Device device = Device::open("cpu");
     const Steps steps(width, height);
     const StoredDepth stored = steps.stored(device, Storage::float32);
-    SsaoCall options;
-    options.radius = 0.1;
-    sampling_of(options).quality = Quality::fast;
+    SsaoCall options = options_of(0.1, Quality::fast);
     const Occlusion done = ssao(stored, options);
     device.finish();
     CHECK(done.visibility.width() == width);

@@ -5,13 +5,6 @@
 #include "judge.hpp"
 #include "methods.hpp"
 
-#include <Eigen/Geometry>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <numbers>
-
 using namespace fathom;
 using namespace fathom::bench;
 using Eigen::Vector3d;

@@ -6,15 +6,6 @@
 
 #include "operations/cheapest.hpp"
 
-#include <Eigen/Geometry>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <numbers>
-#include <string>
-#include <vector>
-
 using namespace fathom;
 
 namespace {

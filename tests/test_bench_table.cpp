@@ -6,26 +6,19 @@
 
 #include <fathom/error.hpp>
 
-#include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <stdexcept>
-#include <string>
-
 namespace {
 
 using fathom::bench::Table;
 
 std::string without_origin(const std::string& csv) {
     const auto& info = oracle::device(fathom::Arithmetic::fp64).info();
-    CHECK(csv.find(info.platform) != std::string::npos);
-    CHECK(csv.find(fathom::bench::commit()) != std::string::npos);
+    CHECK(contains(csv, info.platform));
+    CHECK(contains(csv, fathom::bench::commit()));
     std::string rest;
     for (std::size_t at = 0; at < csv.size();) {
         const std::size_t end = csv.find('\n', at);
         const std::string line = csv.substr(at, end - at);
-        rest += line.substr(line.find("method,") == std::string::npos ? line.find("\"a, b\"") : line.find("method,"));
+        rest += line.substr(!contains(line, "method,") ? line.find("\"a, b\"") : line.find("method,"));
         rest += '\n';
         at = end + 1;
     }

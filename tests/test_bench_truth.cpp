@@ -6,13 +6,6 @@
 #include "lens_blur.hpp"
 #include "lens_truth.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <string>
-#include <tuple>
-
 using namespace fathom;
 
 namespace {

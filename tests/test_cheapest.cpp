@@ -10,9 +10,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <cmath>
-#include <limits>
-
 using namespace fathom;
 using fathom::images::floats;
 using fathom::images::same_bits;
@@ -199,7 +196,7 @@ TEST_CASE("max_error: it is refused where nothing meets it, and where it is no e
     const StoredDepth stored = ramp();
     const auto said = [](const std::string& message, const char* part) {
         INFO(message);
-        CHECK(message.find(part) != std::string::npos);
+        CHECK(contains(message, part));
     };
     const std::vector<MeasuredMethod> list = measured_for(measured_methods(), "ssao", "float32");
     const MeasuredMethod& best = *std::ranges::min_element(list, {}, &MeasuredMethod::error);

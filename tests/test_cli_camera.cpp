@@ -80,23 +80,22 @@ TEST_CASE("camera program: a calibration and a preset are the camera file that t
     const std::string truth = put_text(
         folder, "truth.json", R"({"encoding": "view-z", "scale": 0.001, "missing": 0, )" + same_calibration + "}");
     const std::string made = folder / "out/camera.json";
-    check_done(run({"camera", camera, "--preset", "kinect", "-o", made}));
-    const Outcome printed = run({"camera", camera, "--preset", "kinect"});
-    check_done(printed);
+    check_done({"camera", camera, "--preset", "kinect", "-o", made});
+    const Outcome printed = check_done({"camera", camera, "--preset", "kinect"});
     CHECK(printed.out == content(made));
     CHECK(read_camera(made).preset == "kinect");
     const Arguments ways[] = {{"--camera", made},
                               {"--camera", camera, "--preset", "kinect"},
                               {"--camera", camera, "--preset", "encoding=view-z,scale=0.001,missing=0"}};
     for (const Arguments& command : {Arguments{"unproject"}, {"normals"}}) {
-        check_done(run(joined(command, {depth, "--camera", truth, "-o", folder / "out/truth.exr"})));
+        check_done(joined(command, {depth, "--camera", truth, "-o", folder / "out/truth.exr"}));
         for (const Arguments& way : ways) {
-            check_done(run(joined(joined(command, way), {depth, "-o", folder / "out/a.exr"})));
+            check_done(joined(joined(command, way), {depth, "-o", folder / "out/a.exr"}));
             for (const Channel& each : list_channels(folder / "out/truth.exr"))
                 CHECK(same(channel(folder / "out/a.exr", each.name), channel(folder / "out/truth.exr", each.name)));
         }
     }
-    check_done(run({"inspect", depth, "--camera", camera, "--preset", "kinect"}));
+    check_done({"inspect", depth, "--camera", camera, "--preset", "kinect"});
 }
 
 TEST_CASE("camera program: the unit of a ROS depth follows from its type") {
@@ -106,7 +105,7 @@ TEST_CASE("camera program: the unit of a ROS depth follows from its type") {
     cv::Mat in_metres;
     codes_read.convertTo(in_metres, CV_32F, 0.001);
     const std::string metres = depth_file(folder, "metres.tif", in_metres);
-    check_done(run({"linearize", codes, metres, "--camera", camera, "-o", folder / "out/"}));
+    check_done({"linearize", codes, metres, "--camera", camera, "-o", folder / "out/"});
     const cv::Mat a = channel(folder / "out/depth.exr", "Z"), b = channel(folder / "out/metres.exr", "Z");
     constexpr double ulp = 0x1p-19; // of numbers from 16 to 32: half of one is metres', the whole is linearize's
     CHECK(cv::norm(a, b, cv::NORM_INF) <= 1.5 * ulp);
@@ -115,7 +114,7 @@ TEST_CASE("camera program: the unit of a ROS depth follows from its type") {
 TEST_CASE("camera program: without --camera the header of the depth is the camera") {
     const Folder folder;
     const std::string frame = put_frame(folder, "frame.exr"), camera = folder / "camera.json";
-    check_done(run({"camera", frame, "-o", camera}));
+    check_done({"camera", frame, "-o", camera});
     const Arguments commands[] = {
         {"linearize"},
         {"unproject", "--space", "world"},
@@ -124,13 +123,13 @@ TEST_CASE("camera program: without --camera the header of the depth is the camer
         {"dof-masks", "--sensor-mm", "36", "--mm-per-unit", "10"}}; // its focus and f-number are in the header
     for (const Arguments& command : commands) {
         INFO(command.front());
-        check_done(run(joined(command, {frame, "-o", folder / "out/a.exr"})));
-        check_done(run(joined(command, {frame, "--camera", camera, "-o", folder / "out/b.exr"})));
+        check_done(joined(command, {frame, "-o", folder / "out/a.exr"}));
+        check_done(joined(command, {frame, "--camera", camera, "-o", folder / "out/b.exr"}));
         for (const Channel& each : list_channels(folder / "out/a.exr"))
             CHECK(same(channel(folder / "out/a.exr", each.name), channel(folder / "out/b.exr", each.name)));
     }
     // The middle of the image, at distance z, is (1, 2, 3 + z) of the header's world.
-    check_done(run({"unproject", frame, "--space", "world", "-o", folder / "out/points.exr"}));
+    check_done({"unproject", frame, "--space", "world", "-o", folder / "out/points.exr"});
     const cv::Mat z = channel(frame, "Z"), x = channel(folder / "out/points.exr", "P.X");
     const cv::Mat depth = channel(folder / "out/points.exr", "P.Z");
     constexpr float ulps = 8 * 0x1p-24f; // of the header's floats, and unproject's own 4
@@ -139,31 +138,30 @@ TEST_CASE("camera program: without --camera the header of the depth is the camer
         CHECK(std::abs(x.at<float>(row, column) - truth) <= ulps * (1 + std::abs(at)));
         CHECK(std::abs(depth.at<float>(row, column) - (3 + at)) <= ulps * (3 + at));
     }
-    const Outcome inspected = run({"inspect", frame});
-    check_done(inspected);
-    CHECK(inspected.out.find("encoding      view-z") != std::string::npos);
+    const Outcome inspected = check_done({"inspect", frame});
+    CHECK(contains(inspected.out, "encoding      view-z"));
 
     // A header that leaves the values open takes them from a preset, and a preset its angle of view from the header.
     const std::string ramped = put_frame(folder, "vray.exr", 5, true);
-    check_refused(run({"linearize", ramped, "-o", folder / "out/no.exr"}), 1, "--preset vray-z:near=BLACK,far=WHITE");
-    check_done(run({"linearize", ramped, "--preset", "vray-z:near=1,far=20", "-o", folder / "out/c.exr"}));
-    check_done(run({"linearize", frame, "--preset", "blender", "-o", folder / "out/d.exr"}));
-    check_done(run({"inspect", ramped}));
+    check_refused({"linearize", ramped, "-o", folder / "out/no.exr"}, 1, "--preset vray-z:near=BLACK,far=WHITE");
+    check_done({"linearize", ramped, "--preset", "vray-z:near=1,far=20", "-o", folder / "out/c.exr"});
+    check_done({"linearize", frame, "--preset", "blender", "-o", folder / "out/d.exr"});
+    check_done({"inspect", ramped});
 
     // Each input has its own header; one without is told, and the others are done.
     const std::string bare = depth_file(folder, "bare.exr"), more = folder / "out/more/";
     check_one_failed(run({"linearize", frame, bare, "-o", more, "--quiet"}), 2, bare, "has no camera in its header");
     CHECK(fs::exists(fs::path(more) / "frame.exr"));
     CHECK_FALSE(fs::exists(fs::path(more) / "bare.exr"));
-    check_refused(run({"linearize", bare, "-o", more}), 2, "--camera: missing");
+    check_refused({"linearize", bare, "-o", more}, 2, "--camera: missing");
 
     // Each has its own lens, too: this one is focused farther away.
     const std::string other = put_frame(folder, "other.exr", 7), told = folder / "told.exr";
-    check_done(run({"dof-masks", frame, other, "--sensor-mm", "36", "--mm-per-unit", "10", "-o", more}));
-    check_done(run({"dof-masks", other, "--sensor-mm", "36", "--mm-per-unit", "10", "--focus", "7", "-o", told}));
+    check_done({"dof-masks", frame, other, "--sensor-mm", "36", "--mm-per-unit", "10", "-o", more});
+    check_done({"dof-masks", other, "--sensor-mm", "36", "--mm-per-unit", "10", "--focus", "7", "-o", told});
     CHECK(same(channel(more + "other.exr", "coc"), channel(told, "coc")));
     CHECK(!same(channel(more + "frame.exr", "coc"), channel(told, "coc")));
-    check_refused(run({"dof-masks", frame, "-o", told}), 1, "--focal-length-mm: missing, and ");
+    check_refused({"dof-masks", frame, "-o", told}, 1, "--focal-length-mm: missing, and ");
 
     // A damaged input does not keep the others back.
     write(folder / "cut.exr", content(frame).substr(0, 400));
@@ -179,9 +177,9 @@ TEST_CASE("camera program: a folder of COLMAP is a camera") {
     write(folder / "dense/cameras.txt", "1 PINHOLE 48 32 40 40 24 16\n");
     write(folder / "dense/images.txt", "1 1 0 0 0 0 0 0 1 depth.jpg\n\n");
     const std::string depth = depth_file(folder, "depth.tif", slanted()), camera = folder / "dense";
-    check_done(run({"linearize", depth, "--camera", camera, "--preset", "colmap", "-o", folder / "out/z.exr"}));
+    check_done({"linearize", depth, "--camera", camera, "--preset", "colmap", "-o", folder / "out/z.exr"});
     CHECK(same(channel(folder / "out/z.exr", "Z"), channel(depth)));
-    check_refused(run({"linearize", depth, "--camera", camera, "-o", folder / "out/no.exr"}), 1, "--preset");
+    check_refused({"linearize", depth, "--camera", camera, "-o", folder / "out/no.exr"}, 1, "--preset");
 }
 
 TEST_CASE("camera program: each depth has the frame of transforms.json that names it") {
@@ -195,13 +193,12 @@ TEST_CASE("camera program: each depth has the frame of transforms.json that name
     const std::string camera = put_text(folder, "transforms.json",
                                         R"({"fl_x": 40, "cx": 24, "cy": 16, "w": 48, "h": 32, "frames": [)" +
                                             frame("one", 10) + ", " + frame("two", 30) + "]}");
-    check_done(run({"unproject", one, two, "--space", "world", "--camera", camera, "-o", folder / "out/"}));
+    check_done({"unproject", one, two, "--space", "world", "--camera", camera, "-o", folder / "out/"});
     const cv::Mat a = channel(folder / "out/one.exr", "P.X"), b = channel(folder / "out/two.exr", "P.X");
     CHECK(b.at<float>(16, 24) - a.at<float>(16, 24) == 20);
-    const Outcome chosen = run({"camera", camera, "--image", "two"});
-    check_done(chosen);
+    const Outcome chosen = check_done({"camera", camera, "--image", "two"});
     CHECK(chosen.out.find("[1.0, 0.0, 0.0, 30.0]") != std::string::npos);
-    check_refused(run({"camera", camera}), 1, "has 2 images; say which with --image: images/one.jpg, images/two.jpg");
+    check_refused({"camera", camera}, 1, "has 2 images; say which with --image: images/one.jpg, images/two.jpg");
 }
 
 TEST_CASE("camera program: what is wrong is told in a line, and nothing is left behind") {
@@ -210,7 +207,7 @@ TEST_CASE("camera program: what is wrong is told in a line, and nothing is left 
     const std::string camera = put_text(folder, "calibration.yml", calibration);
     const std::string bent = put_text(folder, "bent.yaml", ros("0.1"));
     const auto refused = [&](const Arguments& arguments, int code, const std::string& named) {
-        check_refused(run(arguments), code, named);
+        check_refused(arguments, code, named);
         CHECK(folder.results().empty());
     };
     refused({"camera", camera, "-o", made}, 1, "calibration.yml: does not say what the values of the depth mean");
@@ -233,7 +230,7 @@ TEST_CASE("camera program: what is wrong is told in a line, and nothing is left 
         "perspective": {"fov_x_deg": 60}})");
     refused({"linearize", depth, "--camera", large, "-o", output}, 1,
             "scale the camera's width, height and pixels by 0.5");
-    check_done(run({"linearize", depth, "--camera", bent, "--undistorted", "-o", output}));
+    check_done({"linearize", depth, "--camera", bent, "--undistorted", "-o", output});
     CHECK(content(bent) == ros("0.1"));
 }
 
@@ -256,10 +253,10 @@ TEST_CASE("camera program: what a header leaves uncertain is a warning, and an e
         const Outcome warned = run(command);
         CHECK(warned.code == 0);
         CHECK(warned.err.starts_with("fathom: warning: "));
-        CHECK(warned.err.find("aside.exr: screenWindowCenter") != std::string::npos);
+        CHECK(contains(warned.err, "aside.exr: screenWindowCenter"));
         CHECK(std::count(warned.err.begin(), warned.err.end(), '\n') == 1);
         fs::remove(command.back());
-        check_refused(run(joined(command, {"--strict"})), 1, "aside.exr: screenWindowCenter");
+        check_refused(joined(command, {"--strict"}), 1, "aside.exr: screenWindowCenter");
         CHECK(folder.results().empty());
     }
 }

@@ -3,12 +3,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/opencv.hpp>
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <functional>
-#include <limits>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -88,8 +82,7 @@ TEST_CASE("program: a frame after the first takes hardly longer to compute than 
         for (int round = 0; round < most_rounds && (round == 0 || computing > most * kernels); ++round) {
             for (int run_number = 0; run_number < frames; ++run_number)
                 kernels = std::min(kernels, seconds_of(device, subject.operation));
-            const Outcome outcome = run(command);
-            check_done(outcome);
+            const Outcome outcome = check_done(command);
             const std::vector<double> times = numbers(outcome.out, "compute_seconds");
             REQUIRE(times.size() == frames);
             computing = std::min(computing, *std::min_element(times.begin() + 1, times.end()));

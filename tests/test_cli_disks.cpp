@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -34,7 +32,7 @@ void with_each_fault(const std::string& call, const std::string& file, const Arg
         }
         if (outcome.code != 0) {
             check_refused(outcome, 1, file);
-            CHECK(outcome.err.find("Input/output error; check the disk") != std::string::npos);
+            CHECK(contains(outcome.err, "Input/output error; check the disk"));
         }
         check(outcome);
     }
@@ -58,9 +56,9 @@ TEST_CASE("disks: a report is made of all that is there, or not at all", "[exhau
     const Folder folder;
     const std::string depth = depth_file(folder, "depth.exr"), result = folder / "z.exr", log = folder / "run.jsonl",
                       page = folder / "out/report.html";
-    check_done(run({"linearize", depth, "--camera", camera_file(folder), "-o", result, "--log", log, "--quiet"}));
+    check_done({"linearize", depth, "--camera", camera_file(folder), "-o", result, "--log", log, "--quiet"});
     const Arguments report{"report", result, "--log", log, "-o", page};
-    check_done(run(report));
+    check_done(report);
     const std::string whole = content(page);
     for (const std::string& file : {depth, result, log})
         for (const char* call : {"openat", "read", "newfstatat"}) {

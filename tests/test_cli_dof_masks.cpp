@@ -4,10 +4,6 @@
 #include <fathom/dof_masks.hpp>
 #include <fathom/opencv.hpp>
 
-#include <cmath>
-#include <functional>
-#include <limits>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -77,17 +73,17 @@ TEST_CASE("dof-masks program: writes what the library computes") {
     CHECK(greatest > 2);
     CHECK(std::isnan(truth[0].at<float>(0, 1)));
     const std::string all = scene.folder / "out/masks.exr";
-    check_done(run(scene.with_lens(all)));
+    check_done(scene.with_lens(all));
     CHECK(holds(all, truth));
     for (std::size_t i = 0; i < 4; ++i)
         for (const std::string extension : {".exr", ".tif", ".pfm"}) {
             const std::string output = scene.folder / ("out/" + names[i] + extension);
-            check_done(run(scene.with_lens(output, {"--mask", names[i]})));
+            check_done(scene.with_lens(output, {"--mask", names[i]}));
             CHECK(same(channel(output, extension == ".exr" ? names[i] : ""), truth[i]));
         }
     for (const std::size_t i : {1u, 2u, 3u}) {
         const std::string output = scene.folder / ("out/" + names[i] + ".png");
-        check_done(run(scene.with_lens(output, {"--mask", names[i]})));
+        check_done(scene.with_lens(output, {"--mask", names[i]}));
         const cv::Mat codes = channel(output);
         REQUIRE(codes.type() == CV_16UC1);
         for (int at = 0; at < width * height; ++at)
@@ -95,8 +91,8 @@ TEST_CASE("dof-masks program: writes what the library computes") {
                   std::lround(truth[i].at<float>(at / width, at % width) * 65535.0));
     }
     const std::string circle = scene.folder / "out/coc.png";
-    check_refused(run(scene.with_lens(circle, {"--mask", "coc"})), 2, "--png-scale");
-    check_done(run(scene.with_lens(circle, {"--mask", "coc", "--png-scale", "0.01"})));
+    check_refused(scene.with_lens(circle, {"--mask", "coc"}), 2, "--png-scale");
+    check_done(scene.with_lens(circle, {"--mask", "coc", "--png-scale", "0.01"}));
     CHECK(channel(circle).at<ushort>(31, 0) == std::lround(truth[0].at<float>(31, 0) * 0.01 * 65535));
 }
 
@@ -119,14 +115,14 @@ TEST_CASE("dof-masks program: every option reaches the library") {
     const std::vector<cv::Mat> plain = scene.expected(scene.lens);
     for (const Case& c : masks) {
         INFO(c.arguments[0] << ' ' << c.arguments[1]);
-        check_done(run(scene.with_lens(output, c.arguments)));
+        check_done(scene.with_lens(output, c.arguments));
         const std::vector<cv::Mat> expected = scene.expected(scene.lens, c.change);
         CHECK(holds(output, expected));
         CHECK(!(same(expected[0], plain[0]) && same(expected[2], plain[2])));
     }
     const auto lens = [&](const Arguments& arguments, const Lens& of) {
         INFO(arguments[0] << ' ' << arguments[1]);
-        check_done(run(scene.arguments(output, arguments)));
+        check_done(scene.arguments(output, arguments));
         CHECK(holds(output, scene.expected(of)));
     };
     lens({"--focus", "inf", "--f-stop", "4", "--focal-length-mm", "50", "--sensor-mm", "24"},
@@ -143,14 +139,14 @@ TEST_CASE("dof-masks program: every option reaches the library") {
          {.f_stop = 0.2, .focus = infinity, .focal_length_mm = 24});
     lens({"--focus-along", "3,4,5.5", "--f-stop", "0.2", "--focal-length-mm", "24"},
          {.f_stop = 0.2, .focus = depth_along_ray(scene.stored.camera, 3.5, 4.5, 5.5), .focal_length_mm = 24});
-    check_done(run(scene.arguments(output, {"--circle", "20,60"})));
+    check_done(scene.arguments(output, {"--circle", "20,60"}));
     CHECK(holds(output, scene.expected(CircleOfConfusion{20, 60, 0, false})));
 }
 
 TEST_CASE("dof-masks program: the lens is the camera file's unless it is given") {
     const Scene scene(R"(, "lens_mm": 50, "sensor_mm": 36, "f_stop": 0.4, "focus_distance": 3)");
     const std::string output = scene.folder / "out/masks.exr";
-    check_done(run(scene.arguments(output)));
+    check_done(scene.arguments(output));
     CHECK(holds(output, scene.expected(scene.lens)));
     const std::vector<std::pair<Arguments, std::function<void(Lens&)>>> changes{
         {{"--focus", "7"}, [](Lens& l) { l.focus = 7; }},
@@ -163,7 +159,7 @@ TEST_CASE("dof-masks program: the lens is the camera file's unless it is given")
         INFO(arguments[0]);
         Lens lens = scene.lens;
         change(lens);
-        check_done(run(scene.arguments(output, arguments)));
+        check_done(scene.arguments(output, arguments));
         CHECK(holds(output, scene.expected(lens)));
     }
 }
@@ -175,20 +171,19 @@ TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
     Scene orthographic_scene;
     orthographic_scene.camera = file;
     orthographic_scene.stored.camera = camera_for(read_camera(file), width, height);
-    check_done(run(orthographic_scene.with_lens(output, {"--max-coc-px", "30"})));
+    check_done(orthographic_scene.with_lens(output, {"--max-coc-px", "30"}));
     CHECK(holds(output,
                 orthographic_scene.expected(orthographic_scene.lens, [](DofMasksOptions& o) { o.max_coc_px = 30; })));
-    check_done(run(orthographic_scene.arguments(output, {"--circle", "20,4"})));
+    check_done(orthographic_scene.arguments(output, {"--circle", "20,4"}));
     CHECK(holds(output, orthographic_scene.expected(CircleOfConfusion{.k = 20, .g = 4, .telecentric = true})));
     for (const Arguments& lens : {Arguments{"--sensor-mm", "36"}, Arguments{}}) {
         Arguments all = orthographic_scene.arguments(output, {"--focus", "3", "--f-stop", "2"});
         all.insert(all.end(), lens.begin(), lens.end());
-        check_refused(run(all), 2,
-                      "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: orthographic");
+        check_refused(all, 2, "--focal-length-mm: missing, and " + file + " has no \"lens_mm\"; give it: orthographic");
     }
     // An orthographic camera has no lens at a finite depth, so the focus may be nearer than the focal length.
-    check_done(run(orthographic_scene.arguments(
-        output, {"--focus", "1", "--f-stop", "2", "--focal-length-mm", "50", "--mm-per-unit", "10"})));
+    check_done(orthographic_scene.arguments(
+        output, {"--focus", "1", "--f-stop", "2", "--focal-length-mm", "50", "--mm-per-unit", "10"}));
 }
 
 TEST_CASE("dof-masks program: several inputs go into a folder") {
@@ -210,14 +205,6 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
     const Scene scene;
     const std::string output = scene.folder / "out/masks.exr";
     const std::vector<std::pair<Arguments, std::string>> cases{
-        {{"--f-stop", "0"}, "--f-stop: '0'"},
-        {{"--f-stop", "-1"}, "--f-stop: '-1'"},
-        {{"--f-stop", "nan"}, "--f-stop: 'nan'"},
-        {{"--focus", "0"}, "--focus: '0'"},
-        {{"--focus", "nan"}, "--focus: 'nan'"},
-        {{"--focal-length-mm", "inf"}, "--focal-length-mm: 'inf'"},
-        {{"--sensor-mm", "-3"}, "--sensor-mm: '-3'"},
-        {{"--mm-per-unit", "0"}, "--mm-per-unit: '0'"},
         {{"--focus", "2", "--focus-at", "1,2"}, "--focus"},
         {{"--focus-at", "1,2", "--focus-along", "1,2,3"}, "--focus-a"},
         {{"--focus-at", "1"}, "X,Y"},
@@ -228,9 +215,6 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
         {{"--circle", "1,-2"}, "K,G"},
         {{"--circle", "1,inf"}, "K,G"},
         {{"--circle", "1,2", "--f-stop", "2"}, "--circle"},
-        {{"--sharp-px", "-1"}, "--sharp-px: '-1'"},
-        {{"--transition-px", "nan"}, "--transition-px: 'nan'"},
-        {{"--max-coc-px", "0"}, "--max-coc-px: '0'"},
         {{"--sky", "black"}, "blur, sharp or exclude"},
         {{"--mask", "all"}, "coc, near, focus or far"},
         {{"--transitoin-px", "1"}, "did you mean --transition-px?"},
@@ -242,13 +226,13 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
     };
     for (const auto& [arguments, named] : cases) {
         INFO(arguments[0] << ' ' << arguments[1]);
-        check_refused(run(scene.arguments(output, arguments)), 2, named);
+        check_refused(scene.arguments(output, arguments), 2, named);
     }
     for (const std::string extension : {".png", ".tif", ".pfm"})
-        check_refused(run(scene.with_lens(scene.folder / ("out/masks" + extension))), 2, "--mask coc|near|focus|far");
-    check_refused(run(scene.with_lens(scene.folder / "out/masks.ply", {"--mask", "near"})), 2, ".ply");
+        check_refused(scene.with_lens(scene.folder / ("out/masks" + extension)), 2, "--mask coc|near|focus|far");
+    check_refused(scene.with_lens(scene.folder / "out/masks.ply", {"--mask", "near"}), 2, ".ply");
     camera_file(scene.folder, R"(, "lens_mm": 50, "f_stop": -2, "focus_distance": 3)");
-    check_refused(run(scene.arguments(output)), 2, "\"f_stop\" is -2");
+    check_refused(scene.arguments(output), 2, "\"f_stop\" is -2");
     CHECK(scene.folder.results().empty());
 }
 
@@ -256,8 +240,7 @@ TEST_CASE("dof-masks program: a focus that the image has not is refused") {
     const Scene scene;
     const std::string output = scene.folder / "out/masks.exr";
     const auto refused = [&](const Arguments& focus, const std::string& named) {
-        check_refused(run(joined(scene.arguments(output, {"--f-stop", "2", "--focal-length-mm", "50"}), focus)), 1,
-                      named);
+        check_refused(joined(scene.arguments(output, {"--f-stop", "2", "--focal-length-mm", "50"}), focus), 1, named);
     };
     refused({"--focus-at", "48,0"}, "--focus-at: pixel 48,0 lies outside the image of 48 × 32; the last one is 47,31");
     refused({"--focus-at", "1,0"}, "--focus-at: pixel 1,0 is invalid");
@@ -274,10 +257,10 @@ TEST_CASE("dof-masks program: the near field and tiles go into files of their ow
     options.tile_min_coc = options.tile_max_coc = true;
     const DofMasks truth = dof_masks(scene.stored, circle_of_confusion(scene.lens, scene.stored.camera), options);
     const auto file = [&](const std::string& name) { return scene.folder / ("out/" + name); };
-    check_done(run(scene.with_lens(
+    check_done(scene.with_lens(
         file("masks.exr"), {"--disocclusion", file("hidden.exr"), "--near-alpha", file("coverage.tif"),
                             "--max-near-coc", file("reach.pfm"), "--mixed-pixels", file("mixed.exr"), "--tile-min-coc",
-                            file("least.exr"), "--tile-max-coc", file("greatest.tif"), "--tile-px", "5"})));
+                            file("least.exr"), "--tile-max-coc", file("greatest.tif"), "--tile-px", "5"}));
     CHECK(holds(file("masks.exr"), scene.expected(scene.lens)));
     CHECK(same(channel(file("reach.pfm")), to_mat(truth.max_near_coc)));
     CHECK(same(channel(file("coverage.tif")), to_mat(truth.near_alpha)));
@@ -289,26 +272,23 @@ TEST_CASE("dof-masks program: the near field and tiles go into files of their ow
     CHECK(channel(file("least.exr"), "min").size() == cv::Size(10, 7));
     CHECK(cv::countNonZero(to_mat(truth.disocclusion)) > 10);
 
-    check_done(run(scene.with_lens(file("near.png"), {"--mask", "near", "--near-alpha", file("coverage.png")})));
+    check_done(scene.with_lens(file("near.png"), {"--mask", "near", "--near-alpha", file("coverage.png")}));
     CHECK(channel(file("coverage.png")).at<ushort>(7, 3) ==
           std::lround(to_mat(truth.near_alpha).at<float>(7, 3) * 65535.0));
 
     const std::string other = file("other.exr");
-    check_refused(run(scene.with_lens(other, {"--tile-px", "5"})), 2, "--tile-px");
-    check_refused(run(scene.with_lens(other, {"--tile-min-coc", file("t.exr"), "--tile-px", "0"})), 2,
-                  "--tile-px: '0'");
-    check_refused(run(scene.with_lens(other, {"--tile-max-coc", file("t.png")})), 2, ".png");
-    check_refused(run(scene.with_lens(other, {"--max-near-coc", file("t.png")})), 2, ".png");
-    check_refused(run(scene.with_lens(other, {"--near-alpha", other})), 2, "--near-alpha");
+    check_refused(scene.with_lens(other, {"--tile-px", "5"}), 2, "--tile-px");
+    check_refused(scene.with_lens(other, {"--tile-max-coc", file("t.png")}), 2, ".png");
+    check_refused(scene.with_lens(other, {"--max-near-coc", file("t.png")}), 2, ".png");
+    check_refused(scene.with_lens(other, {"--near-alpha", other}), 2, "--near-alpha");
     CHECK(!fs::exists(other));
 }
 
 TEST_CASE("dof-masks program: --help has examples, every option and the exit codes") {
-    const Outcome outcome = run({"dof-masks", "--help"});
-    check_done(outcome);
+    const Outcome outcome = check_done({"dof-masks", "--help"});
     for (const char* text :
          {"Usage: fathom dof-masks DEPTH", "Example:\n  fathom dof-masks ", "Exit codes:", "--focus X|inf",
           "--focus-at X,Y", "--focus-along X,Y,D", "--f-stop X|inf", "--mm-per-unit X", "--circle K,G",
           "--sky blur|sharp|exclude", "--mask coc|near|focus|far", "--tile-px N"})
-        CHECK(outcome.out.find(text) != std::string::npos);
+        CHECK(contains(outcome.out, text));
 }

@@ -3,12 +3,6 @@
 #include "program.hpp"
 #include "real_inputs.hpp"
 
-#include <array>
-#include <cstdio>
-#include <iostream>
-#include <map>
-#include <set>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -41,13 +35,13 @@ std::vector<Header> headers_of(const std::string& file) {
     std::vector<Header> headers(1);
     std::istringstream lines(printed("oiiotool --info -v -a '" + file + "'"));
     for (std::string line; std::getline(lines, line);) {
-        if (line.starts_with(" subimage") && line.find("subimage  0") == std::string::npos)
+        if (line.starts_with(" subimage") && !contains(line, "subimage  0"))
             headers.emplace_back();
         const auto colon = line.find(": ");
         if (!line.starts_with("    ") || colon == std::string::npos)
             continue;
         const std::string name = line.substr(4, colon - 4);
-        if (!packing.contains(name) && name.find("subimages") == std::string::npos)
+        if (!packing.contains(name) && !contains(name, "subimages"))
             headers.back()[name] = line.substr(colon + 2);
     }
     return headers;
@@ -109,7 +103,7 @@ TEST_CASE("exr tools: headers and windows of files from OpenImageIO's and OpenEX
         printed("cd '" + folder / "" + "' && " + made.command);
         const auto before = headers_of(file);
         const Arguments normals = joined({"normals", file, "--camera", camera, "-o", result, "--quiet"}, made.more);
-        check_done(run(normals));
+        check_done(normals);
         auto expected = before.at(made.part);
         const auto found = headers_of(result);
         REQUIRE(found.size() == 1);
@@ -119,7 +113,7 @@ TEST_CASE("exr tools: headers and windows of files from OpenImageIO's and OpenEX
         }
         CHECK(found[0].size() == expected.size());
 
-        check_done(run(joined(normals, {"--append"})));
+        check_done(joined(normals, {"--append"}));
         const auto appended = headers_of(result);
         REQUIRE(appended.size() >= before.size());
         for (std::size_t i = 0; i < before.size(); ++i)
@@ -148,8 +142,8 @@ TEST_CASE("exr tools: headers and windows of Blender's and a studio's files surv
                           other = folder / "camera.json";
         write(other, R"({"perspective": {"fov_y_deg": 60}, "encoding": "view-z", "missing": 0})");
         const bool is_blender = fs::exists(own);
-        check_done(run({"normals", file.string(), "--camera", is_blender ? own : other, "-o", result, "--quiet",
-                        "--channel", is_blender ? "ViewLayer.Depth.Z" : "Z"}));
+        check_done({"normals", file.string(), "--camera", is_blender ? own : other, "-o", result, "--quiet",
+                    "--channel", is_blender ? "ViewLayer.Depth.Z" : "Z"});
         CHECK(headers_of(result) == headers_of(file.string()));
     }
 }

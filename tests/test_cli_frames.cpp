@@ -4,13 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include <array>
-#include <chrono>
 #include <csignal>
-#include <iostream>
-#include <limits>
 #include <regex>
-#include <thread>
 
 #include <sys/ioctl.h>
 
@@ -95,8 +90,8 @@ TEST_CASE("program frames: no more threads work at once than --threads says") {
 TEST_CASE("program frames: there may be more threads than cores") {
     const Folder folder;
     make_shot(folder, 3);
-    check_done(run({"linearize", folder / "f1##.exr", "--camera", camera_file(folder), "-o", folder / "out/",
-                    "--threads", std::to_string(2 * std::thread::hardware_concurrency() + 2)}));
+    check_done({"linearize", folder / "f1##.exr", "--camera", camera_file(folder), "-o", folder / "out/", "--threads",
+                std::to_string(2 * std::thread::hardware_concurrency() + 2)});
 }
 
 TEST_CASE("program frames: lines, warnings and bytes are those of frames done in turn") {
@@ -177,8 +172,8 @@ TEST_CASE("program frames: a bad frame in the middle fails alone, and is listed 
         CHECK(outcome.code == 1);
         const std::vector<std::string> told = lines_of(outcome.err);
         REQUIRE(told.size() == 2);
-        CHECK(told[0].find(shot[bad]) != std::string::npos);
-        CHECK(told[0].find(each.told) != std::string::npos);
+        CHECK(contains(told[0], shot[bad]));
+        CHECK(contains(told[0], each.told));
         CHECK(told[1] == "fathom: 1 of 9 inputs failed: " + shot[bad]);
         std::vector<std::string> expected;
         for (int i = 0; i < count; ++i)
@@ -207,9 +202,9 @@ TEST_CASE("program frames: a frame with some NaN is done, and a bad picture fail
     CHECK(folder.results() == std::vector<std::string>{numbered(0), numbered(1)});
     const std::vector<std::string> told = lines_of(outcome.err);
     REQUIRE(told.size() == 3);
-    CHECK(told[0].find(folder / ("color/" + numbered(2))) != std::string::npos);
-    CHECK(told[0].find("same size") != std::string::npos);
-    CHECK(told[1].find(folder / ("color/" + numbered(3))) != std::string::npos);
+    CHECK(contains(told[0], folder / ("color/" + numbered(2))));
+    CHECK(contains(told[0], "same size"));
+    CHECK(contains(told[1], folder / ("color/" + numbered(3))));
     CHECK(told[2] == "fathom: 2 of 4 inputs failed: " + shot[2] + ", " + shot[3]);
 }
 
@@ -224,7 +219,7 @@ TEST_CASE("program frames: a camera's mistake is told once, with the first frame
     const std::vector<std::string> told = lines_of(outcome.err);
     INFO(outcome.err);
     REQUIRE(told.size() == 3);
-    CHECK(told[0].find(shot[0]) != std::string::npos);
+    CHECK(contains(told[0], shot[0]));
     CHECK(told[1].starts_with("fathom: warning: " + camera));
     CHECK(told[2].starts_with("fathom: 1 of 12 inputs failed"));
 }
@@ -285,7 +280,7 @@ TEST_CASE("program frames: a size of memory is a number and a unit") {
     for (const char* good : {"1", "64K", "1.5M", "2G", "1T"})
         CHECK(run(joined(arguments, {good})).code == 0);
     for (const char* bad : {"0", "G", "-1G", "2X", "1e30G", "nan", "inf", "2GG"})
-        check_refused(run(joined(arguments, {bad})), 2, "--memory");
+        check_refused(joined(arguments, {bad}), 2, "--memory");
 }
 
 TEST_CASE("program frames: a bar on a terminal, which leaves the lines alone") {
@@ -332,7 +327,7 @@ TEST_CASE("program frames: a bar on a terminal, which leaves the lines alone") {
     const std::regex bar("\\[#*\\.*\\]  [1-5] of 5  [0-9.e+]+ frames/s  [0-9:]+ left");
     CHECK(std::distance(std::sregex_iterator(shown.begin(), shown.end(), bar), std::sregex_iterator()) == 5);
     CHECK(shown.ends_with("\r\x1b[K"));
-    CHECK(shown.find('\n') == std::string::npos);
+    CHECK(!contains(shown, '\n'));
 }
 
 TEST_CASE("program frames: a second signal ends the run at once") {

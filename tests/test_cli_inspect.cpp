@@ -6,8 +6,6 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include <cmath>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -15,10 +13,7 @@ namespace {
 
 /// A room's distances along the axis, 240 × 180 pixels.
 cv::Mat room() {
-    Camera camera;
-    camera.projection = perspective(1.0, 4.0 / 3, {0.05, 100});
-    camera.width = 240;
-    camera.height = 180;
+    Camera camera{.projection = perspective(1.0, 4.0 / 3, {0.05, 100}), .width = 240, .height = 180};
     const scene::Rendered image = scene::render(scene::room(), camera);
     cv::Mat z(camera.height, camera.width, CV_32FC1);
     std::copy(image.z.begin(), image.z.end(), z.begin<float>());
@@ -53,21 +48,20 @@ TEST_CASE("inspect: without a camera it names the family and prints a camera fil
     const cv::Mat z = room();
     const std::string input = folder / "z.tif", camera = folder / "camera.json", output = folder / "out/z.tif";
     cv::imwrite(input, z);
-    const Outcome outcome = run({"inspect", input});
-    check_done(outcome);
+    const Outcome outcome = check_done({"inspect", input});
     CHECK(after(outcome.out, "what the values could be: ") == "planar");
-    CHECK(outcome.out.find("metres are plausible") != std::string::npos);
-    CHECK(outcome.out.find("assumed in it, for you to replace: the angle of view\n") != std::string::npos);
+    CHECK(contains(outcome.out, "metres are plausible"));
+    CHECK(contains(outcome.out, "assumed in it, for you to replace: the angle of view\n"));
     write(camera, after(outcome.out, label));
-    check_done(run({"linearize", input, "--camera", camera, "-o", output}));
+    check_done({"linearize", input, "--camera", camera, "-o", output});
     CHECK(cv::norm(cv::imread(output, cv::IMREAD_UNCHANGED), z, cv::NORM_INF) == 0);
 
     const Outcome with_camera = run({"inspect", input, "--camera", camera});
-    CHECK(with_camera.out.find("could be") == std::string::npos);
+    CHECK(!contains(with_camera.out, "could be"));
     CHECK(run({"inspect", input, "--camera", camera, "--json"}).out.find(R"("could_be":null)") != std::string::npos);
     const Outcome json = run({"inspect", input, "--json"});
-    CHECK(json.out.find(R"("could_be":{"family":"planar","evidence":[)") != std::string::npos);
-    CHECK(json.out.find(R"("camera_file":{"perspective":{"fov_y_deg":60},"encoding":"view-z"})") != std::string::npos);
+    CHECK(contains(json.out, R"("could_be":{"family":"planar","evidence":[)"));
+    CHECK(contains(json.out, R"("camera_file":{"perspective":{"fov_y_deg":60},"encoding":"view-z"})"));
 }
 
 TEST_CASE("inspect: a packing that nobody said is found, or the image is refused as before") {
@@ -75,12 +69,11 @@ TEST_CASE("inspect: a packing that nobody said is found, or the image is refused
     const cv::Mat z = room();
     const std::string input = folder / "carla.png", camera = folder / "camera.json", output = folder / "out/z.tif";
     cv::imwrite(input, packed(z));
-    const Outcome outcome = run({"inspect", input});
-    check_done(outcome);
+    const Outcome outcome = check_done({"inspect", input});
     CHECK(after(outcome.out, "what the values could be: ") == "planar");
-    CHECK(outcome.out.find("rgb-low-first") != std::string::npos);
+    CHECK(contains(outcome.out, "rgb-low-first"));
     write(camera, after(outcome.out, label));
-    check_done(run({"linearize", input, "--camera", camera, "-o", output}));
+    check_done({"linearize", input, "--camera", camera, "-o", output});
     constexpr double half_a_step = 0.51 * 1000 / 16777215; // and a float's rounding
     CHECK(cv::norm(cv::imread(output, cv::IMREAD_UNCHANGED), z, cv::NORM_INF) < half_a_step);
 
@@ -89,7 +82,7 @@ TEST_CASE("inspect: a packing that nobody said is found, or the image is refused
     cv::imwrite(input, picture);
     const Outcome refused = run({"inspect", input});
     check_refused(refused, 1, input);
-    CHECK(refused.err.find("\"packing\": \"rgb-low-first\"") != std::string::npos);
+    CHECK(contains(refused.err, "\"packing\": \"rgb-low-first\""));
 }
 
 TEST_CASE("inspect: where it cannot tell it says so, with every reading that is left") {
@@ -98,14 +91,12 @@ TEST_CASE("inspect: where it cannot tell it says so, with every reading that is 
     cv::divide(0.5, inverse, inverse); // 1/z, or a reversed depth buffer whose near plane lies at 0.5
     const std::string input = folder / "inverse.tif";
     cv::imwrite(input, inverse);
-    const Outcome outcome = run({"inspect", input});
-    check_done(outcome);
+    const Outcome outcome = check_done({"inspect", input});
     CHECK(after(outcome.out, "what the values could be: ") == "cannot tell");
-    CHECK(outcome.out.find("\n  window-affine ") != std::string::npos);
-    CHECK(outcome.out.find("\n  inverse  ") != std::string::npos);
+    CHECK(contains(outcome.out, "\n  window-affine "));
+    CHECK(contains(outcome.out, "\n  inverse  "));
     cv::imwrite(input, cv::Mat(20, 30, CV_32FC1, cv::Scalar(NAN)));
-    const Outcome nothing = run({"inspect", input});
-    check_done(nothing);
+    const Outcome nothing = check_done({"inspect", input});
     CHECK(after(nothing.out, "what the values could be: ") == "cannot tell");
-    CHECK(nothing.out.find(label) == std::string::npos);
+    CHECK(!contains(nothing.out, label));
 }

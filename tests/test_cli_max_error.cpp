@@ -5,8 +5,6 @@
 #include <fathom/cheapest.hpp>
 #include <fathom/ssao.hpp>
 
-#include <cstdio>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -46,7 +44,7 @@ TEST_CASE("max-error program: what is chosen is what the library takes, and --ex
         const std::string operation = to_string(each);
         INFO(operation);
         const MeasuredMethod expected = cheapest_method(each, room.stored, anything);
-        check_done(run(asked(room, operation, {"--max-error", "180"})));
+        check_done(asked(room, operation, {"--max-error", "180"}));
         const Outcome told = run(asked(room, operation, {"--max-error", "180", "--explain", "--quiet"}));
         INFO(told.err);
         CHECK(told.code == 0);
@@ -55,9 +53,9 @@ TEST_CASE("max-error program: what is chosen is what the library takes, and --ex
         for (const std::string& part :
              {room.input, operation + ' ' + expected.method, expected.scene, expected.device,
               printed("%.7g", expected.error), printed("%.3g ns per pixel", expected.ns_per_pixel)})
-            CHECK(told.err.find(part) != std::string::npos);
+            CHECK(contains(told.err, part));
     }
-    check_done(run(asked(room, "ssao", {"--max-error", "180"})));
+    check_done(asked(room, "ssao", {"--max-error", "180"}));
     SsaoOptions options;
     options.sampling = MaxError{anything};
     CHECK(same(channel(room.folder / "out/result.exr", "AO"), to_mat(ssao(room.stored, 0.8, options).visibility)));
@@ -68,14 +66,14 @@ TEST_CASE("max-error program: refused in one line, with the best, where nothing 
     for (const std::string operation : {"ssao", "dof", "normals"}) {
         const Outcome outcome = run(asked(room, operation, {"--max-error", "1e-9"}));
         check_refused(outcome, 1, "--max-error 1e-09 is met by nothing that " + operation + " has: the best, ");
-        CHECK(outcome.err.find(room.input) != std::string::npos);
+        CHECK(contains(outcome.err, room.input));
     }
 }
 
 TEST_CASE("max-error program: refused beside what it chooses itself") {
     const Room room;
     const auto refused = [&](const std::string& operation, const std::string& option, const std::string& value) {
-        check_refused(run(asked(room, operation, {"--max-error", "180", option, value})), 2, option);
+        check_refused(asked(room, operation, {"--max-error", "180", option, value}), 2, option);
     };
     refused("ssao", "--quality", "fast");
     refused("ssao", "--quality", "balanced"); // the default, but said
@@ -84,6 +82,6 @@ TEST_CASE("max-error program: refused beside what it chooses itself") {
     refused("ssao", "--jitter", "4");
     refused("dof", "--quality", "balanced");
     refused("normals", "--method", "automatic");
-    check_refused(run(asked(room, "ssao", {"--explain"})), 2, "--max-error");
-    check_refused(run(asked(room, "ssao", {"--max-error", "0"})), 2, "--max-error");
+    check_refused(asked(room, "ssao", {"--explain"}), 2, "--max-error");
+    check_refused(asked(room, "ssao", {"--max-error", "0"}), 2, "--max-error");
 }

@@ -1,8 +1,6 @@
 // --memory: large images are done in bands, with the same bytes in the file; or a line says what they need.
 #include "program.hpp"
 
-#include <iostream>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -53,7 +51,7 @@ void check_budget(const Arguments& command, const FolderOnDisk& folder, long bud
     const std::string whole = folder / ("whole" + extension), banded = folder / ("banded" + extension);
     const std::string budget = std::to_string(budget_mib) + "M";
     // The first run compiles kernels.
-    check_done(run(joined(command, {"-o", banded, "--memory", budget}), {.patience_s = patience_s}));
+    check_done(joined(command, {"-o", banded, "--memory", budget}), {.patience_s = patience_s});
     double in_bands_s = 0, at_once_s = 0;
     long peak_mib = 0;
     for (int round = 0; round < 2; ++round) {
@@ -95,8 +93,8 @@ TEST_CASE("program: --memory keeps the bytes of a result, or says what is needed
     cv::Mat color(3200, 2400, CV_32FC3);
     cv::randu(color, 0, 1);
     write_image(folder / "color.npy", color);
-    check_done(run(joined(dof, {"-o", folder / "out/blurred.npy"})));
-    check_done(run(joined(dof, {"-o", folder / "out/blurred-in-bands.npy", "--memory", "64M"})));
+    check_done(joined(dof, {"-o", folder / "out/blurred.npy"}));
+    check_done(joined(dof, {"-o", folder / "out/blurred-in-bands.npy", "--memory", "64M"}));
     CHECK(content(folder / "out/blurred.npy") == content(folder / "out/blurred-in-bands.npy"));
 }
 

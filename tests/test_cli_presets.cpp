@@ -24,26 +24,22 @@ const std::string kinect = "kinect:fx=40,fy=40,cx=23.5,cy=15.5";
 } // namespace
 
 TEST_CASE("presets program: lists every source with its formula and what it needs") {
-    const Outcome list = run({"presets"});
-    check_done(list);
-    const Outcome json = run({"presets", "--json"});
-    check_done(json);
+    const Outcome list = check_done({"presets"});
+    const Outcome json = check_done({"presets", "--json"});
     const auto all = nlohmann::json::parse(json.out);
     CHECK(all.size() == presets().size());
     for (const Preset& preset : presets()) {
         INFO(preset.name);
         CHECK(("\n" + list.out).find("\n" + preset.name + " ") != std::string::npos);
-        CHECK(list.out.find(preset.formula + "; needs ") != std::string::npos);
-        const Outcome one = run({"presets", preset.name});
-        check_done(one);
-        CHECK(one.out.find(preset.source) != std::string::npos);
+        CHECK(contains(list.out, preset.formula + "; needs "));
+        const Outcome one = check_done({"presets", preset.name});
+        CHECK(contains(one.out, preset.source));
 
         // The camera file to start from is one, as soon as each question mark is a number.
         std::string file = one.out.substr(one.out.find("\n{") + 1);
         const TempFolder folder;
-        if (file.find('?') != std::string::npos)
-            check_says(refusal([&] { read_camera(put(folder / "camera.json", file)); }),
-                       {"camera.json", "\"?\"", "number"});
+        if (contains(file, '?'))
+            check_says([&] { read_camera(put(folder / "camera.json", file)); }, {"camera.json", "\"?\"", "number"});
         for (std::size_t at = 0, value = 1; (at = file.find("\"?\"")) != std::string::npos; ++value)
             file.replace(at, 3, std::to_string(value));
         CHECK(read_camera(put(folder / "camera.json", file)).preset == preset.name);
@@ -63,32 +59,31 @@ TEST_CASE("presets program: a preset gives the bits of the camera file that it s
                                   {"dof-masks", "--f-stop", "0.2", "--focus", "3", "--sensor-mm", "36"}};
     for (const Arguments& command : commands) {
         INFO(command.front());
-        check_done(run(joined(command, {depth, "--camera", camera, "-o", folder / "out/a.exr"})));
-        check_done(run(joined(command, {depth, "--preset", kinect, "-o", folder / "out/b.exr"})));
+        check_done(joined(command, {depth, "--camera", camera, "-o", folder / "out/a.exr"}));
+        check_done(joined(command, {depth, "--preset", kinect, "-o", folder / "out/b.exr"}));
         for (const Channel& each : list_channels(folder / "out/a.exr"))
             CHECK(same(channel(folder / "out/a.exr", each.name), channel(folder / "out/b.exr", each.name)));
     }
-    const Outcome inspected = run({"inspect", depth, "--preset", kinect});
-    check_done(inspected);
-    CHECK(inspected.out.find("camera: preset kinect:") != std::string::npos);
-    CHECK(inspected.out.find("not measured") != std::string::npos);
+    const Outcome inspected = check_done({"inspect", depth, "--preset", kinect});
+    CHECK(contains(inspected.out, "camera: preset kinect:"));
+    CHECK(contains(inspected.out, "not measured"));
 }
 
 TEST_CASE("presets program: what is wrong is told in a line, and nothing is done") {
     const Folder folder;
     const std::string depth = kinect_file(folder), camera = camera_file(folder), output = folder / "out/z.exr";
     const auto refused = [&](const Arguments& more, const std::string& named) {
-        check_refused(run(joined({"linearize", depth, "-o", output}, more)), 2, named);
+        check_refused(joined({"linearize", depth, "-o", output}, more), 2, named);
         CHECK(folder.results().empty());
     };
     refused({}, "--preset with the source of the depth (fathom presets lists them)");
-    check_refused(run({"linearize", depth, "-o", output, "--camera", camera, "--preset", kinect}), 1,
+    check_refused({"linearize", depth, "-o", output, "--camera", camera, "--preset", kinect}, 1,
                   "both \"perspective\" and \"intrinsics\"");
     refused({"--preset", "kinekt:fx=40"}, "the nearest is \"kinect\"");
     refused({"--preset", "kinect"}, "\"intrinsics\" is missing; the preset \"kinect\" needs a projection");
     refused({"--preset", "kinect:fx=40,fy"}, "\"fy\" is no key and value");
     refused({"--preset", "kinect:fx=40,fy=40,cx=a,cy=1"}, "\"a\" must be a number");
-    check_refused(run({"presets", "kinekt"}), 2, "did you mean kinect?");
-    check_refused(run({"ssao", depth, "--preset", kinect, "-o", output}), 2, "preset kinect");
-    check_refused(run({"linearize", depth, "--preset", "carla:fov_x_deg=90", "-o", output}), 1, "three 8-bit channels");
+    check_refused({"presets", "kinekt"}, 2, "did you mean kinect?");
+    check_refused({"ssao", depth, "--preset", kinect, "-o", output}, 2, "preset kinect");
+    check_refused({"linearize", depth, "--preset", "carla:fov_x_deg=90", "-o", output}, 1, "three 8-bit channels");
 }

@@ -6,11 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chrono>
-#include <cmath>
 #include <csignal>
-#include <random>
-#include <thread>
 
 #include <sys/stat.h>
 
@@ -20,8 +16,8 @@ namespace {
 
 void check_input_refused(const Folder& folder, const std::string& input) {
     const std::string camera = camera_file(folder);
-    check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}), 1, input);
-    check_refused(run({"inspect", input}), 1, input);
+    check_refused({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}, 1, input);
+    check_refused({"inspect", input}, 1, input);
     CHECK(folder.results().empty());
 }
 
@@ -32,7 +28,7 @@ void check_camera_refused(const std::string& json, const std::string& named) {
     write(camera, json);
     const Outcome outcome = run({"linearize", depth, "--camera", camera, "-o", folder / "out/z.exr"});
     check_refused(outcome, 1, camera);
-    CHECK(outcome.err.find(named) != std::string::npos);
+    CHECK(contains(outcome.err, named));
     CHECK(folder.results().empty());
 }
 
@@ -69,8 +65,7 @@ TEST_CASE("program: linearize writes what the library computes, in every format"
     const std::string camera = camera_file(folder);
     const std::string extension = GENERATE(".exr", ".tif", ".tiff", ".pfm");
     const std::string input = depth_file(folder, "depth.exr"), output = folder / ("out/z" + extension);
-    const Outcome outcome = run({"linearize", input, "--camera", camera, "-o", output});
-    check_done(outcome);
+    const Outcome outcome = check_done({"linearize", input, "--camera", camera, "-o", output});
     CHECK(outcome.out.starts_with(output));
     CHECK(std::count(outcome.out.begin(), outcome.out.end(), '\n') == 1);
 
@@ -93,8 +88,7 @@ TEST_CASE("program: --background says what becomes of pixels with nothing in the
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
     const auto corner = [&](const std::string& background) {
-        check_done(
-            run({"linearize", input, "--camera", camera, "-o", folder / "out/z.tif", "--background", background}));
+        check_done({"linearize", input, "--camera", camera, "-o", folder / "out/z.tif", "--background", background});
         return fathom::read_depth(folder / "out/z.tif").values.at<float>(height - 1, width - 1);
     };
     CHECK(corner("inf") == INFINITY);
@@ -107,7 +101,7 @@ TEST_CASE("program: unproject writes points, view and world") {
     const std::string view = R"(, "view": [[1,0,0,-10],[0,1,0,-20],[0,0,1,-30],[0,0,0,1]])";
     const std::string camera = camera_file(folder, view), input = depth_file(folder, "depth.exr");
     const auto center = [&](const Arguments& more) {
-        check_done(run(joined({"unproject", input, "--camera", camera, "-o", folder / "out/p.exr"}, more)));
+        check_done(joined({"unproject", input, "--camera", camera, "-o", folder / "out/p.exr"}, more));
         cv::Vec3f point;
         for (int i = 0; i < 3; ++i)
             point[i] =
@@ -121,7 +115,7 @@ TEST_CASE("program: unproject writes points, view and world") {
     CHECK(cv::norm(world - seen - cv::Vec3f(10, 20, 30)) < 1e-4);
     CHECK(cv::norm(shifted - world + cv::Vec3f(-1, 2.5f, 10)) < 1e-4);
 
-    check_done(run({"unproject", input, "--camera", camera, "-o", folder / "out/p.ply"}));
+    check_done({"unproject", input, "--camera", camera, "-o", folder / "out/p.ply"});
     CHECK(content(folder / "out/p.ply").find("element vertex " + std::to_string(width * height - 1)) !=
           std::string::npos);
 }
@@ -132,12 +126,11 @@ TEST_CASE("program: several inputs go into a folder that is made, under their ow
     const std::string a = depth_file(folder, "a.1.exr"), b = depth_file(folder, "b.png"),
                       c = depth_file(folder, "c.pfm");
     const Outcome outcome =
-        run({"linearize", a, b, c, "--camera", camera, "-o", folder / "out/new/deep", "--format", "tif"});
-    check_done(outcome);
+        check_done({"linearize", a, b, c, "--camera", camera, "-o", folder / "out/new/deep", "--format", "tif"});
     CHECK(std::count(outcome.out.begin(), outcome.out.end(), '\n') == 3);
     CHECK(folder.results() == std::vector<std::string>{"a.1.tif", "b.tif", "c.tif", "deep", "new"});
 
-    check_done(run({"linearize", a, "--camera", camera, "-o", folder / "out/one/"}));
+    check_done({"linearize", a, "--camera", camera, "-o", folder / "out/one/"});
     CHECK(fs::exists(folder / "out/one/a.1.exr"));
 }
 
@@ -154,11 +147,10 @@ TEST_CASE("program: packed depth is read as the camera file says") {
         const std::string camera = camera_file(folder, std::string(R"(, "packing": ")") + packing + "\"");
         const std::string input = folder / "packed.png";
         cv::imwrite(input, cv::Mat(height, width, CV_8UC3, blue_green_red));
-        check_done(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.tif"}));
+        check_done({"linearize", input, "--camera", camera, "-o", folder / "out/z.tif"});
         CHECK(fathom::read_depth(folder / "out/z.tif").values.at<float>(3, 5) == Approx(truth).epsilon(1e-6));
-        const Outcome outcome = run({"inspect", input, "--camera", camera, "--json"});
-        check_done(outcome);
-        CHECK(outcome.out.find(R"("min":11259375.0,"max":11259375.0)") != std::string::npos);
+        const Outcome outcome = check_done({"inspect", input, "--camera", camera, "--json"});
+        CHECK(contains(outcome.out, R"("min":11259375.0,"max":11259375.0)"));
     }
 }
 
@@ -166,11 +158,9 @@ TEST_CASE("program: --quiet and --json say what they promise") {
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png"),
                       output = folder / "out/z.exr";
-    const Outcome quiet = run({"linearize", input, "--camera", camera, "-o", output, "--quiet"});
-    check_done(quiet);
+    const Outcome quiet = check_done({"linearize", input, "--camera", camera, "-o", output, "--quiet"});
     CHECK(quiet.out.empty());
-    const Outcome json = run({"linearize", input, "--camera", camera, "-o", output, "--json"});
-    check_done(json);
+    const Outcome json = check_done({"linearize", input, "--camera", camera, "-o", output, "--json"});
     CHECK(json.out.starts_with(R"({"input":")" + input + R"(","output":")" + output +
                                R"(","width":48,"height":32,"channels":["Z"],"seconds":)"));
     const auto seconds = [&](const std::string& key) {
@@ -186,9 +176,9 @@ TEST_CASE("program: --quiet and --json say what they promise") {
 TEST_CASE("program: --threads and --device change nothing but the time") {
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
-    check_done(run({"linearize", input, "--camera", camera, "-o", folder / "out/a.tif"}));
-    check_done(run({"linearize", input, "--camera", camera, "-o", folder / "out/b.tif", "--threads", "1"}));
-    check_done(run({"linearize", input, "--camera", camera, "-o", folder / "out/c.tif", "--device", "0"}));
+    check_done({"linearize", input, "--camera", camera, "-o", folder / "out/a.tif"});
+    check_done({"linearize", input, "--camera", camera, "-o", folder / "out/b.tif", "--threads", "1"});
+    check_done({"linearize", input, "--camera", camera, "-o", folder / "out/c.tif", "--device", "0"});
     CHECK(content(folder / "out/a.tif") == content(folder / "out/b.tif"));
     CHECK(content(folder / "out/a.tif") == content(folder / "out/c.tif"));
 }
@@ -201,20 +191,18 @@ TEST_CASE("program: inspect tells what the file holds and what the camera makes 
     depth.at<float>(0, 1) = INFINITY;
     depth.at<float>(0, 2) = -INFINITY;
     const std::string input = depth_file(folder, "depth.exr", depth);
-    const Outcome plain = run({"inspect", input});
-    check_done(plain);
+    const Outcome plain = check_done({"inspect", input});
     for (const char* text :
          {"48 × 32", "float32, channel Z", "Z (float)", "50 %", "NaN           1\n", "-Inf          1\n"})
-        CHECK(plain.out.find(text) != std::string::npos);
+        CHECK(contains(plain.out, text));
 
     CHECK(run({"inspect", input, "--camera", camera}).out.find("81.79° × 60°") !=
           std::string::npos); // 2 atan(1.5 tan 30°)
-    const Outcome json = run({"inspect", input, "--camera", camera, "--json"});
-    check_done(json);
+    const Outcome json = check_done({"inspect", input, "--camera", camera, "--json"});
     for (const char* text :
          {R"("storage":"float32")", R"("channels":[{"name":"Z","type":"float"}])", R"("nan":1,"inf":1,"minus_inf":1)",
           R"("form":"reciprocal")", R"("background":1,"invalid":3)", R"("precision_of":"32-bit float")"})
-        CHECK(json.out.find(text) != std::string::npos);
+        CHECK(contains(json.out, text));
     CHECK(std::count(json.out.begin(), json.out.end(), '\n') == 1);
 }
 
@@ -222,14 +210,13 @@ TEST_CASE("program: inspect prints a channel's name without what would control a
     const Folder folder;
     const std::string input = folder / "depth.exr";
     fathom::write_image(input, ramp(), {.channels = {"\x1b[31mZ\xff"}});
-    const Outcome outcome = run({"inspect", input});
-    check_done(outcome);
-    CHECK(outcome.out.find(" [31mZ\\xff (float)") != std::string::npos);
+    const Outcome outcome = check_done({"inspect", input});
+    CHECK(contains(outcome.out, " [31mZ\\xff (float)"));
     for (const char byte : {'\x1b', '\xff'})
-        CHECK(outcome.out.find(byte) == std::string::npos);
+        CHECK(!contains(outcome.out, byte));
     const Outcome refused = run({"inspect", input, "--channel", "A"});
     check_refused(refused, 1, "it has [31mZ\\xff");
-    CHECK(refused.err.find('\x1b') == std::string::npos);
+    CHECK(!contains(refused.err, '\x1b'));
 }
 
 TEST_CASE("program: inspect tells the camera's range and precision, without a surface and without a device") {
@@ -238,8 +225,7 @@ TEST_CASE("program: inspect tells the camera's range and precision, without a su
     const std::string input = depth_file(folder, "depth.exr", cv::Mat(height, width, CV_32FC1, cv::Scalar(1)));
     const Surroundings bare{.largest_file = RLIM_INFINITY, .variable = "OCL_ICD_VENDORS=/nonexistent", .out = {}};
     const auto range = [&](const std::string& place) {
-        const Outcome outcome = run({"inspect", input, "--camera", camera, "--json"}, bare);
-        check_done(outcome);
+        const Outcome outcome = check_done({"inspect", input, "--camera", camera, "--json"}, bare);
         return nlohmann::json::parse(outcome.out)["camera"]["range"][place];
     };
     const auto z = [](double code) { return 1 / (2 + code / 65535 * (0.01 - 2)); };
@@ -251,9 +237,8 @@ TEST_CASE("program: inspect tells the camera's range and precision, without a su
     CHECK(range("far")["spacing"].get<double>() == Approx(z(65535) - z(65534)));
     CHECK(range("far")["error_bound"].get<double>() == Approx(z(65535) - z(65534.5)));
 
-    const Outcome plain = run({"inspect", input, "--camera", camera}, bare);
-    check_done(plain);
-    CHECK(plain.out.find("\nrange: ") != std::string::npos);
+    const Outcome plain = check_done({"inspect", input, "--camera", camera}, bare);
+    CHECK(contains(plain.out, "\nrange: "));
     write(camera, R"({"perspective": {"fov_y_deg": 60, "aspect": 1.5}, "encoding": "view-z"})");
     CHECK(range("near").is_null());
     CHECK(run({"inspect", input, "--camera", camera}, bare).out.find("no end") != std::string::npos);
@@ -263,8 +248,8 @@ TEST_CASE("program: devices marks the default") {
     const Outcome list = run({"devices"}), json = run({"devices", "--json"});
     check_done(list);
     check_done(json);
-    CHECK(list.out.find("* 0") != std::string::npos);
-    CHECK(json.out.find(R"("default":true)") != std::string::npos);
+    CHECK(contains(list.out, "* 0"));
+    CHECK(contains(json.out, R"("default":true)"));
 }
 
 TEST_CASE("program: --help has an example and the exit codes for every command") {
@@ -272,13 +257,29 @@ TEST_CASE("program: --help has an example and the exit codes for every command")
     for (const std::string command :
          {"", "linearize", "unproject", "normals", "ssao", "dof-masks", "dof", "inspect", "devices"}) {
         INFO(command);
-        CHECK((command.empty() || overview.find("\n  " + command + "  ") != std::string::npos));
-        const Outcome outcome = run(command.empty() ? Arguments{"--help"} : Arguments{command, "--help"});
-        check_done(outcome);
+        CHECK((command.empty() || contains(overview, "\n  " + command + "  ")));
+        const Outcome outcome = check_done(command.empty() ? Arguments{"--help"} : Arguments{command, "--help"});
         for (const char* text : {"Usage: fathom", "Example:\n  fathom ", "Exit codes:", "130"})
-            CHECK(outcome.out.find(text) != std::string::npos);
+            CHECK(contains(outcome.out, text));
     }
     CHECK(run({"--version"}).out.starts_with("fathom "));
+}
+
+TEST_CASE("program: --help of an operation begins with its own options, and --help all has those of every operation") {
+    const std::string own = run({"fog", "--help"}).out, all = run({"fog", "--help", "all"}).out;
+    const auto place = [](const std::string& help, const std::string& text) { return help.find("\n" + text); };
+    CHECK(place(own, "Fog:\n      --density ") < place(own, "Input:\n  DEPTH..."));
+    CHECK(place(own, "      --color IMAGE") < place(own, "      --camera FILE"));
+    CHECK(place(all, "Fog:\n      --density ") < place(all, "Input:\n  DEPTH..."));
+    for (const char* option : {"--frames RANGE", "--compression ", "--strict", "--device DEVICE", "--channel NAME"}) {
+        INFO(option);
+        CHECK(own.find(option) == std::string::npos);
+        CHECK(all.find(option) != std::string::npos);
+    }
+    CHECK(own.substr(own.rfind('\n', own.size() - 2)).starts_with("\nfathom fog --help all "));
+    CHECK(all.find("--help all also") == std::string::npos);
+    CHECK(run({"fog", "-h", "all"}).out == all);
+    CHECK(run({"show", "--help", "all"}).out == run({"show", "--help"}).out);
 }
 
 TEST_CASE("program: real inputs of every kind", "[real]") {
@@ -286,7 +287,7 @@ TEST_CASE("program: real inputs of every kind", "[real]") {
         return;
     const Folder folder;
     const std::string camera = shared_file("habitat/room.camera.json"), room = shared_file("habitat/room.depth.exr");
-    check_done(run({"linearize", room, "--camera", camera, "-o", folder / "out/room.exr"}));
+    check_done({"linearize", room, "--camera", camera, "-o", folder / "out/room.exr"});
     const cv::Mat z = fathom::read_depth(folder / "out/room.exr").values;
     CHECK(largest_finite(z) == Approx(8.07).margin(0.005));
     CHECK(-largest_finite(-z) == Approx(3.77).margin(0.005));
@@ -294,18 +295,18 @@ TEST_CASE("program: real inputs of every kind", "[real]") {
     for (const std::string name :
          {"persp16.depth.png", "d3d32f.depth.tif", "median32f.depth.tif", "ortho_oblique24.depth.tif"}) {
         const std::string own = name.substr(0, name.find('.'));
-        check_done(run({"linearize", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json"),
-                        "-o", folder / "out/z.tif"}));
-        check_done(run({"inspect", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json")}));
-        check_done(run({"unproject", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json"),
-                        "-o", folder / "out/p.ply"}));
+        check_done({"linearize", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json"),
+                    "-o", folder / "out/z.tif"});
+        check_done({"inspect", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json")});
+        check_done({"unproject", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json"),
+                    "-o", folder / "out/p.ply"});
         const cv::Mat found = fathom::read_depth(folder / "out/z.tif").values;
         const cv::Mat truth = fathom::read_depth(shared_file("opengl/" + own + ".z.tif")).values;
         CHECK(largest_finite(found) == Approx(largest_finite(truth)).epsilon(2e-3));
     }
-    check_done(run({"unproject", shared_file("blender/perspective/sharp.exr"), "--camera",
-                    shared_file("blender/perspective/camera.json"), "-o", folder / "out/p.exr", "--space", "world"}));
-    check_done(run({"inspect", shared_file("openexr/beachball-singlepart.exr")}));
+    check_done({"unproject", shared_file("blender/perspective/sharp.exr"), "--camera",
+                shared_file("blender/perspective/camera.json"), "-o", folder / "out/p.exr", "--space", "world"});
+    check_done({"inspect", shared_file("openexr/beachball-singlepart.exr")});
 }
 
 // Bad input: one line, the right exit code, nothing left behind
@@ -372,8 +373,8 @@ TEST_CASE("program: refuses an image of another size than the camera file's") {
                       input = depth_file(folder, "depth.png");
     const Outcome outcome = run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"});
     check_refused(outcome, 1, input);
-    CHECK(outcome.err.find("64") != std::string::npos);
-    CHECK(outcome.err.find("48") != std::string::npos);
+    CHECK(contains(outcome.err, "64"));
+    CHECK(contains(outcome.err, "48"));
     CHECK(folder.results().empty());
 }
 
@@ -399,19 +400,17 @@ TEST_CASE("program: refuses a camera file that is none") {
         check_camera_refused(json, "");
     const Folder folder;
     const std::string input = depth_file(folder, "depth.png");
-    check_refused(run({"linearize", input, "--camera", folder / "none.json", "-o", folder / "out/z.exr"}), 1,
+    check_refused({"linearize", input, "--camera", folder / "none.json", "-o", folder / "out/z.exr"}, 1,
                   folder / "none.json");
-    check_refused(run({"linearize", input, "--camera", folder / "out", "-o", folder / "out/z.exr"}), 1, folder / "out");
+    check_refused({"linearize", input, "--camera", folder / "out", "-o", folder / "out/z.exr"}, 1, folder / "out");
     CHECK(folder.results().empty());
 }
 
 TEST_CASE("program: refuses world space without a view matrix, and a channel that is not there") {
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.exr");
-    check_refused(run({"unproject", input, "--camera", camera, "-o", folder / "out/p.ply", "--space", "world"}), 1,
-                  camera);
-    check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--channel", "Q"}), 1,
-                  input);
+    check_refused({"unproject", input, "--camera", camera, "-o", folder / "out/p.ply", "--space", "world"}, 1, camera);
+    check_refused({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--channel", "Q"}, 1, input);
     CHECK(folder.results().empty());
 }
 
@@ -419,7 +418,7 @@ TEST_CASE("program: refuses an output that cannot be written") {
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
     const auto try_output = [&](const std::string& output, const std::string& named) {
-        check_refused(run({"linearize", input, "--camera", camera, "-o", output}), 1, named);
+        check_refused({"linearize", input, "--camera", camera, "-o", output}, 1, named);
     };
     try_output(input + "/z.exr", input + "/z.exr");                 // its parent is a file
     try_output(folder / "nowhere/z.exr", folder / "nowhere/z.exr"); // its parent is not there
@@ -433,9 +432,8 @@ TEST_CASE("program: refuses an output that cannot be written") {
 TEST_CASE("program: a full disk leaves the old file and nothing else") {
     const Folder folder;
     const std::string camera = camera_file(folder), output = folder / "out/z.pfm";
-    const std::string input = depth_file(folder, "depth.png", ramp(1536, 1024)); // 6 MiB of result
-    check_done(
-        run({"linearize", input, "--camera", camera, "-o", folder / "warm.pfm"})); // the driver's cache is filled
+    const std::string input = depth_file(folder, "depth.png", ramp(1536, 1024));     // 6 MiB of result
+    check_done({"linearize", input, "--camera", camera, "-o", folder / "warm.pfm"}); // the driver's cache is filled
     write(output, "old");
     const Surroundings full{.largest_file = 4 << 20, .variable = {}, .out = {}};
     check_refused(run({"linearize", input, "--camera", camera, "-o", output}, full), 1, output);
@@ -484,7 +482,7 @@ TEST_CASE("program: no such device") {
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
     for (const std::string device : {"99", "no such name"})
-        check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--device", device}), 3,
+        check_refused({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--device", device}, 3,
                       device);
     const Surroundings bare{.largest_file = RLIM_INFINITY, .variable = "OCL_ICD_VENDORS=/nonexistent", .out = {}};
     check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}, bare), 3,
@@ -547,7 +545,7 @@ TEST_CASE("program: refuses results that would replace each other or an input") 
         {{input, "-o", folder / ""}, input},
     };
     for (const auto& [more, named] : cases) {
-        check_refused(run(joined({"linearize", "--camera", camera}, more)), 2, named);
+        check_refused(joined({"linearize", "--camera", camera}, more), 2, named);
     }
     CHECK(content(input) == before);
     CHECK(folder.results() == std::vector<std::string>{"link.exr"});
@@ -564,8 +562,8 @@ TEST_CASE("program: one bad input among several is told, the others are done") {
 
 TEST_CASE("program: a name with line breaks still makes one line") {
     const Folder folder;
-    check_refused(run({"linearize", folder / "a\nb.png", "--camera", camera_file(folder), "-o", folder / "out/z.exr"}),
-                  1, "a b.png");
+    check_refused({"linearize", folder / "a\nb.png", "--camera", camera_file(folder), "-o", folder / "out/z.exr"}, 1,
+                  "a b.png");
 }
 
 TEST_CASE("program: an interrupt ends between two files, with whole results only") {
@@ -620,7 +618,7 @@ TEST_CASE("program: a name that is too long is told so, and so are too many open
     const Folder folder;
     const std::string depth = depth_file(folder, "depth.png", ramp(48, 32)), camera = camera_file(folder);
     const std::string file = folder / (std::string(300, 'n') + ".exr");
-    check_refused(run({"linearize", depth, "--camera", camera, "-o", file}), 1,
+    check_refused({"linearize", depth, "--camera", camera, "-o", file}, 1,
                   "cannot be written: File name too long; choose a shorter name");
     if (is_missing({"strace", "-o", "/dev/null"}, "strace is not installed or not permitted"))
         return;
@@ -635,7 +633,7 @@ TEST_CASE("program: an image that is too wide is named, not its camera") {
     const Folder folder;
     const std::string camera = folder / "camera.json", depth = depth_file(folder, "wide.pfm", ramp(130'001, 1));
     write(camera, R"({"orthographic": {"left": -1, "right": 1, "bottom": -1, "top": 1, "near": 1, "far": 2}})");
-    check_refused(run({"ssao", depth, "--camera", camera, "--radius", "1", "-o", folder / "out/ao.exr"}), 1,
+    check_refused({"ssao", depth, "--camera", camera, "--radius", "1", "-o", folder / "out/ao.exr"}, 1,
                   "wide.pfm: an image of 130001 x 1 pixels: at most 130000 in a row or column; crop it or split it");
 }
 
@@ -643,9 +641,9 @@ TEST_CASE("program: where PoCL cannot make its folder, the folder is named") {
     const Outcome outcome = run({"devices"}, {.before = {"env", "POCL_CACHE_DIR=/proc/nope"}});
     CHECK(outcome.code == 3);
     CHECK(outcome.out.empty());
-    CHECK(outcome.err.find(
-              "/proc/nope, where nothing can be written (No such file or directory); make room there, or let "
-              "POCL_CACHE_DIR name another folder") != std::string::npos);
+    CHECK(contains(outcome.err,
+                   "/proc/nope, where nothing can be written (No such file or directory); make room there, or let "
+                   "POCL_CACHE_DIR name another folder"));
 }
 
 TEST_CASE("program: a full disk where PoCL keeps kernels is named, and no fault of the driver") {

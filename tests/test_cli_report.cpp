@@ -5,9 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
-#include <random>
-
 using namespace fathom;
 using namespace fathom::test;
 using Json = nlohmann::json;
@@ -88,7 +85,7 @@ struct Shot {
         return folder / "run.jsonl";
     }
     Json report(const Arguments& more = {}) const {
-        check_done(run(joined({"report", outputs(), "-o", page()}, more)));
+        check_done(joined({"report", outputs(), "-o", page()}, more));
         return data_of(content(page()));
     }
 };
@@ -152,7 +149,7 @@ TEST_CASE("a report needs no log") {
     const Json all = shot.report({"--input", shot.folder / "ao.%04d.exr", "--depth", shot.folder / "shot.@@@@.exr"});
     CHECK(all["layers"]["depth"]["name"] == "Z");
     // A single result and a folder of them.
-    check_done(run({"report", shot.ao_file(2), "-o", shot.page(), "--map", "grey"}));
+    check_done({"report", shot.ao_file(2), "-o", shot.page(), "--map", "grey"});
     const Json single = data_of(content(shot.page()));
     CHECK(single["frames"].size() == 1);
     CHECK(single["layers"]["output"]["colors"].back() == "#ffffff");
@@ -182,7 +179,7 @@ TEST_CASE("a picture that is made smaller keeps its light and its invalid pixels
     for (int x = 3000; x < 3040; x += 4)          // one of the pixels that become one
         picture.at<cv::Vec3f>(10, x)[1] = nothing;
     write_color(folder / "dots.exr", picture);
-    check_done(run({"report", folder / "dots.exr", "-o", folder / "out/report.html"}));
+    check_done({"report", folder / "dots.exr", "-o", folder / "out/report.html"});
     const Json data = data_of(content(folder / "out/report.html"));
     CHECK(data["frames"][0]["stats"]["output"]["invalid"] == 10);
     const cv::Mat small = decoded(data["frames"][0]["images"]["output"]);
@@ -267,7 +264,7 @@ TEST_CASE("a report finds results that were moved, and takes no other shot's for
     write(elsewhere / "ao.0001.exr", "another take");
     const Outcome outcome = run({"report", shot.outputs(), "--log", log, "-o", shot.page()});
     CHECK(outcome.code == 0);
-    CHECK(outcome.err.find("has no line of " + shot.ao_file(1)) != std::string::npos);
+    CHECK(contains(outcome.err, "has no line of " + shot.ao_file(1)));
 }
 
 TEST_CASE("no text becomes markup of a report") {
@@ -286,8 +283,8 @@ TEST_CASE("no text becomes markup of a report") {
     for (const Json& each : {shot.run_line({"fathom", worse, hostile}), line})
         text += each.dump(-1, ' ', false, Json::error_handler_t::ignore) + '\n';
     write(shot.folder / "run.jsonl", text);
-    check_done(run(
-        {"report", shot.folder / hostile, "--log", shot.folder / "run.jsonl", "-o", shot.page(), "--title", worse}));
+    check_done(
+        {"report", shot.folder / hostile, "--log", shot.folder / "run.jsonl", "-o", shot.page(), "--title", worse});
     const std::string page = content(shot.page());
     for (const char* part : {"<script", "</script", "<!--", "<img"})
         CHECK(count(page, part) == count(plain, part));
@@ -304,9 +301,9 @@ TEST_CASE("a report asks no network") {
     static_cast<void>(shot.report());
     const std::string page = content(shot.page());
     CHECK(count(page, "://") == count(page, "http://www.w3.org/2000/svg"));
-    CHECK(page.find("default-src 'none'") != std::string::npos);
+    CHECK(contains(page, "default-src 'none'"));
     for (const char* part : {"@import", "url(", "fetch(", "XMLHttpRequest", "import(", "innerHTML", "src=\"h"})
-        CHECK(page.find(part) == std::string::npos);
+        CHECK(!contains(page, part));
 }
 
 // Noise is what JPEG keeps worst.
@@ -319,8 +316,8 @@ TEST_CASE("a report of 240 frames has at most 15 MB") {
     write_image(folder / "first.exr", noise, {.channels = {"AO"}});
     for (int frame = 1; frame <= 240; ++frame)
         fs::create_hard_link(folder / "first.exr", folder / fmt::format("ao.{:04}.exr", frame));
-    check_done(run({"report", folder / "ao.####.exr", "--input", folder / "ao.####.exr", "--depth",
-                    folder / "ao.####.exr", "-o", folder / "out/report.html"}));
+    check_done({"report", folder / "ao.####.exr", "--input", folder / "ao.####.exr", "--depth", folder / "ao.####.exr",
+                "-o", folder / "out/report.html"});
     const auto bytes = fs::file_size(folder / "out/report.html");
     std::printf("  240 frames of noise: %.1f MB\n", static_cast<double>(bytes) / 1e6);
     CHECK(bytes <= 15'000'000);
@@ -330,19 +327,18 @@ TEST_CASE("a report of 240 frames has at most 15 MB") {
 TEST_CASE("a report refuses what it cannot do in one line") {
     const Shot shot(2);
     const std::string page = shot.page();
-    check_refused(run({"report", shot.folder / "none.exr", "-o", page}), 1, "none.exr");
-    check_refused(run({"report", shot.folder / "none.####.exr", "-o", page}), 1, "none.####.exr");
-    check_refused(run({"report", shot.outputs(), "-o", shot.folder / "out/report.pdf"}), 2, "ends with .html");
-    check_refused(run({"report", shot.outputs(), "-o", shot.folder / "nowhere/r.html"}), 1, "nowhere/r.html");
-    check_refused(run({"report", shot.outputs(), "-o", page, "--log", shot.folder / "none.jsonl"}), 1, "none.jsonl");
+    check_refused({"report", shot.folder / "none.exr", "-o", page}, 1, "none.exr");
+    check_refused({"report", shot.folder / "none.####.exr", "-o", page}, 1, "none.####.exr");
+    check_refused({"report", shot.outputs(), "-o", shot.folder / "out/report.pdf"}, 2, "ends with .html");
+    check_refused({"report", shot.outputs(), "-o", shot.folder / "nowhere/r.html"}, 1, "nowhere/r.html");
+    check_refused({"report", shot.outputs(), "-o", page, "--log", shot.folder / "none.jsonl"}, 1, "none.jsonl");
     write(shot.folder / "text.jsonl", "no log\nat all\n");
-    check_refused(run({"report", shot.outputs(), "-o", page, "--log", shot.folder / "text.jsonl"}), 1,
-                  "is no log of a run");
+    check_refused({"report", shot.outputs(), "-o", page, "--log", shot.folder / "text.jsonl"}, 1, "is no log of a run");
     write(shot.folder / "other.jsonl", "{\"focus\": 3}\n");
-    check_refused(run({"report", shot.outputs(), "-o", page, "--log", shot.folder / "other.jsonl"}), 1,
+    check_refused({"report", shot.outputs(), "-o", page, "--log", shot.folder / "other.jsonl"}, 1,
                   "is no log of a run");
     depth_file(shot.folder, "one.exr");
-    check_refused(run({"report", shot.outputs(), "-o", page, "--input", shot.folder / "one.exr"}), 2,
+    check_refused({"report", shot.outputs(), "-o", page, "--input", shot.folder / "one.exr"}, 2,
                   "--input: stands for 1 files, but there are 2 results");
     CHECK(shot.folder.results().empty());
 

@@ -9,13 +9,7 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <csignal>
-#include <limits>
-#include <map>
-#include <random>
-#include <set>
-#include <thread>
 
 #include <sys/stat.h>
 
@@ -151,8 +145,7 @@ TEST_CASE("resume: a frame is kept until something changes that makes it") {
     const Arguments resume = joined(shot.command(), {"--resume", "--falloff", "0.5"});
     const auto check = [&](const std::string& what, const Frames& made, const Arguments& more = {}) {
         INFO(what);
-        const Outcome outcome = run(joined(resume, more));
-        check_done(outcome);
+        const Outcome outcome = check_done(joined(resume, more));
         CHECK(frames_of(outcome, false) == made);
         CHECK(frames_of(outcome, true).size() == all.size() - made.size());
         CHECK(shot.folder.results().size() == 2 * all.size()); // no temporary file, no sidecar of an EXR
@@ -169,7 +162,7 @@ TEST_CASE("resume: a frame is kept until something changes that makes it") {
     check("nothing is there", all);
     check("all is there", none);
     const std::string record = record_of(shot.result(2));
-    CHECK(record.find(shot.folder / "") == std::string::npos);
+    CHECK(!contains(record, shot.folder / ""));
     CHECK(nlohmann::json::parse(record).at("values") == nlohmann::json{{"--radius", 0.2}});
     CHECK(nlohmann::json::parse(record).at("options") == nlohmann::json{{"--falloff", 0.5}});
     fs::last_write_time(shot.depth_of(2), fs::file_time_type::clock::now());
@@ -240,15 +233,13 @@ TEST_CASE("resume: --share is refused with what takes its place, and claims that
         CHECK_FALSE(fs::exists(shot.result(1)));
     }
     for (const Frames& made : {shot.all(), Frames{}}) {
-        const Outcome outcome = run(joined(shot.command(), {"--resume"}));
-        check_done(outcome);
+        const Outcome outcome = check_done(joined(shot.command(), {"--resume"}));
         CHECK(frames_of(outcome, false) == made);
     }
     for (const std::string& file : claims)
         CHECK(content(file).starts_with(R"({"host")"));
     // A folder of results is an input, too.
-    const Outcome shown = run({"show", shot.folder / "out", "--json"});
-    check_done(shown);
+    const Outcome shown = check_done({"show", shot.folder / "out", "--json"});
     CHECK(lines_of(shown.out).size() == 2 * shot.all().size());
 }
 
@@ -305,7 +296,7 @@ TEST_CASE("resume: every type of result holds a record, or has one beside it") {
             const auto record = nlohmann::json::parse(recorded->record);
             CHECK(record.at("command") == command.front());
             CHECK(record.at("outputs").size() >= 1);
-            CHECK(recorded->record.find(folder / "") == std::string::npos);
+            CHECK(!contains(recorded->record, folder / ""));
 
             const std::string bytes = content(file), sidecar = beside ? content(io::sidecar_of(file)) : "";
             write(file, with_flipped_byte(bytes, bytes.size() - 2));
@@ -328,7 +319,7 @@ TEST_CASE("resume: the record says what made the frame, without a path, a host o
     const std::string depth = depth_file(folder, "d.exr"), out = folder / "out/z.exr", appended = folder / "out/a.exr";
     write(folder / "camera.json", R"({"perspective": {"fov_y_deg": 60, "near": 0.5, "far": 100}})");
     const Arguments command{"linearize", "--camera", folder / "camera.json", "--resume"};
-    check_done(run(joined(command, {depth, "-o", out})));
+    check_done(joined(command, {depth, "-o", out}));
     const auto record = nlohmann::json::parse(record_of(out));
     std::set<std::string> keys;
     for (const auto& [key, value] : record.items())
@@ -340,7 +331,7 @@ TEST_CASE("resume: the record says what made the frame, without a path, a host o
     CHECK(record.at("inputs").at("camera") == "417d4f9dfadee6713fd95ce76ede6a6b");
 
     // A file that ends anywhere, or has any byte changed, is read to the end of its bytes only.
-    check_done(run(joined(command, {depth, "-o", folder / "out/z.png", "--png-scale", "0.01"})));
+    check_done(joined(command, {depth, "-o", folder / "out/z.png", "--png-scale", "0.01"}));
     for (const std::string& file : {out, folder / "out/z.png"}) {
         const std::string text = content(file);
         const io::Bytes whole(text.begin(), text.end());
@@ -393,7 +384,7 @@ void kill_and_resume(int rounds) {
     const Names extensions{".exr", ".png", ".npy"};
     std::map<std::string, std::map<std::string, std::string>> whole; // by extension
     for (const std::string& extension : extensions) {
-        check_done(run(joined(shot.command(extension), {"--resume"})));
+        check_done(joined(shot.command(extension), {"--resume"}));
         whole[extension] = shot.contents();
         fs::remove_all(shot.folder / "out");
         fs::create_directory(shot.folder / "out");
@@ -422,8 +413,7 @@ void kill_and_resume(int rounds) {
         for (const std::string& name : shot.folder.results())
             temporaries += name.ends_with(".tmp");
         fs::remove(shot.log);
-        const Outcome resumed = run(command);
-        check_done(resumed);
+        const Outcome resumed = check_done(command);
         CHECK(shot.contents() == whole[extension]);
         Frames kept;
         for (const auto& [frame, file] : committed) {
@@ -530,9 +520,9 @@ TEST_CASE("resume: temporary files of killed runs are removed, those of living o
     wait(write_in_child(folder / "out/z.npy.fathom.json", SIG_DFL));
     wait(write_in_child(other, SIG_DFL));
     await_files(3);
-    check_done(run(command));
+    check_done(command);
     CHECK(folder.results().size() == 4);
-    check_done(run(joined(command, {"--resume"})));
+    check_done(joined(command, {"--resume"}));
     CHECK(folder.results().size() == 3);
 }
 
@@ -547,14 +537,13 @@ TEST_CASE("resume: a full disk leaves nothing, and the frame fails") {
         INFO(extension);
         const Arguments command{"linearize", folder / "a.#.exr", "--camera", camera, "--resume",
                                 "--json",    "--png-scale",      "0.01",     "-o",   folder / ("out/z.#" + extension)};
-        check_done(run(command)); // compiles the kernels, which are files, too
+        check_done(command); // compiles the kernels, which are files, too
         fs::remove_all(folder / "out");
         fs::create_directory(folder / "out");
         const Outcome full = run(command, {.largest_file = 4 << 20, .variable = {}, .out = {}});
         CHECK(full.code == 1);
-        CHECK(full.err.find("free some space") != std::string::npos);
-        const Outcome again = run(command);
-        check_done(again);
+        CHECK(contains(full.err, "free some space"));
+        const Outcome again = check_done(command);
         if (extension == ".npy") // all of which have the same size
             CHECK(frames_of(again, true).empty());
         else
@@ -608,23 +597,23 @@ TEST_CASE("log: a file that cannot be one is told in a line") {
     const Folder folder;
     const std::string depth = depth_file(folder, "d.exr"), out = folder / "out/z.exr";
     const Arguments command{"linearize", depth, "--camera", camera_file(folder), "-o", out};
-    check_refused(run(joined(command, {"--log", folder / "none/run.jsonl"})), 1, "none/run.jsonl: the log cannot");
-    check_refused(run(joined(command, {"--log", folder / "out"})), 1, "out: the log cannot");
-    check_refused(run(joined(command, {"--log", depth})), 1, "d.exr: is no log");
+    check_refused(joined(command, {"--log", folder / "none/run.jsonl"}), 1, "none/run.jsonl: the log cannot");
+    check_refused(joined(command, {"--log", folder / "out"}), 1, "out: the log cannot");
+    check_refused(joined(command, {"--log", depth}), 1, "d.exr: is no log");
     const fs::path camera = folder / "other.json";
     std::ofstream(camera) << R"({"perspective": {"fov_y_deg": 60}})";
-    check_refused(run(joined(command, {"--log", camera})), 1, "other.json: is no log");
-    check_refused(run(joined(command, {"--log", out})), 2, "would be written for --log");
+    check_refused(joined(command, {"--log", camera}), 1, "other.json: is no log");
+    check_refused(joined(command, {"--log", out}), 2, "would be written for --log");
     CHECK(folder.results().empty());
     const Outcome full = run(joined(command, {"--log", "/dev/full"}));
     check_refused(full, 1, "/dev/full: the log cannot be written");
     CHECK(folder.results() == Names{"z.exr"}); // the frames are done all the same
-    check_done(run(joined(command, {"--log", "/dev/stdout", "--quiet"})));
+    check_done(joined(command, {"--log", "/dev/stdout", "--quiet"}));
 }
 
 TEST_CASE("log: without a device there is none") {
     const Shot shot(2);
-    check_refused(run(joined(shot.command(), {"--log", shot.log, "--device", "no such device"})), 3, "no such device");
+    check_refused(joined(shot.command(), {"--log", shot.log, "--device", "no such device"}), 3, "no such device");
     CHECK_FALSE(fs::exists(shot.log));
 }
 
@@ -643,6 +632,6 @@ TEST_CASE("log: - is stdout, which nothing else may have") {
     CHECK(lines[0].contains("run"));
     for (std::size_t i = 1; i < 4; ++i)
         CHECK(lines[i].at("status") == "made");
-    check_refused(run(joined(shot.command(), {"--log", "-"})), 2, "--log -: stdout has the lines of --json");
-    check_refused(run(joined(command, {"--log", "-", "--progress", "openjd"})), 2, "of --progress openjd");
+    check_refused(joined(shot.command(), {"--log", "-"}), 2, "--log -: stdout has the lines of --json");
+    check_refused(joined(command, {"--log", "-", "--progress", "openjd"}), 2, "of --progress openjd");
 }

@@ -6,10 +6,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
-#include <map>
-#include <tuple>
-
 using namespace fathom::test;
 
 namespace {
@@ -49,7 +45,7 @@ struct Shot {
     cv::Mat alone(const Arguments& command, const std::string& input, const std::string& camera,
                   const std::string& channel_name) const {
         const Folder own;
-        check_done(run(joined(command, {input, "--camera", camera, "-o", own / "out/alone.exr"})));
+        check_done(joined(command, {input, "--camera", camera, "-o", own / "out/alone.exr"}));
         return channel(own / "out/alone.exr", channel_name);
     }
 
@@ -87,8 +83,7 @@ TEST_CASE("sequences: patterns, globs and folders are the frames that are there"
                                                 "shot.*.exr", "shot.00[01]?.exr", "shots", "shots/");
     const std::string output = folder / GENERATE(std::string("out/z.%04d.exr"), "out/z.####.exr", "out/z.@@@@.exr");
     INFO(input << " to " << output);
-    const Outcome outcome = run({"linearize", input, "--camera", shot.camera(), "-o", output, "--json"});
-    check_done(outcome);
+    const Outcome outcome = check_done({"linearize", input, "--camera", shot.camera(), "-o", output, "--json"});
     CHECK(Shot::frames_of(outcome) == shot.frames);
     CHECK(folder.results() == Names{"z.0002.exr", "z.0003.exr", "z.0011.exr"});
     for (const int frame : shot.frames)
@@ -97,15 +92,13 @@ TEST_CASE("sequences: patterns, globs and folders are the frames that are there"
 
 TEST_CASE("sequences: results go into a folder, which is made, under the names of their frames") {
     const Shot shot;
-    check_done(run({"linearize", shot.folder / "shot.####.exr", "--camera", shot.camera(), "-o",
-                    shot.folder / "out/new/deep", "--format", "tif"}));
+    check_done({"linearize", shot.folder / "shot.####.exr", "--camera", shot.camera(), "-o",
+                shot.folder / "out/new/deep", "--format", "tif"});
     CHECK(shot.folder.results() == Names{"deep", "new", "shot.0001.tif", "shot.0002.tif", "shot.0003.tif"});
     const std::string own = shot.folder / "out/f%d/z.exr";
-    check_done(
-        run({"linearize", shot.folder / "shot.####.exr", "--camera", shot.camera(), "-o", own, "--frames", "3"}));
+    check_done({"linearize", shot.folder / "shot.####.exr", "--camera", shot.camera(), "-o", own, "--frames", "3"});
     CHECK(fs::exists(shot.folder / "out/f3/z.exr"));
-    check_done(
-        run({"linearize", shot.file(1), shot.file(2), "--camera", shot.camera(), "-o", shot.folder / "out/b#.exr"}));
+    check_done({"linearize", shot.file(1), shot.file(2), "--camera", shot.camera(), "-o", shot.folder / "out/b#.exr"});
     CHECK(fs::exists(shot.folder / "out/b1.exr"));
     CHECK(fs::exists(shot.folder / "out/b2.exr"));
 }
@@ -113,10 +106,9 @@ TEST_CASE("sequences: results go into a folder, which is made, under the names o
 TEST_CASE("sequences: --frames chooses and orders, in the syntax of fileseq") {
     const Shot shot({-2, 1, 2, 3, 4, 5, 6});
     const auto frames = [&](const Arguments& range) {
-        const Outcome outcome = run(joined({"linearize", shot.folder / "shot.####.exr", "--camera", shot.camera(), "-o",
-                                            shot.folder / "out/z.####.exr", "--json"},
-                                           range));
-        check_done(outcome);
+        const Outcome outcome = check_done(joined({"linearize", shot.folder / "shot.####.exr", "--camera",
+                                                   shot.camera(), "-o", shot.folder / "out/z.####.exr", "--json"},
+                                                  range));
         return Shot::frames_of(outcome);
     };
     CHECK(frames({"--frames", "1-6x2,6"}) == std::vector<int>{1, 3, 5, 6});
@@ -125,9 +117,8 @@ TEST_CASE("sequences: --frames chooses and orders, in the syntax of fileseq") {
     CHECK(frames({"--frames", "-2"}) == std::vector<int>{-2});
     CHECK(frames({"--frames=-2--2,4"}) == std::vector<int>{-2, 4});
     CHECK(fs::exists(shot.folder / "out/z.-002.exr"));
-    const Outcome folder = run({"linearize", shot.folder / "shot.*.exr", "--camera", shot.camera(), "-o",
-                                shot.folder / "out/", "--frames", "2-4", "--json"});
-    check_done(folder);
+    const Outcome folder = check_done({"linearize", shot.folder / "shot.*.exr", "--camera", shot.camera(), "-o",
+                                       shot.folder / "out/", "--frames", "2-4", "--json"});
     CHECK(Shot::frames_of(folder) == std::vector<int>{2, 3, 4});
 }
 
@@ -135,9 +126,9 @@ TEST_CASE("sequences: each frame has its own camera, companions and further resu
     const Shot shot;
     const Folder& folder = shot.folder;
     const std::string depths = folder / "shot.####.exr", cameras = folder / "cam.%04d.json";
-    check_done(run({"normals", depths, "--camera", cameras, "-o", folder / "n.@@@@.exr"}));
-    check_done(run({"ssao", depths, "--camera", cameras, "--normals", folder / "n.####.exr", "-o",
-                    folder / "out/z.####.exr", "--confidence", folder / "out/c.%04d.exr", "--strict"}));
+    check_done({"normals", depths, "--camera", cameras, "-o", folder / "n.@@@@.exr"});
+    check_done({"ssao", depths, "--camera", cameras, "--normals", folder / "n.####.exr", "-o",
+                folder / "out/z.####.exr", "--confidence", folder / "out/c.%04d.exr", "--strict"});
     CHECK(folder.results() ==
           Names{"c.0001.exr", "c.0002.exr", "c.0003.exr", "z.0001.exr", "z.0002.exr", "z.0003.exr"});
     cv::Mat before;
@@ -148,11 +139,11 @@ TEST_CASE("sequences: each frame has its own camera, companions and further resu
         CHECK(!same(alone, before));
         before = alone;
     }
-    check_done(run({"dof-masks", depths, "--camera", cameras, "-o", folder / "out/m.####.exr"}));
+    check_done({"dof-masks", depths, "--camera", cameras, "-o", folder / "out/m.####.exr"});
     for (const int frame : shot.frames) // and the focus
         CHECK(same(shot.result(frame, "coc", "m"),
                    shot.alone({"dof-masks"}, shot.file(frame), shot.own_camera(frame), "coc")));
-    check_done(run({"linearize", shot.file(2), "--camera", cameras, "-o", folder / "out/one.exr"}));
+    check_done({"linearize", shot.file(2), "--camera", cameras, "-o", folder / "out/one.exr"});
     CHECK(same(channel(folder / "out/one.exr"), shot.alone({"linearize"}, shot.file(2), shot.own_camera(2), "Z")));
 
     write(shot.own_camera(2), R"({"perspective": {"fov_y_deg": 60, "near": 0.5, "far": 100}})");
@@ -168,10 +159,10 @@ TEST_CASE("sequences: an option changes from frame to frame") {
     write(json, R"({"1": 0.01, "2": 0.02, "3": "inf"})");
     const std::map<int, std::string> focus{{1, "1.1"}, {2, "inf"}, {3, "1.2"}},
         radius{{1, "0.1"}, {2, "0.2"}, {3, "0.4"}}, stops{{1, "0.01"}, {2, "0.02"}, {3, "inf"}};
-    check_done(run({"dof-masks", depths, "--camera", shot.camera(), "--animate", "focus=" + csv, "--animate",
-                    "f_stop=" + json, "-o", folder / "out/z.####.exr"}));
-    check_done(run({"ssao", "--animate", "radius=" + csv, depths, "--camera", shot.camera(), "-o",
-                    folder / "out/ao.####.exr", "--frames", "3,1-2"}));
+    check_done({"dof-masks", depths, "--camera", shot.camera(), "--animate", "focus=" + csv, "--animate",
+                "f_stop=" + json, "-o", folder / "out/z.####.exr"});
+    check_done({"ssao", "--animate", "radius=" + csv, depths, "--camera", shot.camera(), "-o",
+                folder / "out/ao.####.exr", "--frames", "3,1-2"});
     for (const int frame : shot.frames) {
         CHECK(same(shot.result(frame, "coc"),
                    shot.alone({"dof-masks", "--focus", focus.at(frame), "--f-stop", stops.at(frame)}, shot.file(frame),
@@ -181,14 +172,14 @@ TEST_CASE("sequences: an option changes from frame to frame") {
     }
     write(csv, "1,\"5,6\"\n2,\"20,10\"\n3,\"30,30\"\n"); // a pixel that moves; an option that is required
     write(json, R"({"1": 0, "2": 0.1, "3": 0.5})");
-    check_done(run({"dof-masks", depths, "--camera", shot.camera(), "--animate", "focus-at=" + csv, "-o",
-                    folder / "out/z.####.exr"}));
+    check_done({"dof-masks", depths, "--camera", shot.camera(), "--animate", "focus-at=" + csv, "-o",
+                folder / "out/z.####.exr"});
     for (const int frame : shot.frames)
         fathom::write_image(folder / Shot::numbered("rgb", frame),
                             cv::Mat(height, width, CV_32FC3, cv::Scalar::all(frame)),
                             {.channels = {"R", "G", "B"}, .png_scale = {}});
-    check_done(run({"fog", depths, "--color", folder / "rgb.####.exr", "--camera", shot.camera(), "--animate",
-                    "density=" + json, "-o", folder / "out/fog.####.exr"}));
+    check_done({"fog", depths, "--color", folder / "rgb.####.exr", "--camera", shot.camera(), "--animate",
+                "density=" + json, "-o", folder / "out/fog.####.exr"});
     CHECK(same(shot.result(3, "R", "fog"),
                shot.alone({"fog", "--density", "0.5", "--color", folder / Shot::numbered("rgb", 3)}, shot.file(3),
                           shot.camera(), "R")));
@@ -198,7 +189,7 @@ TEST_CASE("sequences: an option changes from frame to frame") {
     const auto refused = [&](const std::string& text, const Arguments& more, int code, const std::string& said) {
         write(csv, text);
         const Folder out;
-        check_refused(run(joined({"dof-masks", depths, "--camera", shot.camera(), "-o", out / "out/z.####.exr"}, more)),
+        check_refused(joined({"dof-masks", depths, "--camera", shot.camera(), "-o", out / "out/z.####.exr"}, more),
                       code, said);
         CHECK(out.results().empty());
     };
@@ -215,9 +206,9 @@ TEST_CASE("sequences: an option changes from frame to frame") {
     refused(good, {"--animate", "focus"}, 2, "NAME=FILE");
     refused(good, {"--animate", "focus=" + folder / "none.csv"}, 1, "there is no such file");
     const std::string unnumbered = depth_file(folder, "still.exr");
-    check_refused(run({"dof-masks", unnumbered, "--camera", shot.camera(), "-o", folder / "out/s.exr", "--animate",
-                       "focus=" + csv}),
-                  2, "its name holds no frame");
+    check_refused(
+        {"dof-masks", unnumbered, "--camera", shot.camera(), "-o", folder / "out/s.exr", "--animate", "focus=" + csv},
+        2, "its name holds no frame");
 }
 
 TEST_CASE("sequences: a missing frame is an error, left out, or the one before it") {
@@ -233,8 +224,7 @@ TEST_CASE("sequences: a missing frame is an error, left out, or the one before i
     check_refused(error, 1, "shot.0003.exr: is not there, so that frame 3 cannot be done; --missing skip");
     CHECK(folder.results() == Names{"z.0001.exr", "z.0002.exr", "z.0006.exr"});
 
-    const Outcome skip = run(joined(command, {"--missing", "skip"}));
-    check_done(skip);
+    const Outcome skip = check_done(joined(command, {"--missing", "skip"}));
     CHECK(Shot::frames_of(skip) == std::vector<int>{0, 1, 2, 3, 4, 5, 6});
     for (const nlohmann::json& line : Shot::lines(skip)) {
         const int frame = line["frame"];
@@ -260,12 +250,12 @@ TEST_CASE("sequences: a missing frame is an error, left out, or the one before i
     Arguments part = command; // a part of the shot gives the same as the whole
     part[7] = "4-6";
     fs::remove(folder / "out/z.0004.exr");
-    check_done(run(joined(part, {"--missing", "hold"})));
+    check_done(joined(part, {"--missing", "hold"}));
     CHECK(same(shot.result(4, "Z"), second));
 
     part[7] = "3-4"; // or nothing but held frames, of which none has a camera of its own
     fs::remove(folder / "out/z.0004.exr");
-    check_done(run(joined(part, {"--missing", "hold"})));
+    check_done(joined(part, {"--missing", "hold"}));
     CHECK(same(shot.result(4, "Z"), second));
 
     const Outcome none = run({"linearize", folder / "shot.####.exr", "--camera", shot.camera(), "-o",
@@ -289,14 +279,13 @@ TEST_CASE("sequences: a camera that lacks what others have concerns its frames o
     fs::remove(shot.file(2)); // so that frame 2 is held, and fails as frame 1 does
     const Outcome first = command({"ssao"});
     CHECK(first.code == 1);
-    CHECK(first.err.find("cam.0001.json has no \"ao_distance\"") != std::string::npos);
-    CHECK(first.err.find(fmt::format("2 of 3 inputs failed: {0}, {0} (for frame 2)", shot.file(1))) !=
-          std::string::npos);
+    CHECK(contains(first.err, "cam.0001.json has no \"ao_distance\""));
+    CHECK(contains(first.err, fmt::format("2 of 3 inputs failed: {0}, {0} (for frame 2)", shot.file(1))));
     CHECK(folder.results() == Names{"z.0003.exr"});
     lacking(1, "f_stop");
     const Outcome masks = command({"dof-masks", "--mask", "coc"});
     CHECK(masks.code == 1);
-    CHECK(masks.err.find("cam.0001.json has no \"f_stop\"") != std::string::npos);
+    CHECK(contains(masks.err, "cam.0001.json has no \"f_stop\""));
     for (const int frame : shot.frames)
         lacking(frame, "ao_distance");
     check_refused(command({"ssao"}), 2, "cam.####.json has no \"ao_distance\"");
@@ -306,16 +295,15 @@ TEST_CASE("sequences: a held frame has the earlier companions, and its own name 
     const Shot shot({1, 2, 3, 4});
     const Folder& folder = shot.folder;
     const std::string depths = folder / "shot.####.exr", csv = folder / "radius.csv";
-    check_done(run({"normals", depths, "--camera", shot.camera(), "-o", folder / "n.####.exr"}));
+    check_done({"normals", depths, "--camera", shot.camera(), "-o", folder / "n.####.exr"});
     fs::create_directory(folder / "normals");
     for (const int frame : shot.frames)
         fs::rename(folder / Shot::numbered("n", frame), folder / ("normals/" + Shot::numbered("shot", frame)));
     fs::remove(folder / "normals/shot.0003.exr");
     write(csv, "1,0.1\n2,0.2\n3,0.3\n4,0.4\n");
-    const Outcome outcome = run({"ssao", depths, "--camera", shot.camera(), "--normals", folder / "normals",
-                                 "--animate", "radius=" + csv, "--missing", "hold", "-o", folder / "out/"});
-    check_done(outcome);
-    CHECK(outcome.out.find("frame 2 held") != std::string::npos);
+    const Outcome outcome = check_done({"ssao", depths, "--camera", shot.camera(), "--normals", folder / "normals",
+                                        "--animate", "radius=" + csv, "--missing", "hold", "-o", folder / "out/"});
+    CHECK(contains(outcome.out, "frame 2 held"));
     CHECK(same(shot.result(3, "AO", "shot"),
                shot.alone({"ssao", "--radius", "0.3", "--normals", folder / "normals/shot.0002.exr"}, shot.file(2),
                           shot.camera(), "AO")));
@@ -331,7 +319,7 @@ TEST_CASE("sequences: what is wrong with a frame in the middle concerns this fra
         INFO(said);
         write(shot.file(2), bytes);
         write(shot.own_camera(2), camera);
-        check_refused(run(command), 1, said);
+        check_refused(command, 1, said);
         CHECK(folder.results() == Names{"z.0001.exr", "z.0003.exr"});
     };
     refused(whole.substr(0, whole.size() / 2), Shot::camera_of(2),
@@ -344,11 +332,10 @@ TEST_CASE("sequences: what is wrong with a frame in the middle concerns this fra
     cv::Mat holes = Shot::depth_of(2);
     holes.rowRange(0, 4).setTo(std::numeric_limits<float>::quiet_NaN());
     depth_file(folder, Shot::numbered("shot", 2), holes);
-    const Outcome nan = run(joined(command, {"--json"}));
-    check_done(nan);
+    const Outcome nan = check_done(joined(command, {"--json"}));
     CHECK(Shot::lines(nan)[1]["invalid"] == 4 * width);
     depth_file(folder, Shot::numbered("shot", 2), ramp(20, 10)); // each frame has the size that it has
-    check_done(run(command));
+    check_done(command);
     CHECK(shot.result(2, "Z").size() == cv::Size(20, 10));
 }
 
@@ -358,7 +345,7 @@ TEST_CASE("sequences: a file that is there is meant itself") {
     for (const std::string name : {"take#1.exr", "take%04d.exr", "take*.exr", "a@b.exr", "take[1].exr"}) {
         INFO(name);
         const std::string input = depth_file(folder, name), output = folder / ("out/" + name);
-        check_done(run({"linearize", input, "--camera", camera, "-o", output}));
+        check_done({"linearize", input, "--camera", camera, "-o", output});
         CHECK(folder.results() == Names{name}); // a single file goes into one of just this name
         fs::remove(output);
         fs::remove(input);
@@ -366,7 +353,7 @@ TEST_CASE("sequences: a file that is there is meant itself") {
     const std::string one = depth_file(folder, "one.1.exr");
     fs::copy_file(camera, folder / "cam#.json");
     write(folder / "cam1.json", "{");
-    check_done(run({"linearize", one, "--camera", folder / "cam#.json", "-o", folder / "out/one.exr"}));
+    check_done({"linearize", one, "--camera", folder / "cam#.json", "-o", folder / "out/one.exr"});
 }
 
 TEST_CASE("sequences: wrong usage is told before anything is done") {
@@ -399,13 +386,13 @@ TEST_CASE("sequences: wrong usage is told before anything is done") {
     };
     for (const auto& [more, code, named] : cases) {
         INFO(named);
-        check_refused(run(joined({"linearize", "--camera", shot.camera()}, more)), code, named);
+        check_refused(joined({"linearize", "--camera", shot.camera()}, more), code, named);
     }
-    check_refused(run({"linearize", still, "--camera", folder / "cam.####.json", "-o", folder / "out/z.exr"}), 2,
+    check_refused({"linearize", still, "--camera", folder / "cam.####.json", "-o", folder / "out/z.exr"}, 2,
                   "still.exr: its name holds no frame, which --camera");
     check_refused(
-        run({"ssao", still, "--camera", shot.camera(), "--normals", folder / "n.####.exr", "-o", folder / "out/z.exr"}),
-        2, "still.exr: its name holds no frame, which --normals");
-    check_refused(run({"inspect", folder / "empty"}), 1, "is a folder");
+        {"ssao", still, "--camera", shot.camera(), "--normals", folder / "n.####.exr", "-o", folder / "out/z.exr"}, 2,
+        "still.exr: its name holds no frame, which --normals");
+    check_refused({"inspect", folder / "empty"}, 1, "is a folder");
     CHECK(folder.results().empty());
 }

@@ -5,9 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <limits>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -33,7 +30,7 @@ std::vector<float> ramp_of(int count, float (*value)(float)) {
 
 // What the program shows without a legend.
 cv::Mat shown(const Folder& folder, const std::string& file, const Arguments& more = {}) {
-    check_done(run(joined({"show", file, "--no-legend", "-o", folder / "out/shown.png"}, more)));
+    check_done(joined({"show", file, "--no-legend", "-o", folder / "out/shown.png"}, more));
     return cv::imread(folder / "out/shown.png", cv::IMREAD_UNCHANGED);
 }
 
@@ -44,8 +41,7 @@ std::string hex(const cv::Mat& picture, int x, int y = 0) {
 }
 
 nlohmann::json told(const Folder& folder, const std::string& file, const Arguments& more = {}) {
-    const Outcome outcome = run(joined({"show", file, "--json", "-o", folder / "out/told.png"}, more));
-    check_done(outcome);
+    const Outcome outcome = check_done(joined({"show", file, "--json", "-o", folder / "out/told.png"}, more));
     return nlohmann::json::parse(outcome.out);
 }
 
@@ -94,12 +90,11 @@ TEST_CASE("show marks what has no color") {
     CHECK(said["background"] == 1);
     CHECK(said["min"] == 1);
     CHECK(said["max"] == 3);
-    const Outcome line = run({"show", file, "-o", folder / "out/line.png"});
-    check_done(line);
+    const Outcome line = check_done({"show", file, "-o", folder / "out/line.png"});
     CHECK(line.out == folder / "out/line.png" + "  6 × 1  Z 1 to 3, viridis from 1 to 3, linear scale, 1 background, "
                                                 "2 of 6 pixels invalid (33 %)\n");
-    const Outcome none = run({"show", row_file(folder, "none.exr", {nothing, nothing}), "-o", folder / "out/none.png"});
-    check_done(none);
+    const Outcome none =
+        check_done({"show", row_file(folder, "none.exr", {nothing, nothing}), "-o", folder / "out/none.png"});
     CHECK(none.out.find("no finite value, 2 of 2 pixels invalid (100 %)") != std::string::npos);
 }
 
@@ -160,7 +155,7 @@ TEST_CASE("show chooses range and scale by the values") {
 TEST_CASE("show draws a legend below the picture") {
     const Folder folder;
     const std::string file = depth_file(folder, "depth.exr");
-    check_done(run({"show", file, "--range", "0:1", "--unit", "m", "-o", folder / "out/legend.png"}));
+    check_done({"show", file, "--range", "0:1", "--unit", "m", "-o", folder / "out/legend.png"});
     const cv::Mat whole = cv::imread(folder / "out/legend.png"), alone = shown(folder, file, {"--range", "0:1"});
     REQUIRE(whole.cols >= 320); // for the labels
     const cv::Rect place((whole.cols - width) / 2, 0, width, height);
@@ -170,10 +165,10 @@ TEST_CASE("show draws a legend below the picture") {
     CHECK(hex(whole, 10, bar) == "440154");
     CHECK(hex(whole, whole.cols - 11, bar) == "fde725");
     // The unit is drawn: without it the picture is another one.
-    check_done(run({"show", file, "--range", "0:1", "-o", folder / "out/plain.png"}));
+    check_done({"show", file, "--range", "0:1", "-o", folder / "out/plain.png"});
     CHECK_FALSE(same(whole, cv::imread(folder / "out/plain.png")));
     // A name for the picture is made of the file's.
-    check_done(run({"show", file}));
+    check_done({"show", file});
     CHECK(same(cv::imread(folder / "depth.show.png"), cv::imread(folder / "out/plain.png")) == false);
     CHECK(cv::imread(folder / "depth.show.png").cols == whole.cols);
 }
@@ -203,23 +198,22 @@ TEST_CASE("show makes a picture of each frame that a name stands for") {
                                         fmt::format(fmt::runtime(name), 7)};
     };
     for (const char* name : {"z.%04d.exr", "z.####.exr", "z.*.exr"}) {
-        const Outcome outcome = run({"show", folder / name, "-o", folder / "out/new/"});
-        check_done(outcome);
+        const Outcome outcome = check_done({"show", folder / name, "-o", folder / "out/new/"});
         CHECK(std::count(outcome.out.begin(), outcome.out.end(), '\n') == 3);
         for (const std::string& picture : frames("out/new/z.{:04}.png"))
             CHECK(cv::imread(folder / picture).rows > 1);
         fs::remove_all(folder / "out/new");
     }
-    check_done(run({"show", folder / "z.####.exr", "--no-legend", "-o", folder / "out/p.##.png"}));
+    check_done({"show", folder / "z.####.exr", "--no-legend", "-o", folder / "out/p.##.png"});
     CHECK(folder.results() == frames("p.{:02}.png"));
     CHECK(same(cv::imread(folder / "out/p.07.png"), shown(folder, folder / "z.0007.exr")));
     for (int again = 0; again < 2; ++again) // the pictures themselves are not shown
-        check_done(run({"show", folder / "z.*", "--range", "0:9"}));
+        check_done({"show", folder / "z.*", "--range", "0:9"});
     for (const std::string& picture : frames("z.{:04}.show.png"))
         CHECK(fs::exists(folder / picture));
     CHECK_FALSE(fs::exists(folder / "z.0001.show.show.png"));
-    check_refused(run({"show", folder / "z.####.exr", "-o", folder / "out/one.png"}), 2, "a name with the place");
-    check_refused(run({"show", folder / "nix.####.exr"}), 1, "nix.####.exr: no frame of this name is there");
+    check_refused({"show", folder / "z.####.exr", "-o", folder / "out/one.png"}, 2, "a name with the place");
+    check_refused({"show", folder / "nix.####.exr"}, 1, "nix.####.exr: no frame of this name is there");
     write(folder / "z.0002.exr", "damaged");
     const Outcome outcome = run({"show", folder / "z.####.exr", "-o", folder / "out/rest/"});
     CHECK(outcome.code == 1);
@@ -230,9 +224,9 @@ TEST_CASE("show makes a picture of each frame that a name stands for") {
 TEST_CASE("show names the channels that there are, and how to choose one") {
     const Folder folder;
     const std::string ao = row_file(folder, "ao.exr", {0, 1}, {"AO"});
-    check_refused(run({"show", ao, "--channel", "P"}), 1, "has no channel \"P\"; it has AO, which --channel can name");
+    check_refused({"show", ao, "--channel", "P"}, 1, "has no channel \"P\"; it has AO, which --channel can name");
     const std::string points = row_file(folder, "p.exr", {1, 2, -30, 4, 5, -6}, {"P.X", "P.Y", "P.Z"});
-    check_refused(run({"show", points, "--channel", "P"}), 1, "--channel P.X, P.Y or P.Z");
+    check_refused({"show", points, "--channel", "P"}, 1, "--channel P.X, P.Y or P.Z");
     CHECK(told(folder, points, {"--channel", "P.X"})["max"] == 4);
 }
 
@@ -240,7 +234,7 @@ TEST_CASE("show knows what a PNG holds that the program wrote with a record") {
     const Folder folder;
     const std::string depth = depth_file(folder, "depth.exr"), camera = camera_file(folder);
     const auto made = [&](const Arguments& what, const std::string& name) {
-        check_done(run(joined(what, {depth, "--camera", camera, "-o", folder / name, "--quiet"})));
+        check_done(joined(what, {depth, "--camera", camera, "-o", folder / name, "--quiet"}));
         return folder / name;
     };
     const std::string ao = made({"ssao", "--radius", "0.2", "--resume"}, "ao.png");
@@ -263,24 +257,24 @@ TEST_CASE("show knows what a PNG holds that the program wrote with a record") {
 TEST_CASE("show refuses what it cannot do in one line") {
     const Folder folder;
     const std::string file = depth_file(folder, "depth.exr"), out = folder / "out/p.png";
-    check_refused(run({"show", folder / "none.exr", "-o", out}), 1, "none.exr");
+    check_refused({"show", folder / "none.exr", "-o", out}, 1, "none.exr");
     write(folder / "cut.exr", content(file).substr(0, 200));
-    check_refused(run({"show", folder / "cut.exr", "-o", out}), 1, "cut.exr");
+    check_refused({"show", folder / "cut.exr", "-o", out}, 1, "cut.exr");
     write(folder / "text.png", "no picture");
-    check_refused(run({"show", folder / "text.png", "-o", out}), 1, "text.png");
-    check_refused(run({"show", file, "-o", folder / "out/p.jpg"}), 2, "ends with .png");
-    check_refused(run({"show", file, "-o", folder / "nowhere/p.png"}), 1, "nowhere/p.png");
+    check_refused({"show", folder / "text.png", "-o", out}, 1, "text.png");
+    check_refused({"show", file, "-o", folder / "out/p.jpg"}, 2, "ends with .png");
+    check_refused({"show", file, "-o", folder / "nowhere/p.png"}, 1, "nowhere/p.png");
     for (const char* range : {"5:1", "1:1", "a:b", "3", "nan:1", "0:inf", ":"})
-        check_refused(run({"show", file, "-o", out, "--range", range}), 2, std::string("'") + range + "'");
-    check_refused(run({"show", file, "-o", out, "--scale", "log", "--range", "0:1"}), 1, "above 0");
-    check_refused(run({"show", file, "-o", out, "--map", "jet"}), 2, "'jet' is unknown");
-    check_refused(run({"show", file, "-o", out, "--channel", "nix"}), 1, "\"nix\"");
+        check_refused({"show", file, "-o", out, "--range", range}, 2, std::string("'") + range + "'");
+    check_refused({"show", file, "-o", out, "--scale", "log", "--range", "0:1"}, 1, "above 0");
+    check_refused({"show", file, "-o", out, "--map", "jet"}, 2, "'jet' is unknown");
+    check_refused({"show", file, "-o", out, "--channel", "nix"}, 1, "\"nix\"");
     const std::string normals = row_file(folder, "n.exr", {0, 0, 1}, {"N.X", "N.Y", "N.Z"});
-    check_refused(run({"show", normals, "-o", out, "--range", "0:1"}), 1, "which have no range");
+    check_refused({"show", normals, "-o", out, "--range", "0:1"}, 1, "which have no range");
     const std::string layers = row_file(folder, "layers.exr", {0, 0}, {"a.b", "c.d"});
-    check_refused(run({"show", layers, "-o", out}), 1, "a.b, c.d");
+    check_refused({"show", layers, "-o", out}, 1, "a.b, c.d");
     CHECK(folder.results().empty());
     const cv::Mat picture(2, 2, CV_8UC3, cv::Scalar(1, 2, 3));
     cv::imwrite(folder / "same.png", picture);
-    check_refused(run({"show", folder / "same.png", "-o", folder / "same.png"}), 2, "is the file to show");
+    check_refused({"show", folder / "same.png", "-o", folder / "same.png"}, 2, "is the file to show");
 }

@@ -8,15 +8,6 @@
 #include <OpenEXR/ImfTiledOutputFile.h>
 #include <tiffio.h>
 
-#include <chrono>
-#include <cmath>
-#include <cstdint>
-#include <fstream>
-#include <iostream>
-#include <limits>
-#include <numbers>
-#include <random>
-
 using namespace fathom;
 using namespace fathom::test;
 using fathom::test::write;
@@ -269,8 +260,8 @@ TEST_CASE("strips: what is probably wrong is told as of the whole image", "[cli]
                 folder, joined({"linearize", write_exr(folder / "depth.exr", values), "--camera", camera}, strict),
                 ".exr");
             INFO(exr.err << "must say: " << what);
-            CHECK(exr.err.find(what) != std::string::npos);
-            CHECK(exr.code == (strict.empty() && exr.err.find("no pixel") == std::string::npos ? 0 : 1));
+            CHECK(contains(exr.err, what));
+            CHECK(exr.code == (strict.empty() && !contains(exr.err, "no pixel") ? 0 : 1));
             check_same(folder,
                        joined({"normals", write_tiff(folder / "depth.tif", values), "--camera", camera}, strict),
                        ".tif");
@@ -368,7 +359,7 @@ TEST_CASE("strips: a full disk is told, and the old result stays", "[cli]") {
                       result = folder / "out/z.tif";
     write(result, "old");
     const Arguments arguments{"linearize", file, "--camera", camera, "-o", result};
-    check_done(run(arguments, {.program = places::by_strips})); // compiles the kernel, which takes files, too
+    check_done(arguments, {.program = places::by_strips}); // compiles the kernel, which takes files, too
     write(result, "old");
     const Outcome outcome = run(arguments, {.largest_file = 5'000'000, .program = places::by_strips});
     check_refused(outcome, 1, "z.tif: cannot be written");
@@ -470,10 +461,9 @@ TEST_CASE("strips: a gigapixel needs no more than 600 MiB", "[cli][exhaustive]")
     const std::string camera = folder / "camera.json", exr = folder / "depth.exr", tiff = folder / "depth.tif",
                       z = folder / "z.tif", result = folder / "result.exr";
     write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.5, "far": 100}})");
-    Camera described;
-    described.projection = perspective(std::numbers::pi / 3, double{wide} / high, {0.5, 100});
-    described.width = wide;
-    described.height = high;
+    Camera described{.projection = perspective(std::numbers::pi / 3, double{wide} / high, {0.5, 100}),
+                     .width = wide,
+                     .height = high};
     const auto depth_at = [&](int x, int y) {
         return static_cast<double>(
             view_depth(described, Storage::float32, x + 0.5, y + 0.5, static_cast<double>(stored_at(x, y))));

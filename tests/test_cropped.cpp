@@ -6,10 +6,6 @@
 
 #include <fathom/camera.hpp>
 
-#include <iostream>
-#include <random>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::seen;
 

@@ -7,19 +7,9 @@
 #include "quad.hpp"
 #include "subjects.hpp"
 
-#include "operations/circle.hpp"
+#include "operations/dof_masks/circle.hpp"
 
 #include <fathom/fathom.hpp>
-
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <limits>
-#include <map>
-#include <sstream>
-#include <tuple>
 
 using namespace fathom;
 using oracle::conventions;
@@ -332,10 +322,8 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
 namespace {
 
 Camera window_camera(int width, int height, DepthSpan span = {0.1, 100}) {
-    Camera camera;
-    camera.projection = perspective(1.0, static_cast<double>(width) / height, span);
-    camera.width = width;
-    camera.height = height;
+    Camera camera{
+        .projection = perspective(1.0, static_cast<double>(width) / height, span), .width = width, .height = height};
     return camera;
 }
 
@@ -402,10 +390,7 @@ TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[do
             }
         }
     }
-    Camera orthographic_camera;
-    orthographic_camera.projection = orthographic({-1, 1, -1, 1}, {0, 10});
-    orthographic_camera.width = 3;
-    orthographic_camera.height = 1;
+    Camera orthographic_camera{.projection = orthographic({-1, 1, -1, 1}, {0, 10}), .width = 3, .height = 1};
     std::vector<float> values{1, 0.5f, 0};
     const CircleOfConfusion telecentric{.k = 20, .g = 10, .telecentric = true};
     const Planes infinite = masks_of(values, orthographic_camera, telecentric);
@@ -512,10 +497,7 @@ TEST_CASE("dof_masks: one scene through other cameras has one map", "[dof_masks]
     const Lens lens{.f_stop = 2, .focus = 9, .focal_length_mm = 50, .mm_per_unit = 30};
     double first_k = 0;
     for (const Other& other : others) {
-        Camera camera;
-        camera.projection = other.projection;
-        camera.width = other.width;
-        camera.height = other.height;
+        Camera camera{.projection = other.projection, .width = other.width, .height = other.height};
         const CircleOfConfusion circle = circle_of_confusion(lens, camera);
         if (first_k == 0)
             first_k = static_cast<double>(circle.k);
@@ -557,10 +539,7 @@ TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thous
         {"oblique", with_oblique_near_plane(perspective(1.0, 4.0 / 3, {0.5, 50}), {0.2, 0.1, -1, -0.6})},
     };
     for (const auto& [name, projection] : cameras) {
-        Camera camera;
-        camera.projection = projection;
-        camera.width = width;
-        camera.height = height;
+        Camera camera{.projection = projection, .width = width, .height = height};
         const double a = 0.16 / width, b = 0.05 / height, one = 0.03, focus = 8.3; // 1/z = a x + b y + one
         const CircleOfConfusion circle = circle_of_confusion({.f_stop = 1.4, .focus = focus, .sensor_mm = 36}, camera);
         std::vector<float> values;
@@ -586,87 +565,6 @@ TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thous
         std::printf("slanted plane, %-18s focus off its line by at most %.2e px in %d rows\n", name, worst, rows);
         CHECK(rows == height);
         CHECK(worst < 1e-3);
-    }
-}
-
-TEST_CASE("dof_masks: same bits for every vector width, group size and region, of any size", "[dof_masks][same-bits]") {
-    std::vector<Subject> subjects{
-        oracle::from_field_of_view(1.1, 1.5, {0.1, 1e6}),
-        with_oblique_near_plane(oracle::from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}),
-        oracle::from_orthographic({-5, 7, -4, 3}, {-3, 100}),
-        encoded(Encoding::median),
-        encoded(Encoding::logarithmic),
-        encoded(Encoding::ray_distance)};
-    std::mt19937 random(8);
-    for (const auto& [width, height] : {std::pair{1, 1}, {1, 37}, {53, 1}, {67, 41}, {64, 16}}) {
-        for (Subject subject : subjects) {
-            subject.camera.width = width;
-            subject.camera.height = height;
-            std::vector<float> values(static_cast<std::size_t>(width * height));
-            for (float& value : values)
-                value = static_cast<float>(random() >> 8) * 0x1p-24f * (random() % 20 == 0 ? 3.0f : 1.0f);
-            values[values.size() / 2] = nan_f;
-            const DepthForm form = depth_form(subject.camera);
-            const CircleOfConfusion coc = lens_of(subject.camera, form, 3);
-            const DofMasksOptions options{.transition_px = 4};
-            for (const Arithmetic arithmetic : oracle::arithmetics()) {
-                if (arithmetic == Arithmetic::two_float && circle_form(form, coc) == CircleForm::recentred)
-                    continue; // in floats either way
-                Planes first;
-                for (const auto& [vector_width, group] : {std::pair{16, 64}, {8, 7}, {4, 64}, {1, 64}, {1, 1}}) {
-                    const bool every_choice = width == 67 && circle_form(form, coc) <= CircleForm::sum;
-                    if (!every_choice && (group != 64 || vector_width == 8 || vector_width == 4))
-                        continue; // each is another build of the kernel
-                    static std::map<std::tuple<Arithmetic, int, int>, Device> devices;
-                    const auto [place, is_new] = devices.try_emplace({arithmetic, vector_width, group});
-                    if (is_new)
-                        place->second = Device::open("cpu", {arithmetic, vector_width, group});
-                    const Device& device = place->second;
-                    const StoredDepth stored{Image::from_host(device, Element::f32, values.data(), {width, height}),
-                                             subject.camera};
-                    const Planes got = all_weights(stored, coc, options);
-                    if (first.circle.empty())
-                        first = got;
-                    INFO(subject.name << ", " << width << " x " << height << ", vector width " << vector_width);
-                    const std::size_t bytes = 4 * values.size();
-                    REQUIRE(std::memcmp(got.circle.data(), first.circle.data(), bytes) == 0);
-                    REQUIRE(std::memcmp(got.near.data(), first.near.data(), bytes) == 0);
-                    REQUIRE(std::memcmp(got.focus.data(), first.focus.data(), bytes) == 0);
-                    REQUIRE(std::memcmp(got.far.data(), first.far.data(), bytes) == 0);
-                    if (width < 3 || height < 3)
-                        continue;
-                    const int left = 1, top = 2, w = width - 2, h = height - 2;
-                    const std::vector<float> part = circles(stored.region(left, top, w, h), coc, options);
-                    for (int y = 0; y < h; ++y)
-                        REQUIRE(std::memcmp(&part[static_cast<std::size_t>(y * w)],
-                                            &first.circle[static_cast<std::size_t>((top + y) * width + left)],
-                                            4 * static_cast<std::size_t>(w)) == 0);
-                }
-            }
-        }
-    }
-}
-
-TEST_CASE("dof_masks: large results, which are written past the cache, have the same bits", "[dof_masks][same-bits]") {
-    const int width = 2048, height = 2049;
-    Camera camera = window_camera(width, height);
-    std::vector<float> values(static_cast<std::size_t>(width) * height);
-    std::mt19937 random(20);
-    for (float& value : values)
-        value = static_cast<float>(random() >> 8) * 0x1p-24f;
-    const CircleOfConfusion coc{20, 140, 0, false};
-    const Planes all = masks_of(values, camera, coc);
-    const StoredDepth stored{Image::from_host(cpu(), Element::f32, values.data(), {width, height}), camera};
-    for (const int x : {0, 1021}) {
-        const Planes part = all_weights(stored.region(x, 100, 1003, 57), coc);
-        for (int y = 0; y < 57; ++y) {
-            const auto here = static_cast<std::size_t>(y) * 1003,
-                       there = static_cast<std::size_t>(100 + y) * width + static_cast<std::size_t>(x);
-            REQUIRE(std::memcmp(&part.circle[here], &all.circle[there], 4 * 1003) == 0);
-            REQUIRE(std::memcmp(&part.near[here], &all.near[there], 4 * 1003) == 0);
-            REQUIRE(std::memcmp(&part.focus[here], &all.focus[there], 4 * 1003) == 0);
-            REQUIRE(std::memcmp(&part.far[here], &all.far[there], 4 * 1003) == 0);
-        }
     }
 }
 
@@ -700,11 +598,6 @@ TEST_CASE("dof_masks: bad options are refused in one line", "[dof_masks]") {
     const Camera camera = window_camera(4, 3);
     const CircleOfConfusion circle{20, 140, 0, false};
     CHECK(message_of(circle, {}, camera) == "accepted");
-    CHECK(message_of(circle, {.sharp_px = -1}, camera) == "sharp_px = -1 must be a number from 0");
-    CHECK(message_of(circle, {.sharp_px = infinity}, camera) == "sharp_px = inf must be a number from 0");
-    CHECK(message_of(circle, {.transition_px = NAN}, camera) == "transition_px = nan must be a number from 0");
-    CHECK(message_of(circle, {.max_coc_px = 0}, camera) == "max_coc_px = 0 must be a number above 0, or inf");
-    CHECK(message_of(circle, {.max_coc_px = NAN}, camera) == "max_coc_px = nan must be a number above 0, or inf");
     CHECK(message_of({-1, 1, 0, false}, {}, camera) == "the circle's k = -1 must be finite and 0 or greater");
     CHECK(message_of({1, infinity, 0, false}, {}, camera) == "the circle's g = inf must be finite and 0 or greater");
     CHECK(message_of({1, 1, NAN, false}, {}, camera) == "the circle's lens_depth = nan must be finite");

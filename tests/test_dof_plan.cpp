@@ -2,17 +2,7 @@
 
 #include "catch.hpp"
 
-#include "sampling/dof_layers.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <map>
-#include <numbers>
-#include <random>
-#include <set>
-#include <tuple>
-#include <utility>
+#include "operations/dof/dof_layers.hpp"
 
 using namespace fathom;
 

@@ -6,11 +6,7 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <mutex>
-#include <thread>
 
 using namespace fathom;
 using oracle::Subject;

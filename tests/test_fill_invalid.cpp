@@ -5,9 +5,6 @@
 
 #include <fathom/linearize.hpp>
 
-#include <cstdint>
-#include <vector>
-
 using namespace fathom;
 
 TEST_CASE("fill_invalid: a hole has the farther depth beside it, and a row of holes that above or below",

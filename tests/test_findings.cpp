@@ -3,12 +3,6 @@
 
 #include <fathom/findings.hpp>
 
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <string>
-#include <vector>
-
 using namespace fathom;
 
 namespace {
@@ -24,11 +18,7 @@ HostDepth host(const std::vector<Element>& values, int width, Storage storage, i
 
 // 1/z runs from 1/0.5 at 0 to 1/100 at 1.
 Camera camera_of(int width, int height) {
-    Camera camera;
-    camera.projection = perspective(1.0, 1.5, {0.5, 100});
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return {.projection = perspective(1.0, 1.5, {0.5, 100}), .width = width, .height = height};
 }
 
 double depth_of(double stored) {

@@ -6,19 +6,6 @@
 
 #include <fathom/fog.hpp>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <map>
-#include <random>
-#include <string>
-#include <tuple>
-
 using namespace fathom;
 
 namespace {
@@ -286,33 +273,6 @@ TEST_CASE("fog: what has no depth keeps its colour, and so does what is not fini
     }
 }
 
-TEST_CASE("fog: same bits for any vector width, group size and region", "[fog][same bits]") {
-    const int width = 61, height = 7;
-    const View view = view_of(true, width, height, view_matrix(2, 0.1, 0.2));
-    for (const int channels : {3, 4}) {
-        const Picture given = picture(width, height, channels, 4);
-        for (const FogOptions& fog : {FogOptions{.density = 0.05, .start = 1}, height_fog(0.2, 0.3)}) {
-            const std::vector<float> all = fogged(device(), given, view, channels, fog);
-            for (const auto& [vector_width, group] : {std::pair{16, 64}, {16, 7}, {8, 64}, {4, 1}, {1, 64}}) {
-                const Device on = Device::open("cpu", {Arithmetic::automatic, vector_width, group});
-                INFO("vector width " << vector_width << ", groups of " << group << ", " << channels << " channels");
-                CHECK(images::same_bits(fogged(on, given, view, channels, fog), all));
-            }
-            const StoredDepth depth = stored_of(device(), given.depth, view.camera);
-            const Image color = Image::from_host(device(), Element::f32, given.color.data(), {width, height, channels});
-            for (const auto& [x, y, w, h] : {std::tuple{3, 2, 40, 4}, {60, 6, 1, 1}, {0, 0, 1, 7}, {17, 1, 19, 1}}) {
-                const Image whole(device(), Element::f32, {width, height, channels});
-                fathom::fog(depth.region(x, y, w, h), color.region(x, y, w, h), whole.region(x, y, w, h), fog);
-                const std::vector<float> part = images::floats(whole.region(x, y, w, h));
-                for (int row = 0; row < h; ++row)
-                    for (int i = 0; i < w * channels; ++i)
-                        CHECK(images::same_bits(part[static_cast<std::size_t>(row * w * channels + i)],
-                                                all[static_cast<std::size_t>(((y + row) * width + x) * channels + i)]));
-            }
-        }
-    }
-}
-
 TEST_CASE("fog: pictures of halves and of integers are those of floats, rounded", "[fog]") {
     const int width = 37, height = 3;
     const View view = view_of(true, width, height, view_matrix(2, 0, 0));
@@ -354,25 +314,9 @@ TEST_CASE("fog: pictures of halves and of integers are those of floats, rounded"
 TEST_CASE("fog: options out of range and images that do not fit are refused by name", "[fog]") {
     View view = view_of(true, 4, 2, view_matrix(2, 0, 0));
     const Picture given = picture(4, 2, 3, 6);
-    const auto refused = [&](const FogOptions& fog, const char* part) {
-        try {
-            fogged(device(), given, view, 3, fog);
-        } catch (const std::invalid_argument& error) {
-            INFO(error.what());
-            CHECK(std::string(error.what()).find(part) != std::string::npos);
-            return;
-        }
-        FAIL_CHECK("not refused: " << part);
-    };
-    refused({.density = -1}, "density = -1");
-    refused({.density = NAN}, "density = ");
-    refused({.density = 0, .max_opacity = 1.5}, "max_opacity = 1.5");
-    refused({.density = 0, .start = -2}, "start = -2");
-    refused({.density = 0, .fog_color = {1, NAN, 1}}, "fog_color");
-    refused({.density = 0, .height_falloff = -0.5}, "height_falloff = -0.5");
-    refused({.density = 0, .height_falloff = 1, .up = {0, 0, 0}}, "up = ");
     view.camera.view.reset();
-    refused({.density = 0, .height_falloff = 1}, "view matrix");
+    CHECK_THROWS_WITH(fogged(device(), given, view, 3, {.density = 0, .height_falloff = 1}),
+                      ContainsSubstring("view matrix"));
     const StoredDepth depth = stored_of(device(), given.depth, view.camera);
     CHECK_THROWS_AS(fathom::fog(depth, Image(device(), Element::f32, {4, 3, 3}), {.density = 0}),
                     std::invalid_argument);

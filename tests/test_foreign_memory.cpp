@@ -6,16 +6,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cstring>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <random>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 
 namespace {
@@ -229,11 +219,7 @@ std::vector<Operation> operations(Element color) {
 }
 
 Camera camera(int width, int height) {
-    Camera camera;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return {.projection = perspective(1.0, 1.0 * width / height, {0.5, 100}), .width = width, .height = height};
 }
 
 /// Stored depth and a picture, as tight rows.

@@ -5,13 +5,6 @@
 
 #include <fathom/camera.hpp>
 
-#include <bit>
-#include <cmath>
-#include <iostream>
-#include <limits>
-#include <numbers>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::seen;
 

@@ -7,10 +7,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <cmath>
-#include <cstdio>
-#include <limits>
-
 using namespace fathom;
 
 namespace {

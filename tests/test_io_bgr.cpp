@@ -3,9 +3,6 @@
 
 #include <fathom/opencv.hpp>
 
-#include <cmath>
-#include <random>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -67,7 +64,7 @@ TEST_CASE("bgr: a CARLA PNG is the same depth through fathom_io, OpenCV and the 
         const cv::Mat by_io = to_mat(linearize({to_device(device, depth.values), sized, depth.storage}).image);
         cv::Mat by_opencv;
         linearize(device, cv::imread(input), sized, by_opencv, {}, Storage::bgr8_red_low);
-        check_done(run({"linearize", input, "--camera", camera, "-o", out}));
+        check_done({"linearize", input, "--camera", camera, "-o", out});
         const cv::Mat by_program = channel(out);
         CHECK(same(by_io, by_opencv));
         CHECK(same(by_io, by_program));

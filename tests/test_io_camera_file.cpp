@@ -5,10 +5,6 @@
 
 #include <fathom/io.hpp>
 
-#include <cmath>
-#include <limits>
-#include <numbers>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -242,24 +238,24 @@ TEST_CASE("camera file: what the projection's builder refuses names the file", "
 TEST_CASE("camera file: JSON that is none says where", "[io]") {
     const TempFolder folder;
     const auto file = put(folder / "a.json", "{\n  \"width\": 3,\n  \"height\" 4\n}");
-    check_says(refusal([&] { read_camera(file); }), {"a.json: is no JSON", "line 3, column"});
-    check_says(refusal([&] { read_camera(put(folder / "b.json", "[1, 2]")); }), {"b.json: holds [1,2]", "object"});
-    check_says(refusal([&] { read_camera(put(folder / "c.json", "{} {}")); }), {"c.json: is no JSON"});
-    check_says(refusal([&] { read_camera(put(folder / "d.json", "{\"a\": \"\xff\"}")); }), {"d.json: is no JSON"});
+    check_says([&] { read_camera(file); }, {"a.json: is no JSON", "line 3, column"});
+    check_says([&] { read_camera(put(folder / "b.json", "[1, 2]")); }, {"b.json: holds [1,2]", "object"});
+    check_says([&] { read_camera(put(folder / "c.json", "{} {}")); }, {"c.json: is no JSON"});
+    check_says([&] { read_camera(put(folder / "d.json", "{\"a\": \"\xff\"}")); }, {"d.json: is no JSON"});
     check_says(refused(R"("near": 1, "far": 2, "near": 3)"), {"\"near\" is given twice"});
     const std::string long_key = refused('"' + std::string(1 << 20, 'k') + R"(": 1)");
     check_says(long_key, {"unknown key \"kkk", "kkk...", "the nearest known one is"});
     CHECK(long_key.size() < 400);
     const std::string deep = "{\"a\": " + std::string(101, '[') + std::string(101, ']') + "}";
-    check_says(refusal([&] { read_camera(put(folder / "deep.json", deep)); }), {"deep.json", "more than 100 deep"});
-    check_says(refusal([&] { read_camera(put(folder / "e.json", std::string(100000, '['))); }), {"e.json: is no JSON"});
+    check_says([&] { read_camera(put(folder / "deep.json", deep)); }, {"deep.json", "more than 100 deep"});
+    check_says([&] { read_camera(put(folder / "e.json", std::string(100000, '['))); }, {"e.json: is no JSON"});
 }
 
 TEST_CASE("camera file: a file cut or changed at any byte gives a refusal or a camera", "[io]") {
     const TempFolder folder;
     const auto text = "{" + lens + R"(, "width": 30, "height": 20, "view": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]})";
     for (std::size_t i = 0; i < text.size(); ++i) {
-        check_says(refusal([&] { read_camera(put(folder / "cut.json", text.substr(0, i))); }), {"cut.json: "});
+        check_says([&] { read_camera(put(folder / "cut.json", text.substr(0, i))); }, {"cut.json: "});
         for (const char c : {'0', '"', '}', '-', '\0', '\xc3'}) {
             auto changed = text;
             changed[i] = c;
@@ -273,7 +269,7 @@ TEST_CASE("camera file: the image's size is taken or checked", "[io]") {
     CHECK((any.width == 320 && any.height == 240));
     const auto file = camera(opengl_matrix + R"(, "width": 320, "height": 240)");
     CHECK_NOTHROW(camera_for(file, 320, 240));
-    check_says(refusal([&] { camera_for(file, 240, 320); }), {"320 x 240", "240 x 320"});
+    check_says([&] { camera_for(file, 240, 320); }, {"320 x 240", "240 x 320"});
 }
 
 TEST_CASE("camera file: a projection that waits for the image's size is that of the image", "[io]") {

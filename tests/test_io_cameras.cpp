@@ -19,19 +19,12 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfVecAttribute.h>
 
-#include <Eigen/Geometry>
-
 #ifdef WITH_CALIB3D
 #include <opencv2/calib3d.hpp>
 #endif
 #include <opencv2/core.hpp>
 
-#include <cmath>
-#include <cstring>
 #include <ctime>
-#include <iostream>
-#include <numbers>
-#include <random>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -163,16 +156,18 @@ TEST_CASE("camera file: camera_to_world is the inverse of view, and one of both 
         read_camera(put(folder / "b.json", "{" + rest + "\"camera_to_world\": " + text_of(to_world) + "}")).camera;
     CHECK((*by_view.view - *by_place.view).cwiseAbs().maxCoeff() <= doubles);
     CHECK(by_place.view->row(3) == Eigen::RowVector4d(0, 0, 0, 1));
-    check_says(refusal([&] {
-                   read_camera(put(folder / "c.json", "{" + rest + "\"view\": " + text_of(world.to_camera) +
-                                                          ", \"camera_to_world\": " + text_of(to_world) + "}"));
-               }),
-               {"c.json", "both \"view\" and \"camera_to_world\"", "keep one"});
-    check_says(refusal([&] {
-                   read_camera(put(folder / "d.json",
-                                   "{" + rest + "\"camera_to_world\": " + text_of(to_world.transpose()) + "}"));
-               }),
-               {"d.json", "\"camera_to_world\"", "is transposed"});
+    check_says(
+        [&] {
+            read_camera(put(folder / "c.json", "{" + rest + "\"view\": " + text_of(world.to_camera) +
+                                                   ", \"camera_to_world\": " + text_of(to_world) + "}"));
+        },
+        {"c.json", "both \"view\" and \"camera_to_world\"", "keep one"});
+    check_says(
+        [&] {
+            read_camera(
+                put(folder / "d.json", "{" + rest + "\"camera_to_world\": " + text_of(to_world.transpose()) + "}"));
+        },
+        {"d.json", "\"camera_to_world\"", "is transposed"});
 }
 
 TEST_CASE("camera file: a lens and its sensor are a projection where no other is given", "[io][cameras]") {
@@ -195,8 +190,8 @@ TEST_CASE("camera file: a lens and its sensor are a projection where no other is
     CHECK(file.lens.focal_length_mm == 50.0);
     CHECK(file.lens.sensor_mm == 36.0);
     CHECK(preset_camera("blender:lens_mm=50,sensor_mm=36", 960, 540).projection.is_perspective());
-    check_says(refusal([&] { projection(R"("lens_mm": 0, "sensor_mm": 36)"); }), {"\"lens_mm\": 0", "positive"});
-    check_says(refusal([&] { projection(R"("lens_mm": 50)"); }), {"has no projection"});
+    check_says([&] { projection(R"("lens_mm": 0, "sensor_mm": 36)"); }, {"\"lens_mm\": 0", "positive"});
+    check_says([&] { projection(R"("lens_mm": 50)"); }, {"has no projection"});
 }
 
 TEST_CASE("cameras: keys alone are a description, too", "[io][cameras]") {
@@ -270,24 +265,24 @@ TEST_CASE("cameras: glTF sees what its specification says, through parents and s
     };
     const auto size = static_cast<std::uint32_t>(json.size());
     CHECK(import_camera(put(folder / "scene.glb", binary(size)), {.node = "Main"}).text == main.text);
-    check_says(refusal([&] { import_camera(put(folder / "scene.glb", binary(size + 1)), {.node = "Main"}); }),
+    check_says([&] { import_camera(put(folder / "scene.glb", binary(size + 1)), {.node = "Main"}); },
                {"scene.glb", "cut short"});
-    check_says(refusal([&] { import_camera(put(folder / "scene.glb", binary(size).substr(0, 17))); }), {"cut short"});
+    check_says([&] { import_camera(put(folder / "scene.glb", binary(size).substr(0, 17))); }, {"cut short"});
 
-    check_says(refusal([&] { camera_for(main, 640, 480); }), {"scene.gltf", "aspect 1.5", "640 x 480"});
+    check_says([&] { camera_for(main, 640, 480); }, {"scene.gltf", "aspect 1.5", "640 x 480"});
     CHECK(camera_for(main, 640, 427).projection.matrix == camera.projection.matrix); // rounded to whole pixels
 
-    check_says(refusal([&] { import_camera(file); }),
-               {"scene.gltf", "has 3 cameras", "--node", "Main, Plan, Infinite"});
-    check_says(refusal([&] { import_camera(file, {.node = "Mian"}); }), {"no camera \"Mian\"", "nearest are Main"});
-    check_says(refusal([&] { import_camera(file, {.image = "x"}); }), {"leave out --image"});
+    check_says([&] { import_camera(file); }, {"scene.gltf", "has 3 cameras", "--node", "Main, Plan, Infinite"});
+    check_says([&] { import_camera(file, {.node = "Mian"}); }, {"no camera \"Mian\"", "nearest are Main"});
+    check_says([&] { import_camera(file, {.image = "x"}); }, {"leave out --image"});
     const auto refused = [&](const std::string& nodes, const std::vector<std::string>& parts) {
-        check_says(refusal([&] {
-                       import_camera(put(folder / "bad.gltf", R"({"asset": {}, "cameras": [{"type": "perspective",
+        check_says(
+            [&] {
+                import_camera(put(folder / "bad.gltf", R"({"asset": {}, "cameras": [{"type": "perspective",
                            "perspective": {"yfov": 0.8, "znear": 0.1}}], "nodes": )" +
-                                                                  nodes + "}"));
-                   }),
-                   parts);
+                                                           nodes + "}"));
+            },
+            parts);
     };
     refused("[]", {"no node"});
     refused(R"([{"camera": 1}])", {"nodes[0].camera", "index below 1"});
@@ -298,7 +293,7 @@ TEST_CASE("cameras: glTF sees what its specification says, through parents and s
     refused(R"([{"camera": 0, "scale": [1, 1, -1]}])", {"mirrored"});
     refused(R"([{"camera": 0, "matrix": "x"}])", {"nodes[0].matrix", "16 numbers"});
     refused(R"([7])", {"nodes[0]", "must be an object"});
-    check_says(refusal([&] { import_camera(put(folder / "bad.gltf", R"({"asset": {}})")); }), {"has no camera"});
+    check_says([&] { import_camera(put(folder / "bad.gltf", R"({"asset": {}})")); }, {"has no camera"});
 
     std::string chain = R"({"asset": {}, "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}],
                             "nodes": [)";
@@ -338,11 +333,11 @@ TEST_CASE("cameras: transforms.json of nerfstudio and instant-ngp", "[io][camera
     CHECK(import_camera(file, {.preset = "encoding=view-z", .depth = "elsewhere/b.exr"}).camera.view ==
           import_camera(file, {.image = "b.png", .preset = "encoding=view-z"}).camera.view);
     CHECK(import_camera(file, {.image = "b", .preset = "tum"}).camera.scale == 0.0002);
-    check_says(refusal([&] { import_camera(file, {.image = "b"}); }),
+    check_says([&] { import_camera(file, {.image = "b"}); },
                {"transforms.json", "does not say what the values", "--preset tum"});
-    check_says(refusal([&] { import_camera(file); }), {"has 2 images", "--image", "images/a.png, images/b.png"});
-    check_says(refusal([&] { import_camera(file, {.image = "c"}); }), {"no image \"c\"", "nearest are images/"});
-    check_says(refusal([&] { import_camera(file, {.image = "a", .undistorted = true}); }), {"--undistorted"});
+    check_says([&] { import_camera(file); }, {"has 2 images", "--image", "images/a.png, images/b.png"});
+    check_says([&] { import_camera(file, {.image = "c"}); }, {"no image \"c\"", "nearest are images/"});
+    check_says([&] { import_camera(file, {.image = "a", .undistorted = true}); }, {"--undistorted"});
 
     // instant-ngp: an angle instead of focal lengths, depth as integers times a scale
     const double fx = 320 / std::tan(0.4), fov_pixel = 0.8;
@@ -365,7 +360,7 @@ TEST_CASE("cameras: transforms.json of nerfstudio and instant-ngp", "[io][camera
         CHECK(camera.camera.missing == 0.0);
     }
     const auto refused = [&](const std::string& keys, const std::vector<std::string>& parts) {
-        check_says(refusal([&] { ngp(keys); }), parts);
+        check_says([&] { ngp(keys); }, parts);
     };
     refused(lens + R"("k2": 0.01)", {"\"k2\": 0.01 is a lens distortion", "colmap image_undistorter"});
     refused(lens + R"("camera_model": "OPENCV_FISHEYE")", {"\"OPENCV_FISHEYE\" is no pinhole"});
@@ -377,7 +372,7 @@ TEST_CASE("cameras: transforms.json of nerfstudio and instant-ngp", "[io][camera
     refused(R"("camera_angle_x": 4)", {"camera_angle_x", "180 degrees"});
     refused(R"("fl_x": -5, "w": 640, "h": 480)", {"ngp.json"});
     const auto damaged = [&](const std::string& text, const std::vector<std::string>& parts) {
-        check_says(refusal([&] { import_camera(put(folder / "bad.json", text)); }), parts);
+        check_says([&] { import_camera(put(folder / "bad.json", text)); }, parts);
     };
     damaged(R"({"frames": []})", {"\"frames\": []", "not empty"});
     damaged(R"({"frames": [1]})", {"frames[0]", "object"});
@@ -423,25 +418,23 @@ TEST_CASE("cameras: OpenCV's calibration as cv::FileStorage writes it", "[io][ca
 #else
     std::cout << "skipped: cv::projectPoints, since libopencv-calib3d-dev was not there when this was built\n";
 #endif
-    check_says(refusal([&] { import_camera(file); }),
-               {"calibration.yml", "does not say what the values", "--preset kinect"});
-    check_says(refusal([&] { camera_for(made, 320, 240); }), {"640 x 480", "320 x 240", "scale", "by 0.5"});
-    check_says(refusal([&] { camera_for(made, 320, 200); }),
-               {"640 x 480", "320 x 200", "use the camera of this image"});
+    check_says([&] { import_camera(file); }, {"calibration.yml", "does not say what the values", "--preset kinect"});
+    check_says([&] { camera_for(made, 320, 240); }, {"640 x 480", "320 x 240", "scale", "by 0.5"});
+    check_says([&] { camera_for(made, 320, 200); }, {"640 x 480", "320 x 200", "use the camera of this image"});
 
     write(matrix, {0.1, -0.05, 0, 0, 0});
-    check_says(refusal([&] { import_camera(file, {.preset = "kinect"}); }),
+    check_says([&] { import_camera(file, {.preset = "kinect"}); },
                {"distortion_coefficients", "cv::initUndistortRectifyMap", "INTER_NEAREST", "--undistorted"});
     CHECK(import_camera(file, {.preset = "kinect", .undistorted = true}).text == made.text);
     write(cv::Matx33d(525, 1, 319.5, 0, 525, 239.5, 0, 0, 1), {});
-    check_says(refusal([&] { import_camera(file, {.preset = "kinect"}); }), {"camera_matrix", "skew"});
+    check_says([&] { import_camera(file, {.preset = "kinect"}); }, {"camera_matrix", "skew"});
     write(cv::Matx33d(525, 0, 0, 0, 525, 0, 319.5, 239.5, 1), {});
-    check_says(refusal([&] { import_camera(file, {.preset = "kinect"}); }), {"camera_matrix", "transposed?"});
+    check_says([&] { import_camera(file, {.preset = "kinect"}); }, {"camera_matrix", "transposed?"});
     write(cv::Matx33d(525, 0, std::nan(""), 0, 525, 239.5, 0, 0, 1), {});
-    check_says(refusal([&] { import_camera(file, {.preset = "kinect"}); }), {"camera_matrix[2]", "finite"});
+    check_says([&] { import_camera(file, {.preset = "kinect"}); }, {"camera_matrix[2]", "finite"});
 
     const auto damaged = [&](const std::string& text, const std::vector<std::string>& parts) {
-        check_says(refusal([&] { import_camera(put(folder / "bad.yml", text), {.preset = "kinect"}); }), parts);
+        check_says([&] { import_camera(put(folder / "bad.yml", text), {.preset = "kinect"}); }, parts);
     };
     damaged("%YAML:1.0\n---\ncamera_matrix: [1, 2\n", {"bad.yml", "is no YAML"});
     damaged("%YAML:1.0\n---\nM1: 7\nR: 8\n", {"neither OpenCV's \"camera_matrix\" nor \"K\" of ROS", "M1, R"});
@@ -493,10 +486,10 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
         CHECK(camera.camera.missing == 0.0);
         CHECK(import(text, {.storage = Storage::float32}).camera.scale == 1);
         CHECK_FALSE(import(text, {.storage = Storage::float32}).camera.missing.has_value());
-        check_says(refusal([&] { import(text, {}); }), {"16UC1", "32FC1"});
+        check_says([&] { import(text, {}); }, {"16UC1", "32FC1"});
     }
     for (const std::string& text : {saved(some), message(some, whole, 0, false)}) {
-        check_says(refusal([&] { import(text); }), {"lens distortion (plumb_bob)", "rectified topic", "--undistorted"});
+        check_says([&] { import(text); }, {"lens distortion (plumb_bob)", "rectified topic", "--undistorted"});
         const ImportedCamera camera = import(text, {.undistorted = true, .storage = Storage::uint16});
         check_sees(camera_for(camera, 640, 480), world.points(rectified), doubles);
     }
@@ -513,7 +506,7 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
     const auto damaged = [&](std::string text, const std::string& from, const std::string& to,
                              const std::vector<std::string>& parts) {
         text.replace(text.find(from), from.size(), to);
-        check_says(refusal([&] { import(text); }), parts);
+        check_says([&] { import(text); }, parts);
     };
     damaged(saved(none), "525.0", "0.0", {"info.yaml", "never calibrated"});
     damaged(saved(none), "525.0", ".nan", {"finite"});
@@ -605,8 +598,7 @@ TEST_CASE("cameras: COLMAP's binary and text files", "[io][cameras]") {
         check_sees(camera_for(import_camera(file, {.image = "b", .preset = "colmap"}), 640, 480),
                    world.points(pixel(500)), doubles);
         CHECK(import_camera(file, {.preset = "colmap", .depth = "depth/a.jpg.geometric.tif"}).text == a.text);
-        check_says(refusal([&] { import_camera(file, {.preset = "colmap", .depth = "depth/c.tif"}); }),
-                   {"has 3 images"});
+        check_says([&] { import_camera(file, {.preset = "colmap", .depth = "depth/c.tif"}); }, {"has 3 images"});
     }
 }
 
@@ -623,13 +615,12 @@ TEST_CASE("cameras: COLMAP's damaged files", "[io][cameras]") {
     };
     CHECK(import(cameras, images).camera.width == 640);
     for (std::size_t length = 1; length < cameras.size(); ++length)
-        check_says(refusal([&] { import(cameras.substr(0, length), images); }), {"cameras.bin", "cut short"});
+        check_says([&] { import(cameras.substr(0, length), images); }, {"cameras.bin", "cut short"});
     for (std::size_t length = 1; length < images.size(); ++length)
-        check_says(refusal([&] { import(cameras, images.substr(0, length)); }), {"images.bin", "cut short"});
-    check_says(refusal([&] { import(Colmap::counted(~0ull, colmap.cameras), images); }), {"cameras.bin", "cut short"});
-    check_says(refusal([&] { import(cameras, Colmap::counted(1ull << 60, colmap.images)); }),
-               {"images.bin", "cut short"});
-    check_says(refusal([&] { import(Colmap::counted(0, ""), images); }), {"cameras.bin", "has no camera"});
+        check_says([&] { import(cameras, images.substr(0, length)); }, {"images.bin", "cut short"});
+    check_says([&] { import(Colmap::counted(~0ull, colmap.cameras), images); }, {"cameras.bin", "cut short"});
+    check_says([&] { import(cameras, Colmap::counted(1ull << 60, colmap.images)); }, {"images.bin", "cut short"});
+    check_says([&] { import(Colmap::counted(0, ""), images); }, {"cameras.bin", "has no camera"});
     const auto with_camera = [&](std::int32_t model, const std::vector<double>& parameters) {
         Colmap other;
         other.camera(1, model, parameters);
@@ -644,20 +635,19 @@ TEST_CASE("cameras: COLMAP's damaged files", "[io][cameras]") {
     check_says(with_camera(5, {500, 500, 322, 238, 0, 0, 0, 0}), {"OPENCV_FISHEYE with a lens distortion"});
     Colmap other;
     other.image(7, "a.jpg", Eigen::Quaterniond::Identity(), Vector3d(1, 2, 3));
-    check_says(refusal([&] { import(cameras, Colmap::counted(1, other.images)); }), {"camera 7", "not in cameras.bin"});
+    check_says([&] { import(cameras, Colmap::counted(1, other.images)); }, {"camera 7", "not in cameras.bin"});
     Colmap still;
     still.image(1, "a\x1b.jpg", Eigen::Quaterniond(0, 0, 0, 0), Vector3d(1, 2, 3));
-    check_says(refusal([&] { import(cameras, Colmap::counted(1, still.images)); }), {"no rotation", "a .jpg"});
+    check_says([&] { import(cameras, Colmap::counted(1, still.images)); }, {"no rotation", "a .jpg"});
     import(cameras, images);
-    check_says(refusal([&] { import_camera(folder.path(), {.image = "q.jpg", .preset = "colmap"}); }),
-               {"no image \"q.jpg\""});
-    check_says(refusal([&] { import_camera(folder.path()); }), {"does not say what the values", "--preset colmap"});
+    check_says([&] { import_camera(folder.path(), {.image = "q.jpg", .preset = "colmap"}); }, {"no image \"q.jpg\""});
+    check_says([&] { import_camera(folder.path()); }, {"does not say what the values", "--preset colmap"});
     fs::remove(folder / "images.bin");
     CHECK_FALSE(import_camera(folder.path(), {.preset = "colmap"}).camera.view.has_value());
     fs::remove(folder / "cameras.bin");
-    check_says(refusal([&] { import_camera(folder.path()); }), {"sparse/0"});
+    check_says([&] { import_camera(folder.path()); }, {"sparse/0"});
     const auto text = [&](const std::string& line, const std::vector<std::string>& parts) {
-        check_says(refusal([&] { import_camera(put(folder / "cameras.txt", line), {.preset = "colmap"}); }), parts);
+        check_says([&] { import_camera(put(folder / "cameras.txt", line), {.preset = "colmap"}); }, parts);
     };
     text("1 PINHOLE 640 480 500 510 322\n", {"PINHOLE with 3 numbers", "4"});
     text("1 PINHOLE 640 480 500 510 322 238 9\n", {"with 5 numbers"});
@@ -843,8 +833,7 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
             header.insert("vrayInfo/vrayversion",
                           Imf::StringAttribute(maya ? "Version of V-Ray for Maya Next" : "V-Ray Next for 3ds Max"));
         });
-        check_says(refusal([&] { import_camera(file); }),
-                   {"vray.exr", "does not say what the values", "--preset vray-z:"});
+        check_says([&] { import_camera(file); }, {"vray.exr", "does not say what the values", "--preset vray-z:"});
         const ImportedCamera made = reread(folder, import_camera(file, {.preset = "vray-z:near=2,far=30"}), 64, 48);
         check_sees(camera_for(made, 64, 48), world.points(pixel, -1), floats);
         CHECK(made.camera.encoding == Encoding::linear);
@@ -857,7 +846,7 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
         header.insert("cameraFov", Imf::FloatAttribute(54));
         header.insert("cameraProjection", Imf::IntAttribute(1));
     });
-    check_says(refusal([&] { import_camera(spherical); }), {"cameraProjection", "no pinhole"});
+    check_says([&] { import_camera(spherical); }, {"cameraProjection", "no pinhole"});
 
     world = World(12);
     const Matrix4d place = world.to_camera.inverse();
@@ -935,7 +924,7 @@ TEST_CASE("cameras: renders without a camera in their headers are not given one"
     for (const auto& entry : fs::recursive_directory_iterator(shared)) {
         if (entry.path().extension() != ".exr")
             continue;
-        check_says(refusal([&] { import_camera(entry.path()); }), {"no camera in its header"});
+        check_says([&] { import_camera(entry.path()); }, {"no camera in its header"});
         ++count;
     }
     CHECK(count >= 6);
@@ -945,7 +934,7 @@ TEST_CASE("cameras: EXR headers without a camera, with a bad one, and damaged", 
     const TempFolder folder;
     const auto refused = [&](const std::function<void(Imf::Header&)>& attributes,
                              const std::vector<std::string>& parts) {
-        check_says(refusal([&] { import_camera(put_exr(folder / "bad.exr", attributes)); }), parts);
+        check_says([&] { import_camera(put_exr(folder / "bad.exr", attributes)); }, parts);
     };
     refused([](Imf::Header&) {}, {"bad.exr", "no camera in its header", "--preset"});
     Matrix4d nonsense = Matrix4d::Constant(2);

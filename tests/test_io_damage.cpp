@@ -12,14 +12,6 @@
 
 #include <zlib.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <random>
-#include <string>
-#include <string_view>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -48,21 +40,20 @@ std::vector<fs::path> samples(const TempFolder& folder) {
 
 TEST_CASE("damage: files that cannot be read say why", "[io]") {
     const TempFolder folder;
-    check_says(refusal([&] { read_depth(folder / "none.exr"); }), {"none.exr: there is no such file"});
-    check_says(refusal([&] { read_depth(put(folder / "empty.png", "")); }), {"empty.png: is empty"});
-    check_says(refusal([&] { read_depth(folder.path()); }), {"is a folder"});
-    check_says(refusal([&] { read_depth(put(folder / "a", "x") / "b.exr"); }), {"b.exr: "});
-    check_says(refusal([&] { read_depth("/dev/null"); }), {"is no regular file"});
-    check_says(refusal([&] { read_depth(put(folder / "text.exr", "no image at all")); }),
-               {"is no image that holds depth"});
-    check_says(refusal([&] { read_camera(folder / "none.json"); }), {"none.json: there is no such file"});
+    check_says([&] { read_depth(folder / "none.exr"); }, {"none.exr: there is no such file"});
+    check_says([&] { read_depth(put(folder / "empty.png", "")); }, {"empty.png: is empty"});
+    check_says([&] { read_depth(folder.path()); }, {"is a folder"});
+    check_says([&] { read_depth(put(folder / "a", "x") / "b.exr"); }, {"b.exr: "});
+    check_says([&] { read_depth("/dev/null"); }, {"is no regular file"});
+    check_says([&] { read_depth(put(folder / "text.exr", "no image at all")); }, {"is no image that holds depth"});
+    check_says([&] { read_camera(folder / "none.json"); }, {"none.json: there is no such file"});
     if (::geteuid() == 0) {
         WARN("root may read everything: permissions are not tested");
         return;
     }
     const auto secret = put(folder / "secret.exr", "x");
     fs::permissions(secret, fs::perms::none);
-    check_says(refusal([&] { read_depth(secret); }), {"secret.exr: cannot be read", "permissions"});
+    check_says([&] { read_depth(secret); }, {"secret.exr: cannot be read", "permissions"});
 }
 
 TEST_CASE("damage: a file cut at any byte is refused", "[io]") {
@@ -160,8 +151,7 @@ TEST_CASE("damage: sizes that a file cannot hold are refused before memory is as
 TEST_CASE("damage: a grey map that counts to no number is refused", "[io]") {
     const TempFolder folder;
     for (const std::string most : {"nan", "-1e300", "-inf", "0"})
-        check_says(refusal([&] { read_depth(put(folder / "a.pgm", "P5\n1 1\n" + most + "\nxx")); }),
-                   {"a.pgm: counts to 0"});
+        check_says([&] { read_depth(put(folder / "a.pgm", "P5\n1 1\n" + most + "\nxx")); }, {"a.pgm: counts to 0"});
 }
 
 TEST_CASE("damage: noise behind the first bytes of every format is refused", "[io]") {
@@ -175,7 +165,7 @@ TEST_CASE("damage: noise behind the first bytes of every format is refused", "[i
             for (int i = 0; i < 200; ++i)
                 bytes.push_back(static_cast<unsigned char>(random()));
             const auto file = put(folder / "noise", bytes);
-            check_says(refusal([&] { read_depth(file); }), {"noise: "});
+            check_says([&] { read_depth(file); }, {"noise: "});
         }
 }
 
@@ -185,7 +175,7 @@ TEST_CASE("damage: an EXR whose tiles are far larger than its image is refused",
                        std::ios::binary);
     seed.get(); // the target's choice
     const std::string bytes(std::istreambuf_iterator<char>(seed), {});
-    check_says(refusal([&] { read_depth(put(folder / "tiles.exr", bytes)); }),
+    check_says([&] { read_depth(put(folder / "tiles.exr", bytes)); },
                {"tiles.exr: has tiles of 23000 x 23000 pixels", "smaller tiles"});
 }
 
@@ -203,14 +193,13 @@ TEST_CASE("damage: files that are far longer than what they hold are refused unr
         CAPTURE(name);
         const auto file = put(folder / name, beginning);
         fs::resize_file(file, bytes);
-        check_says(refusal([&] { read_picture(file); }),
-                   {name, "has 21474836480 bytes", "check that it is the right one"});
+        check_says([&] { read_picture(file); }, {name, "has 21474836480 bytes", "check that it is the right one"});
     }
     const auto noise = put(folder / "noise.png", "xx");
     fs::resize_file(noise, bytes);
-    check_says(refusal([&] { read_depth(noise); }), {"noise.png: is no image that holds depth"});
+    check_says([&] { read_depth(noise); }, {"noise.png: is no image that holds depth"});
     const auto camera = put(folder / "camera.json", "{");
     fs::resize_file(camera, bytes);
-    check_says(refusal([&] { read_camera(camera); }), {"camera.json: has 21474836480 bytes"});
-    check_says(refusal([&] { import_camera(camera); }), {"camera.json: has 21474836480 bytes"});
+    check_says([&] { read_camera(camera); }, {"camera.json: has 21474836480 bytes"});
+    check_says([&] { import_camera(camera); }, {"camera.json: has 21474836480 bytes"});
 }

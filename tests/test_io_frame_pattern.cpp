@@ -8,12 +8,6 @@
 
 #include <fathom/error.hpp>
 
-#include <cstdio>
-#include <filesystem>
-#include <functional>
-#include <string>
-#include <vector>
-
 using namespace fathom::sequence;
 using namespace fathom::test;
 

@@ -5,17 +5,8 @@
 #include <fathom/error.hpp>
 #include <fathom/frames.hpp>
 
-#include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <mutex>
-#include <numeric>
-#include <random>
-#include <set>
-#include <stdexcept>
-#include <string>
-#include <thread>
-#include <vector>
 
 using fathom::FrameOptions;
 using fathom::FrameSteps;

@@ -4,12 +4,6 @@
 
 #include "targets.hpp"
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
-#include <iterator>
-
 namespace fs = std::filesystem;
 using namespace fathom::fuzz;
 

@@ -5,11 +5,6 @@
 
 #include <fathom/io.hpp>
 
-#include <bit>
-#include <cstring>
-#include <functional>
-#include <limits>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -159,7 +154,7 @@ TEST_CASE("npy: damaged arrays and those that are no image are refused in one li
     const TempFolder folder;
     const std::string good = array<float>("f4", false, false);
     const auto check = [&](const std::string& bytes, const std::string& said) {
-        check_says(refusal([&] { read_depth(put(folder / "a.npy", bytes)); }), {"a.npy: ", said});
+        check_says([&] { read_depth(put(folder / "a.npy", bytes)); }, {"a.npy: ", said});
     };
     for (std::size_t length = 7; length < good.size(); ++length)
         CHECK_THROWS_AS(read_depth(put(folder / "a.npy", good.substr(0, length))), Error);
@@ -203,7 +198,7 @@ TEST_CASE("npy: results are float32 in rows, with a header of a multiple of 64 b
         CHECK(text.substr(0, 8) == std::string("\x93NUMPY\x01\x00", 8));
         CHECK(text.find("'shape': (3, 5" + (channels > 1 ? ", " + std::to_string(channels) : "") + ")") !=
               std::string::npos);
-        CHECK(text.find("'descr': '<f4', 'fortran_order': False") != std::string::npos);
+        CHECK(contains(text, "'descr': '<f4', 'fortran_order': False"));
         CHECK(text.ends_with("\n"));
         CHECK(static_cast<std::size_t>(bytes[8]) + 256 * bytes[9] + 10 == text.size());
     }
@@ -220,10 +215,9 @@ TEST_CASE("ply: points have the colours and normals of their pixels", "[io]") {
     const Bytes bytes = get(folder / "a.ply");
     const std::string text(bytes.begin(), bytes.end());
     const auto end = text.find("end_header\n") + 11;
-    CHECK(
-        text.find("element vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty "
-                  "float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend") !=
-        std::string::npos);
+    CHECK(contains(
+        text, "element vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty "
+              "float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend"));
     REQUIRE(text.size() - end == 2 * 27);
     const auto float_at = [&](std::size_t at) {
         float value;
@@ -234,7 +228,7 @@ TEST_CASE("ply: points have the colours and normals of their pixels", "[io]") {
     CHECK((float_at(27 + 16) == 1 && float_at(27 + 20) == 0));
     CHECK((bytes[end + 24] == 255 && bytes[end + 25] == 188 && bytes[end + 26] == 0)); // of 1, 0.5, 0 in sRGB
     CHECK((bytes[end + 51] == 255 && bytes[end + 52] == 255 && bytes[end + 53] == 255));
-    check_says(refusal([&] { write_image(folder / "b.ply", positions, {.normals = cv::Mat(2, 2, CV_32FC3)}); }),
+    check_says([&] { write_image(folder / "b.ply", positions, {.normals = cv::Mat(2, 2, CV_32FC3)}); },
                {"b.ply: its normals must be 3 floats for each of the 3 × 1 positions"});
 }
 
@@ -242,26 +236,25 @@ TEST_CASE("ply: the program writes colours and normals, and only into .ply", "[i
     const Folder folder;
     const std::string depth = depth_file(folder, "z.tif"), camera = camera_file(folder), cloud = folder / "out/p.ply";
     cv::imwrite(folder / "c.png", cv::Mat(height, width, CV_8UC3, cv::Scalar(10, 20, 30)));
-    check_done(run(
-        {"unproject", depth, "--camera", camera, "-o", cloud, "--color", folder / "c.png", "--normals", "--quiet"}));
+    check_done(
+        {"unproject", depth, "--camera", camera, "-o", cloud, "--color", folder / "c.png", "--normals", "--quiet"});
     const std::string text = content(cloud);
     const auto end = text.find("end_header\n") + 11;
-    CHECK(text.find("element vertex " + std::to_string(width * height - 1)) != std::string::npos);
+    CHECK(contains(text, "element vertex " + std::to_string(width * height - 1)));
     REQUIRE((text.size() - end) % 27 == 0);
     CHECK(text.substr(end + 24, 3) == "\x1e\x14\x0a");
-    check_refused(run({"unproject", depth, "--camera", camera, "-o", folder / "out/p.exr", "--normals"}), 2,
+    check_refused({"unproject", depth, "--camera", camera, "-o", folder / "out/p.exr", "--normals"}, 2,
                   "only a .ply holds normals of points");
-    check_refused(
-        run({"unproject", depth, "--camera", camera, "-o", folder / "out/p.exr", "--color", folder / "c.png"}), 2,
-        "only a .ply holds colours of points");
+    check_refused({"unproject", depth, "--camera", camera, "-o", folder / "out/p.exr", "--color", folder / "c.png"}, 2,
+                  "only a .ply holds colours of points");
 }
 
 TEST_CASE("npy: the program reads and writes arrays", "[io]") {
     const Folder folder;
     write(folder / "z.npy", array<double>("f8", true, true));
     write(folder / "camera.json", R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "view-z"})");
-    check_done(run(
-        {"linearize", folder / "z.npy", "--camera", folder / "camera.json", "-o", folder / "out/l.npy", "--quiet"}));
+    check_done(
+        {"linearize", folder / "z.npy", "--camera", folder / "camera.json", "-o", folder / "out/l.npy", "--quiet"});
     const cv::Mat z = channel(folder / "out/l.npy");
     REQUIRE(z.size() == cv::Size(cols, rows));
     CHECK(z.at<float>(2, 4) == static_cast<float>(truth(2, 4, 0)));

@@ -6,10 +6,8 @@
 #include <fathom/camera.hpp>
 #include <fathom/io.hpp>
 
-#include <algorithm>
 #include <cctype>
 #include <regex>
-#include <set>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -108,7 +106,7 @@ TEST_CASE("pages: every preset with its keys in them is a camera", "[io]") {
     for (const fs::path& page : pages()) {
         for (const std::string& preset : all(text_of(page), "`([a-z0-9-]+:[a-z_]+=[^`…]+)`")) {
             INFO(page.native() << ": " << preset);
-            if (preset.find("scale=") == std::string::npos) // which stands for what a text says about it alone
+            if (!contains(preset, "scale=")) // which stands for what a text says about it alone
                 CHECK_NOTHROW(preset_file(preset));
             ++count;
         }
@@ -127,8 +125,7 @@ TEST_CASE("pages: all C++ in them stands in a file of examples/", "[io]") {
     for (const fs::path& page : pages()) {
         for (const std::string& code : blocks(text_of(page), "cpp")) {
             INFO(page.native() << ":\n" << code);
-            CHECK(
-                std::ranges::any_of(examples, [&](const std::string& e) { return e.find(code) != std::string::npos; }));
+            CHECK(std::ranges::any_of(examples, [&](const std::string& e) { return contains(e, code); }));
             ++count;
         }
     }

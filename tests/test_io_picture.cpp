@@ -10,10 +10,6 @@
 #include <tiffio.h>
 #include <zlib.h>
 
-#include <algorithm>
-#include <cmath>
-#include <random>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -341,10 +337,11 @@ TEST_CASE("picture: what a file cannot hold, and what is damaged, is refused", "
     const TempFolder folder;
     const cv::Mat transparent(2, 3, CV_32FC4, cv::Scalar(0.1, 0.1, 0.1, 0.5));
     for (const char* name : {"a.jpg", "a.hdr"}) {
-        check_says(refusal([&] {
-                       write_picture(folder / name, {transparent, {}});
-                   }),
-                   {name, "pixel (0, 0) has an alpha of 0.5", "write a .png, .tif or .exr"});
+        check_says(
+            [&] {
+                write_picture(folder / name, {transparent, {}});
+            },
+            {name, "pixel (0, 0) has an alpha of 0.5", "write a .png, .tif or .exr"});
         CHECK(folder.files() == 0);
     }
     write_picture(folder / "b.jpg", {cv::Mat(2, 3, CV_32FC4, cv::Scalar(0.1, 0.1, 0.1, 1)), {}});
@@ -372,5 +369,5 @@ TEST_CASE("picture: what a file cannot hold, and what is damaged, is refused", "
         png[33 + random() % 200] ^= static_cast<unsigned char>(1 + random() % 255);
         refusal([&] { read_picture(put(folder / "changed.png", png)); });
     }
-    check_says(refusal([&] { read_depth(put(folder / "depth.jpg", whole)); }), {"is a JPEG"});
+    check_says([&] { read_depth(put(folder / "depth.jpg", whole)); }, {"is a JPEG"});
 }

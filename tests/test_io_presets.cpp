@@ -10,14 +10,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include <cmath>
-#include <fstream>
-#include <functional>
-#include <limits>
-#include <map>
 #include <regex>
-#include <set>
-#include <sstream>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -317,7 +310,7 @@ TEST_CASE("presets: a grey picture of depth is no packed depth", "[presets]") {
     for (int i = 0; i < 256; ++i)
         grey.at<cv::Vec3b>(i / 16, i % 16) = cv::Vec3b::all(static_cast<std::uint8_t>(i));
     REQUIRE(cv::imwrite((folder / "grey.png").string(), grey));
-    check_says(refusal([&] { read_depth(folder / "grey.png", {.packing = Packing::rgb_red_low}); }),
+    check_says([&] { read_depth(folder / "grey.png", {.packing = Packing::rgb_red_low}); },
                {"grey.png", "R = G = B in every pixel", "save raw depth"});
     REQUIRE(cv::imwrite((folder / "sky.png").string(), cv::Mat(16, 16, CV_8UC3, cv::Scalar::all(255))));
     CHECK_NOTHROW(read_depth(folder / "sky.png", {.packing = Packing::rgb_red_low}));
@@ -353,29 +346,20 @@ TEST_CASE("presets: width, height and aspect come from the image", "[presets]") 
     CHECK((scale.x == Approx(500.0L).epsilon(1e-15) && scale.y == Approx(510.0L).epsilon(1e-15)));
 }
 
-TEST_CASE("presets: the README names each, and no other", "[presets][pages]") {
+TEST_CASE("presets: the README shows some and counts all", "[presets][pages]") {
     std::ifstream page(std::string(places::sources) + "/README.md");
     const std::string text((std::istreambuf_iterator<char>(page)), std::istreambuf_iterator<char>());
-    const std::size_t from = text.find("| source | `--preset` |"), to = text.find("`fathom presets` lists", from);
+    const std::size_t from = text.find("| source | `--preset` |"), to = text.find("sources by name]", from);
     REQUIRE((from != std::string::npos && to != std::string::npos));
-    std::istringstream rows(text.substr(from, to - from));
-    std::set<std::string> named, known;
-    const std::regex asked("`([^`:]+):([^`]*)`"); // `carla:fov_x_deg=90`
-    int complete = 0;
-    for (std::string row; std::getline(rows, row);)
-        for (std::sregex_iterator each(row.begin(), row.end(), asked), end; each != end; ++each) {
-            INFO(each->str());
-            CHECK(named.insert((*each)[1]).second);
-            if ((*each)[2].str().find("…") == std::string::npos) {
-                CHECK_NOTHROW(preset_camera((*each)[1].str() + ":" + (*each)[2].str(), 640, 480));
-                ++complete;
-            }
-        }
-    for (const Preset& preset : presets())
-        known.insert(preset.name);
-    CHECK(named == known);
-    CHECK(complete > 10);
-    CHECK(text.find("[" + std::to_string(presets().size()) + " sources by name]") != std::string::npos);
+    const std::string rows = text.substr(from, to - from);
+    const std::regex asked("`([^`:]+:[^`]*)`"); // `carla:fov_x_deg=90`
+    std::size_t shown = 0;
+    for (std::sregex_iterator each(rows.begin(), rows.end(), asked), end; each != end; ++each, ++shown) {
+        INFO(each->str());
+        CHECK_NOTHROW(preset_camera((*each)[1].str(), 640, 480));
+    }
+    CHECK(shown == 5);
+    CHECK(contains(text, "[" + std::to_string(presets().size()) + " sources by name]"));
 }
 
 TEST_CASE("presets: the page lists each with its formula and what it needs", "[presets][pages]") {
@@ -393,6 +377,6 @@ TEST_CASE("presets: the page lists each with its formula and what it needs", "[p
         const std::string row =
             "| `" + preset.name + "` | " + preset.source + " | " + preset.formula + " | " + needs + " |";
         INFO("this row is missing in docs/sources.md:\n" << row);
-        CHECK(text.find(row) != std::string::npos);
+        CHECK(contains(text, row));
     }
 }

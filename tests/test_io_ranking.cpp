@@ -11,14 +11,6 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include <chrono>
-#include <cmath>
-#include <functional>
-#include <iostream>
-#include <limits>
-#include <numbers>
-#include <random>
-
 using namespace fathom;
 using namespace fathom::test;
 

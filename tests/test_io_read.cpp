@@ -8,8 +8,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include <cstring>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -72,12 +70,13 @@ TEST_CASE("read: 16-bit PNG, TIFF and PGM keep their codes", "[io]") {
 
 TEST_CASE("read: codes that do not count to 65535 are refused", "[io]") {
     const TempFolder folder;
-    check_says(refusal([&] { read_depth(put(folder / "a.pgm", std::string("P5\n1 1\n4095\n\1\2"))); }),
+    check_says([&] { read_depth(put(folder / "a.pgm", std::string("P5\n1 1\n4095\n\1\2"))); },
                {"a.pgm: ", "counts to 4095"});
-    check_says(refusal([&] {
-                   read_depth(put(folder / "a.tif", tiff(true, 12, 1, {0, 0, 0, 0, 0, 0, 0, 0, 0})));
-               }),
-               {"a.tif: ", "samples of 12 bits"});
+    check_says(
+        [&] {
+            read_depth(put(folder / "a.tif", tiff(true, 12, 1, {0, 0, 0, 0, 0, 0, 0, 0, 0})));
+        },
+        {"a.tif: ", "samples of 12 bits"});
 }
 
 TEST_CASE("read: the content decides, not the extension", "[io]") {
@@ -122,7 +121,7 @@ TEST_CASE("read: TIFF of unsigned and signed 32-bit codes, floats and halves, in
         const auto depth = read_depth(file, {.packing = Packing::uint24_high});
         CHECK(depth.storage == Storage::uint24_high);
         CHECK(std::equal(high.begin(), high.end(), depth.values.ptr<std::uint32_t>()));
-        check_says(refusal([&] { read_depth(file); }), {"pixel (2, 0) holds 4294967040", "uint24-high"});
+        check_says([&] { read_depth(file); }, {"pixel (2, 0) holds 4294967040", "uint24-high"});
 
         const auto half = read_depth(put(folder / "half.tif", tiff(little, 16, 3, halves)));
         CHECK(half.storage == Storage::float16);
@@ -130,9 +129,9 @@ TEST_CASE("read: TIFF of unsigned and signed 32-bit codes, floats and halves, in
         CHECK(std::equal(halves.begin(), halves.end(), half.values.ptr<std::uint16_t>()));
     }
     const auto unsaid = put(folder / "unsaid.tif", tiff(true, 32, 0, codes));
-    check_says(refusal([&] { read_depth(unsaid); }), {"SampleFormat"});
+    check_says([&] { read_depth(unsaid); }, {"SampleFormat"});
     const auto negative = put(folder / "signed.tif", tiff(true, 16, 2, halves));
-    check_says(refusal([&] { read_depth(negative); }), {"signed 16-bit"});
+    check_says([&] { read_depth(negative); }, {"signed 16-bit"});
 }
 
 TEST_CASE("read: 24 bits packed in R, G, B need the packing, and come back as B, G, R", "[io]") {
@@ -148,7 +147,7 @@ TEST_CASE("read: 24 bits packed in R, G, B need the packing, and come back as B,
                 CHECK(depth.storage == storage);
                 CHECK(same(depth.values, bgr));
             }
-            check_says(refusal([&] { read_depth(file); }), {"unsigned 8-bit", "\"packing\""});
+            check_says([&] { read_depth(file); }, {"unsigned 8-bit", "\"packing\""});
         }
     }
 }
@@ -171,7 +170,7 @@ TEST_CASE("read: images that hold no depth are refused with what would", "[io]")
         check_says(refused("a.png", cv::Mat(3, 4, CV_16UC1, cv::Scalar(9)), {.packing = packing}),
                    {"the packing \"" + std::string(to_string(packing)) + "\" needs", "camera file"});
     write_image(folder / "colour.pfm", cv::Mat(3, 4, CV_32FC3, cv::Scalar(1)));
-    check_says(refusal([&] { read_depth(folder / "colour.pfm"); }), {"32-bit float with 3 channels"});
+    check_says([&] { read_depth(folder / "colour.pfm"); }, {"32-bit float with 3 channels"});
 }
 
 TEST_CASE("read: a PNG's remarks do not reach stderr", "[io]") {
@@ -185,7 +184,7 @@ TEST_CASE("read: a PNG's remarks do not reach stderr", "[io]") {
     StderrCapture said(folder);
     const auto outcome = refusal([&] { read_depth(file); });
     CHECK(said.end() == "");
-    CHECK((outcome.starts_with("(") || outcome.find("check sum") != std::string::npos));
+    CHECK((outcome.starts_with("(") || contains(outcome, "check sum")));
 }
 
 TEST_CASE("read: the OpenGL buffers", "[io][real]") {
@@ -195,7 +194,7 @@ TEST_CASE("read: the OpenGL buffers", "[io][real]") {
     int files = 0;
     for (const auto& entry : fs::directory_iterator(data)) {
         const auto name = entry.path().filename().string();
-        if (name.find(".depth.") == std::string::npos)
+        if (!contains(name, ".depth."))
             continue;
         const auto depth = read_depth(entry.path());
         CHECK(depth.values.size() == cv::Size(161, 121));

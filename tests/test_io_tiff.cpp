@@ -9,8 +9,6 @@
 
 #include <tiffio.h>
 
-#include <cstring>
-
 using namespace fathom;
 using namespace fathom::test;
 
@@ -125,9 +123,9 @@ TEST_CASE("tiff: strips that are not there are refused, wrong counts of their by
     // libtiff works out a wrong count of bytes by itself, from the image's size: no value may be lost.
     for (const std::uint32_t count : {0u, 100u, 1000u})
         CHECK(same(read_depth(with(TIFFTAG_STRIPBYTECOUNTS, count)).values, image));
-    check_says(refusal([&] { read_depth(with(TIFFTAG_STRIPOFFSETS, 1 << 30)); }), {"b.tif: is damaged or cut short"});
-    check_says(refusal([&] { read_depth(with(TIFFTAG_IMAGEWIDTH, 1 << 30)); }), {"1073741824 x 8 pixels"});
-    check_says(refusal([&] { read_depth(with(TIFFTAG_ROWSPERSTRIP, 1)); }), {"b.tif: is damaged or cut short"});
+    check_says([&] { read_depth(with(TIFFTAG_STRIPOFFSETS, 1 << 30)); }, {"b.tif: is damaged or cut short"});
+    check_says([&] { read_depth(with(TIFFTAG_IMAGEWIDTH, 1 << 30)); }, {"1073741824 x 8 pixels"});
+    check_says([&] { read_depth(with(TIFFTAG_ROWSPERSTRIP, 1)); }, {"b.tif: is damaged or cut short"});
 }
 
 TEST_CASE("tiff: channels in separate planes are refused", "[io]") {
@@ -147,5 +145,5 @@ TEST_CASE("tiff: channels in separate planes are refused", "[io]") {
     for (std::uint32_t strip = 0; strip < 3; ++strip)
         REQUIRE(TIFFWriteEncodedStrip(tiff, strip, plane, sizeof plane) > 0);
     TIFFClose(tiff);
-    check_says(refusal([&] { read_color(file); }), {"a.tif: keeps its channels in separate planes"});
+    check_says([&] { read_color(file); }, {"a.tif: keeps its channels in separate planes"});
 }

@@ -9,10 +9,7 @@
 
 #include <sys/resource.h>
 
-#include <cmath>
 #include <csignal>
-#include <cstring>
-#include <limits>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -92,7 +89,7 @@ TEST_CASE("write: exr channels have the names and the order they were given", "[
                    channel(image, c)));
     for (const std::vector<std::string>& wrong :
          {std::vector<std::string>{}, {"a", "b", "c"}, {"a", "b", "c", "c"}, {"a", "b", "c", ""}})
-        check_says(refusal([&] { write_image(folder / "b.exr", image, {.channels = wrong}); }), {"a name of its own"});
+        check_says([&] { write_image(folder / "b.exr", image, {.channels = wrong}); }, {"a name of its own"});
     CHECK(folder.files() == 1);
 }
 
@@ -123,7 +120,7 @@ TEST_CASE("write: x, y, z lie in that order in .tif and .pfm", "[io]") {
 TEST_CASE("write: png takes a scale, rounds and clips", "[io]") {
     const TempFolder folder;
     const cv::Mat image = (cv::Mat_<float>(1, 7) << 0, 0.5f, 1, 2, -1, not_a_number, infinity);
-    check_says(refusal([&] { write_image(folder / "v.png", image); }), {"--png-scale"});
+    check_says([&] { write_image(folder / "v.png", image); }, {"--png-scale"});
     write_image(folder / "v.png", image, {.png_scale = 1.0});
     const cv::Mat expected = (cv::Mat_<ushort>(1, 7) << 0, 32768, 65535, 65535, 0, 0, 65535);
     CHECK(same(read_depth(folder / "v.png").values, expected));
@@ -154,28 +151,26 @@ TEST_CASE("write: ply holds the points that are somewhere", "[io]") {
         const float expected[] = {1, 2, 3, 1, 2, 3};
         CHECK(std::memcmp(bytes.data() + header.size(), expected, sizeof expected) == 0);
     }
-    check_says(refusal([&] { write_image(folder / "z.ply", floats(1)); }), {"3 or 4 channels"});
+    check_says([&] { write_image(folder / "z.ply", floats(1)); }, {"3 or 4 channels"});
 }
 
 TEST_CASE("write: what cannot be written is refused, and nothing is left behind", "[io]") {
     const TempFolder folder;
     const auto z = floats(1);
-    check_says(refusal([&] { write_image(folder / "z.jpg", z); }),
-               {"\".jpg\"", ".exr, .tif, .pfm, .npy, .png or .ply"});
-    check_says(refusal([&] { write_image(folder / "z", z); }), {"the extension \"\""});
-    check_says(refusal([&] { write_image(folder / "z.pfm", floats(4)); }), {"1 or 3 channels"});
-    check_says(refusal([&] { write_image(folder / "z.exr", cv::Mat(2, 2, CV_64FC1, cv::Scalar(1))); }),
-               {"32-bit floats"});
-    check_says(refusal([&] { write_image(folder / "z.exr", cv::Mat()); }), {"32-bit floats"});
-    check_says(refusal([&] { write_image(folder / "none" / "z.exr", z); }), {"there is no folder", "none"});
+    check_says([&] { write_image(folder / "z.jpg", z); }, {"\".jpg\"", ".exr, .tif, .pfm, .npy, .png or .ply"});
+    check_says([&] { write_image(folder / "z", z); }, {"the extension \"\""});
+    check_says([&] { write_image(folder / "z.pfm", floats(4)); }, {"1 or 3 channels"});
+    check_says([&] { write_image(folder / "z.exr", cv::Mat(2, 2, CV_64FC1, cv::Scalar(1))); }, {"32-bit floats"});
+    check_says([&] { write_image(folder / "z.exr", cv::Mat()); }, {"32-bit floats"});
+    check_says([&] { write_image(folder / "none" / "z.exr", z); }, {"there is no folder", "none"});
     CHECK(folder.files() == 0);
 
     fs::create_directory(folder / "folder.exr");
-    check_says(refusal([&] { write_image(folder / "folder.exr", z); }), {"is a folder"});
+    check_says([&] { write_image(folder / "folder.exr", z); }, {"is a folder"});
     put(folder / "file", "x");
-    check_says(refusal([&] { write_image(folder / "file" / "z.exr", z); }), {"cannot be written"});
+    check_says([&] { write_image(folder / "file" / "z.exr", z); }, {"cannot be written"});
     fs::create_symlink("/dev/full", folder / "full.pfm");
-    check_says(refusal([&] { write_image(folder / "full.pfm", z); }), {"is no regular file"});
+    check_says([&] { write_image(folder / "full.pfm", z); }, {"is no regular file"});
     CHECK(folder.files() == 3);
 }
 

@@ -8,17 +8,7 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <functional>
-#include <memory>
 #include <new>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
 using namespace fathom;
 using namespace fathom::images;
@@ -108,9 +98,7 @@ TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of t
         Large large(width, height, true);
         const StoredDepth stored = large.stored(device);
         const Image color = large.rgb.on(device);
-        SsaoCall occlusion;
-        occlusion.radius = 12 * 3 / focal_px; // 12 pixels
-        sampling_of(occlusion).quality = Quality::fast;
+        SsaoCall occlusion = options_of(12 * 3 / focal_px, Quality::fast); // 12 pixels
         sampling_of(occlusion).half_resolution = false;
         const CircleOfConfusion lens{.k = 200, .g = 608}; // circles of 2.7 to -2.7 pixels
         const Image z = linearize(stored).image, positions = unproject(stored), directions = normals(stored),
@@ -148,13 +136,11 @@ constexpr CircleOfConfusion near_lens{.k = 200, .g = 608}; // circles of -2.7 pi
 constexpr DofMasksOptions near_field{.near_alpha = true, .disocclusion = true};
 
 Camera metric_camera(int width, int height, double scale = 1) {
-    Camera camera;
-    camera.width = width;
-    camera.height = height;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000});
-    camera.encoding = Encoding::view_z;
-    camera.scale = scale;
-    return camera;
+    return {.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000}),
+            .width = width,
+            .height = height,
+            .encoding = Encoding::view_z,
+            .scale = scale};
 }
 
 // The device, if it takes so many bytes at once: drivers take a quarter of the memory, or so.

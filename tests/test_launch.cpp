@@ -11,14 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <functional>
-#include <stdexcept>
-#include <string>
-#include <thread>
-#include <vector>
 
 using namespace fathom;
 using images::floats;
@@ -34,11 +27,7 @@ const Device& device() {
 }
 
 Camera camera() {
-    Camera camera;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 100});
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return {.projection = perspective(1.0, 1.0 * width / height, {0.5, 100}), .width = width, .height = height};
 }
 
 /// Stored depth and a picture that the operations read.
@@ -277,25 +266,4 @@ TEST_CASE("launch: prepare runs the call once, on depth of every value, and its 
 TEST_CASE("launch: a Device that is none yet is refused", "[launch]") {
     CHECK_THROWS_AS(Device().finish(), std::invalid_argument);
     CHECK_THROWS_AS(Image(Device(), Element::f32, {4, 4}), std::invalid_argument);
-}
-
-TEST_CASE("launch: eight threads on one device get the bits of one", "[launch]") {
-    const Inputs inputs;
-    std::vector<std::vector<float>> expected;
-    for (const Call& operation : operations)
-        expected.push_back(floats(operation.run(inputs, {})));
-    std::atomic<int> wrong = 0, done = 0;
-    std::vector<std::jthread> threads;
-    for (std::size_t t = 0; t < 8; ++t)
-        threads.emplace_back([&, t] {
-            const Inputs own;
-            for (std::size_t i = 0; i < 24; ++i) {
-                const std::size_t which = (t + i) % operations.size();
-                wrong += floats(operations[which].run(own, {})) != expected[which];
-                ++done;
-            }
-        });
-    threads.clear();
-    CHECK(wrong == 0);
-    CHECK(done == 8 * 24);
 }

@@ -4,10 +4,6 @@
 
 #include <fathom/lens.hpp>
 
-#include <cmath>
-#include <limits>
-#include <random>
-
 using namespace fathom;
 
 namespace {
@@ -25,11 +21,7 @@ Camera perspective_camera(int width = 480, int height = 270, double slope_x = 0.
 }
 
 Camera orthographic_camera(double width_units = 12) {
-    Camera camera;
-    camera.projection = orthographic({0, width_units, -2, 7}, {-5, 100});
-    camera.width = 480;
-    camera.height = 270;
-    return camera;
+    return {.projection = orthographic({0, width_units, -2, 7}, {-5, 100}), .width = 480, .height = 270};
 }
 
 double at(const CircleOfConfusion& circle, double z) {
@@ -155,10 +147,9 @@ TEST_CASE("lens: telecentric is the limit of a far narrow perspective", "[lens]"
     double last = 1;
     for (const double away : {1e2, 1e4, 1e6}) {
         const double half = 6 / (away + focus);
-        Camera camera;
-        camera.projection = perspective(FrustumEdges{-half, half, -half, half}, {1, 2 * away});
-        camera.width = 480;
-        camera.height = 270;
+        Camera camera{.projection = perspective(FrustumEdges{-half, half, -half, half}, {1, 2 * away}),
+                      .width = 480,
+                      .height = 270};
         // A seen from the focus: A/S of the telecentric lens is A'/(S + away) of this one, f = fx/width * sensor
         const double wide_aperture = aperture / focus * (away + focus), f = 240 / half * 36 / 480 / 1000;
         const CircleOfConfusion circle = circle_of_confusion(

@@ -7,13 +7,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <bit>
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <numbers>
-#include <sstream>
-
 using namespace fathom;
 using oracle::conventions;
 using oracle::everywhere;
@@ -29,11 +22,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 Camera with(const Projection& projection, int width) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = width;
-    camera.height = 1;
-    return camera;
+    return {.projection = projection, .width = width, .height = 1};
 }
 
 std::vector<Subject> near_both_ends() {

@@ -6,15 +6,6 @@
 #include <fathom/dof_masks.hpp>
 #include <fathom/precision.hpp>
 
-#include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <functional>
-#include <map>
-#include <numbers>
-#include <string>
-#include <vector>
-
 using namespace fathom;
 
 namespace {
@@ -105,12 +96,8 @@ Picture rendered(const Scene& scene, const Stored& way, int samples) {
     return picture;
 }
 
-std::vector<float> mask_of(const Picture& picture, const Stored& way, const DeviceOptions& options = {}) {
-    static std::map<int, Device> devices; // by vector width
-    const auto [place, is_new] = devices.try_emplace(options.vector_width);
-    if (is_new)
-        place->second = Device::open("cpu", options);
-    const Device& device = place->second;
+std::vector<float> mask_of(const Picture& picture, const Stored& way) {
+    static const Device device = Device::open("cpu");
     std::vector<std::uint16_t> codes;
     for (const float value : picture.values)
         codes.push_back(static_cast<std::uint16_t>(std::lround(std::min(value, 1.0f) * 65535)));
@@ -246,19 +233,4 @@ TEST_CASE("mixed pixels: poles and spheres", "[dof_masks][mixed_pixels]") {
     CHECK(averaged.found == averaged.mixed);
     CHECK(averaged.wrong == 0);
     CHECK(sharp.wrong == 0);
-}
-
-TEST_CASE("mixed pixels: same bits for every vector width, and nothing for invalid pixels",
-          "[dof_masks][mixed_pixels][same-bits]") {
-    const Stored way = ways().front();
-    Picture picture = rendered(edge(33, true), way, 2);
-    for (std::size_t i = 0; i < picture.values.size(); i += 7)
-        picture.values[i] = std::nanf("");
-    const std::vector<float> first = mask_of(picture, way, {.vector_width = 16});
-    for (std::size_t i = 0; i < first.size(); ++i)
-        REQUIRE((i % 7 == 0 ? first[i] == 0 : first[i] == 0 || first[i] == 1));
-    for (const int vector_width : {1, 4, 8}) {
-        const std::vector<float> got = mask_of(picture, way, {.vector_width = vector_width});
-        CHECK(std::memcmp(got.data(), first.data(), 4 * got.size()) == 0);
-    }
 }

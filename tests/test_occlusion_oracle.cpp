@@ -5,19 +5,6 @@
 #include "known_occlusion.hpp"
 #include "scene/scene.hpp"
 
-#include <Eigen/Dense>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <iterator>
-#include <limits>
-#include <numbers>
-#include <random>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using namespace oracle;
 using Eigen::Vector2d;

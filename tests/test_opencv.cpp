@@ -6,10 +6,6 @@
 
 #include <opencv2/core.hpp>
 
-#include <array>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::opencv_forms;
 

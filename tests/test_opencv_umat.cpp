@@ -10,15 +10,6 @@
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 
-#include <chrono>
-#include <cstdlib>
-#include <limits>
-#include <optional>
-#include <string_view>
-#include <thread>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::opencv_forms;
 

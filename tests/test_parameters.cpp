@@ -6,11 +6,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <limits>
-
 using namespace fathom;
 
 namespace {
@@ -18,11 +13,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Camera camera(DepthSpan span = {0.5, 8}) {
-    Camera result;
-    result.projection = perspective(1.0, 1.5, span);
-    result.width = 30;
-    result.height = 20;
-    return result;
+    return {.projection = perspective(1.0, 1.5, span), .width = 30, .height = 20};
 }
 
 params::depth_params parameters(const Camera& camera, Storage storage = Storage::float32,

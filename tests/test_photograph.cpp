@@ -4,12 +4,6 @@
 
 #include <fathom/photograph.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-#include <vector>
-
 using namespace fathom;
 
 namespace {

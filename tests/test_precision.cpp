@@ -6,15 +6,6 @@
 
 #include <fathom/precision.hpp>
 
-#include <Eigen/LU>
-
-#include <cmath>
-#include <iostream>
-#include <limits>
-#include <optional>
-#include <random>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::seen;
 

@@ -5,8 +5,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <cmath>
-
 using namespace fathom;
 using namespace fathom::runtime;
 

@@ -7,15 +7,6 @@
 
 #include <fathom/camera.hpp>
 
-#include <Eigen/LU>
-
-#include <cmath>
-#include <functional>
-#include <iostream>
-#include <limits>
-#include <numbers>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::seen;
 

@@ -13,11 +13,6 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <iostream>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::real;
 

@@ -6,7 +6,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/opencv.hpp>
 
-#include <Eigen/Dense>
 #include <OpenEXR/ImfArray.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -14,14 +13,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <iomanip>
-#include <iostream>
-#include <limits>
-#include <string>
-#include <vector>
 
 using namespace fathom;
 using namespace fathom::real;

@@ -14,13 +14,7 @@
 #include <fathom/fathom.hpp>
 #include <fathom/opencv.hpp>
 
-#include <Eigen/Dense>
 #include <opencv2/core.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <functional>
 
 using namespace fathom;
 using namespace fathom::real;

@@ -8,11 +8,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <cmath>
-#include <iostream>
-#include <optional>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::real;
 

@@ -5,10 +5,6 @@
 #include "judge.hpp"
 #include "regimes/regime.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-
 using namespace fathom;
 using namespace fathom::regimes;
 

@@ -4,13 +4,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/relative.hpp>
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <iostream>
-#include <random>
-
 using namespace fathom;
 
 namespace {
@@ -82,10 +75,7 @@ TEST_CASE("relative: the circle is the line through the focus, whichever end is 
 }
 
 TEST_CASE("relative: a thin lens's circles come from its inverse depth", "[relative]") {
-    Camera camera;
-    camera.projection = perspective(1.0, 1.5, {0.1, 100});
-    camera.width = 300;
-    camera.height = 200;
+    Camera camera{.projection = perspective(1.0, 1.5, {0.1, 100}), .width = 300, .height = 200};
     const double focus = 3;
     const CircleOfConfusion lens = circle_of_confusion({.f_stop = 2, .focus = focus, .focal_length_mm = 50}, camera);
     const double nearest = 1, farthest = 40;

@@ -6,13 +6,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cstring>
-#include <limits>
-#include <numeric>
-#include <sstream>
-#include <string>
-
 using namespace fathom;
 
 namespace {
@@ -32,16 +25,8 @@ std::string message_of(const Action& action) {
     return "nothing was thrown";
 }
 
-bool contains(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-}
-
 Camera camera(int width, int height) {
-    Camera result;
-    result.projection = perspective(1.0, 1.0, {1, 4});
-    result.width = width;
-    result.height = height;
-    return result;
+    return {.projection = perspective(1.0, 1.0, {1, 4}), .width = width, .height = height};
 }
 
 runtime::Kernel& linearize_kernel() {

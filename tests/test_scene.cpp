@@ -3,14 +3,6 @@
 #include "catch.hpp"
 #include "scene/scene.hpp"
 
-#include <Eigen/Dense>
-
-#include <cmath>
-#include <limits>
-#include <numbers>
-#include <string>
-#include <utility>
-
 using namespace fathom;
 using Eigen::Vector3d;
 
@@ -20,11 +12,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double rounding = 1e-12; // of positions and pixels that went through a matrix and its inverse
 
 Camera with(const Projection& projection, int width = 31, int height = 23) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return {.projection = projection, .width = width, .height = height};
 }
 
 std::vector<Camera> cameras() {

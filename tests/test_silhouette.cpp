@@ -4,17 +4,11 @@
 #include "images.hpp"
 #include "judge.hpp"
 #include "occlusion.hpp"
-#include "operations/silhouette.hpp"
-#include "operations/ssao.hpp"
+#include "operations/ssao/silhouette.hpp"
+#include "operations/ssao/ssao_parameters.hpp"
 #include "scene/scene.hpp"
 
 #include <fathom/fathom.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <vector>
 
 using namespace fathom;
 using namespace fathom::images;
@@ -31,11 +25,7 @@ const Device& default_device() {
 }
 
 Camera camera_of(const Projection& projection) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return {.projection = projection, .width = width, .height = height};
 }
 
 const std::pair<const char*, Projection> projections[] = {

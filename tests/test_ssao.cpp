@@ -11,18 +11,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
 
-#include <Eigen/Dense>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <map>
-#include <numbers>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::images;
 using Eigen::Vector2d;
@@ -37,26 +25,6 @@ constexpr double symmetry_error = 1e-6; // on average: rounding. Of a pixel, a s
 constexpr double reach = 1;             // radius of the rays in height fields, about 20 pixels
 
 const char* const quality_names[] = {"fast", "balanced", "accurate"};
-
-const Device& default_device() {
-    return oracle::device();
-}
-
-SsaoCall options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
-    SsaoCall call;
-    call.radius = radius;
-    sampling_of(call).quality = quality;
-    call.thickness = thickness;
-    return call;
-}
-
-std::vector<float> visibility_of(const StoredDepth& stored, const SsaoCall& options) {
-    return floats(ssao(stored, options).visibility);
-}
-
-StoredDepth stored_of(const std::vector<float>& values, const Camera& camera, const Device& device = default_device()) {
-    return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
-}
 
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
@@ -276,11 +244,6 @@ Room room(const Projection& projection, int across = width, int down = height) {
     return result;
 }
 
-const std::pair<const char*, Projection> projections[] = {
-    {"perspective", perspective(1.0, 4.0 / 3, {0.5, 500})},
-    {"orthographic", orthographic({-2.6, 2.6, -1.95, 1.95}, {0.5, 500})},
-};
-
 SsaoCall from_silhouette(double radius, Quality quality) {
     SsaoCall call = options_of(radius, quality);
     call.thickness = Silhouette{};
@@ -294,92 +257,6 @@ const std::pair<const char*, SsaoCall> ways[] = {
     {"balanced, height field", options_of(0.5, Quality::balanced, oracle::infinite)},
     {"balanced, silhouette", from_silhouette(0.5, Quality::balanced)},
 };
-
-} // namespace
-
-TEST_CASE("ssao: the same bits whatever the vector width and the groups, and every time", "[ssao]") {
-    for (const auto& [projection_name, projection] : projections) {
-        const Room room = ::room(projection);
-        for (const auto& [way, options] : ways) {
-            std::vector<float> first;
-            for (const auto& [vector_width, group_size] :
-                 {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}, {1, 1}}) {
-                static std::map<std::pair<int, int>, Device> devices;
-                if (!devices.contains({vector_width, group_size}))
-                    devices[{vector_width, group_size}] =
-                        Device::open("cpu", {Arithmetic::automatic, vector_width, group_size});
-                const Device& device = devices[{vector_width, group_size}];
-                for (int run = 0; run < 2; ++run) {
-                    const auto got = visibility_of(stored_of(room.stored, room.camera, device), options);
-                    if (first.empty())
-                        first = got;
-                    const Difference off = difference(got, first);
-                    INFO(projection_name << ", " << way << ", vector width " << vector_width << ", groups of "
-                                         << group_size << ", run " << run << ": " << off.pixels << " pixels differ, by "
-                                         << off.worst);
-                    CHECK(same_bits(got, first));
-                }
-            }
-        }
-    }
-}
-
-TEST_CASE("ssao: the same bits whatever the vector width on a terrain, where taps barely rise", "[ssao]") {
-    Camera camera;
-    camera.projection = projections[0].second;
-    camera.width = width;
-    camera.height = height;
-    const auto stored = scene::render(scene::named("terrain"), camera).stored;
-    for (const int slices : {1, 4, 16}) {
-        for (const int jitter : {1, 16}) {
-            SsaoCall options = options_of(5, Quality::balanced);
-            sampling_of(options).slices = slices;
-            sampling_of(options).jitter = jitter;
-            std::vector<float> first;
-            for (const int vector_width : {16, 8, 4, 1}) {
-                const Device device = Device::open("cpu", {Arithmetic::automatic, vector_width, 64});
-                const auto got = visibility_of(stored_of(stored, camera, device), options);
-                if (first.empty())
-                    first = got;
-                const Difference off = difference(got, first);
-                INFO(slices << " slices, jitter " << jitter << ", vector width " << vector_width << ": " << off.pixels
-                            << " pixels differ, by " << off.worst);
-                CHECK(same_bits(got, first));
-            }
-            CHECK(std::count_if(first.begin(), first.end(), [](float v) { return v < 0.99f; }) > 300);
-        }
-    }
-}
-
-TEST_CASE("ssao: a tile with a halo equals the whole in its middle", "[ssao]") {
-    for (const auto& [projection_name, projection] : projections) {
-        const Room room = ::room(projection);
-        for (const auto& [way, given] : ways) {
-            SsaoCall options = given;
-            options.radius = 0.25; // 28 pixels where the room begins
-            const StoredDepth stored = stored_of(room.stored, room.camera);
-            const auto whole = visibility_of(stored, options);
-            constexpr int halo = 45, across = 121, down = 105;
-            for (const auto& [left, top] : {std::pair{0, 0}, {1, 0}, {3, 7}, {18, 16}, {37, 15}, {40, 13}}) {
-                const auto tile = visibility_of(stored.region(left, top, across, down), options);
-                long differ = 0;
-                double largest = 0;
-                for (int y = halo; y < down - halo; ++y) {
-                    for (int x = halo; x < across - halo; ++x) {
-                        const float a = tile[index(x, y, across)], b = whole[index(left + x, top + y)];
-                        differ += !same_bits(a, b);
-                        largest = std::max(largest, std::abs(static_cast<double>(a) - static_cast<double>(b)));
-                    }
-                }
-                INFO(projection_name << ", " << way << ", tile at " << left << ", " << top << ": differs by "
-                                     << largest);
-                CHECK(differ == 0);
-            }
-        }
-    }
-}
-
-namespace {
 
 using Places = std::size_t (*)(int x, int y, int side);
 

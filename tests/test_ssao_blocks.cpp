@@ -9,14 +9,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <map>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::images;
 
@@ -25,18 +17,14 @@ namespace {
 constexpr int width = 400, height = 300, block = 64, seam = 10;
 constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
 constexpr const char* names[] = {"fast", "balanced", "accurate"};
-constexpr int half_samples[] = {16, 48, 36}; // as src/operations/ssao.cpp has them
+constexpr int half_samples[] = {16, 48, 36}; // as src/operations/ssao/ssao_method.cpp has them
 
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
 }
 
 Camera perspective_camera() {
-    Camera camera;
-    camera.width = width;
-    camera.height = height;
-    camera.projection = perspective(1.0, 1.0 * width / height, {0.5, 500});
-    return camera;
+    return {.projection = perspective(1.0, 1.0 * width / height, {0.5, 500}), .width = width, .height = height};
 }
 
 Camera orthographic_camera() {
@@ -46,32 +34,17 @@ Camera orthographic_camera() {
     return camera;
 }
 
-StoredDepth stored_of(const std::vector<float>& values, const Camera& camera, const Device& device = oracle::device()) {
-    return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
-}
-
-SsaoCall by_quality(Quality quality, double radius) {
-    SsaoCall call;
-    sampling_of(call).quality = quality;
-    call.radius = radius;
-    return call;
-}
-
 SsaoCall whole(Quality quality, double radius) {
-    SsaoCall call = by_quality(quality, radius);
+    SsaoCall call = options_of(radius, quality);
     sampling_of(call).half_resolution = false;
     return call;
 }
 
 SsaoCall half(Quality quality, double radius) {
-    SsaoCall call = by_quality(quality, radius);
+    SsaoCall call = options_of(radius, quality);
     sampling_of(call).half_resolution = true;
     sampling_of(call).samples = half_samples[static_cast<int>(quality)];
     return call;
-}
-
-std::vector<float> visibility_of(const StoredDepth& stored, const SsaoCall& options) {
-    return floats(ssao(stored, options).visibility);
 }
 
 /// A floor before a wall, and a box on it: far and near, smooth and with edges.
@@ -111,7 +84,7 @@ TEST_CASE(
     const std::vector<float> values = yard(camera);
     const StoredDepth stored = stored_of(values, camera);
     for (const Quality quality : qualities) {
-        const auto got = visibility_of(stored, by_quality(quality, yard_radius(quality)));
+        const auto got = visibility_of(stored, options_of(yard_radius(quality), quality));
         const auto all = visibility_of(stored, whole(quality, yard_radius(quality)));
         const auto few = visibility_of(stored, half(quality, yard_radius(quality)));
         const Kinds kinds = kinds_of(got, all, few);
@@ -150,7 +123,7 @@ TEST_CASE("ssao in blocks: orthographic radii are long everywhere or nowhere", "
     const std::vector<float> values = yard(camera);
     const StoredDepth stored = stored_of(values, camera);
     for (const auto& [radius, is_half] : {std::pair{0.5, false}, {0.7, true}}) {
-        const auto got = visibility_of(stored, by_quality(Quality::fast, radius));
+        const auto got = visibility_of(stored, options_of(radius, Quality::fast));
         CHECK(same_bits(got, visibility_of(stored, (is_half ? half : whole)(Quality::fast, radius))));
     }
 }
@@ -172,7 +145,7 @@ TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blo
         const auto values = stored_with(more), bare = stored_with({});
         for (const Quality quality : {Quality::balanced, Quality::accurate}) {
             const StoredDepth stored = stored_of(values, camera);
-            const auto got = visibility_of(stored, by_quality(quality, radius));
+            const auto got = visibility_of(stored, options_of(radius, quality));
             const auto all = visibility_of(stored, whole(quality, radius));
             const Kinds kinds = kinds_of(got, all, visibility_of(stored, half(quality, radius)));
             long differ = 0, beside = 0;
@@ -201,95 +174,13 @@ TEST_CASE("ssao in blocks: numbers of slices, samples and jitter keep all pixels
     const std::vector<float> values = yard(camera);
     const StoredDepth stored = stored_of(values, camera);
     for (const bool without : {false, true}) {
-        SsaoCall slices = by_quality(Quality::fast, yard_radius(Quality::fast)), samples = slices, jitter = slices;
+        SsaoCall slices = options_of(yard_radius(Quality::fast), Quality::fast), samples = slices, jitter = slices;
         sampling_of(slices).slices = 1, sampling_of(samples).samples = 6, sampling_of(jitter).jitter = 16;
         const auto all = visibility_of(stored, whole(Quality::fast, yard_radius(Quality::fast)));
         for (SsaoCall* call : {&slices, &samples, &jitter}) {
             if (without)
                 sampling_of(*call).half_resolution = false;
             CHECK(same_bits(visibility_of(stored, *call), all));
-        }
-    }
-}
-
-TEST_CASE("ssao in blocks: the same bits whatever the vector width and the groups", "[ssao][blocks]") {
-    const Camera camera = perspective_camera();
-    const auto values = yard(camera);
-    for (const Quality quality : {Quality::fast, Quality::accurate}) {
-        std::vector<float> first[3];
-        for (const auto& [vector_width, group] : {std::pair{16, 64}, {8, 64}, {4, 64}, {1, 64}, {16, 7}}) {
-            const Device device = Device::open("cpu", {Arithmetic::automatic, vector_width, group});
-            SsaoCall call = by_quality(quality, yard_radius(quality));
-            call.confidence = call.bent_normal = vector_width % 15 == 1; // these kernels are long to build
-            const Occlusion results = ssao(stored_of(values, camera, device), call);
-            int which = 0;
-            for (const Image& image : {results.visibility, results.confidence, results.bent_normal}) {
-                if (!image)
-                    continue;
-                const auto got = floats(image);
-                if (first[which].empty())
-                    first[which] = got;
-                INFO(names[static_cast<int>(quality)] << ", vector width " << vector_width << ", groups of " << group
-                                                      << ", output " << which);
-                CHECK(same_bits(got, first[which]));
-                ++which;
-            }
-        }
-        double length = 0;
-        for (std::size_t i = 0; i < first[2].size(); i += 3)
-            length = std::max(length, std::abs(std::hypot(first[2][i], first[2][i + 1], first[2][i + 2]) - 1.0));
-        CHECK(length <= 1e-6);
-    }
-}
-
-TEST_CASE("ssao in blocks: a region is the crop of the whole, bit for bit", "[ssao][blocks]") {
-    const Camera camera = perspective_camera();
-    const std::vector<float> values = yard(camera);
-    const StoredDepth stored = stored_of(values, camera);
-    for (const Quality quality : {Quality::fast, Quality::accurate}) {
-        SsaoCall call = by_quality(quality, yard_radius(quality));
-        call.confidence = call.bent_normal = quality == Quality::fast;
-        const Occlusion all = ssao(stored, call);
-        for (const Region& r : {Region{0, 0, 1, 1},
-                                {width - 1, height - 1, 1, 1},
-                                {37, 25, 117, 119},
-                                {63, 61, 2, 140},
-                                {150, 63, 200, 1}}) {
-            call.region = r;
-            const Occlusion part = ssao(stored, call);
-            INFO(names[static_cast<int>(quality)] << ", region " << r.width << " x " << r.height << " at " << r.x
-                                                  << ", " << r.y);
-            CHECK(same_bits(floats(part.visibility), floats(all.visibility.region(r.x, r.y, r.width, r.height))));
-            if (!call.confidence)
-                continue;
-            CHECK(same_bits(floats(part.confidence), floats(all.confidence.region(r.x, r.y, r.width, r.height))));
-            CHECK(same_bits(floats(part.bent_normal), floats(all.bent_normal.region(r.x, r.y, r.width, r.height))));
-        }
-    }
-}
-
-TEST_CASE("ssao in blocks: a tile with a halo equals the whole in its middle", "[ssao][blocks]") {
-    const Camera camera = perspective_camera();
-    // A crease, nearer on the left; the radius has 35 to 86 pixels.
-    const auto values =
-        scene::render({scene::Plane{{0, 0, -5}, {0.3, 0, 1}}, scene::Plane{{0, -0.3, -5}, {0, 1, 0.6}}}, camera).stored;
-    const StoredDepth stored = stored_of(values, camera);
-    constexpr double radius = 0.9;
-    constexpr int halo = ssao_block_halo, across = 330, down = 260;
-    for (const Quality quality : {Quality::fast, Quality::accurate}) {
-        const auto all = visibility_of(stored, by_quality(quality, radius));
-        const Kinds kinds =
-            kinds_of(all, visibility_of(stored, whole(quality, radius)), visibility_of(stored, half(quality, radius)));
-        CHECK(kinds.whole > 1000);
-        CHECK(kinds.half > 1000);
-        for (const auto& [left, top] : {std::pair{0, 0}, {1, 0}, {0, 1}, {13, 7}, {37, 15}, {70, 40}}) {
-            const auto tile = visibility_of(stored.region(left, top, across, down), by_quality(quality, radius));
-            long differ = 0;
-            for (int y = halo; y < down - halo; ++y)
-                for (int x = halo; x < across - halo; ++x)
-                    differ += !same_bits(tile[index(x, y, across)], all[index(left + x, top + y)]);
-            INFO(names[static_cast<int>(quality)] << ", tile at " << left << ", " << top);
-            CHECK(differ == 0);
         }
     }
 }
@@ -306,7 +197,7 @@ TEST_CASE("ssao in blocks: a camera that moves sees no block pop", "[ssao][block
         for (int frame = 0; frame < 24; ++frame) {
             const std::vector<float> values = yard(camera, 0.05 * frame);
             const StoredDepth stored = stored_of(values, camera);
-            const auto got = visibility_of(stored, by_quality(quality, yard_radius(quality)));
+            const auto got = visibility_of(stored, options_of(yard_radius(quality), quality));
             const auto all = visibility_of(stored, whole(quality, yard_radius(quality)));
             std::vector<bool> is_half;
             double frame_worst = 0;

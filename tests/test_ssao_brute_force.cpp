@@ -11,15 +11,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
 
-#include <Eigen/Dense>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using Eigen::Vector3d;
 
@@ -78,9 +69,7 @@ Off error_of(const Seen& seen, const std::vector<Point>& points, SsaoCall option
 
 /// The camera centre's own height for a perspective; orthographic rays look down at 35 degrees, past the ceilings.
 Camera camera_of(const std::string& scene, bool is_orthographic, int width, int height) {
-    Camera camera;
-    camera.width = width;
-    camera.height = height;
+    Camera camera{.width = width, .height = height};
     if (!is_orthographic) {
         camera.projection = perspective(0.9, 16.0 / 9, {0.1, 1000});
         return camera;
@@ -166,8 +155,7 @@ TEST_CASE("ssao: brute force over all slices and pixels, two radii", "[ssao]") {
                 std::printf("  %-8s %-12s %2.0f%% of the width", name, camera_name, 100 * share);
                 std::vector<Off> off;
                 for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
-                    SsaoCall options;
-                    options.radius = radius;
+                    SsaoCall options = options_of(radius);
                     options.thickness = radius / 4;
                     sampling_of(options).quality = quality;
                     off.push_back(error_of(seen, points, options));
@@ -206,8 +194,7 @@ TEST_CASE("ssao: a low step that is seen at a grazing angle does not stand over 
                                   oracle::screen_visibility(seen.layer, x, y, seen.image.normal[seen.index(x, y)],
                                                             {radius, radius / 4, default_slices})});
         for (std::size_t i = 0; i < 3; ++i) {
-            SsaoCall options;
-            options.radius = radius;
+            SsaoCall options = options_of(radius);
             options.thickness = radius / 4;
             sampling_of(options).quality = static_cast<Quality>(i);
             const double off = error_of(seen, points, options).rmse;
@@ -265,8 +252,7 @@ TEST_CASE("ssao: brute force at every thickness, balanced and with many slices a
             for (const double thickness : {0.05, 0.25, 1.0, oracle::infinite}) {
                 const double radius = 0.05 * seen.median_width;
                 const auto points = brute_force(seen, radius, thickness * radius, default_slices, 19);
-                SsaoCall options;
-                options.radius = radius;
+                SsaoCall options = options_of(radius);
                 options.thickness = thickness * radius;
                 const Off balanced = error_of(seen, points, options);
                 sampling_of(options).slices = 8;

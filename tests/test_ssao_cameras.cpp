@@ -9,17 +9,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
 
-#include <Eigen/Dense>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <map>
-#include <numbers>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using Eigen::Vector2d;
 using Eigen::Vector3d;

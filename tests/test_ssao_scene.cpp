@@ -9,12 +9,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <Eigen/Dense>
-
-#include <cmath>
-#include <cstdio>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::images;
 

@@ -11,18 +11,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/ssao.hpp>
 
-#include <Eigen/Dense>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <numbers>
-#include <optional>
-#include <random>
-#include <string>
-#include <utility>
-#include <vector>
-
 using namespace fathom;
 using stability::camera_of;
 using stability::not_a_number;
@@ -43,14 +31,6 @@ std::vector<float> visibility_of(const std::vector<Value>& values, const Camera&
     const Image stored = Image::from_host(device, element_of(storage), values.data(),
                                           {camera.width, camera.height, channels_of(storage)});
     return images::floats(ssao({stored, camera, storage}, options).visibility);
-}
-
-SsaoCall options_of(double radius, Quality quality, std::optional<double> thickness = std::nullopt) {
-    SsaoCall call;
-    call.radius = radius;
-    sampling_of(call).quality = quality;
-    call.thickness = thickness;
-    return call;
 }
 
 bool in_range(float v) {

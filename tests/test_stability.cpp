@@ -9,19 +9,10 @@
 
 #include <fathom/precision.hpp>
 
-#include <Eigen/Dense>
-
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <string>
-
 using namespace fathom;
 using namespace fathom::stability;
 using oracle::Quad;
 using oracle::Subject;
-using seen::contains;
 using seen::refusal;
 
 namespace {

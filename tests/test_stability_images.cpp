@@ -1,26 +1,15 @@
-// Images, stored values and options at the edges: sizes around the vector width, buffers beyond 2³² bytes, values that are
-// no depth, units from 1e-30 to 1e30, and what is refused.
+// Images, stored values and options at the edges: buffers beyond 2³² bytes, units from 1e-30 to 1e30, values that are no depth, and
+// what is refused.
 
 #include "catch.hpp"
 #include "seen.hpp"
 #include "stability.hpp"
 
-#include <Eigen/Dense>
 #include <sys/mman.h>
-
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <cstring>
-#include <optional>
-#include <random>
 
 using namespace fathom;
 using namespace fathom::stability;
 using oracle::Subject;
-using seen::contains;
 using seen::refusal;
 
 namespace {
@@ -50,44 +39,6 @@ std::vector<Camera> of_every_form(int width, int height, double unit = 1) {
     return cameras;
 }
 
-/// Memory with a guard of NaNs of a known payload around an image, to see what a kernel touches.
-class Guarded {
-public:
-    Guarded(int width, int height, int channels)
-        : layout_{width, height, channels, static_cast<std::size_t>(width * channels) + gap},
-          memory_(margin * 2 + layout_.row_stride * static_cast<std::size_t>(height), std::bit_cast<float>(pattern)) {}
-
-    float* data() { return memory_.data() + margin; }
-    const Layout& layout() const { return layout_; }
-
-    std::vector<float> content() const {
-        std::vector<float> values;
-        for (std::size_t i = 0; i < memory_.size(); ++i)
-            if (inside(i))
-                values.push_back(memory_[i]);
-        return values;
-    }
-    bool intact() const {
-        for (std::size_t i = 0; i < memory_.size(); ++i)
-            if (!inside(i) && std::bit_cast<std::uint32_t>(memory_[i]) != pattern)
-                return false;
-        return true;
-    }
-
-private:
-    static constexpr std::size_t margin = 64, gap = 5;
-    static constexpr std::uint32_t pattern = 0x7fc12345;
-
-    bool inside(std::size_t i) const {
-        const std::size_t row = static_cast<std::size_t>(layout_.width * layout_.channels);
-        return i >= margin && (i - margin) / layout_.row_stride < static_cast<std::size_t>(layout_.height) &&
-               (i - margin) % layout_.row_stride < row;
-    }
-
-    Layout layout_;
-    std::vector<float> memory_;
-};
-
 /// Bits of floats; every NaN alike, since nobody promises its payload.
 std::vector<std::uint32_t> bits_of(const std::vector<float>& values) {
     std::vector<std::uint32_t> bits;
@@ -104,101 +55,6 @@ std::vector<float> random_depths(std::size_t count, std::uint32_t seed) {
         value = unit(random);
     return values;
 }
-
-/// A region of the stored image through an operation, between guards. Fails where the guards were touched.
-std::vector<float> through(const Device& device, const Camera& camera, const std::vector<float>& stored, int x, int y,
-                           int width, int height, int channels) {
-    const Image whole = Image::from_host(device, Element::f32, stored.data(), {camera.width, camera.height});
-    const StoredDepth region = StoredDepth{whole, camera}.region(x, y, width, height);
-    Guarded memory(width, height, channels);
-    const Image result = Image::onto_host(device, Element::f32, memory.data(), memory.layout());
-    if (channels == 1)
-        linearize(region, result);
-    else
-        unproject(region, result, {.channels = channels});
-    device.finish();
-    CHECK(memory.intact());
-    return memory.content();
-}
-
-} // namespace
-
-TEST_CASE("stability: images of 1 x 1, 1 x N, N x 1 and of widths around the vector width", "[stability]") {
-    const int width = 40, height = 35, x = 3, y = 1;
-    const std::vector<float> stored = random_depths(static_cast<std::size_t>(width * height), 1);
-    for (const int vector_width : {1, 16}) {
-        const Device device = Device::open("cpu", {.vector_width = vector_width});
-        for (const Camera& camera : of_every_form(width, height)) {
-            for (const int channels : {1, 3, 4}) {
-                // The truth of a pixel is what it is on its own, one lane and one pixel at a time, in the widest image.
-                const auto c = static_cast<std::size_t>(channels);
-                const auto all = through(device, camera, stored, 0, 0, width, height, channels);
-                for (const auto& [w, h] :
-                     {std::pair{1, 1}, {1, 33}, {33, 1}, {3, 2}, {15, 2}, {16, 2}, {17, 2}, {31, 2}, {33, 2}}) {
-                    INFO(to_string(depth_form(camera).form)
-                         << ' ' << w << " x " << h << ' ' << channels << " channels, vector width " << vector_width);
-                    std::vector<float> expected;
-                    for (int row = y; row < y + h; ++row) {
-                        const auto* from = all.data() + static_cast<std::size_t>(row * width + x) * c;
-                        expected.insert(expected.end(), from, from + static_cast<std::size_t>(w) * c);
-                    }
-                    CHECK(bits_of(through(device, camera, stored, x, y, w, h, channels)) == bits_of(expected));
-                }
-            }
-        }
-    }
-}
-
-TEST_CASE("stability: decoding in place touches every pixel once and nothing beside", "[stability]") {
-    for (const int vector_width : {1, 16}) {
-        const Device device = Device::open("cpu", {.vector_width = vector_width});
-        for (const int width : {1, 3, 15, 16, 17, 31, 33}) {
-            for (const Camera& camera : of_every_form(width, 3)) {
-                const std::vector<float> stored = random_depths(static_cast<std::size_t>(width * 3), 2);
-                Guarded memory(width, 3, 1);
-                for (std::size_t row = 0, i = 0; row < 3; ++row)
-                    for (std::size_t column = 0; column < static_cast<std::size_t>(width); ++column)
-                        memory.data()[row * memory.layout().row_stride + column] = stored[i++];
-                const Image image = Image::from_host(device, Element::f32, memory.data(), memory.layout());
-                linearize({image, camera}, image);
-                device.finish();
-                INFO(to_string(depth_form(camera).form) << ", width " << width << ", vector width " << vector_width);
-                CHECK(memory.intact());
-                CHECK(bits_of(memory.content()) == bits_of(through(device, camera, stored, 0, 0, width, 3, 1)));
-            }
-        }
-    }
-}
-
-TEST_CASE("stability: values that are no depth do not reach their neighbours", "[stability]") {
-    const int width = 53, height = 7;
-    const float specials[] = {not_a_number, infinity,
-                              -infinity,    -1.0f,
-                              2.0f,         std::numeric_limits<float>::denorm_min(),
-                              -0x1p-140f,   std::numeric_limits<float>::max()};
-    const std::vector<float> clean = random_depths(static_cast<std::size_t>(width * height), 3);
-    std::vector<float> soiled = clean;
-    for (std::size_t i = 0, next = 0; i < soiled.size(); i += 5)
-        soiled[i] = specials[next++ % std::size(specials)];
-    for (const Arithmetic arithmetic : oracle::arithmetics()) {
-        const Device& device = oracle::device(arithmetic);
-        for (const Camera& camera : of_every_form(width, height)) {
-            for (const std::size_t channels : {1u, 3u}) {
-                INFO(to_string(depth_form(camera).form) << ' ' << channels << " channels");
-                const auto a = bits_of(through(device, camera, clean, 0, 0, width, height, static_cast<int>(channels)));
-                const auto b =
-                    bits_of(through(device, camera, soiled, 0, 0, width, height, static_cast<int>(channels)));
-                std::size_t spread = 0;
-                for (std::size_t i = 0; i < a.size(); ++i)
-                    spread += i / channels % 5 != 0 && a[i] != b[i];
-                CHECK(spread == 0);
-                CHECK(a != b);
-            }
-        }
-    }
-}
-
-namespace {
 
 /// Address space without memory behind it, until it is touched.
 class Sparse {

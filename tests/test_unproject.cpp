@@ -6,14 +6,7 @@
 
 #include <fathom/fathom.hpp>
 
-#include <Eigen/Geometry>
-
 #include "quad.hpp"
-
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <sstream>
 
 using namespace fathom;
 using oracle::Point;
@@ -193,10 +186,7 @@ TEST_CASE("unproject: positions are within their bound, in view and in world spa
 
 TEST_CASE("unproject: an invalid pixel has no position", "[unproject]") {
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    Camera camera;
-    camera.projection = perspective(1.0, 1.0, {1, 4});
-    camera.width = 6;
-    camera.height = 1;
+    Camera camera{.projection = perspective(1.0, 1.0, {1, 4}), .width = 6, .height = 1};
     for (const Background background : {Background::inf, Background::nan, Background::decode}) {
         for (const int channels : {3, 4}) {
             const std::vector<float> values{1.0f, nan, -0.5f, 2.0f, INFINITY, 0.5f};

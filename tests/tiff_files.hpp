@@ -6,9 +6,6 @@
 
 #include <tiffio.h>
 
-#include <algorithm>
-#include <filesystem>
-
 namespace fathom::test {
 
 struct TiffForm {

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-/// The pictures of docs/articles.md.
+/// The pictures of docs/research/articles.md.
 namespace fathom::charts {
 
 void draw_lengyel(const std::filesystem::path& folder);

@@ -1,5 +1,5 @@
-// The charts of docs/camera.md, docs/ambient-occlusion.md and docs/articles.md: fathom_charts FOLDER. The library
-// computes every curve.
+// The charts of docs/camera.md, docs/ambient-occlusion.md and docs/research/articles.md: fathom_charts FOLDER. The
+// library computes every curve.
 
 #include "article_pictures.hpp"
 #include "chart.hpp"

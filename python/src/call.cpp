@@ -273,12 +273,22 @@ struct HeldArray {
     }
 };
 
+// An array's memory, or a copy of it whose rows have no gaps.
 struct HostImage {
-    Image image;
     std::shared_ptr<HeldArray> held;
+    Element element;
+    Layout layout;
+    const void* data;
+
+    HostDepth depth(Storage storage) const {
+        const std::size_t row = layout.row_stride > 0
+                                    ? layout.row_stride
+                                    : static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
+        return {data, layout.width, layout.height, row * element_bytes(element), storage};
+    }
 };
 
-HostImage image_of(const ReadArray& array, const Device& device, Holds holds, const char* argument) {
+HostImage host_image(const ReadArray& array, Holds holds, const char* argument) {
     const Element element = checked_element(array.dtype(), holds, argument);
     Strided s = strided(array, argument);
     auto held = std::make_shared<HeldArray>(HeldArray{array});
@@ -288,9 +298,13 @@ HostImage image_of(const ReadArray& array, const Device& device, Holds holds, co
         data = held->copy.get();
         s.layout.row_stride = 0;
     }
+    return {held, element, s.layout, data};
+}
+
+Image image_of(const HostImage& host, const Device& device) {
     const Unlocked released;
     const Seconds start = seconds_now();
-    HostImage made{Image::from_host(device, element, data, s.layout), held};
+    Image made = Image::from_host(device, host.element, host.data, host.layout);
     Call::add_to_last_run(seconds_since(start));
     return made;
 }
@@ -315,13 +329,13 @@ bool is_depth_packing(const std::optional<Packing>& packing, Packing wanted) {
 }
 
 // How elements of this type are read: as `said`, as the camera's packing says, or as their type says.
-Storage storage_of(const Image& image, const Word<Storage>& said, const std::optional<Packing>& packing,
+Storage storage_of(Element element, int channels, const Word<Storage>& said, const std::optional<Packing>& packing,
                    const char* argument) {
     const auto fits = [&](Storage storage) {
-        return fathom::element_of(storage) == image.element() && channels_of(storage) == image.channels();
+        return fathom::element_of(storage) == element && channels_of(storage) == channels;
     };
-    const std::string holds = std::string("it holds ") + name_of(image.element()) +
-                              (image.channels() == 1 ? "" : " in " + std::to_string(image.channels()) + " channels");
+    const std::string holds = std::string("it holds ") + name_of(element) +
+                              (channels == 1 ? "" : " in " + std::to_string(channels) + " channels");
     if (const auto storage = said.get("storage")) {
         if (!fits(*storage))
             refuse(argument, holds + ", which the storage " + text_of(nb::repr(said.given)) + " does not");
@@ -341,14 +355,14 @@ Storage storage_of(const Image& image, const Word<Storage>& said, const std::opt
                              {Storage::rgb8_red_high, Packing::rgb_red_high}})
         if (fits(rule.storage) && (!rule.packing || is_depth_packing(packing, *rule.packing)))
             return rule.storage;
-    if (image.element() == Element::u8 && (image.channels() == 1 || image.channels() == 3))
+    if (element == Element::u8 && (channels == 1 || channels == 3))
         refuse(argument, holds + ", which may be a picture; say how depth is packed by storage=" +
-                             (image.channels() == 1 ? "'uint8'"
+                             (channels == 1 ? "'uint8'"
                                                     : "'rgb8-red-low', 'rgb8-red-high' or, as OpenCV reads "
                                                       "files, 'bgr8-red-low', 'bgr8-red-high'") +
                              ", or by the camera's packing");
     refuse(argument, holds + "; depth has one channel, or three of uint8" +
-                         (image.element() == Element::u8 && image.channels() == 4
+                         (element == Element::u8 && channels == 4
                               ? ", as array[..., :3] makes it of a picture with alpha"
                               : ""));
 }
@@ -416,7 +430,9 @@ DeviceImage to_device(const Pixels& array, const Device& device) {
     if (is_image(array.given))
         return nb::cast<DeviceImage>(array.given);
     const Given given = read_array(array.given, "array");
-    const auto [image, held] = image_of(given.array, device, Holds::depth, "array");
+    const HostImage host = host_image(given.array, Holds::depth, "array");
+    const std::shared_ptr<HeldArray>& held = host.held;
+    Image image = image_of(host, device);
     held->device = device;
     held->waits = true;
     const char* no_target = nullptr;
@@ -435,6 +451,16 @@ nb::object to_numpy(const Image& image) {
     const Unlocked released;
     image.download(data);
     return array;
+}
+
+HeldDepth host_depth(const Pixels& pixels, const CameraObject& camera, const Word<Storage>& storage,
+                     const char* argument) {
+    const nb::object array =
+        is_image(pixels.given) ? to_numpy(nb::cast<const DeviceImage&>(pixels.given).image) : pixels.given;
+    const ReadArray read = read_array(array, argument).array;
+    const HostImage host = host_image(read, Holds::depth, argument);
+    return {host.depth(storage_of(host.element, host.layout.channels, storage, camera.file().packing, argument)),
+            host.held};
 }
 
 std::pair<std::vector<float>, Layout> floats_of(const Pixels& pixels, const char* argument) {
@@ -478,7 +504,8 @@ Call::~Call() {
     add_to_last_run(seconds_since(start));
 }
 
-Image Call::image(const Pixels& pixels, Holds holds, const char* argument) {
+// `host`: where an array lies, whose values nobody has given a meaning.
+Image Call::image(const Pixels& pixels, Holds holds, const char* argument, HostDepth* host) {
     if (is_image(pixels.given)) {
         const auto& shared = nb::cast<DeviceImage&>(pixels.given);
         if (shared.array)
@@ -486,15 +513,21 @@ Image Call::image(const Pixels& pixels, Holds holds, const char* argument) {
         return shared.image;
     }
     waits_ = true;
-    const auto [image, held] = image_of(read_array(pixels.given, argument).array, device_, holds, argument);
-    kept_.push_back(held);
-    return image;
+    const HostImage array = host_image(read_array(pixels.given, argument).array, holds, argument);
+    kept_.push_back(array.held);
+    if (host && reinterpret_cast<std::uintptr_t>(array.data) % element_bytes(array.element) == 0)
+        *host = array.depth(Storage::float32);
+    return image_of(array, device_);
 }
 
 StoredDepth Call::stored(const Pixels& pixels, const char* argument) {
-    const Image stored = image(pixels, Holds::depth, argument);
-    return {stored, camera_.for_size(stored.width(), stored.height()),
-            storage_of(stored, storage_, camera_.file().packing, argument)};
+    HostDepth host;
+    const Image stored = image(pixels, Holds::depth, argument, &host);
+    const Camera& camera = camera_.for_size(stored.width(), stored.height());
+    host.storage = storage_of(stored.element(), stored.channels(), storage_, camera_.file().packing, argument);
+    if (host.data)
+        camera_.doubt(host, argument);
+    return {stored, camera, host.storage};
 }
 
 StoredDepth Call::more_depth(const Pixels& pixels, const char* argument) {

@@ -3,6 +3,7 @@
 #include "camera.hpp"
 #include "words.hpp"
 
+#include <fathom/findings.hpp>
 #include <fathom/image.hpp>
 
 #include <nanobind/nanobind.h>
@@ -68,6 +69,16 @@ nb::object to_numpy(const Image& image);
 Element element_of_name(const std::string& dtype);
 const char* name_of(Element element);
 
+/// Depth in host memory, and what keeps it there.
+struct HeldDepth {
+    HostDepth stored;
+    std::shared_ptr<void> memory;
+};
+
+/// The depth of an array, or of a `fathom.Image`, which is copied. Neither needs a device.
+HeldDepth host_depth(const Pixels& pixels, const CameraObject& camera, const Word<Storage>& storage,
+                     const char* argument);
+
 /// The pixels of an array or a `fathom.Image` of float32, one row after the other.
 std::pair<std::vector<float>, Layout> floats_of(const Pixels& pixels, const char* argument);
 
@@ -100,7 +111,9 @@ public:
 
     /// More depth of the same camera.
     StoredDepth more_depth(const Pixels& pixels, const char* argument);
-    Image image(const Pixels& pixels, Holds holds, const char* argument);
+    Image image(const Pixels& pixels, Holds holds, const char* argument) {
+        return image(pixels, holds, argument, nullptr);
+    }
 
     /// Adds a result: `target`'s memory, or new memory.
     Image result(nb::handle target, const char* argument, Element element, Layout layout);
@@ -126,6 +139,7 @@ private:
     };
 
     StoredDepth stored(const Pixels& pixels, const char* argument);
+    Image image(const Pixels& pixels, Holds holds, const char* argument, HostDepth* host);
 
     Device device_;
     const CameraObject& camera_;

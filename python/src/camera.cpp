@@ -1,6 +1,7 @@
 // fathom.Camera: the keys of the camera file as keyword arguments, and the importers.
 #include "camera.hpp"
 
+#include "unlocked.hpp"
 #include "words.hpp"
 
 #include "camera_file/file.hpp"
@@ -10,6 +11,7 @@
 #include "camera_file/key_names.hpp"
 #include "camera_file/presets.hpp"
 
+#include <fathom/doubts.hpp>
 #include <fathom/error.hpp>
 #include <fathom/image.hpp>
 #include <fathom/presets.hpp>
@@ -216,8 +218,12 @@ std::string shown(const CameraObject& camera) {
 } // namespace
 
 const Camera& CameraObject::for_size(int width, int height) const {
+    doubt(width, height, source, called_by_fathom);
+    return of_size(width, height);
+}
+
+const Camera& CameraObject::of_size(int width, int height) const {
     if (last_.width != width || last_.height != height) {
-        doubt(width, height, source, called_by_fathom);
         const Camera camera = camera_for(file_, width, height);
         last_ = is_for_view_depth_ ? ViewDepth{{}, camera}.stored().camera : camera;
     }
@@ -227,6 +233,7 @@ const Camera& CameraObject::for_size(int width, int height) const {
 CameraObject CameraObject::for_view_depth() const {
     CameraObject other(file_);
     other.is_doubted_ = is_doubted_;
+    other.is_depth_doubted_ = is_depth_doubted_;
     other.file_.packing.reset();
     other.is_for_view_depth_ = true;
     return other;
@@ -235,13 +242,33 @@ CameraObject CameraObject::for_view_depth() const {
 void CameraObject::doubt(int width, int height, const std::string& name, int frames) const {
     if (is_doubted_ || width == 0 || height == 0)
         return;
-    warn(io::key_doubts(nlohmann::json::parse(file_.text), width, height), name, frames);
+    warn(key_doubts(width, height), name, frames);
     is_doubted_ = true;
+}
+
+std::vector<std::string> CameraObject::key_doubts(int width, int height) const {
+    return io::key_doubts(nlohmann::json::parse(file_.text), width, height);
+}
+
+void CameraObject::doubt(const HostDepth& stored, const char* argument) const {
+    if (is_depth_doubted_)
+        return;
+    std::vector<std::string> said;
+    try {
+        const Camera camera = last_;
+        const Unlocked released;
+        said = depth_doubts_of_sample(camera, stored);
+    } catch (const std::invalid_argument&) { // the operation says it
+        return;
+    }
+    warn(said, argument, called_by_fathom);
+    is_depth_doubted_ = true;
 }
 
 void bind_camera(nb::module_& module) {
     const auto warning = nb::steal(PyErr_NewExceptionWithDoc(
-        "fathom.CameraWarning", "A camera that can be used, but that hardly anybody means. Each camera is told once.",
+        "fathom.CameraWarning",
+        "A camera that can be used, but that hardly anybody means, by itself or for its depth. Each camera is told once.",
         PyExc_UserWarning, nullptr));
     module.attr("CameraWarning") = warning;
     nb::class_<CameraObject>(module, "Camera", R"(What stored depth means: projection, size, encoding, pose.

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <fathom/findings.hpp>
 #include <fathom/import_camera.hpp>
 
 #include <nanobind/nanobind.h>
+
+#include <string>
+#include <vector>
 
 /// `fathom.Camera`.
 namespace fathom::python {
@@ -17,7 +21,13 @@ public:
     const ImportedCamera& file() const { return file_; }
 
     /// Throws: Error naming both sizes if the camera is of another.
+    const Camera& of_size(int width, int height) const;
+
+    /// The same, with a warning of doubtful keys.
     const Camera& for_size(int width, int height) const;
+
+    /// What is probably wrong with the keys for an image of this size.
+    std::vector<std::string> key_doubts(int width, int height) const;
 
     /// The same camera for view depth, which `linearize` makes.
     CameraObject for_view_depth() const;
@@ -26,10 +36,13 @@ public:
     /// Warns once of keys that hardly anybody means for an image of this size. `frames`: from here to the caller's line.
     void doubt(int width, int height, const std::string& name, int frames) const;
 
+    /// Looks once at a sample of depth of the last size, and warns of what is probably wrong.
+    void doubt(const HostDepth& stored, const char* argument) const;
+
 private:
     ImportedCamera file_;
     bool is_for_view_depth_ = false;
-    mutable bool is_doubted_ = false;
+    mutable bool is_doubted_ = false, is_depth_doubted_ = false;
     mutable Camera last_; // read and written under the interpreter's lock
 };
 

@@ -1,6 +1,7 @@
 // The module fathom._fathom: devices, images and exceptions. Operations and cameras have files of their own.
 #include "call.hpp"
 #include "camera.hpp"
+#include "check.hpp"
 #include "function.hpp"
 #include "operations.hpp"
 #include "unlocked.hpp"
@@ -218,4 +219,5 @@ NB_MODULE(_fathom, module) {
     bind_images(module);
     bind_back_depth(module);
     bind_operations(module);
+    bind_check(module);
 }

@@ -5,6 +5,7 @@
 
 #include <fathom/camera.hpp>
 
+#include "camera/form.hpp"
 #include "camera/matrix.hpp"
 #include "require.hpp"
 
@@ -268,10 +269,9 @@ void set_along_ray(DepthForm& form, const Camera& camera) {
 }
 
 // View depth that a step of length 1 along the pixel's ray covers.
-Real cosine(const Camera& camera, Real x, Real y) {
-    const Rays ray = camera_rays(camera);
-    const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = ray.direction * pixel;
-    return ray.depth.dot(pixel) / direction.norm();
+Real cosine(const Rays& rays, Real x, Real y) {
+    const Eigen::Matrix<Real, 3, 1> pixel(x, y, 1), direction = rays.direction * pixel;
+    return rays.depth.dot(pixel) / direction.norm();
 }
 
 void set_window(DepthForm& form, const Camera& camera, Storage storage) {
@@ -302,6 +302,10 @@ double storage_max(Storage storage) {
 
 bool is_metric(Encoding encoding) {
     return encoding == Encoding::view_z || encoding == Encoding::ray_distance || encoding == Encoding::inverse;
+}
+
+bool is_along_ray(const DepthForm& form) {
+    return form.form == Form::ray_distance || form.form == Form::inverse_ray_distance;
 }
 
 StoredKind kind_of(const DepthForm& form, float value, std::uint32_t bits) {
@@ -471,16 +475,15 @@ Rays camera_rays(const Camera& camera) {
 
 long double view_depth(const Camera& camera, Storage storage, double x, double y, double stored) {
     const DepthForm form = depth_form(camera, storage);
+    return view_depth(form, is_along_ray(form) ? camera_rays(camera) : Rays{}, x, y, stored);
+}
+
+long double view_depth(const DepthForm& form, const Rays& rays, double x, double y, double stored) {
     const auto sum = [&](const Affine& row) { return row[0] * stored + row[1] * x + row[2] * y + row[3]; };
-    switch (form.form) {
-    case Form::exponential:
+    if (form.form == Form::exponential)
         return form.amplitude * std::expm1(std::log(2.0L) * (form.rate * stored + form.start)) + form.offset;
-    case Form::ray_distance:
-    case Form::inverse_ray_distance:
-        return sum(form.numerator) / sum(form.denominator) * cosine(camera, x, y) + form.offset;
-    default:
-        return sum(form.numerator) / sum(form.denominator);
-    }
+    const Real z = sum(form.numerator) / sum(form.denominator);
+    return is_along_ray(form) ? z * cosine(rays, x, y) + form.offset : z;
 }
 
 long double stored_depth(const Camera& camera, Storage storage, double x, double y, double z) {
@@ -489,8 +492,7 @@ long double stored_depth(const Camera& camera, Storage storage, double x, double
     case Form::exponential:
         return (std::log1p((z - form.offset) / form.amplitude) / std::log(2.0L) - form.start) / form.rate;
     default: {
-        const bool along_ray = form.form == Form::ray_distance || form.form == Form::inverse_ray_distance;
-        const Real distance = along_ray ? (z - form.offset) / cosine(camera, x, y) : Real{z};
+        const Real distance = is_along_ray(form) ? (z - form.offset) / cosine(camera_rays(camera), x, y) : Real{z};
         // n₀ v + n = z (m₀ v + m), n and m being what does not depend on v; at infinity only m counts.
         const auto rest = [&](const Affine& row) { return row[1] * x + row[2] * y + row[3]; };
         const Affine &n = form.numerator, &m = form.denominator;

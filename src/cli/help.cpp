@@ -1,12 +1,13 @@
 // `--help`, and what is said instead of it when the arguments are wrong.
 #include "help.hpp"
 
-#include "messages.hpp"
+#include "terminal/messages.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <vector>
 
 namespace fathom::cli {
@@ -57,25 +58,60 @@ std::string term(const CLI::Option& option) {
     return names;
 }
 
-// Commands first, then the options in their groups; the general ones (--help) come last, wherever they were added.
-std::vector<Section> sections_of(const CLI::App& app) {
+bool takes_frames(const CLI::App& app) {
+    return app.get_option_no_throw("--frames") != nullptr;
+}
+
+// The options that every operation has, which are the commands that take frames.
+std::set<const CLI::Option*> shared_options(const CLI::App& app) {
+    std::set<const CLI::Option*> shared;
+    if (!takes_frames(app))
+        return shared;
+    const auto operations = app.get_parent()->get_subcommands([](const CLI::App* each) { return takes_frames(*each); });
+    for (const CLI::Option* option : app.get_options())
+        if (std::ranges::all_of(operations, [&](const CLI::App* each) {
+                return each->get_option_no_throw(option->get_name()) != nullptr;
+            }))
+            shared.insert(option);
+    return shared;
+}
+
+// Without these no operation can be called.
+bool is_essential(const CLI::Option& option) {
+    return option.get_required() || option.get_name() == "--camera" || option.get_name() == "--preset";
+}
+
+// Commands first, then the options in their groups, what is required first. The groups that are an operation's own come
+// before those that all operations share, and --help comes last.
+std::vector<Section> sections_of(const CLI::App& app, bool all) {
     std::vector<Section> sections;
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
         if (sections.empty())
             sections.push_back({"Commands", {}});
         sections.front().rows.push_back({command->get_name(), command->get_description()});
     }
-    for (const bool general : {false, true})
-        for (const CLI::Option* option : app.get_options()) {
-            const std::string& group = option->get_group();
-            if ((group == "Options") != general)
-                continue;
-            auto section = std::find_if(sections.begin(), sections.end(),
-                                        [&](const Section& each) { return each.title == group; });
-            if (section == sections.end())
-                section = sections.insert(section, {group, {}});
-            section->rows.push_back({term(*option), option->get_description()});
-        }
+    const std::set<const CLI::Option*> shared = shared_options(app);
+    std::set<std::string> shared_groups;
+    for (const CLI::Option* option : shared)
+        shared_groups.insert(option->get_group());
+    const auto rank = [&](const CLI::Option& option) {
+        const std::string& group = option.get_group();
+        return group == "Options" ? 2 : shared_groups.contains(group) ? 1 : 0;
+    };
+    std::vector<const CLI::Option*> options = app.get_options();
+    std::ranges::stable_sort(
+        options, {}, [&](const CLI::Option* option) { return std::pair(rank(*option), !option->get_required()); });
+    for (const CLI::Option* option : options) {
+        const std::string& group = option->get_group();
+        const bool general = group == "Options";
+        const bool left_out = !all && !general && shared.contains(option) && !is_essential(*option);
+        if (left_out || option == app.get_help_all_ptr())
+            continue;
+        auto section = std::ranges::find(sections, group, &Section::title);
+        if (section == sections.end())
+            section = sections.insert(section, {group, {}});
+        section->rows.push_back({term(*option), option->get_description()});
+    }
     return sections;
 }
 
@@ -94,9 +130,15 @@ std::string usage(const CLI::App& app, const std::string& name) {
 
 class Layout : public CLI::FormatterBase {
 public:
-    std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode) const override {
-        return app->get_description() + "\n\nUsage: " + usage(*app, name) + "\n" + aligned(sections_of(*app)) + "\n" +
-               app->get_footer() + "\n";
+    std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+        const bool all = mode == CLI::AppFormatMode::All;
+        std::string text = app->get_description() + "\n\nUsage: " + usage(*app, name) + "\n" +
+                           aligned(sections_of(*app, all)) + "\n" + app->get_footer() + "\n";
+        if (!all && takes_frames(*app))
+            text += "fathom " + app->get_name() +
+                    " --help all also shows the options that all operations share: of frames, files, reports and "
+                    "devices.\n";
+        return text;
     }
 };
 

@@ -13,7 +13,8 @@ class ParseError;
 
 namespace fathom::cli {
 
-/// Lays out `--help`: what it does, usage, commands or options in aligned columns, then the command's notes.
+/// Lays out `--help`: what it does, usage, commands or options in aligned columns, then the command's notes. Options that
+/// all operations share are shown by `--help all` only.
 std::shared_ptr<CLI::FormatterBase> help_layout();
 
 /// What is wrong with the arguments, in one sentence; unknown names come with the nearest known one.

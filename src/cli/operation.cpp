@@ -2,10 +2,11 @@
 #include "operation.hpp"
 
 #include "command.hpp"
-#include "described.hpp"
-#include "floats_on_host.hpp"
-#include "max_error.hpp"
-#include "picture.hpp"
+
+#include "cli/options/described.hpp"
+#include "cli/options/max_error.hpp"
+#include "cli/options/picture.hpp"
+#include "io/floats_on_host.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -70,15 +71,7 @@ More more_of(const description::Operation& operation, const std::shared_ptr<Argu
     more.outputs = outputs_of(operation, arguments->call.get(), arguments->files);
     if (!arguments->color)
         return more;
-    const PictureOptions& picture = arguments->picture;
-    more.companions.push_back({"--color", picture.color});
-    more.picture = 0;
-    more.color_layer = picture.color_layer;
-    more.read = [&picture](const Job& job) {
-        return Images{.picture = picture_of(job.companions.front(), picture, job)};
-    };
-    more.picture_rows = [&picture](const Job& job) { return picture_rows_of(job.companions.front(), picture, job); };
-    more.doubts = [&picture](const Job& job) { return picture_doubts(picture, job); };
+    use_picture(more, arguments->picture);
     return more;
 }
 

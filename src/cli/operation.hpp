@@ -1,8 +1,7 @@
 #pragma once
 
-#include "each_depth.hpp"
-
 #include "description/operations.hpp"
+#include "shot/each_depth.hpp"
 
 #include <functional>
 #include <map>

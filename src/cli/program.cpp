@@ -2,9 +2,10 @@
 #include "program.hpp"
 
 #include "command.hpp"
-#include "described.hpp"
 #include "help.hpp"
 #include "operation.hpp"
+
+#include "cli/options/described.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -14,6 +15,7 @@
 #include <exception>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace fathom::cli {
@@ -30,12 +32,26 @@ constexpr const char* exit_codes = R"(Exit codes:
 constexpr const char* exit_codes_in_short =
     "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130, 143, 129 and 141 interrupted.";
 
+// `--help all` as CLI11 has it.
+std::vector<const char*> with_all_help(int argc, const char* const* argv) {
+    std::vector<const char*> words(argv, argv + argc);
+    for (std::size_t i = 1; i + 1 < words.size(); ++i) {
+        const std::string_view flag = words[i];
+        if ((flag == "--help" || flag == "-h") && words[i + 1] == std::string_view("all")) {
+            words[i] = "--help-all";
+            words.erase(words.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+        }
+    }
+    return words;
+}
+
 } // namespace
 
 Program::Program()
     : app_(std::make_unique<CLI::App>("fathom: what depth images hold, exact, on any OpenCL device", "fathom")) {
     app_->formatter(help_layout());
     app_->set_help_flag("-h,--help", "print this help, or that of a command");
+    app_->set_help_all_flag("--help-all");
     app_->set_version_flag("--version", "fathom " FATHOM_VERSION, "print the version");
     app_->require_subcommand(1);
     app_->footer("Example:\n  fathom linearize frame.exr --camera camera.json -o frame.z.exr\n\n" +
@@ -65,7 +81,8 @@ Program::~Program() = default;
 
 std::function<int()> Program::parse(int argc, const char* const* argv) {
     try {
-        app_->parse(argc, argv);
+        const std::vector<const char*> words = with_all_help(argc, argv);
+        app_->parse(static_cast<int>(words.size()), words.data());
     } catch (const CLI::Success&) { // --help, --version
         return [this, wanted = std::current_exception()] {
             try {

@@ -47,23 +47,6 @@ cv::Mat io::only_channel(const std::filesystem::path& file, const cv::Mat& image
 
 namespace {
 
-/// Counts the pixels, and takes the least and the greatest of the finite values.
-void count(io::RelativeInput& input) {
-    double least = std::numeric_limits<double>::infinity(), greatest = -least;
-    for (const float value : cv::Mat_<float>(input.depth.values)) {
-        ++input.pixels;
-        input.invalid += std::isnan(value);
-        if (std::isfinite(value)) {
-            least = std::min(least, static_cast<double>(value));
-            greatest = std::max(greatest, static_cast<double>(value));
-        }
-    }
-    if (least <= greatest) {
-        input.least = least;
-        input.greatest = greatest;
-    }
-}
-
 /// Values to 0 to 1 by a range.
 void normalise(const std::filesystem::path& file, cv::Mat& values, const std::array<double, 2>& range) {
     const auto [low, high] = range;
@@ -115,9 +98,10 @@ io::RelativeInput io::read_relative_input(const std::filesystem::path& file, con
         if (options.range && !(options.range->front() < options.range->back()))
             refuse(file, "cannot be brought from " + std::to_string(options.range->front()) + " to " +
                              std::to_string(options.range->back()) + "; the range's first end must be the lesser one");
-        count(result);
-        if (depth.bits == 32 || options.range || result.least == result.greatest)
-            normalise(file, depth.values, options.range.value_or(std::array{result.least, result.greatest}));
+        result.stored.add({depth.values.ptr<float>(), image.cols, image.rows, 1, depth.values.step1()});
+        const std::array<double, 2> ends{result.stored.nearest, result.stored.farthest};
+        if (depth.bits == 32 || options.range || ends[0] == ends[1])
+            normalise(file, depth.values, options.range.value_or(ends));
         else
             for (float& value : cv::Mat_<float>(depth.values))
                 value /= depth.bits == 8 ? 255.0f : 65535.0f;

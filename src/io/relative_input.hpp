@@ -1,9 +1,9 @@
 #pragma once
 
+#include "doubts/look.hpp"
+
 #include <fathom/io.hpp>
 
-#include <cmath>
-#include <cstddef>
 #include <filesystem>
 #include <string>
 
@@ -12,10 +12,8 @@ namespace fathom::io {
 /// Relative depth, and what its file stores before values become 0 to 1.
 struct RelativeInput {
     RelativeFile depth;
-    std::string channel = {};           ///< of an OpenEXR file
-    double least = NAN, greatest = NAN; ///< of the finite values
-    std::size_t pixels = 0;
-    std::size_t invalid = 0; ///< pixels that hold NaN
+    std::string channel = {}; ///< of an OpenEXR file
+    Look stored = {};         ///< the least value as the nearest
 };
 
 /// As `read_relative`.

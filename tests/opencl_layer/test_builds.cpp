@@ -6,16 +6,7 @@
 
 #include "runtime/opencl.hpp"
 
-#include <algorithm>
 #include <fathom/fathom.hpp>
-
-#include <cstdlib>
-#include <filesystem>
-#include <map>
-#include <sstream>
-#include <string>
-#include <thread>
-#include <vector>
 
 using namespace fathom;
 

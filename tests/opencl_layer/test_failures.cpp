@@ -8,13 +8,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <chrono>
-#include <cstdio>
-#include <optional>
-#include <set>
-#include <string>
-#include <vector>
-
 using namespace fathom;
 using operations::Bytes;
 

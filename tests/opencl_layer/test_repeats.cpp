@@ -5,9 +5,6 @@
 
 #include <fathom/device.hpp>
 
-#include <tuple>
-#include <utility>
-
 using namespace fathom;
 
 TEST_CASE("repeats: every operation has the same bits a thousand times over", "[repeats]") {

@@ -11,13 +11,6 @@
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 
-#include <chrono>
-#include <cstdio>
-#include <functional>
-#include <string>
-#include <thread>
-#include <vector>
-
 using namespace fathom;
 using operations::Bytes;
 

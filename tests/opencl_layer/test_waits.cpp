@@ -5,12 +5,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <chrono>
-#include <cstdio>
-#include <functional>
-#include <vector>
-
 using namespace fathom;
 
 namespace {

@@ -8,10 +8,6 @@
 
 #include <atomic>
 #include <barrier>
-#include <functional>
-#include <string>
-#include <thread>
-#include <vector>
 
 using namespace fathom;
 using operations::Bytes;

@@ -6,11 +6,7 @@ namespace fathom {
 
 /// A camera in the window encoding that a projection gives over an image, its rows from the top.
 inline Camera camera_over(const Projection& projection, int width, int height) {
-    Camera camera;
-    camera.projection = projection;
-    camera.width = width;
-    camera.height = height;
-    return camera;
+    return {.projection = projection, .width = width, .height = height};
 }
 
 } // namespace fathom

@@ -1,0 +1,107 @@
+"""Mistakes about depth are told: all of them by `check`, and once for each camera by the first call."""
+
+import pathlib
+import time
+import warnings
+
+import numpy
+import pytest
+
+import fathom
+from conftest import HEIGHT, WIDTH
+
+
+def told(call):
+    """The warnings of a call."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        call()
+    return said
+
+
+def test_metres_under_a_preset_of_millimetres(metres):
+    depth = metres.astype(numpy.float32)
+    keys = {"preset": "kinect", "fx": 90, "fy": 88, "cx": 47.25, "cy": 33.5}
+    (doubt,) = fathom.check(depth, fathom.Camera(**keys))
+    assert doubt.startswith("its floats times the scale of 0.001 are ") and doubt.endswith('which is "scale": 1')
+    with pytest.warns(fathom.CameraWarning, match="^depth: its floats times the scale of 0.001 are .* at most"):
+        fathom.linearize(depth, fathom.Camera(**keys))
+    assert fathom.check((1000 * metres).astype(numpy.uint16), fathom.Camera(**keys)) == []
+
+
+def test_what_is_right_is_not_told(metres, millimetres, keys, kinect):
+    camera = fathom.Camera(**keys)
+    assert fathom.check(metres.astype(numpy.float32), camera) == []
+    assert fathom.check(millimetres, kinect) == []
+    assert not told(lambda: fathom.linearize(metres.astype(numpy.float32), camera))
+    assert not told(lambda: fathom.ssao(millimetres, kinect, radius=0.3, quality="fast"))
+
+
+def test_the_first_call_warns_and_says_where(millimetres, keys):
+    camera = fathom.Camera(**keys)
+    (warning,) = told(lambda: fathom.normals(millimetres, camera))
+    assert warning.category is fathom.CameraWarning
+    assert str(warning.message).startswith("depth: its integers count as scene units")
+    assert str(warning.message).removeprefix("depth: ") in fathom.check(millimetres, camera)
+    assert pathlib.Path(warning.filename) == pathlib.Path(__file__)
+    assert not told(lambda: fathom.normals(millimetres, camera))
+    assert not told(lambda: fathom.linearize(millimetres, camera))
+    assert told(lambda: fathom.linearize(millimetres, fathom.Camera(**keys)))
+
+
+def test_the_filters_of_warnings_decide(millimetres, keys):
+    camera = fathom.Camera(**keys)
+    out = numpy.full((HEIGHT, WIDTH), 7, numpy.float32)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", fathom.CameraWarning)
+        with pytest.raises(fathom.CameraWarning):
+            fathom.linearize(millimetres, camera, out=out)
+    assert (out == 7).all()
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("ignore", fathom.CameraWarning)
+        fathom.linearize(millimetres, camera, out=out)
+    assert not said and (out != 7).any()
+
+
+def test_check_takes_what_an_operation_takes(metres, millimetres, keys):
+    camera = fathom.Camera(**keys)
+    (said,) = fathom.check(millimetres, camera)
+    assert fathom.check(fathom.Image(millimetres), camera) == [said]
+    assert fathom.check(numpy.asfortranarray(millimetres), camera) == [said]
+    assert fathom.check(millimetres[::-1], camera) == [said]
+    wide = numpy.zeros((HEIGHT, 2 * WIDTH), numpy.uint16)
+    wide[:, :WIDTH] = millimetres
+    assert fathom.check(wide[:, :WIDTH], camera) == [said]
+    picture = numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8)
+    for i in range(3):
+        picture[..., i] = numpy.add.outer(range(HEIGHT), range(WIDTH)) + i
+    (colours,) = fathom.check(picture, fathom.Camera(**keys, scale=1e-5), storage="rgb8-red-low")
+    assert colours.startswith("its bytes change like the colours of a picture")
+    centred = keys | {"intrinsics": {"fx": 90, "fy": 88, "cx": 47.5, "cy": 31.5}}
+    with pytest.warns(fathom.CameraWarning, match="pixel_origin"):
+        doubtful = fathom.Camera(**centred)
+    assert [doubt for doubt in fathom.check(millimetres, doubtful) if "pixel_origin" in doubt]
+    with pytest.raises(fathom.Error, match="is for 96 x 64 pixels, the image has 96 x 60"):
+        fathom.check(millimetres[:60], camera)
+    with pytest.raises(ValueError, match="depth: its dtype is float64"):
+        fathom.check(metres, camera)
+
+
+@pytest.mark.parametrize("dtype", [numpy.float32, numpy.uint16])
+def test_a_first_call_takes_a_millisecond_more_at_most(dtype):
+    """1080p, linearize, with `out`. New cameras and one that is known, in turns; the least times are compared."""
+    depth = numpy.linspace(2, 9, 1920 * 1080).reshape(1080, 1920)
+    depth = depth.astype(dtype) if dtype == numpy.float32 else numpy.rint(1000 * depth).astype(dtype)
+    keys = {"fov_y_deg": 60, "encoding": "view-z", "scale": 1 if dtype == numpy.float32 else 0.001}
+    known, out, device = fathom.Camera(**keys), numpy.empty((1080, 1920), numpy.float32), fathom.Device()
+    fathom.linearize(depth, known, out=out, device=device)
+
+    def seconds(camera):
+        start = time.thread_time()
+        fathom.linearize(depth, camera, out=out, device=device)
+        return time.thread_time() - start
+
+    first, later = zip(*((seconds(fathom.Camera(**keys)), seconds(known)) for _ in range(100)))
+    more = numpy.median(first) - numpy.median(later)
+    print(f"the first call with a camera, 1080p, {numpy.dtype(dtype)}: {1e6 * more:+.0f} us of the calling thread")
+    assert more <= 1e-3

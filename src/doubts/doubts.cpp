@@ -1,0 +1,360 @@
+// Doubts about decoded depth: a description that does not fit its image is told, because every result of it would be wrong.
+#include <fathom/doubts.hpp>
+
+#include "camera/form.hpp"
+#include "doubts/look.hpp"
+#include "doubts/stored_values.hpp"
+#include "text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace fathom {
+namespace {
+
+constexpr double many_invalid = 0.25; // a fraction of the pixels that is probably no accident
+constexpr float many_units = 100;     // no scene in metres begins so far away and is stored in whole metres
+constexpr double crowded = 1.2;       // no scene lies in the first fifth behind its near plane
+constexpr float few_units = 0.25f;    // no scene in metres ends so near
+constexpr double mostly_far = 0.8;    // what most values of a depth buffer exceed
+constexpr double past_a_plane = 0.1;  // of its distance; nothing that is rightly described lies so far beyond it
+constexpr double many_far = 0.001;    // the same for one value that is farther than all others
+
+using Doubt = std::optional<std::string>;
+
+bool holds_floats(Storage storage) {
+    return storage == Storage::float32 || storage == Storage::float16;
+}
+
+StoredStatistics statistics_of(const Subject& subject) {
+    return statistics_of_parts(subject.storage, [&](const auto& visit) {
+        subject.each([&](const HostDepth& values, const HostFloats&) { visit(values); });
+    });
+}
+
+template <typename Visit>
+void visit_all(const Subject& subject, const Visit& visit) {
+    subject.each([&](const HostDepth& values, const HostFloats&) { visit_values(values, visit); });
+}
+
+// The largest value that is finite; 0 where none is above.
+double largest_finite(const Subject& subject) {
+    float largest = 0;
+    visit_all(subject,
+              [&](float value, std::uint32_t) { largest = std::isfinite(value) ? std::max(largest, value) : largest; });
+    return static_cast<double>(largest);
+}
+
+// How many stored values are of a kind.
+std::size_t count_of(StoredKind kind, const Camera& camera, const Subject& subject) {
+    const DepthForm form = depth_form(camera, subject.storage);
+    std::size_t count = 0;
+    visit_all(subject, [&](float value, std::uint32_t bits) { count += kind_of(form, value, bits) == kind; });
+    return count;
+}
+
+bool is_measured(const Subject& subject) {
+    const DepthForm form = depth_form(subject.camera, subject.storage);
+    bool found = false;
+    visit_all(subject, [&](float value, std::uint32_t bits) {
+        found |= !std::isnan(value) && kind_of(form, value, bits) != StoredKind::missing;
+    });
+    return found;
+}
+
+// Where the highest byte of a surface's depth grows by 1, the byte below it falls by nearly 256. In a picture both grow alike.
+Doubt photograph_doubt(const ValueChanges& found) {
+    if (found.steps <= 64 || 5 * found.alike < 3 * found.steps || 33 * found.carried >= found.steps)
+        return std::nullopt;
+    return "its bytes change like the colours of a picture, and not like packed depth; is it the right file? Depth "
+           "that a renderer shows in colours cannot be decoded: save raw depth";
+}
+
+// Another program's projection · view has the rotation in its fourth row, and rows that are at right angles to it.
+Doubt projection_doubt(const Projection& projection) {
+    const Projection::Matrix& m = projection.matrix;
+    using Row = Eigen::Matrix<long double, 1, 3>;
+    const Row ahead = m.block<1, 3>(3, 0), right = m.block<1, 3>(0, 0), up = m.block<1, 3>(1, 0);
+    constexpr long double rounding = 1e-5L; // of matrices in floats
+    const bool turned = std::hypot(ahead[0], ahead[1]) > 0.01L && std::abs(ahead.norm() - 1) < rounding &&
+                        std::abs(ahead.dot(right)) < rounding * right.norm() &&
+                        std::abs(ahead.dot(up)) < rounding * up.norm() &&
+                        std::abs(right.dot(up)) < rounding * right.norm() * up.norm();
+    if (!turned)
+        return std::nullopt;
+    const auto part = [&](int i) { return number(static_cast<double>(ahead[i]), 3); };
+    return text("the fourth row of \"projection\" looks along (", part(0), ", ", part(1), ", ", part(2),
+                "): it holds the view as well; give the projection alone, and the rest as \"view\"");
+}
+
+// The nearest depth that a depth buffer can hold in the middle of the image. None for other depth.
+std::optional<double> near_end_of(const Camera& camera, Storage storage) {
+    if (camera.encoding != Encoding::window || !camera.projection.is_perspective())
+        return std::nullopt;
+    const DepthForm form = depth_form(camera, storage);
+    std::optional<double> nearest;
+    for (const float end : {form.lowest, form.highest}) {
+        const auto z = static_cast<double>(view_depth(camera, storage, camera.width / 2.0, camera.height / 2.0, end));
+        if (std::isfinite(z) && z > 0 && (!nearest || z < *nearest))
+            nearest = z;
+    }
+    return nearest;
+}
+
+// The distances between which a projection shows anything. None where that was never said, or changes across the image.
+std::optional<std::pair<double, double>> clip_distances(const Camera& camera) {
+    if (camera.projection.known_third_row && !(camera.near_plane && camera.far_plane))
+        return std::nullopt; // a camera made of angles or a calibration, which has any planes
+    if (!camera.projection.is_perspective() && camera.near_plane == 0 && camera.far_plane == 1)
+        return std::nullopt; // what a camera says that has none
+    const Projection::Matrix m = camera.projection.matrix_in_opengl_axes();
+    const auto distance = [&](long double clip_value) {
+        const Projection::Row end = m.row(2) - clip_value * m.row(3);
+        return end[0] == 0 && end[1] == 0 ? static_cast<double>(end[3] / end[2]) : std::nan("");
+    };
+    const double near_plane = distance(camera.projection.clip_near());
+    double far_plane = distance(camera.projection.clip_far());
+    if (camera.projection.is_perspective() && !(far_plane > 0)) // infinite, but for rounding
+        far_plane = std::numeric_limits<double>::infinity();
+    if (!std::isfinite(near_plane) || !(far_plane > near_plane))
+        return std::nullopt;
+    return std::pair{near_plane, far_plane};
+}
+
+// Distances of which many lie where the projection shows nothing.
+Doubt clipped_doubt(const Subject& subject) {
+    const Look& look = subject.look;
+    const Camera& camera = subject.camera;
+    const auto clip = clip_distances(camera);
+    if (!clip || !is_metric(camera.encoding))
+        return std::nullopt;
+    const auto [near_plane, far_plane] = *clip;
+    // The planes of a matrix of floats are rounded.
+    const auto low = static_cast<float>(near_plane - past_a_plane * std::abs(near_plane)),
+               high = static_cast<float>(far_plane + past_a_plane * std::abs(far_plane));
+    if (look.nearest >= low && look.farthest <= high)
+        return std::nullopt;
+    std::size_t before = 0, behind = 0;
+    subject.each([&](const HostDepth&, const HostFloats& z) {
+        for (int y = 0; y < z.height; ++y)
+            for (const float distance : row_of(z, y)) {
+                before += distance < low;
+                behind += distance > high && distance < std::numeric_limits<float>::infinity();
+            }
+    });
+    if (!(static_cast<double>(before + behind) > many_invalid * static_cast<double>(look.surfaces())))
+        return std::nullopt;
+    const bool nearer = before > behind;
+    const bool from_0_to_1 = camera.scale == 1 && look.nearest >= 0 && look.farthest <= 1;
+    return text(percent(nearer ? before : behind, look.surfaces()), " of the surfaces lie ",
+                nearer ? "before the near" : "behind the far", " plane of the projection, ",
+                number(nearer ? near_plane : far_plane, 4), ", which cuts them off; ",
+                from_0_to_1
+                    ? "are the values from 0 to 1 no distances (\"encoding\": \"window\", \"linear\" or another)?"
+                    : "are they in the units of the projection (\"scale\")?");
+}
+
+// All of it background though the values differ, or all of it close behind the near plane.
+Doubt range_doubt(const Subject& subject) {
+    const Look& look = subject.look;
+    if (look.background == look.pixels) {
+        const StoredStatistics found = statistics_of(subject);
+        if (found.min < found.max)
+            return text("every pixel is background, though the values run from ", number(found.min), " to ",
+                        number(found.max), "; does the scale fit, or what the camera says of the background?");
+    }
+    const auto near_end = near_end_of(subject.camera, subject.storage);
+    if (near_end && look.surfaces() > 0 && static_cast<double>(look.farthest) < *near_end * crowded)
+        return text("everything lies within ", number(100 * (static_cast<double>(look.farthest) / *near_end - 1), 2),
+                    " % of the near plane, ", number(*near_end, 4),
+                    "; are the values distances (\"encoding\": \"view-z\"), or is \"reversed\" the wrong way round?");
+    return std::nullopt;
+}
+
+// Why no value, or few of them, has a depth.
+std::string reason(const Subject& subject, const StoredStatistics& found) {
+    const Camera& camera = subject.camera;
+    const DepthForm form = depth_form(camera, subject.storage);
+    const std::string values = found.min == found.max
+                                   ? text("the values are ", number(found.min))
+                                   : text("the values run from ", number(found.min), " to ", number(found.max));
+    if (found.nan == found.pixels)
+        return "all of its values are NaN; is it the right file, or the right --channel?";
+    if (std::isnan(found.min))
+        return "none of its values is finite; is it the right file, or the right --channel?";
+    if (count_of(StoredKind::missing, camera, subject) == found.pixels)
+        return text("all of its values are ", number(found.min), ", which the camera says was not measured");
+    if (!is_metric(camera.encoding) && holds_floats(subject.storage) &&
+        found.percentiles[3] > static_cast<double>(form.highest))
+        return text(values, ", and \"", to_string(camera.encoding), "\" depth lies in ",
+                    number(static_cast<double>(form.lowest)), " to ", number(static_cast<double>(form.highest)),
+                    "; are these distances (\"encoding\": \"view-z\")?");
+    if (2 * found.at_zero > found.pixels - found.nan && is_metric(camera.encoding))
+        return percent(found.at_zero, found.pixels) +
+               " of the values are 0; if that was not measured, say \"missing\": 0; if nothing is there, "
+               "\"background\": 0, which is Nuke's sky, whose values are 1/z (\"encoding\": \"inverse\")";
+    if (camera.encoding == Encoding::window)
+        return values + "; do clip_z, reversed and depth_range fit the program that wrote them?";
+    return values + "; fathom inspect shows what the camera makes of them";
+}
+
+Doubt invalid_doubt(const Subject& subject) {
+    const Look& look = subject.look;
+    const auto many = [&](std::size_t count) {
+        return static_cast<double>(count) > many_invalid * static_cast<double>(look.pixels);
+    };
+    if (!many(look.invalid))
+        return std::nullopt;
+    const std::size_t missing = count_of(StoredKind::missing, subject.camera, subject);
+    const StoredStatistics found = statistics_of(subject);
+    if (!many(look.invalid - std::min(look.invalid, missing + found.nan)))
+        return std::nullopt;
+    return text(percent(look.invalid, look.pixels), " of the pixels are invalid: ", reason(subject, found));
+}
+
+// Distances in another unit.
+Doubt unit_doubt(const Subject& subject, bool distances) {
+    const Look& look = subject.look;
+    const Camera& camera = subject.camera;
+    const bool floats = holds_floats(subject.storage);
+    if (look.surfaces() == 0)
+        return std::nullopt;
+    if (distances && !floats && camera.scale == 1 && look.nearest >= many_units)
+        return text("its integers count as scene units, so that depths run from ", number(look.nearest, 4), " to ",
+                    number(look.farthest, 4), "; if they are millimetres and a unit is a metre, say \"scale\": 0.001");
+    if (distances && floats && camera.scale < 0.1 && look.farthest < few_units)
+        return text("its floats times the scale of ", number(camera.scale), " are ", number(look.farthest, 4),
+                    " at most; floats are mostly scene units already, which is \"scale\": 1");
+    if (camera.encoding == Encoding::inverse && camera.scale == 1 && look.farthest < few_units)
+        return text("depths run from ", number(look.nearest, 2), " to ", number(look.farthest, 2),
+                    ": 1 over the values, which looks like disparity without its \"scale\"; that is the baseline times "
+                    "the focal length in pixels");
+    return std::nullopt;
+}
+
+// Values of a depth buffer as distances.
+Doubt buffer_doubt(const Subject& subject) {
+    const Look& look = subject.look;
+    if (subject.camera.scale != 1 || look.surfaces() == 0 || look.farthest != 1 || !(look.nearest > 0))
+        return std::nullopt;
+    const StoredStatistics found = statistics_of(subject);
+    if (!(found.percentiles[1] > mostly_far))
+        return std::nullopt;
+    return text("the values run from ", number(found.min), " to 1, and 95 % are above ", number(found.percentiles[1]),
+                ", as in a depth buffer; if it is one, say \"encoding\": \"window\" with near and far");
+}
+
+// The value of a sky as a distance.
+Doubt sky_doubt(const Subject& subject) {
+    const Look& look = subject.look;
+    const bool known = subject.camera.encoding == Encoding::view_z && subject.camera.scale == 1;
+    const double largest = known ? static_cast<double>(look.farthest) : largest_finite(subject);
+    if (!(largest == 65504 || largest >= 1e9) || subject.camera.background == largest)
+        return std::nullopt;
+    Camera counted = subject.camera;
+    counted.background_from = largest;
+    const std::size_t far_away = count_of(StoredKind::background, counted, subject);
+    if (!(static_cast<double>(far_away) > many_far * static_cast<double>(look.pixels)))
+        return std::nullopt;
+    return text(percent(far_away, look.pixels), " of the pixels hold ", number(largest),
+                ", which renderers write where nothing is, and which counts as a surface here; if so, say "
+                "\"background_from\": ",
+                number(largest));
+}
+
+// What `linearize` makes of stored values. The last bit may differ.
+auto decoder(const Camera& camera, const HostDepth& stored) {
+    check_size(camera, stored);
+    const DepthForm form = depth_form(camera, stored.storage);
+    return [form, rays = is_along_ray(form) ? camera_rays(camera) : Rays{}](int x, int y, float value,
+                                                                            std::uint32_t bits) {
+        constexpr float invalid = std::numeric_limits<float>::quiet_NaN();
+        const StoredKind kind = kind_of(form, value, bits);
+        if (kind == StoredKind::background)
+            return std::numeric_limits<float>::infinity();
+        if (kind == StoredKind::missing || !(value >= form.lowest && value <= form.highest))
+            return invalid;
+        if (std::isinf(value) && (form.form == Form::affine || form.form == Form::ray_distance))
+            return value; // sums of it would be NaN
+        const auto z = static_cast<float>(view_depth(form, rays, x + 0.5, y + 0.5, static_cast<double>(value)));
+        return z > form.least_depth ? z : invalid;
+    };
+}
+
+} // namespace
+
+std::vector<std::string> doubts(const Subject& subject) {
+    const Look& look = subject.look;
+    if (look.invalid == look.pixels)
+        return {"no pixel has a depth: " + reason(subject, statistics_of(subject))};
+    const Camera& camera = subject.camera;
+    const bool distances = camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance,
+               float_distances = distances && holds_floats(subject.storage);
+    std::vector<std::string> said;
+    const auto add = [&](const Doubt& doubt) {
+        if (doubt)
+            said.push_back(*doubt);
+        return doubt.has_value();
+    };
+    add(invalid_doubt(subject));
+    add(unit_doubt(subject, distances));
+    const bool is_buffer = float_distances && add(buffer_doubt(subject));
+    if (float_distances && !camera.background_from)
+        add(sky_doubt(subject));
+    if (!is_buffer)
+        add(flat_surfaces_doubt(subject));
+    add(photograph_doubt(subject.changes));
+    add(projection_doubt(camera.projection));
+    if (said.empty()) {
+        add(range_doubt(subject));
+        add(clipped_doubt(subject));
+    }
+    return said;
+}
+
+std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& stored) {
+    const auto decode = decoder(camera, stored);
+    std::vector<float> z;
+    z.reserve(static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height));
+    for (int y = 0; y < stored.height; ++y) {
+        int x = 0;
+        visit_values(part_of(stored, 0, y, stored.width, 1),
+                     [&](float value, std::uint32_t bits) { z.push_back(decode(x++, y, value, bits)); });
+    }
+    const HostFloats distances{z.data(), stored.width, stored.height};
+    Subject subject(camera, stored.storage);
+    subject.add(stored, distances);
+    subject.each = [&](const auto& visit) { visit(stored, distances); };
+    return doubts(subject);
+}
+
+std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored) {
+    constexpr int most_crosses = 16; // in a row of them
+    const auto decode = decoder(camera, stored);
+    Subject subject(camera, stored.storage, most_crosses);
+    for (Cross& cross : subject.crosses) {
+        for (std::size_t i = 0; i < Cross::size; ++i)
+            visit_values(part_of(stored, cross.x[i], cross.y[i], 1, 1), [&](float value, std::uint32_t bits) {
+                cross.values[i] = value;
+                cross.z[i] = decode(cross.x[i], cross.y[i], value, bits);
+            });
+        subject.look.add({cross.z.data(), Cross::size, 1});
+    }
+    for (const Cross& cross : subject.crosses)
+        if (cross.x[0] == subject.crosses.front().x[0])
+            subject.changes.add(part_of(stored, 0, cross.y[0], stored.width, 1));
+    subject.each = [&](const auto& visit) {
+        for (const Cross& cross : subject.crosses)
+            for (std::size_t i = 0; i < Cross::size; ++i)
+                visit(part_of(stored, cross.x[i], cross.y[i], 1, 1), HostFloats{&cross.z[i], 1, 1});
+    };
+    if (subject.look.invalid == subject.look.pixels && !is_measured(subject)) // what was measured may lie between
+        return {};
+    return doubts(subject);
+}
+
+} // namespace fathom

@@ -1,0 +1,213 @@
+// What a depth image holds, and what its camera makes of it.
+#include <fathom/findings.hpp>
+
+#include "doubts/stored_values.hpp"
+#include "require.hpp"
+#include "text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace fathom {
+namespace {
+
+std::optional<DepthBits> bits_of(const Camera& camera, Storage storage) {
+    const bool float32 = storage == Storage::float32,
+               no_buffer = storage == Storage::float16 || storage == Storage::uint8;
+    const int own = float32 ? 32 : no_buffer ? 0 : storage == Storage::uint16 ? 16 : 24;
+    switch (camera.depth_bits.value_or(own)) {
+    case 16:
+        return DepthBits::d16;
+    case 24:
+        return DepthBits::d24;
+    case 32:
+        return DepthBits::d32f;
+    default:
+        return std::nullopt;
+    }
+}
+
+// The camera of a buffer that need not be able to hold the image's special values.
+Camera of_buffer(Camera camera) {
+    camera.background = NAN;
+    camera.background_from.reset();
+    camera.missing.reset();
+    return camera;
+}
+
+// The ends of the stored range and the value half way between them, whatever the image shows.
+std::vector<RangePoint> range_of(const Camera& given, std::optional<DepthBits> bits, Storage image) {
+    const Camera camera = bits ? of_buffer(given) : given;
+    const Storage storage = bits ? storage_of(*bits) : image;
+    const DepthForm form = depth_form(camera, storage);
+    const bool is_float = storage == Storage::float32 || storage == Storage::float16;
+    const bool float_image = image == Storage::float32 || image == Storage::float16;
+    if (float_image && is_metric(camera.encoding))
+        return {}; // the range of metric floats has no end
+    const double lowest = form.lowest, highest = form.highest, half_way = (lowest + highest) / 2;
+    const double x = camera.width / 2.0, y = camera.height / 2.0;
+    const auto point = [&](const char* name, double stored) {
+        const auto z = static_cast<double>(view_depth(camera, storage, x, y, stored));
+        RangePoint result{name, stored, z >= form.least_depth && std::isfinite(z) ? z : INFINITY, {}, {}};
+        if (bits) {
+            const bool finite = std::isfinite(result.z);
+            result.spacing = finite ? depth_spacing(camera, *bits, x, y, z) : INFINITY;
+            result.error_bound = finite ? depth_error_bound(camera, *bits, x, y, z) : INFINITY;
+        }
+        return result;
+    };
+    RangePoint near_end = point("near", lowest), far_end = point("far", highest);
+    if (near_end.z > far_end.z) {
+        std::swap(near_end, far_end);
+        std::swap(near_end.name, far_end.name);
+    }
+    return {near_end, point("middle", is_float ? half_way : std::floor(half_way)), far_end};
+}
+
+// The nearest, the median and the farthest surface of a decoded image.
+std::vector<SurfacePoint> surfaces_of(const CameraFindings& findings, std::span<const float> depth) {
+    const auto width = static_cast<std::size_t>(findings.camera.width);
+    std::vector<std::size_t> pixels;
+    for (std::size_t i = 0; i < depth.size(); ++i)
+        if (std::isfinite(depth[i]))
+            pixels.push_back(i);
+    std::vector<SurfacePoint> surfaces;
+    if (pixels.empty())
+        return surfaces;
+    const Camera camera = of_buffer(findings.camera);
+    const auto add = [&](const char* name, std::size_t rank) {
+        const auto at = pixels.begin() + static_cast<std::ptrdiff_t>(rank);
+        std::ranges::nth_element(pixels, at, {}, [&](std::size_t i) { return depth[i]; });
+        SurfacePoint point{
+            name, depth[*at], static_cast<double>(*at % width) + 0.5, static_cast<double>(*at / width) + 0.5, {}, {}};
+        if (findings.bits) {
+            point.spacing = depth_spacing(camera, *findings.bits, point.x, point.y, point.z);
+            point.error_bound = depth_error_bound(camera, *findings.bits, point.x, point.y, point.z);
+        }
+        surfaces.push_back(point);
+    };
+    add("nearest", 0);
+    add("middle", (pixels.size() - 1) / 2);
+    add("farthest", pixels.size() - 1);
+    return surfaces;
+}
+
+// Numbers that are in the order of the values. 0 and -0 have the same one.
+std::uint32_t ordered_bits(float value) {
+    const auto bits = std::bit_cast<std::uint32_t>(value + 0.0f);
+    return bits >> 31 ? ~bits : bits | 0x80000000u;
+}
+
+float of_ordered_bits(std::uint32_t bits) {
+    return std::bit_cast<float>(bits >> 31 ? bits & 0x7fffffffu : ~bits);
+}
+
+} // namespace
+
+StoredStatistics stored_statistics(const HostDepth& stored) {
+    return statistics_of_parts(stored.storage, [&](const auto& visit) { visit(stored); });
+}
+
+// A value's rank follows from the counts of the upper halves of the values' bits, and among those that share them, of the lower.
+StoredStatistics statistics_of_parts(Storage storage, const EachPart& each_part) {
+    StoredStatistics result;
+    result.percentiles.fill(NAN);
+    std::vector<std::size_t> upper(1 << 16);
+    const auto largest = static_cast<float>(storage_max(storage));
+    float min = std::numeric_limits<float>::infinity(), max = -min;
+    each_part([&](const HostDepth& part) {
+        visit_values(part, [&](float value, std::uint32_t) {
+            ++result.pixels;
+            result.nan += std::isnan(value);
+            result.inf += std::isinf(value) && value > 0;
+            result.minus_inf += std::isinf(value) && value < 0;
+            result.at_zero += value == 0;
+            result.at_largest += value == largest;
+            if (!std::isfinite(value))
+                return;
+            min = std::min(min, value);
+            max = std::max(max, value);
+            ++upper[ordered_bits(value) >> 16];
+        });
+    });
+    const std::size_t finite = result.pixels - result.nan - result.inf - result.minus_inf;
+    if (finite == 0)
+        return result;
+    result.min = min;
+    result.max = max;
+
+    struct Place {
+        std::uint32_t upper;
+        std::size_t rank; // among the values that share these bits
+    };
+    std::array<Place, stored_percents.size()> places{};
+    std::map<std::uint32_t, std::vector<std::size_t>> lower; // of the upper halves that are asked for
+    for (std::size_t i = 0; i < stored_percents.size(); ++i) {
+        const auto nearest = (finite * static_cast<std::size_t>(stored_percents[i]) + 99) / 100;
+        std::size_t rank = std::max<std::size_t>(nearest, 1) - 1;
+        std::uint32_t bits = 0;
+        for (; rank >= upper[bits]; ++bits)
+            rank -= upper[bits];
+        places[i] = {bits, rank};
+        lower[bits].resize(1 << 16);
+    }
+    std::vector<std::size_t*> counts(1 << 16);
+    for (auto& [bits, count] : lower)
+        counts[bits] = count.data();
+    each_part([&](const HostDepth& part) {
+        visit_values(part, [&](float value, std::uint32_t) {
+            const std::uint32_t bits = ordered_bits(value);
+            if (std::size_t* count = counts[bits >> 16]; count && std::isfinite(value))
+                ++count[bits & 0xffff];
+        });
+    });
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        auto [bits, rank] = places[i];
+        std::uint32_t low = 0;
+        for (const std::vector<std::size_t>& count = lower[bits]; rank >= count[low]; ++low)
+            rank -= count[low];
+        result.percentiles[i] = of_ordered_bits(bits << 16 | low);
+    }
+    return result;
+}
+
+CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, std::span<const float> depth) {
+    const auto pixels = static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height);
+    check_size(camera, stored);
+    require(depth.empty() || depth.size() == pixels, "depth of ", depth.size(),
+            " pixels; must be of the stored depth's ", pixels);
+    const double right = camera.width, bottom = camera.height;
+    CameraFindings findings{
+        .camera = camera,
+        .form = depth_form(camera, stored.storage),
+        .bits = bits_of(camera, stored.storage),
+        .range = {},
+        .invalid = {},
+        .surfaces = {},
+        .attainable = {{{"top left", attainable_depth(camera, 0, 0)},
+                        {"top right", attainable_depth(camera, right, 0)},
+                        {"centre", attainable_depth(camera, right / 2, bottom / 2)},
+                        {"bottom left", attainable_depth(camera, 0, bottom)},
+                        {"bottom right", attainable_depth(camera, right, bottom)}}},
+    };
+    findings.range = range_of(camera, findings.bits, stored.storage);
+    visit_values(stored, [&](float value, std::uint32_t bits) {
+        const StoredKind kind = kind_of(findings.form, value, bits);
+        findings.background += kind == StoredKind::background;
+        findings.missing += kind == StoredKind::missing;
+    });
+    if (!depth.empty()) {
+        findings.invalid =
+            static_cast<std::size_t>(std::ranges::count_if(depth, [](float z) { return std::isnan(z); }));
+        findings.surfaces = surfaces_of(findings, depth);
+    }
+    return findings;
+}
+
+} // namespace fathom

@@ -1,0 +1,117 @@
+// Looks at depth once, row after row: what is invalid, how far away the rest is, and samples of how it changes.
+#include "doubts/look.hpp"
+
+#include "doubts/stored_values.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+
+namespace fathom {
+namespace {
+
+// In lanes, which compilers work on at once: they do not reorder a minimum of floats themselves.
+Look look_of(const HostFloats& floats) {
+    constexpr std::size_t lanes = 16;
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    std::array<float, lanes> least{}, greatest{};
+    least.fill(infinity);
+    greatest.fill(-infinity);
+    Look all;
+    all.pixels = static_cast<std::size_t>(floats.width) * static_cast<std::size_t>(floats.height);
+    for (int y = 0; y < floats.height; ++y) {
+        std::array<std::int32_t, lanes> nan{}, infinite{};
+        const auto count = [&](float value, std::size_t lane) {
+            nan[lane] += value != value;
+            infinite[lane] += value == infinity;
+            const float low = value > -infinity ? value : infinity, high = value < infinity ? value : -infinity;
+            least[lane] = low < least[lane] ? low : least[lane];
+            greatest[lane] = high > greatest[lane] ? high : greatest[lane];
+        };
+        const std::span<const float> row = row_of(floats, y);
+        std::size_t x = 0;
+        for (; x + lanes <= row.size(); x += lanes)
+            for (std::size_t lane = 0; lane < lanes; ++lane)
+                count(row[x + lane], lane);
+        for (; x < row.size(); ++x)
+            count(row[x], 0);
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            all.invalid += static_cast<std::size_t>(nan[lane]);
+            all.background += static_cast<std::size_t>(infinite[lane]);
+        }
+    }
+    all.nearest = *std::ranges::min_element(least);
+    all.farthest = *std::ranges::max_element(greatest);
+    return all;
+}
+
+} // namespace
+
+void Look::add(const HostFloats& more) {
+    const bool is_first = surfaces() == 0;
+    const Look next = look_of(more);
+    pixels += next.pixels;
+    invalid += next.invalid;
+    background += next.background;
+    if (next.surfaces() == 0)
+        return;
+    nearest = is_first ? next.nearest : std::min(nearest, next.nearest);
+    farthest = is_first ? next.farthest : std::max(farthest, next.farthest);
+}
+
+void ValueChanges::add(const HostDepth& row) {
+    float before = std::numeric_limits<float>::quiet_NaN(), middle = before;
+    visit_values(row, [&](float value, std::uint32_t) {
+        if (const float second = std::abs(before - 2 * middle + value); second > 0)
+            least_second = std::min(least_second, second);
+        highest = std::isfinite(value) ? std::max(highest, value) : highest;
+        before = middle;
+        middle = value;
+    });
+    if (pixel_bytes(row.storage) != 3)
+        return;
+    const bool first_is_high = row.storage == Storage::bgr8_red_low || row.storage == Storage::rgb8_red_high;
+    const std::uint8_t* last = nullptr;
+    visit_pixels<std::uint8_t>(row, 3, [&](const std::uint8_t* bytes) {
+        if (last) {
+            const int high = first_is_high ? 0 : 2, step = bytes[high] - last[high], below = bytes[1] - last[1];
+            const bool is_step = std::abs(step) == 1;
+            steps += is_step;
+            alike += is_step && std::abs(below) <= 16;
+            carried += is_step && std::abs(256 * step + below) < 96;
+        }
+        last = bytes;
+    });
+}
+
+Subject::Subject(const Camera& seen, Storage stored_as, int most) : camera(seen), storage(stored_as) {
+    const int distance = std::max(1, std::min(seen.width, seen.height) / 40);
+    for (int y = 2 * distance; y < camera.height - 2 * distance; y += 1 + camera.height / most)
+        for (int x = 2 * distance; x < camera.width - 2 * distance; x += 1 + camera.width / most) {
+            Cross& cross = crosses.emplace_back();
+            for (std::size_t i = 0; i < Cross::size; ++i) {
+                cross.x[i] = x + Cross::across[i] * distance;
+                cross.y[i] = y + Cross::down[i] * distance;
+            }
+        }
+}
+
+void Subject::add(const HostDepth& values, const HostFloats& z) {
+    look.add(z);
+    for (Cross& cross : crosses)
+        for (std::size_t i = 0; i < Cross::size; ++i) {
+            const int x = cross.x[i], y = cross.y[i] - rows_;
+            if (y < 0 || y >= values.height)
+                continue;
+            visit_values(part_of(values, x, y, 1, 1), [&](float value, std::uint32_t) { cross.values[i] = value; });
+            cross.z[i] = row_of(z, y)[static_cast<std::size_t>(x)];
+        }
+    constexpr int most_rows = 128;
+    for (int y = 0; y < values.height; ++y)
+        if ((rows_ + y) % (1 + camera.height / most_rows) == 0)
+            changes.add(part_of(values, 0, y, values.width, 1));
+    rows_ += values.height;
+}
+
+} // namespace fathom

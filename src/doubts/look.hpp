@@ -1,0 +1,81 @@
+#pragma once
+
+#include <fathom/findings.hpp>
+#include <fathom/photograph.hpp>
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace fathom {
+
+/// What a depth image is once it is decoded. Depths are in scene units along the view axis.
+struct Look {
+    std::size_t pixels = 0, invalid = 0, background = 0;
+    float nearest = 0, farthest = 0; ///< of the surfaces; 0 where no pixel shows one
+    HostFloats z = {};               ///< +infinity is background, NaN invalid; none unless all of it is in memory
+
+    std::size_t surfaces() const { return pixels - invalid - background; }
+
+    /// Counts more of the image, and keeps none of it.
+    void add(const HostFloats& more);
+};
+
+inline std::span<const float> row_of(const HostFloats& image, int y) {
+    const auto row = static_cast<std::size_t>(image.width * image.channels);
+    return {image.data + static_cast<std::size_t>(y) * (image.row_stride > 0 ? image.row_stride : row), row};
+}
+
+/// A pixel with four others in its row and four in its column, which tell whether a surface is flat there.
+struct Cross {
+    static constexpr std::size_t size = 9;
+    static constexpr std::array<int, size> across{-2, -1, 0, 1, 2, 0, 0, 0, 0}, down{0, 0, 0, 0, 0, -2, -1, 1, 2};
+
+    std::array<int, size> x{}, y{};
+    std::array<float, size> values{}, z{};
+};
+
+/// How stored values change from a pixel to the next one of its row.
+struct ValueChanges {
+    float least_second = std::numeric_limits<float>::infinity(); ///< difference, of those that are not 0
+    float highest = 0;                                           ///< value
+    std::size_t steps = 0, alike = 0, carried = 0; ///< of the highest byte by 1; the byte below, too; or not
+
+    void add(const HostDepth& row);
+};
+
+/// Depth that is looked at, some rows after the others, and what is to be seen in it.
+struct Subject {
+    Camera camera; ///< of the whole image
+    Storage storage = Storage::float32;
+    Look look = {};
+    ValueChanges changes = {};
+    std::vector<Cross> crosses = {};
+    /// Goes through it again, in any parts.
+    std::function<void(const std::function<void(const HostDepth& values, const HostFloats& z)>&)> each = {};
+
+    Subject() = default;
+
+    /// `crosses` is how many there may be in a row of them, and in a column.
+    Subject(const Camera& camera, Storage storage, int crosses = 64);
+
+    /// Looks at the next rows.
+    void add(const HostDepth& values, const HostFloats& z);
+
+private:
+    int rows_ = 0;
+};
+
+/// What is probably wrong with the description of an image, a sentence each with the cure. Where no pixel has a depth, the only one
+/// says why that is likely.
+std::vector<std::string> doubts(const Subject& subject);
+
+/// The one among them where flat surfaces are bent as the camera describes them, but flat under another encoding.
+std::optional<std::string> flat_surfaces_doubt(const Subject& subject);
+
+} // namespace fathom

@@ -1,0 +1,299 @@
+// Which function of stored depth is affine in the pixel over a plane.
+//
+// A plane n·P = d holds the points P = z (X, Y, 1) of a perspective, where X and Y are affine in the pixel. So 1/z is
+// affine in the pixel over every plane, and so is a stored value's own function of it. Windows of many sizes are fitted,
+// in units of the stored value, each shape with one parameter for the whole image. A window counts if one shape leaves
+// no more than its noise, and another one clearly more. Noise is what a cubic polynomial leaves, or the storage's
+// rounding.
+#include "doubts/plane_fits.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <utility>
+
+namespace fathom {
+namespace {
+
+constexpr int samples_across = 8;
+constexpr int smallest_window = 12;          // pixels; each next size is twice as large
+constexpr int longest_window = 4;            // times its other side
+constexpr int windows_across = 24;           // of one size, at most
+constexpr std::size_t most_of_a_size = 40;   // smooth windows of one size that are kept
+constexpr std::size_t most_to_search = 120;  // windows that the parameters are found with
+constexpr double least_samples = 0.8;        // of a window's samples that must be valid
+constexpr double least_steps = 20;           // a window's range, in rounding errors
+constexpr double smooth = 0.03;              // residual of a cubic, as a part of the range
+constexpr double flat = 1.5, fits = 2;       // times the noise
+constexpr double fails = 4, tells_apart = 8; // times the noise
+constexpr double at_limit = 0.05;            // of a parameter's logarithm
+
+struct Window {
+    std::vector<PlaneSample> samples; // x and y are from the middle of the image, in half its width
+    double rounding;                  // of the storage
+    double noise;                     // that, or more where a cubic polynomial leaves more
+    int place;
+};
+
+// An equation for each sample: a sum of N functions is to be a value, in units of 1/weight.
+template <int N>
+struct Equation {
+    Eigen::Matrix<double, N, 1> terms;
+    double value, weight;
+};
+
+// The root of the mean square that the best sum leaves.
+template <int N>
+double residual(std::vector<Equation<N>>& equations) {
+    Eigen::Matrix<double, N, N> a = Eigen::Matrix<double, N, N>::Zero();
+    Eigen::Matrix<double, N, 1> b = Eigen::Matrix<double, N, 1>::Zero();
+    double mean = 0, weights = 0;
+    for (const auto& each : equations) {
+        mean += each.weight * each.weight * each.value;
+        weights += each.weight * each.weight;
+    }
+    mean /= weights;
+    for (auto& each : equations) {
+        each.value -= mean; // values that differ in their last digits only keep these
+        const double squared = each.weight * each.weight;
+        a.noalias() += each.terms * (squared * each.terms).transpose();
+        b.noalias() += each.terms * (squared * each.value);
+    }
+    const Eigen::Matrix<double, N, 1> solution = a.ldlt().solve(b);
+    double sum = 0;
+    for (const auto& each : equations) {
+        const double rest = each.weight * (each.value - each.terms.dot(solution));
+        sum += rest * rest;
+    }
+    return std::sqrt(sum / static_cast<double>(equations.size() - N));
+}
+
+double cubic_residual(const std::vector<PlaneSample>& samples) {
+    std::vector<Equation<10>> equations;
+    equations.reserve(samples.size());
+    for (const auto& [x, y, u, t, v] : samples) {
+        Eigen::Matrix<double, 10, 1> terms = Eigen::Matrix<double, 10, 1>::Zero();
+        terms << 1, u, t, u * u, u * t, t * t, u * u * u, u * u * t, u * t * t, t * t * t;
+        equations.push_back({terms, v, 1});
+    }
+    return residual(equations);
+}
+
+// The function that a shape makes of a value, and the value's change with it, which turns residuals into stored units.
+std::pair<double, double> function_of(Shape shape, double p, const PlaneSample& at) {
+    const double v = at.v;
+    const auto ray = [&] { return std::sqrt(1 + (at.x * at.x + at.y * at.y) * p * p); };
+    switch (shape) {
+    case Shape::affine:
+        return {v, 1};
+    case Shape::reciprocal:
+        return {1 / v, v * v};
+    case Shape::offset:
+        return {1 / (v + p), (v + p) * (v + p)};
+    case Shape::reversed_offset:
+        return {1 / (1 + p - v), (1 + p - v) * (1 + p - v)};
+    case Shape::ray: {
+        const double s = ray();
+        return {s / v, v * v / s};
+    }
+    case Shape::inverse_ray: {
+        const double s = ray();
+        return {s * v, 1 / s};
+    }
+    case Shape::logarithmic: {
+        const double e = std::expm1(p * v);
+        return {1 / e, e * e / (p * (e + 1))};
+    }
+    case Shape::exponential: {
+        const double e = std::exp(-p * v);
+        return {e, 1 / (p * e)};
+    }
+    }
+    return {v, 1};
+}
+
+// Of the stored values of an image.
+struct Windows {
+    const std::vector<float>& values;
+    int width, height;
+    double step, relative_step, largest; // the step is in units of the largest
+
+    std::vector<Window> smooth_ones() const {
+        std::vector<Window> found;
+        for (int w = smallest_window; w <= width; w *= 2)
+            for (int h = smallest_window; h <= height; h *= 2)
+                if (w <= longest_window * h && h <= longest_window * w)
+                    add_size(w, h, found);
+        return found;
+    }
+
+    void add_size(int w, int h, std::vector<Window>& found) const {
+        const int step_x = std::max({w / 2, 4, (width - w) / windows_across}),
+                  step_y = std::max({h / 2, 4, (height - h) / windows_across});
+        std::vector<Window> these;
+        for (int y = 0; y + h <= height; y += step_y)
+            for (int x = 0; x + w <= width; x += step_x)
+                if (Window window; is_smooth(x, y, w, h, window))
+                    these.push_back(std::move(window));
+        const std::size_t count = std::min(these.size(), most_of_a_size);
+        for (std::size_t i = 0; i < count; ++i)
+            found.push_back(std::move(these[i * these.size() / count]));
+    }
+
+    bool is_smooth(int left, int top, int w, int h, Window& window) const {
+        double least = std::numeric_limits<double>::infinity(), greatest = -least;
+        window.samples.reserve(samples_across * samples_across);
+        for (int j = 0; j < samples_across; ++j)
+            for (int i = 0; i < samples_across; ++i) {
+                const int x = left + (w - 1) * i / (samples_across - 1), y = top + (h - 1) * j / (samples_across - 1);
+                const auto index =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+                const double v = static_cast<double>(values[index]) / largest;
+                if (std::isnan(v))
+                    continue;
+                const double half = 0.5 * width;
+                window.samples.push_back({(x + 0.5 - half) / half, (y + 0.5 - 0.5 * height) / half,
+                                          2.0 * (x - left) / (w - 1) - 1, 2.0 * (y - top) / (h - 1) - 1, v});
+                least = std::min(least, v);
+                greatest = std::max(greatest, v);
+            }
+        if (static_cast<double>(window.samples.size()) < least_samples * samples_across * samples_across)
+            return false;
+        const double range = greatest - least;
+        window.rounding = (step + relative_step * std::max(std::abs(least), std::abs(greatest))) / std::sqrt(12);
+        if (!(range > least_steps * window.rounding))
+            return false;
+        const double rest = cubic_residual(window.samples);
+        window.noise = std::max(rest, window.rounding);
+        window.place = 8 * (left + w / 2) / width + 8 * (6 * (top + h / 2) / height);
+        return rest <= smooth * range;
+    }
+};
+
+// How well a shape fits the third of the windows that it fits best: the logarithm of residuals in roundings.
+double cost(const std::vector<const Window*>& windows, Shape shape, double parameter) {
+    std::vector<double> each;
+    each.reserve(windows.size());
+    for (const Window* window : windows)
+        each.push_back(std::log(std::max(misfit(window->samples, shape, parameter) / window->rounding, 0.5)));
+    const auto third = each.begin() + static_cast<std::ptrdiff_t>((each.size() + 2) / 3);
+    std::nth_element(each.begin(), third - 1, each.end());
+    double sum = 0;
+    for (auto value = each.begin(); value != third; ++value)
+        sum += *value;
+    return sum / static_cast<double>(third - each.begin());
+}
+
+// The parameter that fits best: the best of a geometric grid, made finer by golden sections.
+double best_parameter(const std::vector<const Window*>& windows, Shape shape, double least, double greatest,
+                      int count) {
+    const double ratio = std::log(greatest / least) / (count - 1);
+    const auto at = [&](double step) { return least * std::exp(ratio * step); };
+    int best = 0;
+    double lowest = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < count; ++i)
+        if (const double value = cost(windows, shape, at(i)); value < lowest) {
+            lowest = value;
+            best = i;
+        }
+    constexpr double golden = 0.6180339887498949;
+    double low = std::max(best - 1, 0), high = std::min(best + 1, count - 1);
+    double a = high - golden * (high - low), b = low + golden * (high - low);
+    double at_a = cost(windows, shape, at(a)), at_b = cost(windows, shape, at(b));
+    for (int i = 0; i < 20; ++i) {
+        if (at_a < at_b) {
+            high = b;
+            b = std::exchange(a, b - golden * (b - low));
+            at_b = at_a;
+            at_a = cost(windows, shape, at(a));
+        } else {
+            low = a;
+            a = std::exchange(b, a + golden * (high - a));
+            at_a = at_b;
+            at_b = cost(windows, shape, at(b));
+        }
+    }
+    return at((low + high) / 2);
+}
+
+} // namespace
+
+double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter) {
+    static thread_local std::vector<Equation<3>> equations; // its memory serves every call
+    equations.clear();
+    for (const PlaneSample& sample : patch) {
+        const auto [value, scale] = function_of(shape, parameter, sample);
+        equations.push_back({{1, sample.u, sample.t}, value, scale});
+    }
+    return residual(equations);
+}
+
+PlaneFits fit_planes(const std::vector<float>& values, int width, int height, double step, double relative_step) {
+    double largest = 0, lowest = std::numeric_limits<double>::infinity();
+    for (const float value : values)
+        if (!std::isnan(value)) {
+            largest = std::max(largest, std::abs(static_cast<double>(value)));
+            lowest = std::min(lowest, static_cast<double>(value));
+        }
+    PlaneFits found;
+    if (!(largest > 0))
+        return found;
+    const std::vector<Window> windows =
+        Windows{values, width, height, step / largest, relative_step, largest}.smooth_ones();
+    found.smooth = windows.size();
+    if (windows.empty())
+        return found;
+    std::vector<const Window*> some;
+    const std::size_t count = std::min(windows.size(), most_to_search);
+    for (std::size_t i = 0; i < count; ++i)
+        some.push_back(&windows[i * windows.size() / count]);
+
+    found.shapes.push_back({Shape::affine});
+    // A shape becomes a simpler one beyond its first limit.
+    const auto add = [&](Shape shape, double limit, double other, int steps) {
+        ShapeFit fit{shape, best_parameter(some, shape, std::min(limit, other), std::max(limit, other), steps)};
+        fit.at_limit = std::abs(std::log(fit.parameter / limit)) < at_limit;
+        found.shapes.push_back(fit);
+    };
+    const double least_offset = std::max(1e-4, 1.001 * -lowest / largest);
+    if (lowest > 0) {
+        found.shapes.push_back({Shape::reciprocal});
+        add(Shape::ray, 0.13, 2.75, 14); // from 15 to 140 degrees
+        add(Shape::logarithmic, 1.5, 30, 12);
+    }
+    add(Shape::offset, 10000 * least_offset, least_offset, 14);
+    add(Shape::reversed_offset, 1, 1e-3, 10);
+    add(Shape::inverse_ray, 0.13, 2.75, 14);
+    add(Shape::exponential, 1, 30, 12);
+
+    std::set<int> places;
+    std::vector<double> noise, each(found.shapes.size());
+    for (const Window& window : windows) {
+        for (std::size_t i = 0; i < each.size(); ++i)
+            each[i] = misfit(window.samples, found.shapes[i].shape, found.shapes[i].parameter);
+        const auto [best, worst] = std::minmax_element(each.begin(), each.end());
+        const double floor = std::max(*best, window.noise);
+        if (!(*best <= flat * window.noise && *worst > tells_apart * floor))
+            continue;
+        for (std::size_t i = 0; i < each.size(); ++i) {
+            found.shapes[i].fits += each[i] <= fits * floor;
+            found.shapes[i].fails += each[i] > fails * floor;
+        }
+        ++found.patches;
+        places.insert(window.place);
+        noise.push_back(window.noise * largest);
+    }
+    found.places = places.size();
+    if (!noise.empty()) {
+        const auto middle = noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2);
+        std::nth_element(noise.begin(), middle, noise.end());
+        found.noise = *middle;
+    }
+    return found;
+}
+
+} // namespace fathom

@@ -1,0 +1,114 @@
+#pragma once
+
+#include "require.hpp"
+
+#include <fathom/findings.hpp>
+
+#include <Eigen/Core>
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <sstream>
+#include <string>
+
+namespace fathom {
+
+template <typename Element, typename Visit>
+void visit_pixels(const HostDepth& stored, int channels, const Visit& visit) {
+    for (int y = 0; y < stored.height; ++y) {
+        const auto* row =
+            static_cast<const unsigned char*>(stored.data) + static_cast<std::size_t>(y) * stored.row_bytes;
+        const auto* pixel = reinterpret_cast<const Element*>(row);
+        for (int x = 0; x < stored.width; ++x, pixel += channels)
+            visit(pixel);
+    }
+}
+
+inline std::size_t pixel_bytes(Storage storage) {
+    switch (storage) {
+    case Storage::uint8:
+        return 1;
+    case Storage::float16:
+    case Storage::uint16:
+        return 2;
+    case Storage::float32:
+    case Storage::uint24:
+    case Storage::uint24_high:
+        return 4;
+    default:
+        return 3;
+    }
+}
+
+/// A number in a sentence, with at most so many digits.
+inline std::string number(double value, int digits = 7) {
+    std::ostringstream stream;
+    stream.precision(digits);
+    stream << value;
+    return stream.str();
+}
+
+/// Some pixels of an image.
+inline HostDepth part_of(const HostDepth& stored, int x, int y, int width, int height) {
+    return {static_cast<const unsigned char*>(stored.data) + static_cast<std::size_t>(y) * stored.row_bytes +
+                static_cast<std::size_t>(x) * pixel_bytes(stored.storage),
+            width, height, stored.row_bytes, stored.storage};
+}
+
+/// Throws: std::invalid_argument for stored depth of another size than the camera's.
+inline void check_size(const Camera& camera, const HostDepth& stored) {
+    require(camera.width == stored.width && camera.height == stored.height, "stored depth of ",
+            ImageSize{stored.width, stored.height}, " pixels; must be of the camera's ",
+            ImageSize{camera.width, camera.height});
+}
+
+/// Calls a function with each part of an image, in any order. It is asked twice, and gives the same parts.
+using EachPart = std::function<void(const std::function<void(const HostDepth&)>&)>;
+
+/// `stored_statistics` of an image that lies in parts. It needs memory for none of them.
+StoredStatistics statistics_of_parts(Storage storage, const EachPart& each_part);
+
+/// The stored values as numbers, row by row, and their bits, which are compared with the background's.
+template <typename Visit>
+void visit_values(const HostDepth& stored, const Visit& visit) {
+    const auto code = [&](std::uint32_t value) { visit(static_cast<float>(value), value); };
+    const auto bytes = [&](int lowest, int highest) {
+        visit_pixels<std::uint8_t>(stored, 3, [&](const std::uint8_t* b) {
+            code(std::uint32_t{b[lowest]} | std::uint32_t{b[1]} << 8 | std::uint32_t{b[highest]} << 16);
+        });
+    };
+    switch (stored.storage) {
+    case Storage::float32:
+        visit_pixels<float>(stored, 1, [&](const float* v) { visit(*v, std::bit_cast<std::uint32_t>(*v)); });
+        break;
+    case Storage::float16:
+        visit_pixels<Eigen::half>(stored, 1, [&](const Eigen::half* v) {
+            visit(static_cast<float>(*v), std::uint32_t{Eigen::numext::bit_cast<std::uint16_t>(*v)});
+        });
+        break;
+    case Storage::uint8:
+        visit_pixels<std::uint8_t>(stored, 1, [&](const std::uint8_t* v) { code(*v); });
+        break;
+    case Storage::uint16:
+        visit_pixels<std::uint16_t>(stored, 1, [&](const std::uint16_t* v) { code(*v); });
+        break;
+    case Storage::uint24:
+        visit_pixels<std::uint32_t>(stored, 1, [&](const std::uint32_t* v) { code(*v & 0xffffff); });
+        break;
+    case Storage::uint24_high:
+        visit_pixels<std::uint32_t>(stored, 1, [&](const std::uint32_t* v) { code(*v >> 8); });
+        break;
+    case Storage::rgb8_red_low:
+    case Storage::bgr8_red_high:
+        bytes(0, 2);
+        break;
+    case Storage::rgb8_red_high:
+    case Storage::bgr8_red_low:
+        bytes(2, 0);
+        break;
+    }
+}
+
+} // namespace fathom

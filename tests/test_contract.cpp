@@ -1,0 +1,662 @@
+// What every operation promises, whatever its options: the same bits for any vector width, group size, stride, tile, memory
+// budget and number of threads; nothing is read beyond its reach or written beside its results. Its options are those of its
+// description: a new one has to be tried here, too.
+
+#include "catch.hpp"
+#include "images.hpp"
+#include "judge.hpp"
+
+#include "description/operations.hpp"
+#include "runtime/state.hpp"
+
+#include <fathom/fathom.hpp>
+
+using namespace fathom;
+using images::floats;
+
+namespace {
+
+constexpr double nearest = 4, radius = 0.3, most_coc = 12;
+constexpr CircleOfConfusion lens{40, 180}, wide_lens{300, 1300};
+
+Camera metric_camera(int width, int height) {
+    Camera camera{.projection = perspective(1.0, 1.0 * width / height, {0.5, 100}),
+                  .width = width,
+                  .height = height,
+                  .encoding = Encoding::view_z};
+    camera.view.emplace(Eigen::Matrix4d::Identity());
+    camera.view->topLeftCorner<3, 3>() = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
+    return camera;
+}
+
+/// A part of larger memory that is full of a NaN that no kernel makes: its rows do not follow each other.
+class Part {
+public:
+    Part(const Device& device, int width, int height, int channels, const std::vector<float>& content = {})
+        : width_(width), height_(height), channels_(channels),
+          memory_(static_cast<std::size_t>((width + 13) * (height + 9) * channels), std::bit_cast<float>(guard)) {
+        for (std::size_t y = 0; !content.empty() && y < static_cast<std::size_t>(height); ++y)
+            std::copy_n(content.begin() + static_cast<std::ptrdiff_t>(y * row()), row(), memory_.begin() + first(y));
+        around_ = Image::onto_host(device, Element::f32, memory_.data(), {width + 13, height + 9, channels});
+        image = around_.region(5, 3, width, height);
+    }
+    Part(Part&&) = default;
+
+    Image image;
+
+    bool guards_hold() const {
+        std::vector<float> now = floats(around_);
+        for (std::size_t y = 0; y < static_cast<std::size_t>(height_); ++y)
+            std::fill_n(now.begin() + first(y), row(), std::bit_cast<float>(guard));
+        return std::ranges::all_of(now, [](float value) { return std::bit_cast<std::uint32_t>(value) == guard; });
+    }
+
+private:
+    static constexpr std::uint32_t guard = 0x7fa5a5a5;
+
+    std::size_t row() const { return static_cast<std::size_t>(width_ * channels_); }
+    std::ptrdiff_t first(std::size_t y) const {
+        return (static_cast<std::ptrdiff_t>(y + 3) * (width_ + 13) + 5) * channels_;
+    }
+
+    int width_, height_, channels_;
+    std::vector<float> memory_;
+    Image around_;
+};
+
+/// What an operation reads.
+struct Inputs {
+    StoredDepth stored, behind;
+    Image color, plate, normals;
+
+    Inputs region(int x, int y, int width, int height) const {
+        const auto part = [&](const auto& of) { return of.region(x, y, width, height); };
+        return {part(stored), part(behind), part(color), part(plate), part(normals)};
+    }
+};
+
+/// Hills with steps above a smooth half, as blocks at half resolution need it, and pictures.
+struct Scene {
+    Camera camera;
+    std::vector<float> depth, behind, color, plate, normals;
+
+    Scene(int width, int height, bool damaged = false) : camera(metric_camera(width, height)) {
+        constexpr float infinity = std::numeric_limits<float>::infinity(),
+                        none = std::numeric_limits<float>::quiet_NaN();
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const bool smooth = y % 300 >= 128;
+                const double hills = nearest + 0.2 + (smooth ? 0.01 : 0.2) * std::sin(0.11 * x) * std::cos(0.07 * y);
+                depth.push_back(static_cast<float>(smooth || x % 60 < 40 ? hills : hills + 2));
+                behind.push_back(static_cast<float>(hills + 0.3 + 0.05 * (x / 20 % 5)));
+                for (int channel = 0; channel < 3; ++channel) {
+                    color.push_back(static_cast<float>((7 * x + 5 * y + 3 * channel) % 32) / 32);
+                    plate.push_back(static_cast<float>((3 * x + 11 * y + 5 * channel) % 16) / 16);
+                    normals.push_back(channel == 2 ? 1.0f : 0.0f);
+                }
+            }
+        for (std::size_t i = 3, n = 0; damaged && i < depth.size(); i += 41, ++n) {
+            depth[i] = std::array{none, infinity, -infinity, -0.0f, -1.0f}[n % 5];
+            color[3 * i] = std::array{none, infinity, 1e4f}[n % 3];
+        }
+    }
+
+    Inputs on(const Device& device) const {
+        const auto image = [&](const std::vector<float>& values, int channels) {
+            return Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height, channels});
+        };
+        return {
+            {image(depth, 1), camera}, {image(behind, 1), camera}, image(color, 3), image(plate, 3), image(normals, 3)};
+    }
+};
+
+/// A call of an operation with some options, and how far its pixels look.
+struct Call {
+    std::string name;
+    int columns, rows;
+    std::function<std::vector<Image>(const Inputs&)> make;
+    std::function<void(const Inputs&, const std::vector<Image>&)> into;
+    bool reads_color = false;
+};
+
+constexpr double as_it_is = std::numeric_limits<double>::quiet_NaN();
+
+/// What numbers are set to: in turn, one value for each round.
+const std::map<std::string, std::array<double, 3>> numbers{
+    {"slices", {as_it_is, 2, as_it_is}},
+    {"samples", {as_it_is, 5, as_it_is}},
+    {"jitter", {as_it_is, as_it_is, 4}},
+    {"thickness", {as_it_is, 0.1, std::numeric_limits<double>::infinity()}},
+    {"falloff", {as_it_is, 0.5, as_it_is}},
+    {"tolerance", {as_it_is, 2, as_it_is}},
+    {"seed", {as_it_is, 9, as_it_is}},
+    {"noise", {as_it_is, as_it_is, 1e-3}},
+    {"channels", {as_it_is, 4, as_it_is}},
+    {"sharp_px", {as_it_is, 0.5, as_it_is}},
+    {"transition_px", {as_it_is, 0, 2}},
+    {"max_coc_px", {as_it_is, as_it_is, as_it_is}}, // the reach follows from it
+    {"tile_px", {as_it_is, 7, as_it_is}},
+    {"blades", {as_it_is, 5, as_it_is}},
+    {"rotation_degrees", {as_it_is, 20, as_it_is}},
+    {"ratio", {as_it_is, as_it_is, 1.5}},
+    {"density", {as_it_is, 0.3, as_it_is}},
+    {"start", {as_it_is, 2, as_it_is}},
+    {"max_opacity", {as_it_is, as_it_is, 0.5}},
+    {"height_falloff", {as_it_is, 0.2, as_it_is}},
+    {"reference_height", {as_it_is, 1, as_it_is}},
+};
+
+/// The options in one of four rounds: as they are, with every result; then so that three rounds have each choice of each option.
+template <typename Options>
+Options in_round(Options options, std::size_t round) {
+    using description::Option;
+    const std::vector<Option> all = description::options_of(options);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const Option& option = all[i];
+        if (std::string(option.name) == "max_error") // stands for one of the methods
+            continue;
+        if (option.kind == Option::Kind::result)
+            option.set(options, round == 0 || (round + i) % 2 == 0);
+        else if (option.kind == Option::Kind::number) {
+            INFO(option.name << " is tried with no value");
+            REQUIRE(numbers.contains(option.name));
+            if (round > 0 && !std::isnan(numbers.at(option.name)[round - 1]))
+                option.set(options, numbers.at(option.name)[round - 1]);
+        } else if (option.kind == Option::Kind::choice && round > 0)
+            option.set(options, (round - 1 + i) % option.choices.size());
+        else if (option.kind == Option::Kind::flag && round > 1)
+            option.set(options, round == 2);
+        else if (option.kind == Option::Kind::three && round > 1)
+            option.set(options, std::array{0.1, 0.9, 0.2});
+    }
+    return options;
+}
+
+template <typename Results>
+std::vector<Image Results::*> members();
+template <>
+std::vector<Image Occlusion::*> members<Occlusion>() {
+    return {&Occlusion::visibility, &Occlusion::bent_normal, &Occlusion::confidence};
+}
+template <>
+std::vector<Image DofMasks::*> members<DofMasks>() {
+    return {&DofMasks::coc,          &DofMasks::near_weight, &DofMasks::focus_weight, &DofMasks::far_weight,
+            &DofMasks::max_near_coc, &DofMasks::near_alpha,  &DofMasks::disocclusion, &DofMasks::mixed_pixels,
+            &DofMasks::tile_min_coc, &DofMasks::tile_max_coc};
+}
+
+/// A call from its two forms: `run(inputs)`, which makes the results, and `run(inputs, results)`.
+template <typename Run>
+Call call(std::string name, int columns, int rows, Run run, bool reads_color = false) {
+    using Results = decltype(run(Inputs()));
+    const auto as_images = [](const Results& results) {
+        std::vector<Image> all;
+        if constexpr (std::is_same_v<Results, Image>)
+            all = {results};
+        else
+            for (const auto member : members<Results>())
+                if (results.*member)
+                    all.push_back(results.*member);
+        return all;
+    };
+    return {std::move(name),
+            columns,
+            rows,
+            [=](const Inputs& in) { return as_images(run(in)); },
+            [=](const Inputs& in, const std::vector<Image>& given) {
+                if constexpr (std::is_same_v<Results, Image>) {
+                    run(in, given.front());
+                } else {
+                    Results results = run(in);
+                    std::size_t next = 0;
+                    for (const auto member : members<Results>())
+                        if (results.*member)
+                            results.*member = given.at(next++);
+                    run(in, results);
+                }
+            },
+            reads_color};
+}
+
+/// Pixels that a length has at the nearest surface of a scene of 300 rows.
+int pixels_of(double length) {
+    return static_cast<int>(std::ceil(length / nearest * 300 / (2 * std::tan(0.5))));
+}
+
+Call ssao_call(const std::string& name, SsaoOptions options, std::function<void(SsaoOptions&, const Inputs&)> give = {},
+               double reach = radius) {
+    const auto* sampling = std::get_if<Sampling>(&options.sampling);
+    const bool blocks = sampling->half_resolution.value_or(true); // the presets choose them
+    const int rays = pixels_of(reach) + 16, far = blocks ? std::max(rays, ssao_block_halo) : rays;
+    return call("ssao" + name, far, far, [=](const Inputs& in, auto... results) {
+        SsaoOptions given = options;
+        if (give)
+            give(given, in);
+        return ssao(in.stored, results..., reach, given);
+    });
+}
+
+Call dof_call(const std::string& name, const DofOptions& options, bool plated = false,
+              const CircleOfConfusion& circles = lens) {
+    const int circle = static_cast<int>(options.max_coc_px / 2);
+    const int reach = *std::get_if<Quality>(&options.quality) == Quality::accurate || plated ? 3 * circle + 1 : circle;
+    const auto run = [=](const Inputs& in, auto... result) {
+        DofOptions given = options;
+        if (plated)
+            given.clean_plate = CleanPlate{in.plate, in.behind};
+        return dof(in.stored, in.color, result..., circles, given);
+    };
+    return call("dof" + name, reach + dof_halo_columns, reach + dof_halo_rows, run, true);
+}
+
+/// The calls of an operation in its four rounds.
+std::vector<Call> calls_of(const std::string& operation) {
+    std::vector<Call> all;
+    for (std::size_t round = 0; round < 4; ++round) {
+        const std::string name = round == 0 ? "" : text(", round ", round);
+        if (operation == "linearize") {
+            const auto options = in_round(LinearizeOptions{}, round);
+            all.push_back(call(operation + name, 0, 0, [=](const Inputs& in, auto... result) {
+                if constexpr (sizeof...(result) == 0)
+                    return linearize(in.stored, options).image;
+                else
+                    linearize(in.stored, result..., options);
+            }));
+        } else if (operation == "unproject") {
+            const auto options = in_round(UnprojectOptions{}, round);
+            all.push_back(call(operation + name, 0, 0, [=](const Inputs& in, auto... result) {
+                return unproject(in.stored, result..., options);
+            }));
+        } else if (operation == "normals") {
+            const auto options = in_round(NormalsOptions{}, round);
+            const int reach = options.noise > 0 ? normals_reach_noise : normals_reach_least_squares;
+            all.push_back(call(operation + name, reach, reach, [=](const Inputs& in, auto... result) {
+                return normals(in.stored, result..., options);
+            }));
+        } else if (operation == "ssao") {
+            all.push_back(ssao_call(name, in_round(SsaoOptions{}, round)));
+        } else if (operation == "dof_masks") {
+            const auto options = in_round(DofMasksOptions{.max_coc_px = most_coc}, round);
+            const int reach = static_cast<int>(most_coc / 2) + 8;
+            all.push_back(call(operation + name, reach, reach, [=](const Inputs& in, auto... results) {
+                return dof_masks(in.stored, results..., lens, options);
+            }));
+        } else if (operation == "dof") {
+            all.push_back(dof_call(name, in_round(DofOptions{.max_coc_px = most_coc}, round)));
+        } else if (operation == "fog") {
+            const auto options = in_round(FogOptions{.density = 0.1}, round);
+            all.push_back(call(
+                operation + name, 0, 0,
+                [=](const Inputs& in, auto... result) { return fog(in.stored, in.color, result..., options); }, true));
+        }
+    }
+    return all;
+}
+
+/// Every operation that is described, and the images that they take as options.
+const std::vector<Call>& calls() {
+    static const std::vector<Call> made = [] {
+        std::vector<Call> all;
+        for (const description::Operation& operation : description::operations()) {
+            const std::vector<Call> its = calls_of(operation.name);
+            INFO(operation.name << " is called nowhere");
+            REQUIRE(!its.empty());
+            all.insert(all.end(), its.begin(), its.end());
+        }
+        const Sampling fast{.quality = Quality::fast}, every_pixel{.quality = Quality::fast, .half_resolution = false};
+        all.push_back(ssao_call(" whose radius covers many pixels", {.sampling = fast}, {}, 0.8));
+        all.push_back(ssao_call(" with a second layer and normals", {.sampling = every_pixel},
+                                [](SsaoOptions& o, const Inputs& in) {
+                                    o.thickness = in.behind;
+                                    o.normals = in.normals;
+                                }));
+        all.push_back(ssao_call(" with a map of thicknesses", {.sampling = every_pixel},
+                                [](SsaoOptions& o, const Inputs& in) { o.thickness = in.behind.image; }));
+        all.push_back(ssao_call(" with silhouettes", {.sampling = every_pixel, .thickness = Silhouette{}}));
+        all.back().columns = all.back().rows = 200; // outlines are looked for all around
+        for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate})
+            all.push_back(dof_call(text(" with a clean plate, quality ", static_cast<int>(quality)),
+                                   {.quality = quality, .max_coc_px = most_coc}, true));
+        for (const Quality quality : {Quality::fast, Quality::balanced}) // large circles are summed over cells
+            all.push_back(dof_call(text(" of large circles, quality ", static_cast<int>(quality)),
+                                   {.quality = quality, .max_coc_px = 100}, false, wide_lens));
+        return all;
+    }();
+    return made;
+}
+
+/// Results: nobody promises a NaN's sign and payload, and on SSE2 they depend on the vector width.
+bool same(const std::vector<float>& a, const std::vector<float>& b) {
+    return std::ranges::equal(
+        a, b, [](float x, float y) { return images::same_bits(x, y) || (std::isnan(x) && std::isnan(y)); });
+}
+
+std::vector<std::vector<float>> results(const Call& call, const Inputs& inputs) {
+    std::vector<std::vector<float>> all;
+    for (const Image& image : call.make(inputs))
+        all.push_back(floats(image));
+    return all;
+}
+
+/// All of them differ from what a device takes by itself, and kernels are built for each.
+constexpr std::pair<int, int> widths_and_groups[] = {{1, 7}, {4, 256}, {8, 1}, {16, 7}};
+
+const Device& device(int vector_width = 0, int group_size = 0) {
+    static std::map<std::pair<int, int>, Device> opened;
+    const auto found = opened.find({vector_width, group_size});
+    if (found != opened.end())
+        return found->second;
+    return opened[{vector_width, group_size}] =
+               Device::open("cpu", {.vector_width = vector_width, .group_size = group_size});
+}
+
+/// Are results the same from and in parts of larger memory, on a device of another vector width and group size?
+void check_same_bits(const Call& call, const Scene& scene, std::pair<int, int> width_and_group) {
+    const int width = scene.camera.width, height = scene.camera.height;
+    const Device& other = device(width_and_group.first, width_and_group.second);
+    const auto expected = results(call, scene.on(device()));
+    const Part depth(other, width, height, 1, scene.depth), color(other, width, height, 3, scene.color);
+    Inputs inputs = scene.on(other);
+    inputs.stored.image = depth.image;
+    inputs.color = color.image;
+    std::vector<Part> parts;
+    std::vector<Image> given;
+    for (const Image& image : call.make(inputs)) {
+        parts.emplace_back(other, image.width(), image.height(), image.channels());
+        given.push_back(parts.back().image);
+    }
+    call.into(inputs, given);
+    INFO(call.name << ", " << width << " x " << height << ", vector width " << width_and_group.first << ", groups of "
+                   << width_and_group.second);
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        CHECK(same(floats(given[i]), expected[i]));
+        CHECK(parts[i].guards_hold());
+    }
+    CHECK(depth.guards_hold());
+    CHECK(same(floats(depth.image), scene.depth));
+    if (call.name.starts_with("linearize")) { // may be its own result
+        call.into(inputs, {depth.image});
+        CHECK(same(floats(depth.image), expected.front()));
+        CHECK(depth.guards_hold());
+    }
+}
+
+/// Does a tile, with what its pixels see around it, have the bits of the whole?
+void check_tiles(const Call& call, const Inputs& whole) {
+    const int width = whole.stored.image.width(), height = whole.stored.image.height();
+    const std::vector<Image> expected = call.make(whole);
+    for (const Region& tile :
+         {Region{0, 0, width / 3, height / 3}, Region{width / 3 - 5, height / 4 + 1, width / 2, height / 3},
+          Region{2 * width / 3, height / 2, width - 2 * width / 3, height - height / 2}}) {
+        const int left = std::max(tile.x - call.columns, 0), top = std::max(tile.y - call.rows, 0),
+                  right = std::min(tile.x + tile.width + call.columns, width),
+                  bottom = std::min(tile.y + tile.height + call.rows, height);
+        const std::vector<Image> got = call.make(whole.region(left, top, right - left, bottom - top));
+        for (std::size_t i = 0; i < got.size(); ++i) {
+            if (expected[i].width() != width || expected[i].height() != height)
+                continue; // the tiles' extremes
+            INFO(call.name << ", result " << i << ", the tile at " << tile.x << ", " << tile.y);
+            CHECK(same(floats(got[i].region(tile.x - left, tile.y - top, tile.width, tile.height)),
+                       floats(expected[i].region(tile.x, tile.y, tile.width, tile.height))));
+        }
+    }
+}
+
+/// Where values that are no numbers are put: alone, in a pair, and in a corner of the image.
+constexpr std::array<std::array<int, 2>, 5> places{{{154, 150}, {155, 150}, {130, 155}, {170, 70}, {0, 0}}};
+
+/// Do NaN and infinity touch nothing but what can see them?
+void check_reach(const Call& call, const Scene& scene) {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    const auto before = results(call, scene.on(device()));
+    const auto width = static_cast<std::size_t>(scene.camera.width), pixels = scene.depth.size();
+    for (const float special : {std::nanf(""), infinity, -infinity})
+        for (const bool of_depth : {true, false}) {
+            if (!of_depth && !call.reads_color)
+                continue;
+            Scene damaged = scene;
+            for (const auto& [x, y] : places) {
+                const std::size_t at = static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
+                (of_depth ? damaged.depth[at] : damaged.color[3 * at + at % 3]) = special;
+            }
+            const auto after = results(call, damaged.on(device()));
+            long changed = 0, beyond = 0;
+            for (std::size_t i = 0; i < before.size(); ++i)
+                for (std::size_t at = 0; before[i].size() >= pixels && at < before[i].size(); ++at) {
+                    if (images::same_bits(before[i][at], after[i][at]))
+                        continue;
+                    ++changed;
+                    const std::size_t pixel = at / (before[i].size() / pixels);
+                    const int x = static_cast<int>(pixel % width), y = static_cast<int>(pixel / width);
+                    beyond += std::ranges::none_of(places, [&](const auto& place) {
+                        return std::abs(x - place[0]) <= call.columns && std::abs(y - place[1]) <= call.rows;
+                    });
+                }
+            INFO(call.name << ", " << special << " in " << (of_depth ? "depth" : "color"));
+            CHECK(changed > 0);
+            CHECK(beyond == 0);
+        }
+}
+
+constexpr std::size_t mebibyte = std::size_t{1} << 20;
+
+/// The budget that a call says it needs, in bytes; 0 if it has enough.
+std::size_t needed(const Call& call, const Scene& scene, std::size_t budget) {
+    try {
+        call.make(scene.on(Device::open("cpu", {.memory_budget = budget})));
+    } catch (const Error& error) {
+        const std::string message = error.what(), before = "needs a memory budget of ";
+        REQUIRE(contains(message, before));
+        return std::stoul(message.substr(message.find(before) + before.size())) * mebibyte;
+    }
+    return 0;
+}
+
+void check_budget(const Call& call, const Scene& scene) {
+    const Device free = Device::open("cpu");
+    const auto expected = results(call, scene.on(free));
+    const std::size_t taken = free.state().most_scratch_bytes, least = needed(call, scene, 1);
+    INFO(call.name << " takes " << taken << " bytes, and says it needs " << least);
+    CHECK((least == 0) == (taken == 0));
+    CHECK(least < taken + mebibyte);
+    if (call.columns == 0)
+        CHECK(taken == 0);
+    if (least > mebibyte)
+        CHECK(needed(call, scene, least - mebibyte) == least);
+    for (const std::size_t budget : {std::max<std::size_t>(least, 1), least + least / 4, (least + 2 * taken) / 2}) {
+        const Device device = Device::open("cpu", {.memory_budget = std::max<std::size_t>(budget, 1)});
+        const auto got = results(call, scene.on(device));
+        INFO("a budget of " << budget);
+        for (std::size_t i = 0; i < got.size(); ++i)
+            CHECK(images::same_bits(got[i], expected[i]));
+        CHECK(device.state().most_scratch_bytes <= budget);
+        CHECK(device.state().scratch_bytes <= budget);
+    }
+    std::printf("  %s: %.1f MiB of scratch memory, with a budget at least %.0f MiB\n", call.name.c_str(),
+                static_cast<double>(taken) / mebibyte, static_cast<double>(least) / mebibyte);
+}
+
+/// Cameras of every encoding and every form that the decoder has, in rays of every kind.
+std::vector<std::pair<std::string, Camera>> cameras(int width, int height) {
+    std::vector<std::pair<std::string, Camera>> all;
+    const auto add = [&](const std::string& name, const Projection& projection, Encoding encoding = Encoding::window) {
+        Camera camera = metric_camera(width, height);
+        camera.projection = projection;
+        camera.encoding = encoding;
+        camera.near_plane = 0.5;
+        camera.far_plane = 100;
+        camera.median = 5;
+        all.emplace_back(name, camera);
+        return &all.back().second;
+    };
+    const Projection plain = metric_camera(width, height).projection,
+                     parallel = orthographic({-5, 7, -4, 3}, {-3, 100});
+    add("window", plain);
+    add("an oblique near plane", with_oblique_near_plane(plain, {0.3, 0.2, -1, -0.2}));
+    add("orthographic", orthographic({-2, 2, -2, 2}, {0.5, 100}));
+    add("orthographic, an oblique near plane", with_oblique_near_plane(parallel, {0.3, -0.2, -1, -2}));
+    add("a tilted matrix", from_matrix(oracle::tilted(oracle::perspective_matrix(0.7, 0.5, 0.1, 100), 0.2, -0.1)));
+    add("ray distance", plain, Encoding::ray_distance);
+    add("linear", plain, Encoding::linear);
+    add("logarithmic", plain, Encoding::logarithmic);
+    add("exponential", plain, Encoding::exponential);
+    add("median", plain, Encoding::median);
+    add("inverse range", plain, Encoding::inverse_range);
+    add("inverse", plain, Encoding::inverse);
+    Camera* inverse_along_rays = add("inverse along rays", plain, Encoding::inverse);
+    inverse_along_rays->along = Along::ray;
+    inverse_along_rays->missing = -1;
+    inverse_along_rays->background_from = 1e-6;
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("contract: the same bits for another vector width, group size and stride, of any size", "[contract]") {
+    std::size_t next = 0;
+    for (const Call& call : calls()) {
+        for (const auto& [width, height] : {std::pair{131, 45}, {37, 1}})
+            check_same_bits(call, Scene(width, height, true), widths_and_groups[next % 4]);
+        ++next;
+    }
+    for (const description::Operation& operation : description::operations()) // narrow ones need kernels of their own
+        for (const auto& [width, height] : {std::pair{1, 1}, {1, 9}, {7, 3}})
+            check_same_bits(calls_of(operation.name).front(), Scene(width, height), {0, 0});
+}
+
+TEST_CASE("contract: the same bits for every vector width", "[contract][slow]") {
+    const Scene damaged(131, 45, true), large(307, 300);
+    for (const Call& call : calls())
+        for (const auto& width_and_group : widths_and_groups) {
+            check_same_bits(call, damaged, width_and_group);
+            check_same_bits(call, large, width_and_group);
+        }
+}
+
+TEST_CASE("contract: a tile has the bits of the whole", "[contract]") {
+    const Scene scene(307, 300), damaged(307, 300, true);
+    for (const Call& call : calls()) {
+        check_tiles(call, scene.on(device()));
+        check_tiles(call, damaged.on(device()));
+    }
+}
+
+TEST_CASE("contract: a region of ssao is the crop of the whole", "[contract]") {
+    const Scene scene(131, 45, true);
+    const Inputs inputs = scene.on(device());
+    for (std::size_t round = 0; round < 4; ++round) {
+        const SsaoOptions options = in_round(SsaoOptions{}, round);
+        const std::vector<Image> whole = ssao_call("", options).make(inputs);
+        for (const Region& part : {Region{0, 0, 1, 1}, {37, 25, 17, 19}, {3, 1, 128, 2}, {130, 0, 1, 45}}) {
+            SsaoOptions of_part = options;
+            of_part.region = part;
+            const std::vector<Image> got = ssao_call("", of_part).make(inputs);
+            INFO("round " << round << ", " << part.width << " x " << part.height << " at " << part.x << ", " << part.y);
+            for (std::size_t i = 0; i < got.size(); ++i)
+                CHECK(same(floats(got[i]), floats(whole[i].region(part.x, part.y, part.width, part.height))));
+        }
+    }
+}
+
+TEST_CASE("contract: a radius of many pixels has blocks at full and at half resolution", "[contract]") {
+    const Scene scene(307, 300);
+    const auto of = [&](std::optional<bool> half) {
+        const Sampling sampling{.quality = Quality::fast, .half_resolution = half};
+        return results(ssao_call("", {.sampling = sampling}, {}, 0.8), scene.on(device()));
+    };
+    const auto chosen = of({}), half = of(true), full = of(false);
+    CHECK(chosen != half);
+    CHECK(chosen != full);
+}
+
+// Results above 16 MiB are written past the cache where their rows allow it: through other instructions.
+TEST_CASE("contract: large results have the same bits for every vector width", "[contract][slow]") {
+    const Scene scene(2048, 2049);
+    for (const char* operation : {"linearize", "unproject", "dof_masks"}) {
+        const Call call = calls_of(operation).front();
+        const auto expected = results(call, scene.on(device()));
+        for (const int vector_width : {1, 4, 8, 16})
+            CHECK(results(call, scene.on(device(vector_width, 64))) == expected);
+    }
+}
+
+TEST_CASE("contract: NaN and infinity touch nothing but what can see them", "[contract]") {
+    const Scene scene(307, 300);
+    for (const Call& call : calls())
+        check_reach(call, scene);
+}
+
+TEST_CASE("contract: a memory budget is kept, and keeps the bits", "[contract][slow]") {
+    const Scene scene(301, 1803);
+    for (const Call& call : calls())
+        check_budget(call, scene);
+}
+
+TEST_CASE("contract: two threads on one device get the bits of one", "[contract]") {
+    const Scene scene(131, 45);
+    const Device& shared = device();
+    std::vector<std::vector<std::vector<float>>> expected;
+    for (const Call& call : calls())
+        expected.push_back(results(call, scene.on(shared)));
+    std::array<int, 2> wrong{};
+    {
+        std::vector<std::jthread> threads;
+        for (std::size_t t = 0; t < 2; ++t)
+            threads.emplace_back([&, t] {
+                for (std::size_t n = 0; n < 3 * expected.size(); ++n) {
+                    const std::size_t i = (t == 0 ? n : 5 * n + 2) % expected.size();
+                    const auto got = results(calls()[i], scene.on(shared));
+                    for (std::size_t image = 0; image < got.size(); ++image)
+                        wrong[t] += !same(got[image], expected[i][image]);
+                }
+            });
+    }
+    CHECK(wrong == std::array{0, 0});
+}
+
+TEST_CASE("contract: whatever the camera and the storage are", "[contract]") {
+    std::size_t next = 0;
+    const auto check = [&](Scene scene, const Camera& camera, Storage storage) {
+        scene.camera = camera;
+        for (const char* operation : {"linearize", "unproject", "normals"}) {
+            const Call call = calls_of(operation).front();
+            Inputs inputs = scene.on(device());
+            std::vector<std::uint8_t> codes;
+            if (storage != Storage::float32) {
+                std::mt19937 random(19);
+                codes.resize(scene.depth.size() * static_cast<std::size_t>(channels_of(storage)) *
+                             element_bytes(element_of(storage)));
+                std::ranges::generate(codes, [&] { return static_cast<std::uint8_t>(random()); });
+                inputs.stored = {Image::from_host(device(), element_of(storage), codes.data(),
+                                                  {camera.width, camera.height, channels_of(storage)}),
+                                 camera, storage};
+            } else {
+                if (std::string(operation) == "linearize") // the others decode as it does
+                    check_same_bits(call, scene, widths_and_groups[next++ % 4]);
+                check_reach(call, scene);
+            }
+            check_tiles(call, inputs);
+        }
+    };
+    Scene scene(203, 157);
+    const auto all = cameras(203, 157);
+    for (const auto& [name, camera] : all) {
+        Scene own = scene;
+        if (camera.encoding != Encoding::ray_distance)
+            for (float& value : own.depth) // every value between 0 and 1 is a depth
+                value /= 16;
+        INFO(name);
+        check(own, camera, Storage::float32);
+        if (name != "orthographic" && name != "a tilted matrix")
+            continue;
+        own.camera = camera;
+        for (const char* operation : {"ssao", "fog", "dof_masks", "dof"})
+            if (name != "orthographic" || operation[0] != 'd') // whose lens would be a telecentric one
+                check_same_bits(calls_of(operation).at(1), own, widths_and_groups[next++ % 4]);
+    }
+    for (const Storage storage : {Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24,
+                                  Storage::uint24_high, Storage::rgb8_red_low}) {
+        INFO(to_string(storage));
+        check(scene, all.front().second, storage);
+    }
+}

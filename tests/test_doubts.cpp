@@ -1,0 +1,161 @@
+// Doubts about depth without a device and without the program: of an image, and of a sample of it.
+#include "catch.hpp"
+#include "scene/scene.hpp"
+
+#include <fathom/doubts.hpp>
+#include <fathom/error.hpp>
+
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <iostream>
+#include <limits>
+#include <string>
+#include <vector>
+
+using namespace fathom;
+
+namespace {
+
+constexpr int width = 1920, height = 1080;
+
+// Metres under a perspective of 60 degrees.
+Camera camera_of(Encoding encoding, int columns = width, int rows = height) {
+    Camera camera;
+    camera.projection = perspective(1.0472, static_cast<double>(columns) / rows, {0.1, 100});
+    camera.width = columns;
+    camera.height = rows;
+    camera.encoding = encoding;
+    return camera;
+}
+
+template <typename Element>
+HostDepth host(const std::vector<Element>& values, Storage storage, int columns = width) {
+    return {values.data(), columns, static_cast<int>(values.size()) / columns,
+            static_cast<std::size_t>(columns) * sizeof(Element), storage};
+}
+
+// A plane that is slanted: metres from 2 to 10.
+double plane(int i) {
+    return 1 / (0.5 - 0.4 * i / (width * height - 1));
+}
+
+template <typename Element>
+std::vector<Element> image(double (*stored)(double z)) {
+    std::vector<Element> values;
+    for (int i = 0; i < width * height; ++i)
+        values.push_back(static_cast<Element>(stored(plane(i))));
+    return values;
+}
+
+// Both give one sentence with these words.
+void check_told(const Camera& camera, const HostDepth& stored, const std::string& words) {
+    for (const auto& ask : {depth_doubts, depth_doubts_of_sample}) {
+        const std::vector<std::string> said = ask(camera, stored);
+        REQUIRE(said.size() == 1);
+        INFO(said.front());
+        CHECK(said.front().find(words) != std::string::npos);
+    }
+}
+
+void check_silent(const Camera& camera, const HostDepth& stored) {
+    CHECK(depth_doubts(camera, stored) == std::vector<std::string>{});
+    CHECK(depth_doubts_of_sample(camera, stored) == std::vector<std::string>{});
+}
+
+} // namespace
+
+TEST_CASE("doubts: mistakes are told of an image and of a sample of it, and what is right is not", "[doubts]") {
+    const auto metres = image<float>([](double z) { return z; });
+    const auto millimetres = image<std::uint16_t>([](double z) { return std::round(1000 * z); });
+    Camera camera = camera_of(Encoding::view_z);
+    check_silent(camera, host(metres, Storage::float32));
+    check_told(camera, host(millimetres, Storage::uint16), "say \"scale\": 0.001");
+    camera.scale = 0.001;
+    check_silent(camera, host(millimetres, Storage::uint16));
+    check_told(camera, host(metres, Storage::float32), "which is \"scale\": 1");
+
+    check_told(camera_of(Encoding::window), host(metres, Storage::float32),
+               "no pixel has a depth: the values run from 2 to 10, and \"window\" depth lies in 0 to 1");
+    const auto buffer = image<float>([](double z) { return (10 - 1 / z) / (10 - 0.01); });
+    check_silent(camera_of(Encoding::window), host(buffer, Storage::float32));
+    check_told(camera_of(Encoding::view_z), host(buffer, Storage::float32),
+               "flat if the values are depth-buffer values");
+
+    auto sky = metres;
+    std::fill_n(sky.begin(), sky.size() / 4, 1e10f);
+    check_told(camera_of(Encoding::view_z), host(sky, Storage::float32), "25 % of the pixels hold 1e+10");
+    std::fill_n(sky.begin(), sky.size() / 4, std::numeric_limits<float>::infinity());
+    check_silent(camera_of(Encoding::view_z), host(sky, Storage::float32));
+}
+
+TEST_CASE("doubts: a sample where nothing was measured does not speak for the image", "[doubts]") {
+    std::vector<float> values(static_cast<std::size_t>(width) * height, NAN);
+    const Camera camera = camera_of(Encoding::view_z);
+    const std::vector<std::string> said = depth_doubts(camera, host(values, Storage::float32));
+    REQUIRE(said.size() == 1);
+    CHECK(said.front().find("all of its values are NaN") != std::string::npos);
+    CHECK(depth_doubts_of_sample(camera, host(values, Storage::float32)).empty());
+    values[7] = 3;
+    check_silent(camera, host(values, Storage::float32));
+}
+
+TEST_CASE("doubts: images of any size are looked at, and other sizes than the camera's refused", "[doubts]") {
+    for (const auto& [columns, rows] : {std::pair{1, 1}, {3, 2}, {7, 100}, {200, 5}}) {
+        INFO(columns << " x " << rows);
+        const std::vector<float> values(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 2.0f);
+        check_silent(camera_of(Encoding::view_z, columns, rows), host(values, Storage::float32, columns));
+        CHECK_THROWS_AS(
+            depth_doubts(camera_of(Encoding::view_z, columns, rows + 1), host(values, Storage::float32, columns)),
+            std::invalid_argument);
+        CHECK_THROWS_AS(depth_doubts_of_sample(camera_of(Encoding::view_z, columns + 1, rows),
+                                               host(values, Storage::float32, columns)),
+                        std::invalid_argument);
+    }
+}
+
+TEST_CASE("doubts: what the camera describes is not told, whatever the encoding", "[doubts]") {
+    for (const Encoding encoding :
+         {Encoding::window, Encoding::view_z, Encoding::ray_distance, Encoding::linear, Encoding::logarithmic,
+          Encoding::exponential, Encoding::median, Encoding::inverse, Encoding::inverse_range}) {
+        INFO(to_string(encoding));
+        Camera camera = camera_of(encoding, 480, 270);
+        camera.near_plane = 0.1;
+        camera.far_plane = 100;
+        camera.median = 3;
+        const scene::Rendered image = scene::render(scene::room(), camera);
+        check_silent(camera, host(image.stored, Storage::float32, 480));
+    }
+}
+
+TEST_CASE("doubts: a sample of 1080p takes at most a millisecond", "[doubts]") {
+    const auto metres = image<float>([](double z) { return z; });
+    const auto millimetres = image<std::uint16_t>([](double z) { return std::round(1000 * z); });
+    Camera wrong = camera_of(Encoding::view_z), scaled = wrong;
+    scaled.scale = 0.001;
+    struct Case {
+        const char* name;
+        Camera camera;
+        HostDepth stored;
+    };
+    for (const Case& each :
+         {Case{"metres", wrong, host(metres, Storage::float32)},
+          {"millimetres", scaled, host(millimetres, Storage::uint16)},
+          {"millimetres as metres", wrong, host(millimetres, Storage::uint16)},
+          {"metres as millimetres", scaled, host(metres, Storage::float32)},
+          {"metres as a depth buffer", camera_of(Encoding::window), host(metres, Storage::float32)}}) {
+        const auto seconds = [&](const auto& ask) {
+            double least = std::numeric_limits<double>::infinity();
+            for (int i = 0; i < 20; ++i) {
+                const auto start = std::chrono::steady_clock::now();
+                CHECK(ask(each.camera, each.stored).size() <= 1);
+                least =
+                    std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+            }
+            return least;
+        };
+        const double some = seconds(depth_doubts_of_sample), all = seconds(depth_doubts);
+        std::cout << each.name << ", 1080p: " << 1e3 * some << " ms a sample, " << 1e3 * all << " ms all\n";
+        CHECK(some <= 1e-3);
+    }
+}
