@@ -71,9 +71,9 @@ void describe_results(const Visitor& v, DofMasksCall& call, const StoredDepth& s
     v("mixed_pixels", results.mixed_pixels, o.mixed_pixels, pixel, fractions("mixed"),
       "1 where depth was averaged over an edge");
     v("tile_min_coc", results.tile_min_coc, o.tile_min_coc, tile, lengths("min"),
-      "the smallest circle of each tile, pixels");
+      "the smallest CoC of each tile, pixels");
     v("tile_max_coc", results.tile_max_coc, o.tile_max_coc, tile, lengths("max"),
-      "the largest circle of each tile, pixels");
+      "the largest CoC of each tile, pixels");
 }
 
 } // namespace fathom::description
