@@ -4,7 +4,7 @@
 #include "catch.hpp"
 #include "images.hpp"
 #include "operations/bands.hpp"
-#include "operations/ssao_reach.hpp"
+#include "operations/ssao/ssao_reach.hpp"
 #include "runtime/state.hpp"
 #include "ssao_call.hpp"
 
@@ -132,12 +132,12 @@ std::vector<Image> images_of(const Occlusion& occlusion) {
 } // namespace
 
 TEST_CASE("bands of rows that reach differently are of one height, and keep to their budget", "[bands][budget]") {
-    ReachingRows rows{10, 1010, 1100, {}};
+    const auto bytes = [](int read, int made) { return static_cast<std::size_t>(100 * read + 10 * made); };
+    RowNeeds rows{10, 1010, 1100, {}, bytes, 64};
     for (int row = rows.begin; row < rows.end; ++row)
         rows.reaches.push_back(5 + row / 20);
-    const auto bytes = [](int read, int made) { return static_cast<std::size_t>(100 * read + 10 * made); };
     for (const std::size_t budget : {std::size_t{27000}, std::size_t{40000}, std::size_t{60000}, std::size_t{200000}}) {
-        const std::vector<Band> all = bands_within(rows, bytes, budget, "this");
+        const std::vector<Band> all = bands(rows, budget, "this");
         int made = rows.begin;
         for (const Band& band : all) {
             REQUIRE(band.begin == made);
@@ -156,7 +156,7 @@ TEST_CASE("bands of rows that reach differently are of one height, and keep to t
     }
     std::string message;
     try {
-        bands_within(rows, bytes, 1000, "this");
+        bands(rows, 1000, "this");
     } catch (const Error& error) {
         message = error.what();
     }

@@ -7,7 +7,7 @@
 #include "quad.hpp"
 #include "subjects.hpp"
 
-#include "operations/circle.hpp"
+#include "operations/dof_masks/circle.hpp"
 
 #include <fathom/fathom.hpp>
 

@@ -2,7 +2,7 @@
 
 #include "catch.hpp"
 
-#include "sampling/dof_layers.hpp"
+#include "operations/dof/dof_layers.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // NaN and infinity in an input of every operation touch only the pixels that can see them: the others have the same bits. How
-// far a pixel sees is what each header says.
+// far a pixel sees is what `reach` says, and for ssao less.
 #include "catch.hpp"
 #include "images.hpp"
 
@@ -52,7 +52,7 @@ using Operation = std::function<std::vector<Image>(const StoredDepth&, const Ima
 
 struct Subject {
     std::string name;
-    int columns, rows; ///< of the footprint, on either side
+    Reach footprint; ///< on either side
     Operation run;
     bool takes_color = false;
     Camera seen_by = camera();
@@ -72,14 +72,14 @@ std::vector<std::vector<float>> results(const Device& device, const Inputs& inpu
 constexpr std::array<std::array<int, 2>, 5> places{{{154, 150}, {155, 150}, {130, 155}, {170, 70}, {0, 0}}};
 
 /// How far a change went beyond the footprints, and how far it went.
-struct Reach {
+struct Changes {
     int columns = 0, rows = 0;
     long changed = 0, beyond = 0; // pixels of all images
 };
 
-Reach reach_of(const Subject& subject, const std::vector<std::vector<float>>& before,
-               const std::vector<std::vector<float>>& after) {
-    Reach reach;
+Changes changes_of(const Subject& subject, const std::vector<std::vector<float>>& before,
+                   const std::vector<std::vector<float>>& after) {
+    Changes found;
     REQUIRE(before.size() == after.size());
     for (std::size_t i = 0; i < before.size(); ++i) {
         const std::size_t pixel = before[i].size() / (width * height);
@@ -91,23 +91,23 @@ Reach reach_of(const Subject& subject, const std::vector<std::vector<float>>& be
                     same &= same_bits(before[i][at + c], after[i][at + c]);
                 if (same)
                     continue;
-                ++reach.changed;
+                ++found.changed;
                 bool within = false;
                 int columns = width, rows = height; // of the nearest place
                 for (const auto& [column, row] : places) {
                     const int aside = std::abs(x - column), above = std::abs(y - row);
-                    within |= aside <= subject.columns && above <= subject.rows;
+                    within |= aside <= subject.footprint.columns && above <= subject.footprint.rows;
                     if (std::max(aside, above) < std::max(columns, rows)) {
                         columns = aside;
                         rows = above;
                     }
                 }
-                reach.beyond += !within;
-                reach.columns = std::max(reach.columns, columns);
-                reach.rows = std::max(reach.rows, rows);
+                found.beyond += !within;
+                found.columns = std::max(found.columns, columns);
+                found.rows = std::max(found.rows, rows);
             }
     }
-    return reach;
+    return found;
 }
 
 /// Metric depth is metres. Of the others every value between 0 and 1 is a depth.
@@ -126,7 +126,7 @@ void check(const std::vector<Subject>& subjects) {
         for (const Subject& subject : subjects) {
             const Inputs whole = inputs_for(subject.seen_by);
             const auto before = results(device, whole, subject.run, subject.seen_by);
-            Reach most;
+            Changes most;
             for (const float special : {std::numeric_limits<float>::quiet_NaN(), infinity, -infinity})
                 for (const bool of_depth : {true, false}) {
                     if (!of_depth && !subject.takes_color)
@@ -137,20 +137,20 @@ void check(const std::vector<Subject>& subjects) {
                             inputs.depth[at] = special;
                         else
                             inputs.color[3 * at + at % 3] = special; // the places have all three channels
-                    const Reach reach =
-                        reach_of(subject, before, results(device, inputs, subject.run, subject.seen_by));
+                    const Changes found =
+                        changes_of(subject, before, results(device, inputs, subject.run, subject.seen_by));
                     INFO(subject.name << ", " << special << " in " << (of_depth ? "depth" : "color") << ", "
-                                      << vector_width << " pixels a work-item: as far as " << reach.columns
-                                      << " columns, " << reach.rows << " rows");
-                    CHECK(reach.changed > 0);
-                    CHECK(reach.beyond == 0);
-                    most.columns = std::max(most.columns, reach.columns);
-                    most.rows = std::max(most.rows, reach.rows);
+                                      << vector_width << " pixels a work-item: as far as " << found.columns
+                                      << " columns, " << found.rows << " rows");
+                    CHECK(found.changed > 0);
+                    CHECK(found.beyond == 0);
+                    most.columns = std::max(most.columns, found.columns);
+                    most.rows = std::max(most.rows, found.rows);
                 }
             if (vector_width == 16)
                 std::cout << "  " << subject.name << ": NaN and infinity reach " << most.columns << " columns and "
-                          << most.rows << " rows; the footprint has " << subject.columns << " and " << subject.rows
-                          << "\n";
+                          << most.rows << " rows; the footprint has " << subject.footprint.columns << " and "
+                          << subject.footprint.rows << "\n";
         }
     }
 }
@@ -160,26 +160,31 @@ int pixels_of(double length) {
     return static_cast<int>(std::ceil(length / nearest * height / (2 * std::tan(0.5))));
 }
 
+Tile tile(const Camera& seen_by = camera()) {
+    return {seen_by, Storage::float32, {0, 0, width, height}};
+}
+
 } // namespace
 
 TEST_CASE("footprint: NaN and infinity touch nothing but what can see them") {
     check(
-        {{"linearize", 0, 0,
+        {{"linearize", reach(tile(), LinearizeOptions{}),
           [](const StoredDepth& depth, const Image&) { return std::vector{linearize(depth).image}; }},
-         {"unproject", 0, 0, [](const StoredDepth& depth, const Image&) { return std::vector{unproject(depth)}; }},
-         {"fog", 0, 0,
+         {"unproject", reach(tile(), UnprojectOptions{}),
+          [](const StoredDepth& depth, const Image&) { return std::vector{unproject(depth)}; }},
+         {"fog", reach(tile(), FogOptions{.density = 0.1}),
           [](const StoredDepth& depth, const Image& color) { return std::vector{fog(depth, color, {.density = 0.1})}; },
           true},
-         {"fog, thinner with the height", 0, 0,
+         {"fog, thinner with the height", reach(tile(), FogOptions{.density = 0.1}),
           [](const StoredDepth& depth, const Image& color) {
               return std::vector{fog(depth, color, {.density = 0.1, .height_falloff = 0.2})};
           },
           true},
-         {"normals of neighbours", normals_reach_neighbours, normals_reach_neighbours,
+         {"normals of neighbours", reach(tile(), NormalsOptions{.method = NormalMethod::neighbours}),
           [](const StoredDepth& depth, const Image&) {
               return std::vector{normals(depth, {.method = NormalMethod::neighbours})};
           }},
-         {"normals of least squares", normals_reach_least_squares, normals_reach_least_squares,
+         {"normals of least squares", reach(tile(), NormalsOptions{.method = NormalMethod::least_squares}),
           [](const StoredDepth& depth, const Image&) {
               return std::vector{normals(depth, {.method = NormalMethod::least_squares})};
           }}});
@@ -188,9 +193,9 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them") {
 TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of operations that look far", "[slow]") {
     constexpr double lens_px = 12; // the largest circle
     constexpr CircleOfConfusion lens{40, 180};
-    constexpr int circle = static_cast<int>(lens_px / 2), tile = 8;
     constexpr double long_radius = 0.8; // 50 pixels and more: `fast` has blocks at half resolution
-    const int rays = pixels_of(radius) + 16, long_rays = pixels_of(long_radius) + 16;
+    const int rays = pixels_of(radius) + 16, given_rays = rays + normals_reach_neighbours,
+              block_rays = std::max(ssao_block_halo, pixels_of(long_radius) + 16);
     const auto visibility = [](const StoredDepth& depth, std::optional<bool> half) {
         return std::vector{
             ssao(depth, long_radius, {.sampling = Sampling{.quality = Quality::fast, .half_resolution = half}})
@@ -203,22 +208,25 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of o
     const bool blocks_differ = of_inputs({}) != of_inputs(false);
     CHECK(blocks_differ);
     std::vector<Subject> subjects{
-        {"normals of a noisy sensor", normals_reach_noise, normals_reach_noise,
+        {"normals of a noisy sensor", reach(tile(), NormalsOptions{.noise = 1e-3}),
          [](const StoredDepth& depth, const Image&) { return std::vector{normals(depth, {.noise = 1e-3})}; }},
-        {"ssao", rays, rays,
+        {"ssao",
+         {rays, rays},
          [](const StoredDepth& depth, const Image&) {
              const Occlusion all =
                  ssao(depth, radius,
                       {.sampling = Sampling{.half_resolution = false}, .bent_normal = true, .confidence = true});
              return std::vector{all.visibility, all.bent_normal, all.confidence};
          }},
-        {"ssao in half resolution where it is worth it", std::max(ssao_block_halo, long_rays),
-         std::max(ssao_block_halo, long_rays),
+        {"ssao in half resolution where it is worth it",
+         {block_rays, block_rays},
          [=](const StoredDepth& depth, const Image&) { return visibility(depth, {}); }},
-        {"ssao in half resolution", std::max(ssao_block_halo, long_rays), std::max(ssao_block_halo, long_rays),
+        {"ssao in half resolution",
+         {block_rays, block_rays},
          [=](const StoredDepth& depth, const Image&) { return visibility(depth, true); }},
-        {"ssao with normals, a second layer of depth and a map of thicknesses", rays + normals_reach_neighbours,
-         rays + normals_reach_neighbours, [](const StoredDepth& depth, const Image&) {
+        {"ssao with normals, a second layer of depth and a map of thicknesses",
+         {given_rays, given_rays},
+         [](const StoredDepth& depth, const Image&) {
              const Image given = normals(depth, {.method = NormalMethod::neighbours}), z = linearize(depth).image;
              return std::vector{
                  ssao(depth, radius,
@@ -228,51 +236,53 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, of o
                      .visibility};
          }}};
     // The masks of discs, and the means along an axis that tell mixed pixels.
-    subjects.push_back({"dof_masks", circle + tile, circle + tile, [=](const StoredDepth& depth, const Image&) {
-                            const DofMasks all = dof_masks(depth, lens,
-                                                           {.max_coc_px = lens_px,
-                                                            .near_weight = true,
-                                                            .focus_weight = true,
-                                                            .far_weight = true,
-                                                            .max_near_coc = true,
-                                                            .near_alpha = true,
-                                                            .disocclusion = true,
-                                                            .mixed_pixels = true});
+    const DofMasksOptions masks{.max_coc_px = lens_px,
+                                .near_weight = true,
+                                .focus_weight = true,
+                                .far_weight = true,
+                                .max_near_coc = true,
+                                .near_alpha = true,
+                                .disocclusion = true,
+                                .mixed_pixels = true};
+    subjects.push_back({"dof_masks", reach(tile(), masks), [=](const StoredDepth& depth, const Image&) {
+                            const DofMasks all = dof_masks(depth, lens, masks);
                             return std::vector{all.coc,          all.near_weight, all.focus_weight, all.far_weight,
                                                all.max_near_coc, all.near_alpha,  all.disocclusion, all.mixed_pixels};
                         }});
     for (const auto& [name, quality] : {std::pair{"dof fast", Quality::fast},
                                         {"dof balanced", Quality::balanced},
                                         {"dof accurate", Quality::accurate}}) {
-        const int reach = quality == Quality::accurate ? 3 * circle + 1 : circle;
-        subjects.push_back({name, reach + dof_halo_columns, reach + dof_halo_rows,
-                            [=, wanted = quality](const StoredDepth& depth, const Image& color) {
-                                return std::vector{dof(depth, color, lens, {.quality = wanted, .max_coc_px = lens_px})};
-                            },
-                            true});
+        for (const bool plated : {false, true}) {
+            const DofOptions blur{.quality = quality, .max_coc_px = lens_px};
+            subjects.push_back({std::string(name) + (plated ? " with a clean plate" : ""), reach(tile(), blur),
+                                [=](const StoredDepth& depth, const Image& color) {
+                                    DofOptions asked = blur;
+                                    if (plated)
+                                        asked.clean_plate = CleanPlate{color, depth};
+                                    return std::vector{dof(depth, color, lens, asked)};
+                                },
+                                true});
+        }
     }
-    constexpr int far = 3 * circle + 1;
-    subjects.push_back({"dof with a clean plate", far + dof_halo_columns, far + dof_halo_rows,
-                        [=](const StoredDepth& depth, const Image& color) {
-                            const DofOptions with_plate{.max_coc_px = lens_px, .clean_plate = CleanPlate{color, depth}};
-                            return std::vector{dof(depth, color, lens, with_plate)};
-                        },
-                        true});
     check(subjects);
 }
 
 TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, however depth is stored") {
     std::vector<Subject> subjects;
     const auto add = [&](const std::string& name, const Camera& seen_by) {
-        subjects.push_back({"linearize, " + name, 0, 0,
+        subjects.push_back({"linearize, " + name,
+                            {},
                             [](const StoredDepth& depth, const Image&) { return std::vector{linearize(depth).image}; },
-                            false, seen_by});
-        subjects.push_back({"unproject, " + name, 0, 0,
-                            [](const StoredDepth& depth, const Image&) { return std::vector{unproject(depth)}; }, false,
+                            false,
                             seen_by});
-        subjects.push_back({"normals, " + name, normals_reach_least_squares, normals_reach_least_squares,
-                            [](const StoredDepth& depth, const Image&) { return std::vector{normals(depth)}; }, false,
+        subjects.push_back({"unproject, " + name,
+                            {},
+                            [](const StoredDepth& depth, const Image&) { return std::vector{unproject(depth)}; },
+                            false,
                             seen_by});
+        subjects.push_back(
+            {"normals, " + name, reach(tile(seen_by), NormalsOptions{.method = NormalMethod::least_squares}),
+             [](const StoredDepth& depth, const Image&) { return std::vector{normals(depth)}; }, false, seen_by});
     };
     for (const auto& [name, encoding] : {std::pair{"window", Encoding::window},
                                          {"ray distance", Encoding::ray_distance},
@@ -299,12 +309,11 @@ TEST_CASE("footprint: NaN and infinity touch nothing but what can see them, howe
     add("orthographic", parallel);
     const Camera relative = relative_camera(width, height, RelativeOrder::high_is_near);
     constexpr double lens_px = 12;
-    constexpr int circle = static_cast<int>(lens_px / 2);
-    subjects.push_back({"dof of relative depth", circle + dof_halo_columns, circle + dof_halo_rows,
+    const DofOptions blur{.quality = Quality::balanced, .max_coc_px = lens_px};
+    subjects.push_back({"dof of relative depth", reach(tile(relative), blur),
                         [=](const StoredDepth& depth, const Image& color) {
                             const CircleOfConfusion lens = relative_circle(60, 0.3, RelativeOrder::high_is_near);
-                            return std::vector{
-                                dof(depth, color, lens, {.quality = Quality::balanced, .max_coc_px = lens_px})};
+                            return std::vector{dof(depth, color, lens, blur)};
                         },
                         true, relative});
     check(subjects);

@@ -25,7 +25,7 @@ namespace {
 constexpr int width = 400, height = 300, block = 64, seam = 10;
 constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
 constexpr const char* names[] = {"fast", "balanced", "accurate"};
-constexpr int half_samples[] = {16, 48, 36}; // as src/operations/ssao.cpp has them
+constexpr int half_samples[] = {16, 48, 36}; // as src/operations/ssao/ssao_method.cpp has them
 
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fathom/camera.hpp>
+#include <fathom/lens.hpp>
 
 #include <filesystem>
 #include <functional>
@@ -11,11 +12,6 @@
 /// Everything here throws `fathom::Error` with one line that names the file, the key, its value and what would be right.
 namespace fathom {
 #pragma GCC visibility push(default)
-
-/// Defaults for lens options that a renderer wrote into the camera file.
-struct LensDefaults {
-    std::optional<double> focal_length_mm, sensor_mm, f_stop, focus, ao_distance;
-};
 
 /// A camera file (JSON, docs/camera.md): the camera, how its depth is packed, and what else the renderer knew.
 struct CameraFile {

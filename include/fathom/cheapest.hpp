@@ -26,12 +26,12 @@ struct MeasuredMethod {
 /// The fastest method of `operation` whose measured error is at most `max_error` in every scene. `MaxError` in
 /// SsaoOptions, DofOptions and NormalsOptions uses it. Scenes harder than the measured ones have larger errors.
 ///
-/// The errors are those of depth stored as this one is, or in 16 bits if `depth_bits` are at most 16. If no such depth was
+/// The errors are those of depth stored as this tile's is, or in 16 bits if `depth_bits` are at most 16. If no such depth was
 /// measured, the largest error of any storage counts. Half resolution is a method of `ssao` if the depth has an even column
 /// and row of the camera's image.
 /// Throws: std::invalid_argument for an error that is not above 0. If no method meets the error, the message names the smallest
 /// error available.
-MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, double max_error);
+MeasuredMethod cheapest_method(Operation operation, const Tile& tile, double max_error);
 
 #pragma GCC visibility pop
 } // namespace fathom

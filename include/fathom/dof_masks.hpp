@@ -114,5 +114,9 @@ DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, cons
 void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
                const DofMasksOptions& options = {}, const Launch& launch = {});
 
+/// The widest circle of confusion of all pixels that have one, in pixels: no more than `max_coc_px`, and 0 if no pixel has one. Asks
+/// the device and waits for it.
+float widest_coc(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options = {});
+
 #pragma GCC visibility pop
 } // namespace fathom

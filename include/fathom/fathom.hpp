@@ -12,6 +12,7 @@
 #include <fathom/image.hpp>
 #include <fathom/launch.hpp>
 #include <fathom/lens.hpp>
+#include <fathom/lens_arguments.hpp>
 #include <fathom/linearize.hpp>
 #include <fathom/normals.hpp>
 #include <fathom/photograph.hpp>
@@ -20,4 +21,5 @@
 #include <fathom/projection.hpp>
 #include <fathom/quality.hpp>
 #include <fathom/ssao.hpp>
+#include <fathom/tiles.hpp>
 #include <fathom/unproject.hpp>

@@ -132,6 +132,17 @@ struct StoredDepth {
     StoredDepth region(int x, int y, int width, int height) const;
 };
 
+/// Pixels of a camera's image, and how their depth is stored. There need be no image of them yet: what is asked of a tile can be
+/// asked of stored depth, too.
+struct Tile {
+    Camera camera;
+    Storage storage;
+    Region pixels; ///< of the camera's whole image
+
+    Tile(const Camera& camera, Storage storage, const Region& pixels);
+    Tile(const StoredDepth& stored);
+};
+
 /// Distance along the view axis, positive in front of the camera: +inf for the background, NaN for invalid pixels.
 /// The camera is that of the stored image.
 struct ViewDepth {

@@ -19,6 +19,11 @@ struct Lens {
     double mm_per_unit = 1000;            ///< millimetres in a scene unit
 };
 
+/// A lens that belongs to a camera: what its file says of it. `ao_distance` is the radius for ambient occlusion.
+struct LensDefaults {
+    std::optional<double> focal_length_mm, sensor_mm, f_stop, focus, ao_distance;
+};
+
 /// A number as the unevaluated sum of two doubles: 106 bits, the same on every platform. Any number that fits becomes one, and it
 /// becomes the widest one that a platform has.
 struct DoubleDouble {

@@ -1,7 +1,7 @@
 // The signed circle of confusion of a stored value at a pixel, without a depth in between where there is another way.
 //   c = k - g/(z - lens)        under a perspective in the window encoding, where 1/(z - lens) is affine in (v, x, y)
 //   c = g z - k                 under an orthographic projection
-// Potmesil and Chakravarty 1981; that 1/z is affine is Popov 2016, eq. 5 and 6. Host side: src/operations/circle.cpp.
+// Potmesil and Chakravarty 1981; that 1/z is affine is Popov 2016, eq. 5 and 6. Host side: src/operations/dof_masks/circle.cpp.
 // Built for: CIRCLE = 0 1 2 3; TELECENTRIC = 0 1
 
 #ifndef FATHOM_CIRCLE_H

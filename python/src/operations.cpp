@@ -10,7 +10,7 @@
 #include <fathom/dof.hpp>
 #include <fathom/dof_masks.hpp>
 #include <fathom/fog.hpp>
-#include <fathom/lens.hpp>
+#include <fathom/lens_arguments.hpp>
 #include <fathom/linearize.hpp>
 #include <fathom/normals.hpp>
 #include <fathom/photograph.hpp>
@@ -186,35 +186,19 @@ struct LensArguments {
     }
 
     CircleOfConfusion circle_for(const StoredDepth& stored, const LensDefaults& defaults) const {
-        const bool lens = focus || focus_at || focus_along || f_stop || focal_length_mm || sensor_mm;
-        if (circle) {
-            if (lens)
-                throw std::invalid_argument("circle is given instead of a lens; leave one of the two out");
-            const bool perspective = depth_form(stored.camera, stored.storage).perspective;
-            const long double centre = perspective ? camera_rays(stored.camera).centre_depth : 0;
-            return {(*circle)[0], (*circle)[1], centre, !perspective};
+        fathom::LensArguments lens{.focus = focus,
+                                   .f_stop = f_stop,
+                                   .focal_length_mm = focal_length_mm,
+                                   .sensor_mm = sensor_mm,
+                                   .mm_per_unit = mm_per_unit,
+                                   .circle = circle};
+        if (focus_at)
+            lens.focus_at = fathom::LensArguments::Pixel{(*focus_at)[0], (*focus_at)[1]};
+        if (focus_along) {
+            const auto [x, y, distance] = *focus_along;
+            lens.focus_along = fathom::LensArguments::AlongRay{{x, y}, distance};
         }
-        if (focus.has_value() + focus_at.has_value() + focus_along.has_value() > 1)
-            throw std::invalid_argument("focus, focus_at and focus_along are three ways to say one depth; give one");
-        const auto needed = [](const Number& given, const Number& otherwise, const char* name, const char* key) {
-            if (!given && !otherwise)
-                throw std::invalid_argument(std::string(name) + ": missing, and the camera has no \"" + key + "\"");
-            return given ? *given : *otherwise;
-        };
-        Lens made{.f_stop = needed(f_stop, defaults.f_stop, "f_stop", "f_stop"),
-                  .focus = focus_at      ? depth_at(stored, (*focus_at)[0], (*focus_at)[1])
-                           : focus_along ? along_ray(stored)
-                                         : needed(focus, defaults.focus, "focus", "focus_distance"),
-                  .focal_length_mm = focal_length_mm ? focal_length_mm : defaults.focal_length_mm,
-                  .sensor_mm = sensor_mm ? sensor_mm : defaults.sensor_mm,
-                  .mm_per_unit = mm_per_unit};
-        return circle_of_confusion(made, stored.camera);
-    }
-
-private:
-    double along_ray(const StoredDepth& stored) const {
-        const auto [x, y, distance] = *focus_along;
-        return depth_along_ray(stored.camera, x + 0.5, y + 0.5, distance);
+        return fathom::circle_for(completed(lens, defaults, stored.camera.projection), stored);
     }
 };
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
@@ -189,6 +190,16 @@ bool is_folder(const fs::path& name) {
 
 bool is_file(const fs::path& name) {
     return fs::is_regular_file(status_of(name));
+}
+
+std::string lower(std::string text) {
+    std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
+std::string extension_of(const fs::path& file) {
+    const std::string extension = lower(file.extension().native());
+    return extension == ".tiff" ? ".tif" : extension == ".jpeg" ? ".jpg" : extension;
 }
 
 bool is_same(const fs::path& a, const fs::path& b) {

@@ -58,6 +58,11 @@ bool is_there(const std::filesystem::path& name);
 bool is_folder(const std::filesystem::path& name);
 bool is_file(const std::filesystem::path& name);
 
+std::string lower(std::string text);
+
+/// What a file's name says of its type: in small letters, .tif for .tiff and .jpg for .jpeg.
+std::string extension_of(const std::filesystem::path& file);
+
 /// Refuses a name of which the system says this, unless it says that there is no such file or that it may not be seen.
 void check_answer(const std::filesystem::path& name, const std::error_code& error);
 

@@ -1,8 +1,9 @@
 #pragma once
 
+#include "terminal/exit.hpp"
+
 #include <functional>
 #include <span>
-#include <stdexcept>
 
 namespace CLI {
 class App;
@@ -10,10 +11,8 @@ class App;
 
 namespace fathom::cli {
 
-/// What the program says to the shell. An interrupt is 128 plus the signal's number: 130 for Ctrl-C.
-enum ExitCode : int { done = 0, input_failed = 1, wrong_usage = 2, no_device = 3 };
-
-/// One command of the program. NAME.cpp defines `extern const Command NAME_command`; src/cli/CMakeLists.txt lists the names.
+/// One command of the program. commands/NAME.cpp defines `extern const Command NAME_command`; src/cli/CMakeLists.txt lists the
+/// names.
 struct Command {
     const char* name;
     const char* summary; ///< one line, shown in the list of commands
@@ -25,11 +24,5 @@ struct Command {
 
 /// All of them, in the order of the list in src/cli/CMakeLists.txt.
 std::span<const Command* const> commands();
-
-/// The arguments contradict each other or the files that are there. Nothing was done yet.
-class UsageError : public std::runtime_error {
-public:
-    using std::runtime_error::runtime_error;
-};
 
 } // namespace fathom::cli

@@ -1,7 +1,7 @@
 // `--help`, and what is said instead of it when the arguments are wrong.
 #include "help.hpp"
 
-#include "messages.hpp"
+#include "terminal/messages.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -2,12 +2,12 @@
 #include "look.hpp"
 
 #include "flat_surfaces.hpp"
-#include "floats_on_host.hpp"
-#include "messages.hpp"
 #include "photograph.hpp"
 
 #include "camera/statistics_of_parts.hpp"
 #include "camera/stored_values.hpp"
+#include "io/floats_on_host.hpp"
+#include "terminal/messages.hpp"
 #include "text.hpp"
 
 #include <fathom/error.hpp>

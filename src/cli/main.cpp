@@ -1,10 +1,11 @@
 // The program `fathom`: its streams, its memory and its exit codes.
-#include "codecs.hpp"
 #include "command.hpp"
-#include "interrupt.hpp"
-#include "messages.hpp"
 #include "program.hpp"
-#include "run_log.hpp"
+
+#include "shot/records/run_log.hpp"
+#include "terminal/codecs.hpp"
+#include "terminal/interrupt.hpp"
+#include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
 

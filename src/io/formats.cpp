@@ -134,11 +134,6 @@ std::optional<int> place_of(const std::string& layer, std::initializer_list<std:
     return place == known.end() ? std::nullopt : std::optional(static_cast<int>(place - known.begin()));
 }
 
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-    return text;
-}
-
 std::string described(const cv::Mat& image) {
     static constexpr const char* types[] = {"unsigned 8-bit", "signed 8-bit", "unsigned 16-bit", "signed 16-bit",
                                             "32-bit integer", "32-bit float", "64-bit float",    "16-bit float"};

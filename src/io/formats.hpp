@@ -165,8 +165,6 @@ std::string listed(const std::vector<Each>& all, const Name& name) {
 /// The place in a list of what a layer, or the last part of its name, is called, in any case.
 std::optional<int> place_of(const std::string& layer, std::initializer_list<std::string> known);
 
-std::string lower(std::string text);
-
 /// An image's type for a message: "unsigned 8-bit with 3 channels".
 std::string described(const cv::Mat& image);
 

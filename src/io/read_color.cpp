@@ -1,8 +1,9 @@
 // Colours out of files: the picture of a renderer's layers, or an image.
 #include "color_encoding.hpp"
 #include "formats.hpp"
-#include "metadata.hpp"
 #include "rows.hpp"
+
+#include "io/formats/metadata.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,7 +2,8 @@
 #include "recorded.hpp"
 
 #include "formats.hpp"
-#include "metadata.hpp"
+
+#include "io/formats/metadata.hpp"
 
 #include <zlib.h>
 
@@ -95,7 +96,7 @@ fs::path sidecar_of(const fs::path& file) {
 }
 
 bool holds_record(const fs::path& file) {
-    const std::string extension = lower(file.extension().string());
+    const std::string extension = extension_of(file);
     return extension == ".exr" || extension == ".png";
 }
 

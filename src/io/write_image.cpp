@@ -17,11 +17,8 @@
 namespace fathom {
 namespace {
 
+using io::extension_of;
 using io::refuse;
-
-std::string extension_of(const std::filesystem::path& file) {
-    return io::lower(file.extension().string());
-}
 
 void check_channels(const std::filesystem::path& file, const cv::Mat& image, std::initializer_list<int> allowed) {
     if (std::find(allowed.begin(), allowed.end(), image.channels()) != allowed.end())
@@ -56,7 +53,7 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
     }
     if (extension == ".npy")
         return io::npy_bytes(image, is_color);
-    if (extension == ".tif" || extension == ".tiff") {
+    if (extension == ".tif") {
         check_channels(file, image, {1, 3, 4});
         return io::tiff_bytes(in_file_order());
     }
@@ -193,7 +190,7 @@ void io::ResultRows::take_over() {
 
 bool io::takes_rows(const std::filesystem::path& file) {
     const std::string extension = extension_of(file);
-    return extension == ".exr" || extension == ".tif" || extension == ".tiff";
+    return extension == ".exr" || extension == ".tif";
 }
 
 void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {

@@ -1,7 +1,8 @@
 // Pictures into files: light becomes what the format holds.
 #include "color_encoding.hpp"
 #include "formats.hpp"
-#include "metadata.hpp"
+
+#include "io/formats/metadata.hpp"
 
 #include <fathom/error.hpp>
 
@@ -12,11 +13,6 @@
 
 namespace fathom {
 namespace {
-
-std::string type_of(const std::filesystem::path& file) {
-    const std::string extension = io::lower(file.extension().string());
-    return extension == ".jpeg" ? ".jpg" : extension == ".tiff" ? ".tif" : extension;
-}
 
 /// Codes of 8 or 16 bits: cut off at 0 and 1, 0 for NaN.
 cv::Mat codes_of(const cv::Mat& color, int bits) {
@@ -46,7 +42,7 @@ cv::Mat opaque(const std::filesystem::path& file, const cv::Mat& color) {
             const auto& pixel = color.at<cv::Vec4f>(y, x);
             if (std::abs(pixel[3] - 1) > 0x1p-9f)
                 io::refuse(file, "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") has an alpha of " +
-                                     std::to_string(pixel[3]) + ", which a " + type_of(file) +
+                                     std::to_string(pixel[3]) + ", which a " + io::extension_of(file) +
                                      " does not hold; write a .png, .tif or .exr");
             bgr.at<cv::Vec3f>(y, x) = {pixel[0], pixel[1], pixel[2]};
         }
@@ -67,7 +63,7 @@ io::Bytes radiance_bytes(cv::Mat bgr) {
 } // namespace
 
 PictureFormat format_for(const std::filesystem::path& file, const PictureFormat& format) {
-    const std::string type = type_of(file);
+    const std::string type = io::extension_of(file);
     PictureFormat result = format;
     if (type == ".jpg") {
         result.encoding = ColorEncoding::srgb;
@@ -93,7 +89,7 @@ bool loses_metadata(const std::filesystem::path& file, const PictureFormat& form
 
 std::optional<cv::Mat> io::picture_codes(const std::filesystem::path& file, const cv::Mat& color,
                                          const PictureFormat& format) {
-    const std::string type = type_of(file);
+    const std::string type = io::extension_of(file);
     if (format.bits == 32 || (type != ".jpg" && type != ".png" && type != ".tif"))
         return std::nullopt;
     cv::Mat encoded = type == ".jpg" ? opaque(file, color).clone() : color.clone();
@@ -103,7 +99,7 @@ std::optional<cv::Mat> io::picture_codes(const std::filesystem::path& file, cons
 }
 
 std::optional<io::Bytes> io::picture_bytes(const std::filesystem::path& file, const Picture& picture) {
-    const std::string type = type_of(file);
+    const std::string type = io::extension_of(file);
     const PictureFormat format = format_for(file, picture.format);
     if (type == ".hdr")
         return radiance_bytes(opaque(file, picture.color));

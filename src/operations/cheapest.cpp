@@ -3,8 +3,8 @@
 #include "operations/cheapest.hpp"
 
 #include "operations/parameters.hpp"
+#include "operations/ssao/pixel_lattice.hpp"
 #include "require.hpp"
-#include "sampling/pixel_lattice.hpp"
 
 #include <algorithm>
 
@@ -60,9 +60,9 @@ void take_worse(MeasuredMethod& known, const Measured& other) {
 }
 
 // The storage whose rounding the depth has: a float image may come from a 16-bit buffer.
-std::string storage_of(const StoredDepth& stored) {
-    const bool few_bits = stored.storage == Storage::uint8 || stored.camera.depth_bits.value_or(32) <= 16;
-    return to_string(few_bits ? Storage::uint16 : stored.storage);
+std::string storage_of(const Tile& tile) {
+    const bool few_bits = tile.storage == Storage::uint8 || tile.camera.depth_bits.value_or(32) <= 16;
+    return to_string(few_bits ? Storage::uint16 : tile.storage);
 }
 
 } // namespace
@@ -100,11 +100,11 @@ const char* to_string(Operation operation) {
     return operations[static_cast<int>(operation)];
 }
 
-MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, double max_error) {
+MeasuredMethod cheapest_method(Operation operation, const Tile& tile, double max_error) {
     check_enum("operation", operation, operations);
     require(max_error > 0, "max_error = ", max_error, " must be greater than 0");
-    std::vector<MeasuredMethod> list = measured_for(measured_methods(), to_string(operation), storage_of(stored));
-    const PixelLattice half = pixel_lattice(stored, 2);
+    std::vector<MeasuredMethod> list = measured_for(measured_methods(), to_string(operation), storage_of(tile));
+    const PixelLattice half = pixel_lattice(tile, 2);
     if (half.width == 0 || half.height == 0) // the tile is a single odd row or column
         std::erase_if(list, [](const MeasuredMethod& each) { return each.method.ends_with(half_resolution); });
     const std::optional<MeasuredMethod> found = cheapest_method(list, max_error);
@@ -116,23 +116,23 @@ MeasuredMethod cheapest_method(Operation operation, const StoredDepth& stored, d
                                      " in the scene that it is worst in, ", best.scene));
 }
 
-SsaoOptions chosen(const StoredDepth& stored, SsaoOptions options) {
+SsaoOptions chosen(const Tile& tile, SsaoOptions options) {
     const double most = std::get<MaxError>(options.sampling).value;
-    options.sampling = sampling_named(cheapest_method(Operation::ssao, stored, most).method);
+    options.sampling = sampling_named(cheapest_method(Operation::ssao, tile, most).method);
     return options;
 }
 
-DofOptions chosen(const StoredDepth& stored, DofOptions options) {
+DofOptions chosen(const Tile& tile, DofOptions options) {
     const double most = std::get<MaxError>(options.quality).value;
-    options.quality = quality_named(cheapest_method(Operation::dof, stored, most).method).value();
+    options.quality = quality_named(cheapest_method(Operation::dof, tile, most).method).value();
     return options;
 }
 
-NormalsOptions chosen(const StoredDepth& stored, NormalsOptions options) {
+NormalsOptions chosen(const Tile& tile, NormalsOptions options) {
     require(options.noise == 0, "max_error was measured without noise: give one of the two");
     const double most = std::get<MaxError>(options.method).value;
     options.method =
-        named<NormalMethod>(cheapest_method(Operation::normals, stored, most).method,
+        named<NormalMethod>(cheapest_method(Operation::normals, tile, most).method,
                             {{"neighbours", NormalMethod::neighbours}, {"least squares", NormalMethod::least_squares}})
             .value();
     return options;

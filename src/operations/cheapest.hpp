@@ -36,8 +36,8 @@ std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> me
 
 /// The options with the method that their `MaxError` chooses in its place.
 /// Throws: std::invalid_argument for noise, and as `cheapest_method`.
-SsaoOptions chosen(const StoredDepth& stored, SsaoOptions options);
-DofOptions chosen(const StoredDepth& stored, DofOptions options);
-NormalsOptions chosen(const StoredDepth& stored, NormalsOptions options);
+SsaoOptions chosen(const Tile& tile, SsaoOptions options);
+DofOptions chosen(const Tile& tile, DofOptions options);
+NormalsOptions chosen(const Tile& tile, NormalsOptions options);
 
 } // namespace fathom

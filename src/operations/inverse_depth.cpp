@@ -43,27 +43,21 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const 
     return result;
 }
 
-namespace {
-
-std::vector<Band> bands_of(const StoredDepth& stored, int reach, std::string_view what) {
-    const int width = stored.image.width(), height = stored.image.height();
-    const std::size_t budget = stored.image.device().options().memory_budget;
-    if (budget == 0 || inverse_depth_bytes(width, height) <= budget)
-        return {{0, height, 0, height}};
-    return bands_within(
-        {0, height, height, std::vector<int>(static_cast<std::size_t>(height), reach)},
-        [&](int read, int) { return inverse_depth_bytes(width, read); }, budget,
-        text(what, " of ", ImageSize{width, height}, " pixels"));
-}
-
-} // namespace
-
-void in_depth_bands(
+void over_inverse_depth(
     const StoredDepth& stored, const CentreRays& rays, Background background, int reach, std::string_view what,
     const Image& result,
     const std::function<void(const Image& depth, const Image& made, const params::grid_params& grid)>& run) {
-    const int width = result.width();
-    for (const Band& band : bands_of(stored, reach, what)) {
+    const int width = stored.image.width(), height = stored.image.height();
+    const RowNeeds rows{
+        .begin = 0,
+        .end = height,
+        .height = height,
+        .reaches = {reach},
+        .bytes = [&](int read, int) { return inverse_depth_bytes(width, read); },
+        .least = 64,
+    };
+    for (const Band& band :
+         bands(rows, budget_of(stored.image.device()), text(what, " of ", ImageSize{width, height}, " pixels"))) {
         runtime::Scratch scratch(result.device());
         const StoredDepth part = stored.region(0, band.first, width, band.last - band.first);
         const Image depth = inverse_depth(scratch, part, rays, background),

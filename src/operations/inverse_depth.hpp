@@ -27,7 +27,7 @@ std::size_t inverse_depth_bytes(int width, int height);
 /// some rows, the rows of the result that it is to make, and where they lie. The rows keep to the device's budget; without one
 /// they are all of them.
 /// Throws: Error that names the budget that `what` needs.
-void in_depth_bands(
+void over_inverse_depth(
     const StoredDepth& stored, const CentreRays& rays, Background background, int reach, std::string_view what,
     const Image& result,
     const std::function<void(const Image& depth, const Image& made, const params::grid_params& grid)>& run);

@@ -11,6 +11,8 @@
 #include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 
+#include <fathom/tiles.hpp>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -100,10 +102,10 @@ params::normal_params normal_parameters(const CentreRays& rays, const InverseDep
     return p;
 }
 
-NormalMethod chosen_method(const NormalsOptions& options, const StoredDepth& stored) {
+NormalMethod chosen_method(const NormalsOptions& options, const Tile& tile) {
     if (const auto method = std::get<NormalMethod>(options.method); method != NormalMethod::automatic)
         return method;
-    return is_coarse(stored) || options.noise > 0 ? NormalMethod::least_squares : NormalMethod::neighbours;
+    return is_coarse(tile) || options.noise > 0 ? NormalMethod::least_squares : NormalMethod::neighbours;
 }
 
 void normals(const StoredDepth& stored, const Image& result, const NormalsOptions& options, const Launch& launch) {
@@ -130,12 +132,11 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
     runtime::Kernel& kernel = runtime::kernel(device, "normals", defines);
     const params::normal_params parameters =
         normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options);
-    const int reach = fitted ? window_radius(rays, options.noise) : normals_reach_neighbours;
-    in_depth_bands(stored, rays, Background::nan, reach, "normals", result,
-                   [&](const Image& depth, const Image& made, const params::grid_params& grid) {
-                       runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth, made,
-                                       grid, parameters);
-                   });
+    over_inverse_depth(stored, rays, Background::nan, reach(stored, options).rows, "normals", result,
+                       [&](const Image& depth, const Image& made, const params::grid_params& grid) {
+                           runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth,
+                                           made, grid, parameters);
+                       });
     launched.done();
 }
 
@@ -145,6 +146,20 @@ Image normals(const StoredDepth& stored, const NormalsOptions& options, const La
                        {stored.image.width(), stored.image.height(), options.channels});
     normals(stored, result, options, launch);
     return result;
+}
+
+Reach reach(const Tile& tile, const NormalsOptions& options) {
+    describe(description::Check{}, options);
+    if (std::holds_alternative<MaxError>(options.method))
+        return reach(tile, chosen(tile, options));
+    const int pixels = chosen_method(options, tile) == NormalMethod::least_squares
+                           ? window_radius(centre_rays(camera_rays(tile.camera)), options.noise)
+                           : normals_reach_neighbours;
+    return {pixels, pixels};
+}
+
+std::size_t bytes(const Tile& tile, const NormalsOptions&) {
+    return inverse_depth_bytes(tile.pixels.width, tile.pixels.height);
 }
 
 } // namespace fathom

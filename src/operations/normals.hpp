@@ -13,7 +13,7 @@ params::normal_params normal_parameters(const CentreRays& rays, const InverseDep
                                         const NormalsOptions& options);
 
 /// The method, also where it is `automatic`.
-NormalMethod chosen_method(const NormalsOptions& options, const StoredDepth& stored);
+NormalMethod chosen_method(const NormalsOptions& options, const Tile& tile);
 
 /// How far the window of least squares reaches: from the noise and a pixel's angle, never from the image.
 int window_radius(const CentreRays& rays, double noise);

@@ -169,10 +169,10 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
     return p;
 }
 
-bool is_coarse(const StoredDepth& stored) {
+bool is_coarse(const Tile& tile) {
     const bool few_bits =
-        stored.storage == Storage::uint8 || stored.storage == Storage::uint16 || stored.storage == Storage::float16;
-    return few_bits || stored.camera.depth_bits.value_or(32) <= 16;
+        tile.storage == Storage::uint8 || tile.storage == Storage::uint16 || tile.storage == Storage::float16;
+    return few_bits || tile.camera.depth_bits.value_or(32) <= 16;
 }
 
 bool needs_rays(const DepthForm& form) {

@@ -28,7 +28,7 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
                                       Arithmetic arithmetic);
 
 /// Is depth stored in steps so large that slopes have to be fitted to more pixels?
-bool is_coarse(const StoredDepth& stored);
+bool is_coarse(const Tile& tile);
 
 /// Does decoding need the lengths of the camera's rays?
 bool needs_rays(const DepthForm& form);

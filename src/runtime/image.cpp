@@ -281,6 +281,11 @@ StoredDepth StoredDepth::region(int left, int top, int width, int height) const 
     return {image.region(left, top, width, height), camera, storage, x + left, y + top};
 }
 
+Tile::Tile(const Camera& of, Storage stored_as, const Region& part) : camera(of), storage(stored_as), pixels(part) {}
+
+Tile::Tile(const StoredDepth& stored)
+    : Tile(stored.camera, stored.storage, {stored.x, stored.y, stored.image.width(), stored.image.height()}) {}
+
 StoredDepth ViewDepth::stored() const {
     Camera view = camera;
     view.encoding = Encoding::view_z;

@@ -237,11 +237,9 @@ std::vector<std::string> matching_files(const std::string& pattern) {
 std::vector<std::string> depth_files_in(const fs::path& folder) {
     std::vector<std::string> files;
     for (const std::string& name : io::names_in(folder)) {
-        std::string extension = fs::path(name).extension().native();
-        std::ranges::transform(extension, extension.begin(),
-                               [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-        const auto known = {".exr", ".png", ".tif", ".tiff", ".pfm", ".pgm", ".npy"};
-        if (std::ranges::find(known, extension) != known.end() && name.front() != '.' && !io::is_folder(folder / name))
+        const auto known = {".exr", ".png", ".tif", ".pfm", ".pgm", ".npy"};
+        if (std::ranges::find(known, io::extension_of(name)) != known.end() && name.front() != '.' &&
+            !io::is_folder(folder / name))
             files.push_back((folder / name).native());
     }
     std::ranges::sort(files);

@@ -1,5 +1,5 @@
 // The program that does every image strip by strip which it can, in strips of a few rows.
-#include "cli/strip_limits.hpp"
+#include "shot/strip_limits.hpp"
 
 namespace fathom::cli {
 

@@ -1,0 +1,184 @@
+// fathom dof-masks
+#include "description/dof_masks.hpp"
+
+#include "cli/command.hpp"
+#include "cli/options/described.hpp"
+#include "cli/options/lens.hpp"
+#include "cli/options/relative.hpp"
+#include "shot/each_depth.hpp"
+
+#include <fathom/dof_masks.hpp>
+#include <fathom/opencv.hpp>
+
+#include <fmt/format.h>
+
+#include <opencv2/core.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace fathom::cli {
+namespace {
+
+enum class Mask { circle, near, focus, far };
+
+struct DofMasksArguments : DepthOptions {
+    LensArguments lens;
+    DofMasksOptions masks;
+    std::optional<Mask> mask;
+    std::map<std::string, std::string> more; // files of other results, by their names
+};
+
+const std::vector<std::string> channels{"coc", "near", "focus", "far"};
+
+// What is written: all masks, which only an EXR holds, or the one that was asked for.
+Product product_of(const DofMasksArguments& options) {
+    if (!options.mask) {
+        const std::string extension = options.format.empty() ? extension_of(options.output) : options.format;
+        if (extension == ".tif" || extension == ".pfm" || extension == ".npy" || extension == ".png")
+            throw UsageError(fmt::format("{}: a {} holds one mask; choose it with --mask {}, or write .exr",
+                                         options.output, extension, CLI::detail::join(channels, "|")));
+        return {.extensions = {".exr"}, .channels = channels, .layer = "depth"};
+    }
+    Product product{.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"},
+                    .channels = {channels[static_cast<std::size_t>(*options.mask)]},
+                    .layer = "depth"};
+    product.png_scale = options.png_scale;
+    if (options.mask != Mask::circle && !product.png_scale)
+        product.png_scale = 1;
+    return product;
+}
+
+More more_of(const DofMasksArguments& options) {
+    const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".npy", ".png"};
+    More more;
+    const std::vector<std::string> of_circles{".exr", ".tif", ".pfm", ".npy"};
+    const std::vector<std::pair<const char*, Product>> products{
+        {"max_near_coc", {.extensions = of_circles, .channels = {"coc"}}},
+        {"near_alpha", {.extensions = extensions, .channels = {"near"}, .png_scale = 1}},
+        {"disocclusion", {.extensions = extensions, .channels = {"disocclusion"}, .png_scale = 1}},
+        {"mixed_pixels", {.extensions = extensions, .channels = {"mixed"}, .png_scale = 1}},
+        {"tile_min_coc", {.extensions = of_circles, .channels = {"min"}}},
+        {"tile_max_coc", {.extensions = of_circles, .channels = {"max"}}}};
+    for (const auto& [name, product] : products)
+        if (const auto file = options.more.find(name); file != options.more.end())
+            more.outputs.push_back({spelled(name), file->second, product});
+    return more;
+}
+
+void merge_into(cv::Mat& all, const std::vector<Image>& images) {
+    std::vector<cv::Mat> parts;
+    for (const Image& image : images)
+        parts.push_back(to_mat(image));
+    cv::merge(parts, all);
+}
+
+// The mask that was asked for, or all of them as channels. It is made some rows at a time: the masks of a whole image beside
+// these channels would take the memory twice.
+cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, const CircleOfConfusion& circle) {
+    constexpr int pixels = 1 << 20; // of a part
+    const int width = stored.image.width(), height = stored.image.height(), most = std::max(pixels / width, 1);
+    DofMasksOptions asked = options.masks;
+    asked.near_weight = !options.mask || options.mask == Mask::near;
+    asked.focus_weight = !options.mask || options.mask == Mask::focus;
+    asked.far_weight = !options.mask || options.mask == Mask::far;
+    cv::Mat all(height, width, CV_32FC(options.mask ? 1 : static_cast<int>(channels.size())));
+    for (int y = 0; y < height; y += most) {
+        const int rows = std::min(most, height - y);
+        const DofMasks masks = dof_masks(stored.region(0, y, width, rows), circle, asked);
+        const std::vector<Image> each{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
+        cv::Mat part = all.rowRange(y, y + rows);
+        merge_into(part, options.mask ? std::vector{each[static_cast<std::size_t>(*options.mask)]} : each);
+    }
+    return all;
+}
+
+// What was asked for beside the masks, in the order of `more_of`. It depends on the pixels around each one, so it is made at once.
+std::vector<Result> more_masks_of(const DofMasksArguments& options, const StoredDepth& stored,
+                                  const CircleOfConfusion& circle) {
+    if (options.more.empty())
+        return {};
+    DofMasksOptions asked = options.masks;
+    for (const description::Option& option : description::options_of(asked))
+        if (options.more.contains(option.name))
+            option.set(asked, true);
+    DofMasks masks = dof_masks(stored, circle, asked);
+    masks.coc = {};
+    std::vector<Result> results;
+    for (Image* image : {&masks.max_near_coc, &masks.near_alpha, &masks.disocclusion, &masks.mixed_pixels,
+                         &masks.tile_min_coc, &masks.tile_max_coc})
+        if (*image)
+            results.emplace_back(to_mat(std::exchange(*image, {})));
+    return results;
+}
+
+std::function<int()> configure_dof_masks(CLI::App& app) {
+    const auto options = std::make_shared<DofMasksArguments>();
+    add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = channels});
+    add_lens_options(app, options->lens);
+    add_described_options(app, options->masks, "Masks", {"tile_px"});
+    app.add_option_function<std::string>(
+           "--mask",
+           [options](const std::string& name) {
+               for (std::size_t i = 0; i < channels.size(); ++i)
+                   if (channels[i] == name)
+                       options->mask = static_cast<Mask>(i);
+           },
+           "write this mask only, to any type of file")
+        ->type_name(CLI::detail::join(channels, "|"))
+        ->check(is_one_of(channels))
+        ->group("Output");
+    const std::vector<description::Option> described = description::options_of(options->masks);
+    add_result_options(app, described, options->more, {"near_weight", "focus_weight", "far_weight"});
+    add_described_options(app, options->masks, "Output", {"sharp_px", "transition_px", "sky", "max_coc_px"});
+    add_relative_options(app, options->relative);
+    options->camera.or_relative = true;
+    return [=, tile_px = app.get_option("--tile-px")] {
+        if (tile_px->count() > 0 && !options->more.contains("tile_min_coc") && !options->more.contains("tile_max_coc"))
+            throw UsageError(
+                "--tile-px: the width of tiles whose CoC nobody asks for; add --tile-min-coc or --tile-max-coc");
+        if (options->relative.order)
+            check_relative(options->relative, options->lens);
+        else
+            complete(options->lens, options->camera);
+        const Product product = product_of(*options);
+        More more = more_of(*options);
+        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
+            return blur_doubts(options->relative, options->lens, stored, job, look, options->masks.sky,
+                               options->masks.max_coc_px);
+        };
+        return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
+            const CircleOfConfusion circle = circle_of(options->relative, options->lens, stored, frame);
+            std::vector<Result> results = more_masks_of(*options, stored, circle);
+            results.emplace(results.begin(), masks_of(*options, stored, circle));
+            return results;
+        });
+    };
+}
+
+} // namespace
+
+extern const Command dof_masks_command{
+    .name = "dof-masks",
+    .summary = description::dof_masks_summary,
+    .notes =
+        R"(An EXR holds four channels. coc is the diameter of the circle of confusion (CoC) in pixels, positive behind the focus.
+near, focus and far are weights that sum to 1. Invalid pixels have a CoC of NaN and no weight. A .png of a weight holds
+round(value × 65535). The CoC has no such range: it needs --png-scale and loses its negative values.
+
+Give the lens by its focal length and sensor. With one of them the projection gives the other. For an orthographic
+camera the CoC grows with the distance from the focus without end (telecentric). --max-coc-px ends it.
+
+With several inputs, OUT and every FILE above are folders. The EXR channels are coc (--max-near-coc), near
+(--near-alpha), disocclusion (--disocclusion), mixed (--mixed-pixels), min (--tile-min-coc) and max (--tile-max-coc).
+docs/depth-of-field.md explains each mask.
+
+Example:
+  fathom dof-masks frame.exr --camera camera.json -o frame.masks.exr --focus-at 640,360 --f-stop 2.8 \
+      --focal-length-mm 50 --sensor-mm 36
+  fathom dof-masks frame.exr --camera camera.json -o frame.near.png --mask near --focus 7 --f-stop 2 --sensor-mm 36)",
+    .configure = configure_dof_masks,
+};
+
+} // namespace fathom::cli

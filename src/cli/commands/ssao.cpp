@@ -1,0 +1,304 @@
+// fathom ssao
+#include "description/ssao.hpp"
+
+#include "cli/command.hpp"
+#include "cli/options/described.hpp"
+#include "cli/options/max_error.hpp"
+#include "io/floats_on_host.hpp"
+#include "shot/each_depth.hpp"
+#include "terminal/codecs.hpp"
+#include "terminal/messages.hpp"
+
+#include <fathom/error.hpp>
+#include <fathom/io.hpp>
+#include <fathom/lens.hpp>
+#include <fathom/opencv.hpp>
+#include <fathom/ssao.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace fathom::cli {
+namespace {
+
+struct SsaoArguments : DepthOptions, description::SsaoArguments {
+    bool explain = false;
+    std::optional<std::string> normals, thickness_map;
+    std::map<std::string, std::string> more; // files of other results, by their names
+};
+
+constexpr const char* silhouette = "silhouette";
+
+// Four whole numbers "X,Y,W,H"; what is wrong with them otherwise.
+std::string parse_region(const std::string& text, Region& region) {
+    const std::vector<std::string> parts = CLI::detail::split(text, ',');
+    int numbers[4];
+    bool good = parts.size() == 4;
+    for (std::size_t i = 0; good && i < 4; ++i)
+        good = CLI::detail::lexical_cast(parts[i], numbers[i]) && (i < 2 || numbers[i] >= 1);
+    if (!good)
+        return "'" + text + "' is no region; it is four whole numbers X,Y,W,H, in pixels";
+    region = {numbers[0], numbers[1], numbers[2], numbers[3]};
+    return "";
+}
+
+// A number as it is described, or "silhouette".
+void add_thickness(CLI::App& app, const description::Option& thickness, SsaoOptions& ssao) {
+    app.add_option_function<std::string>(
+           spelled(thickness.name),
+           [thickness, &ssao](const std::string& text) {
+               if (text == silhouette)
+                   ssao.thickness = Silhouette{};
+               else
+                   thickness.set(ssao, *parse(thickness, text));
+           },
+           "how thick surfaces are along their rays, scene units. inf suits\n"
+           "terrain and reliefs. silhouette: as thick as they are wide in the\n"
+           "image (default: " +
+               *thickness.by_default + ")")
+        ->type_name("T|inf|silhouette")
+        ->check(CLI::Validator(
+            [thickness](std::string& text) {
+                return text == silhouette || parse(thickness, text)
+                           ? std::string()
+                           : fmt::format("'{}' will not do; it is {}, or silhouette", text, thickness.accepted());
+            },
+            ""))
+        ->group("Occlusion");
+}
+
+void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
+    description::SsaoArguments& described = options;
+    add_described_options(app, described, "Occlusion", {"thickness", "half_resolution"});
+    for (const description::Option& option : description::options_of(options.options))
+        if (option.name == std::string("thickness"))
+            add_thickness(app, option, options.options);
+    const auto add_resolution = [&](const char* name, bool half, const char* words) {
+        return app
+            .add_flag_callback(
+                name,
+                [half, &sampling = options.options.sampling] {
+                    description::in<&Sampling::half_resolution>(sampling).make(sampling) = half;
+                },
+                words)
+            ->excludes(app.get_option("--max-error"))
+            ->group("Occlusion");
+    };
+    CLI::Option* half = add_resolution("--half-resolution", true,
+                                       "compute every second pixel of every second row, and interpolate\n"
+                                       "along the surfaces. Default: the quality chooses it for blocks\n"
+                                       "where the radius covers many pixels");
+    add_resolution("--full-resolution", false, "compute all pixels")->excludes(half);
+    add_explain(app, options.explain, "Occlusion");
+}
+
+// The radius that a camera file of this name has.
+double default_radius(const CameraFile& camera, const std::string& name) {
+    const std::optional<double> distance = camera.lens.ao_distance;
+    if (!distance)
+        throw UsageError("--radius: missing, and " + name + " has no \"ao_distance\"; give a length in scene units");
+    if (!(*distance > 0 && std::isfinite(*distance)))
+        throw UsageError(fmt::format("{}: \"ao_distance\" is {}, which is no length of a ray; give --radius", name,
+                                     number(*distance)));
+    return *distance;
+}
+
+double radius_of(const SsaoArguments& options, const Job& job) {
+    return options.radius > 0 ? options.radius : default_radius(*job.own_camera, job.camera_file.native());
+}
+
+// A region of the display window as one of the image.
+std::optional<Region> region_in(const Windows& windows, const std::optional<Region>& region) {
+    if (!region)
+        return std::nullopt;
+    const cv::Rect& data = windows.data;
+    const Region& wanted = *region;
+    const auto inside = [](int first, int count, int of_data, int pixels) {
+        return first >= of_data && first - of_data <= pixels - count;
+    };
+    if (!inside(wanted.x, wanted.width, data.x, data.width) || !inside(wanted.y, wanted.height, data.y, data.height))
+        throw Error(fmt::format("--region {},{},{},{} reaches beyond the image of {} × {}{}; choose a part of it",
+                                wanted.x, wanted.y, wanted.width, wanted.height, data.width, data.height,
+                                data.tl() == cv::Point() ? "" : fmt::format(" from pixel {},{} on", data.x, data.y)));
+    return Region{wanted.x - data.x, wanted.y - data.y, wanted.width, wanted.height};
+}
+
+cv::Mat read_directions(const std::filesystem::path& file, const Job& job) {
+    const StderrSilenced silenced;
+    return read_normals(file, {}, job.windows);
+}
+
+cv::Mat read_thickness(const std::filesystem::path& file, const Job& job) {
+    const StderrSilenced silenced;
+    const DepthFile read = read_depth(file, {.overscan = has_overscan(job.windows)});
+    check_same_pixels(file, read, job);
+    if (read.storage != Storage::float32 && read.storage != Storage::float16)
+        throw Error(file.native() + ": holds integers, but a thickness is a float in scene units; save it as float");
+    cv::Mat thickness;
+    read.values.convertTo(thickness, CV_32F);
+    return thickness;
+}
+
+// A radius that hardly reaches the next pixel, or that reaches beyond all that the image shows.
+std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored, const Look& look) {
+    if (look.surfaces() == 0)
+        return {};
+    const Camera& camera = stored.camera;
+    const bool perspective = depth_form(camera, stored.storage).perspective;
+    const auto scale = static_cast<double>(pixel_scale(camera).x);
+    const double centre = perspective ? static_cast<double>(camera_rays(camera).centre_depth) : 0;
+    const auto length_of_pixel = [&](float z) { return (perspective ? static_cast<double>(z) - centre : 1) / scale; };
+    // Pixels enough for a median that is good to a few percent. All of them would take longer than linearizing.
+    const auto step_of = [](int pixels) { return 1 + pixels / 256; };
+    const int down = step_of(look.z.rows), across_by = step_of(look.z.cols);
+    std::vector<float> depths;
+    for (int first = 0; first < down * across_by && depths.empty(); ++first)
+        for (int y = first % down; y < look.z.rows; y += down)
+            for (int x = first / down; x < look.z.cols; x += across_by)
+                if (const float z = look.z.at<float>(y, x); std::isfinite(z))
+                    depths.push_back(z);
+    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+    std::ranges::nth_element(depths, middle);
+    const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(look.z.cols, look.z.rows);
+    if (radius < pixel / 2)
+        return {fmt::format(
+            "the radius of {} is less than half a pixel for most pixels, so that little is occluded: depths "
+            "run from {:.4g} to {:.4g}, where {:.2g} would be 16 pixels",
+            number(radius), look.nearest, look.farthest, 16 * pixel)};
+    if (radius > std::hypot(across, static_cast<double>(look.farthest) - static_cast<double>(look.nearest)))
+        return {fmt::format(
+            "the radius of {} is larger than all that most pixels see: depths run from {:.4g} to {:.4g}, and "
+            "the view is {:.2g} wide in their middle; is it in scene units?",
+            number(radius), look.nearest, look.farthest, pixel * look.z.cols)};
+    return {};
+}
+
+Images read_images(const SsaoArguments& options, const Job& job) {
+    Images images;
+    if (options.normals) {
+        const std::filesystem::path& file = job.companions.front();
+        images.normals = read_directions(file, job);
+        check_same_size(file, images.normals.size(), job);
+    }
+    if (options.thickness_map)
+        images.thickness = read_thickness(job.companions.back(), job);
+    return images;
+}
+
+// Visibility, then what else was asked for, in the order of the options.
+std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& stored, Loaded& frame) {
+    const std::optional<Region> region = region_in(frame.windows, options.options.region);
+    explain_method(fathom::Operation::ssao, stored, frame, options.options.sampling, options.explain);
+    SsaoOptions asked = options.options;
+    asked.region = region;
+    const Images& images = frame.images.get();
+    if (options.normals)
+        asked.normals = to_device(stored.image.device(), images.normals);
+    if (options.thickness_map)
+        asked.thickness = to_device(stored.image.device(), images.thickness);
+    asked.bent_normal = options.more.contains("bent_normal");
+    asked.confidence = options.more.contains("confidence");
+    const cv::Size size =
+        region ? cv::Size(region->width, region->height) : cv::Size(stored.image.width(), stored.image.height());
+    const auto floats = [&](int channels) { return FloatsOnHost(stored.image.device(), size, channels); };
+    const FloatsOnHost visibility = floats(1);
+    std::optional<FloatsOnHost> bent_normal, confidence;
+    Occlusion occlusion{visibility.image(), {}, {}};
+    if (asked.bent_normal)
+        occlusion.bent_normal = bent_normal.emplace(floats(3)).image();
+    if (asked.confidence)
+        occlusion.confidence = confidence.emplace(floats(1)).image();
+    ssao(stored, occlusion, radius_of(options, frame), asked);
+    std::vector<Result> results{visibility.mat()};
+    if (bent_normal)
+        results.emplace_back(directions_for(frame.outputs[1], bent_normal->mat()));
+    if (confidence)
+        results.emplace_back(confidence->mat());
+    for (Result& result : results)
+        if (region)
+            result.part = cv::Rect(region->x, region->y, region->width, region->height);
+    return results;
+}
+
+std::function<int()> configure_ssao(CLI::App& app) {
+    const std::vector<std::string> extensions{".exr", ".tif", ".pfm", ".npy", ".png"};
+    const Product visibility{.extensions = extensions, .channels = {"AO"}, .png_scale = 1};
+    const Product bent_normal{
+        .extensions = extensions, .channels = {"N.X", "N.Y", "N.Z"}, .png_scale = 0.5, .png_offset = 0.5};
+    const Product confidence{.extensions = extensions, .channels = {"confidence"}, .png_scale = 1};
+
+    const auto options = std::make_shared<SsaoArguments>();
+    add_depth_options(app, *options, visibility);
+    add_occlusion_options(app, *options);
+    CLI::Option* normals = app.add_option("--normals", options->normals,
+                                          "use these normals, as `fathom normals` writes them: EXR, PNG,\n"
+                                          "TIFF or PFM (default: from the depth)");
+    normals->type_name("FILE")->group("Input");
+    app.get_option("--normals-space")->needs(normals);
+    app.add_option("--thickness-map", options->thickness_map,
+                   "a --thickness for each pixel: an image of floats, scene units")
+        ->type_name("FILE")
+        ->excludes("--thickness")
+        ->group("Input");
+    app.add_option_function<std::string>(
+           "--region", [options](const std::string& text) { parse_region(text, options->options.region.emplace()); },
+           "compute this part of the image only. Results have its size (EXR:\nits data window). Samples still come "
+           "from the whole image")
+        ->type_name("X,Y,W,H")
+        ->check(CLI::Validator(
+            [](std::string& text) {
+                Region ignored;
+                return parse_region(text, ignored);
+            },
+            ""))
+        ->group("Output");
+    add_result_options(app, description::options_of(options->options), options->more);
+
+    return [=] {
+        if (!(options->radius > 0)) {
+            options->camera.first_for([&](const ImportedCamera& camera) {
+                const double of_first = default_radius(camera, options->camera.name());
+                if (!options->camera.is_pattern()) // or each frame's camera has its own
+                    options->radius = of_first;
+            });
+        }
+        More more;
+        if (options->normals)
+            more.companions.push_back({"--normals", *options->normals});
+        if (options->thickness_map)
+            more.companions.push_back({"--thickness-map", *options->thickness_map});
+        for (const auto& [name, product] : {std::pair("bent_normal", bent_normal), std::pair("confidence", confidence)})
+            if (const auto file = options->more.find(name); file != options->more.end())
+                more.outputs.push_back({spelled(name), file->second, product});
+        more.read = [options](const Job& job) { return read_images(*options, job); };
+        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
+            return radius_doubts(radius_of(*options, job), stored, look);
+        };
+        return each_depth(*options, visibility, more,
+                          [&](const StoredDepth& stored, Loaded& frame) { return occlude(*options, stored, frame); });
+    };
+}
+
+} // namespace
+
+extern const Command ssao_command{
+    .name = "ssao",
+    .summary = description::ssao_summary,
+    .notes =
+        R"(The result is visibility, from 1 (open) to 0 (blocked). Multiply ambient light by it. An EXR holds it as channel
+AO, a .png in 16 bits as round(value × 65535). The background has 1. Invalid pixels have NaN, and 0 in a .png. A bent
+normal has the EXR channels N.X N.Y N.Z. A .png of it holds ½n + ½, and black for none.
+
+With several inputs, OUT and every FILE above are folders, in which each input keeps its own name. If one file of an
+input cannot be written, none of that input's files is replaced. docs/ambient-occlusion.md explains the method.
+
+Example:
+  fathom ssao frame.exr --camera camera.json -o frame.ao.png --radius 0.5
+  fathom ssao shots/*.exr --camera camera.json -o ao/ --radius 0.5 --quality accurate --thickness inf)",
+    .configure = configure_ssao,
+};
+
+} // namespace fathom::cli

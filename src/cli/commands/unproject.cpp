@@ -1,0 +1,83 @@
+// fathom unproject
+#include "description/unproject.hpp"
+
+#include "cli/command.hpp"
+#include "cli/options/described.hpp"
+#include "cli/options/picture.hpp"
+#include "io/floats_on_host.hpp"
+#include "shot/each_depth.hpp"
+
+#include <fathom/normals.hpp>
+#include <fathom/opencv.hpp>
+#include <fathom/unproject.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace fathom::cli {
+namespace {
+
+struct UnprojectArguments : DepthOptions {
+    UnprojectOptions unproject;
+    PictureOptions picture;
+    bool normals = false;
+};
+
+Result points(const UnprojectArguments& options, const StoredDepth& stored, const Loaded& frame) {
+    Result result = floats_on_host(stored.image, options.unproject.channels,
+                                   [&](const Image& points) { unproject(stored, points, options.unproject); });
+    if (!frame.companions.empty())
+        result.colors = frame.images.get().picture.color;
+    if (options.normals)
+        result.normals = to_mat(normals(stored, {.space = options.unproject.space}));
+    return result;
+}
+
+std::function<int()> configure_unproject(CLI::App& app) {
+    const Product product{.extensions = {".exr", ".ply", ".tif", ".pfm", ".npy", ".png"},
+                          .channels = {"P.X", "P.Y", "P.Z"}};
+    const auto options = std::make_shared<UnprojectArguments>();
+    UnprojectOptions& unprojection = options->unproject;
+    add_depth_options(app, *options, product);
+    add_described_options(app, unprojection, "Output");
+    CLI::Option* origin = app.get_option("--origin")->needs(app.get_option("--space"));
+    add_picture_options(app, options->picture, "colours of the points of a .ply");
+    app.get_option("--color")->required(false);
+    app.add_flag("--normals", options->normals, "a .ply also holds the points' normals")->group("Output");
+    return [options, product, origin] {
+        if (origin->count() > 0 && options->unproject.space == Space::view)
+            throw UsageError("--origin: a point of the world, without meaning in --space view; say --space world");
+        const std::string extension = options->format.empty() ? extension_of(options->output) : options->format;
+        const bool colored = !options->picture.color.empty();
+        if (extension != ".ply" && (colored || options->normals))
+            throw UsageError(fmt::format("{}: only a .ply holds {}; write one (for several inputs: --format ply)",
+                                         options->output, colored ? "colours of points" : "normals of points"));
+        More more{.halo = 0};
+        if (colored) {
+            more.companions.push_back({"--color", options->picture.color});
+            more.read = [options](const Job& job) {
+                return Images{.picture = picture_of(job.companions.front(), options->picture, job)};
+            };
+        }
+        return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
+            return std::vector<Result>{points(*options, stored, frame)};
+        });
+    };
+}
+
+} // namespace
+
+extern const Command unproject_command{
+    .name = "unproject",
+    .summary = description::unproject_summary,
+    .notes =
+        R"(The result is three float32 a pixel in scene units. An EXR holds them as P.X P.Y P.Z. Pixels without a position
+are NaN. A PLY leaves them out. It may have the points' colours (--color, sRGB of 8 bits) and --normals.
+
+Example:
+  fathom unproject frame.exr --camera camera.json -o points.ply --space world)",
+    .configure = configure_unproject,
+};
+
+} // namespace fathom::cli

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "shot/options.hpp"
+
+#include <vector>
+
+namespace CLI {
+class App;
+} // namespace CLI
+
+namespace fathom::cli {
+
+/// Adds --animate NAME=FILE. Every value of the file is parsed and checked as the option itself does it, and the first one
+/// stays, so that what depends on the option can be checked before a frame is read.
+void add_animate_option(CLI::App& app, std::vector<Animation>& animations);
+
+} // namespace fathom::cli

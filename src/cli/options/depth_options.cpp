@@ -1,0 +1,254 @@
+// Options that several commands share.
+#include "depth_options.hpp"
+
+#include "animation.hpp"
+
+#include "cli/command.hpp"
+#include "sequence/frame_range.hpp"
+#include "terminal/messages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string_view>
+
+namespace fathom::cli {
+namespace {
+
+// "8G" as a number of bytes; nothing for what is no size.
+std::optional<std::size_t> bytes_of(std::string text) {
+    constexpr std::string_view units = "KMGT";
+    double factor = 1, number = 0;
+    if (const std::size_t unit = text.empty() ? units.npos : units.find(text.back()); unit != units.npos) {
+        factor = std::pow(1024.0, static_cast<double>(unit + 1));
+        text.pop_back();
+    }
+    const bool decimal = text.find_first_not_of("0123456789.") == std::string::npos;
+    const bool good =
+        decimal && CLI::detail::lexical_cast(text, number) && number * factor >= 1 && number * factor < 1e18;
+    return good ? std::optional(static_cast<std::size_t>(std::ceil(number * factor))) : std::nullopt;
+}
+
+} // namespace
+
+CLI::Validator is_one_of(const std::vector<std::string>& names) {
+    return CLI::Validator(
+        [names](std::string& text) {
+            if (std::find(names.begin(), names.end(), text) != names.end())
+                return std::string();
+            return "'" + text + "' is unknown; it is " + one_of(names);
+        },
+        "");
+}
+
+CLI::Validator is_a_number(const std::string& kind, const std::function<bool(double)>& accepted) {
+    return CLI::Validator(
+        [kind, accepted](std::string& text) {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && std::isfinite(value) && accepted(value))
+                return std::string();
+            return "'" + text + "' will not do; it is a " + (std::isinf(value) ? "finite " : "") + kind;
+        },
+        "");
+}
+
+std::vector<double> numbers_in(const std::string& text, std::size_t count) {
+    std::vector<double> values;
+    for (const std::string& part : CLI::detail::split(text, ',')) {
+        double value;
+        if (!CLI::detail::lexical_cast(part, value) || !std::isfinite(value))
+            return {};
+        values.push_back(value);
+    }
+    return values.size() == count ? values : std::vector<double>{};
+}
+
+CLI::Option* add_numbers_option(CLI::App& app, const char* name, const char* form, std::size_t count,
+                                const std::function<bool(const std::vector<double>&)>& accepted,
+                                const std::function<void(const std::vector<double>&)>& take, const char* what,
+                                const char* description) {
+    const auto check = [=](std::string& text) {
+        const std::vector<double> values = numbers_in(text, count);
+        return !values.empty() && accepted(values) ? std::string() : "'" + text + "' will not do; it is " + what;
+    };
+    return app
+        .add_option_function<std::string>(
+            name, [=](const std::string& text) { take(numbers_in(text, count)); }, description)
+        ->type_name(form)
+        ->check(CLI::Validator(check, ""));
+}
+
+void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description) {
+    app.add_option("--camera", camera.file, description)->type_name("FILE")->group("Input");
+    app.add_option("--preset", camera.preset,
+                   "the source of the depth, and what it or the camera leaves open, as in\n"
+                   "carla:fov_x_deg=90 (fathom presets) or encoding=view-z")
+        ->type_name("NAME[:KEY=VALUE,...]")
+        ->group("Input");
+    add_import_options(app, camera);
+}
+
+void add_import_options(CLI::App& app, CameraOption& camera) {
+    app.add_option("--image", camera.image, "whose camera of COLMAP or transforms.json")
+        ->type_name("NAME")
+        ->group("Input");
+    app.add_option("--node", camera.node, "which camera of glTF")->type_name("NAME|INDEX")->group("Input");
+    app.add_flag("--undistorted", camera.undistorted,
+                 "the depth has been undistorted: take P of ROS, or the matrix of\nOpenCV without its distortion")
+        ->group("Input");
+}
+
+void add_channel_option(CLI::App& app, std::string& channel) {
+    app.add_option("--channel", channel,
+                   "EXR channel that holds the depth\n(default: Z, *.Depth.Z, V, *.Depth.V, *.Depth, *.ZDepth, *.Z, "
+                   "Y,\nor the only one)")
+        ->type_name("NAME")
+        ->group("Input");
+}
+
+void add_device_options(CLI::App& app, DeviceOption& device) {
+    app.add_option("--device", device.wanted,
+                   "where to compute: cpu, gpu, or an index or part of a name\n"
+                   "as `fathom devices` lists them (default: a GPU if there is one)")
+        ->type_name("DEVICE")
+        ->group("Device");
+    app.add_option("--threads", device.threads,
+                   "how many threads work at once: those of a CPU device (PoCL), or\nthose that read and write "
+                   "(default: all cores)")
+        ->type_name("N")
+        ->check(is_a_number("whole number from 1 to 4096",
+                            [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }))
+        ->group("Device");
+}
+
+namespace {
+
+void add_frame_options(CLI::App& app, DepthOptions& options) {
+    const auto take = [&options](const std::string& text) {
+        try {
+            options.inputs.frames = sequence::parse_frames(text);
+        } catch (const std::invalid_argument& error) {
+            throw CLI::ValidationError("--frames", error.what());
+        }
+    };
+    app.add_option_function<std::string>("--frames", take,
+                                         "frames of shot.####.exr, as in 1-240, 1-240x2 (every second),\n"
+                                         "1-240y2 (the others), 1-240:4 (x4, x3, x2, x1) or 1-9,20\n"
+                                         "(default: those that are there)")
+        ->type_name("RANGE")
+        ->group("Frames");
+    add_enum_option(app, "--missing", options.inputs.missing,
+                    {{"error", Missing::error}, {"skip", Missing::skip}, {"hold", Missing::hold}},
+                    "a frame without its files is an error (default), is left out\n"
+                    "(skip), or repeats the one before it (hold)")
+        ->group("Frames");
+    add_animate_option(app, options.animations);
+}
+
+void add_run_options(CLI::App& app, DepthOptions& options) {
+    app.add_option_function<std::string>(
+           "--memory", [&options](const std::string& text) { options.memory = *bytes_of(text); },
+           "memory that the images of all inputs in work may take, and as\n"
+           "much for an operation beside them, as in 8G or 500M. Large images\n"
+           "are done in bands then (default: a quarter of the machine's for\n"
+           "the images)")
+        ->type_name("SIZE")
+        ->check(CLI::Validator(
+            [](std::string& text) {
+                return bytes_of(text) ? std::string()
+                                      : "'" + text + "' will not do; it is a number above 0 and K, M, G or T, as in 8G";
+            },
+            ""))
+        ->group("Device");
+    add_enum_option(
+        app, "--progress", options.progress,
+        {{"auto", ProgressKind::automatic}, {"openjd", ProgressKind::openjd}, {"off", ProgressKind::off}},
+        "of several inputs: a bar where stderr is a terminal (auto;\ndefault), Open Job Description's lines on stdout "
+        "(openjd), or none")
+        ->group("Report");
+}
+
+} // namespace
+
+void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product) {
+    options.command = app.get_name();
+    options.given = [&app] {
+        std::vector<Given> given;
+        for (const CLI::Option* option : app.get_options())
+            if (option->count() > 0)
+                given.push_back({option->get_name(), option->results(), option->get_group() == "Input"});
+        return given;
+    };
+    app.add_option("DEPTH", options.inputs.arguments,
+                   "depth images: EXR, 16-bit PNG, TIFF, PFM or NPY. Also a folder,\n"
+                   "or 'shot.####.exr', 'shot.%04d.exr' or 'shot.*.exr'")
+        ->type_name("DEPTH")
+        ->required()
+        ->group("Input");
+    options.camera.inputs = [&options]() -> const std::vector<Input>& { return options.inputs.all(); };
+    add_camera_options(app, options.camera,
+                       "camera file, glTF, transforms.json, OpenCV or ROS calibration,\n"
+                       "COLMAP folder, EXR (docs/cameras.md; default: the depth's header)");
+    add_channel_option(app, options.channel);
+    add_frame_options(app, options);
+
+    std::vector<std::string> formats;
+    for (const std::string& extension : product.extensions)
+        formats.push_back(extension.substr(1));
+    app.add_option("-o,--output", options.output,
+                   "file to write (" + CLI::detail::join(product.extensions, " ") +
+                       "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr")
+        ->type_name("OUT")
+        ->required()
+        ->group("Output");
+    app.add_option_function<std::string>(
+           "--format", [&options](const std::string& format) { options.format = "." + format; },
+           "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() + ")")
+        ->type_name("TYPE")
+        ->check(is_one_of(formats))
+        ->group("Output");
+    if (!product.png_scale)
+        app.add_option_function<double>(
+               "--png-scale", [&options](double scale) { options.png_scale = scale; },
+               "write .png as round(value × S × 65535), 16 bits")
+            ->type_name("S")
+            ->check(is_a_number("number above 0", [](double scale) { return scale > 0; }))
+            ->group("Output");
+
+    app.add_flag("--append", options.append,
+                 "write a copy of the input EXR that has the result beside its own\nchannels")
+        ->group("Output");
+    app.add_flag("--half", options.half, "write .exr of 16-bit floats (default: 32 bits)")->group("Output");
+    add_enum_option(
+        app, "--compression", options.compression,
+        {{"none", ExrCompression::none},
+         {"zips", ExrCompression::zips},
+         {"zip", ExrCompression::zip},
+         {"piz", ExrCompression::piz},
+         {"dwaa", ExrCompression::dwaa}},
+        "of .exr (default: zip). dwaa loses a little of channels called\nR, G, B or Y, N.Y and P.Y among them")
+        ->group("Output");
+
+    CLI::Option* quiet = app.add_flag_callback(
+        "--quiet", [&options] { options.report = Report::nothing; }, "print nothing on success; warnings still come");
+    CLI::Option* json = app.add_flag_callback(
+        "--json", [&options] { options.report = Report::json; }, "print one line of JSON for each file");
+    quiet->group("Report");
+    app.add_flag("--strict", options.strict, "take warnings for errors: no result is written")->group("Report");
+    json->group("Report")->excludes(quiet);
+    app.add_flag("--resume", options.resume,
+                 "keep what is finished: results say what made them, and a frame\nis made only if that changed "
+                 "(docs/sequences.md)")
+        ->group("Frames");
+    app.add_option(
+           "--log", options.log,
+           "append lines of JSON to FILE: one for this run, and one for each\nframe with its times and warnings. - is "
+           "stdout, in place of other lines")
+        ->type_name("FILE")
+        ->group("Report");
+    add_run_options(app, options);
+
+    add_device_options(app, options.device);
+}
+
+} // namespace fathom::cli

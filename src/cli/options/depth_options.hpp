@@ -1,0 +1,57 @@
+#pragma once
+
+#include "shot/options.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fathom::cli {
+
+/// Adds the options of `DepthOptions` for what comes out.
+void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product);
+
+void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description);
+/// Those options of a camera that choose among the cameras of a file.
+void add_import_options(CLI::App& app, CameraOption& camera);
+void add_channel_option(CLI::App& app, std::string& channel);
+void add_device_options(CLI::App& app, DeviceOption& device);
+
+/// Refuses a value that is none of `names`, listing them.
+CLI::Validator is_one_of(const std::vector<std::string>& names);
+
+/// Refuses what is no finite number or is not accepted; `kind` says in words what is: "number above 0".
+CLI::Validator is_a_number(const std::string& kind, const std::function<bool(double)>& accepted);
+
+/// Numbers between commas; none when there are others than `count`, or one is no number or not finite.
+std::vector<double> numbers_in(const std::string& text, std::size_t count);
+
+/// Adds an option of so many numbers between commas. `what` says in words which are accepted.
+CLI::Option* add_numbers_option(CLI::App& app, const char* name, const char* form, std::size_t count,
+                                const std::function<bool(const std::vector<double>&)>& accepted,
+                                const std::function<void(const std::vector<double>&)>& take, const char* what,
+                                const char* description);
+
+/// Adds an option whose value is one of a few names.
+template <typename Value>
+CLI::Option* add_enum_option(CLI::App& app, const std::string& name, Value& value,
+                             const std::vector<std::pair<std::string, Value>>& choices,
+                             const std::string& description) {
+    std::vector<std::string> names;
+    names.reserve(choices.size());
+    for (const auto& choice : choices)
+        names.push_back(choice.first);
+    const auto choose = [&value, choices](const std::string& text) {
+        for (const auto& choice : choices)
+            if (choice.first == text)
+                value = choice.second;
+    };
+    return app.add_option_function<std::string>(name, choose, description)
+        ->type_name(CLI::detail::join(names, "|"))
+        ->check(is_one_of(names));
+}
+
+} // namespace fathom::cli

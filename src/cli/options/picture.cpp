@@ -1,0 +1,94 @@
+#include "picture.hpp"
+
+#include "depth_options.hpp"
+
+#include "terminal/codecs.hpp"
+
+#include <fathom/io.hpp>
+
+#include <fmt/format.h>
+
+namespace fathom::cli {
+namespace {
+
+// What is probably wrong with how the picture is said to count light.
+std::vector<std::string> picture_doubts(const PictureOptions& options, const Job& job) {
+    const std::filesystem::path& file = job.companions.front();
+    if (options.encoding != ColorEncoding::linear)
+        return {};
+    const StderrSilenced silenced;
+    const ReadPictureOptions as_said{.layer = options.color_layer, .windows = job.windows};
+    const auto rows = io::picture_rows(file, as_said);
+    const PictureFormat format = rows ? rows->format() : read_picture(file, as_said).format;
+    if (format.bits != 8 || format.encoding == ColorEncoding::linear)
+        return {};
+    return {fmt::format("--color-space linear: {} holds 8 bits, which are sRGB where the file does not say otherwise; "
+                        "leave the option out",
+                        file.native())};
+}
+
+// Nothing for a file that has to be read whole.
+std::unique_ptr<io::PictureRows> rows_of(const PictureOptions& options, const Job& job) {
+    const std::filesystem::path& file = job.companions.front();
+    auto rows =
+        io::picture_rows(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
+    if (rows)
+        check_same_size(file, rows->size(), job);
+    return rows;
+}
+
+} // namespace
+
+Product picture_product(const std::string& layer) {
+    return {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png", ".jpg", ".hdr"},
+            .channels = {"R", "G", "B", "A"},
+            .png_scale = 1,
+            .kind = ImageKind::color,
+            .layer = layer};
+}
+
+void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what) {
+    app.add_option(
+           "--color", options.color,
+           what + ": EXR, JPEG, PNG, TIFF, HDR or PFM.\nIt has the depth's size (relative depth: its ratio of sides)")
+        ->type_name("IMAGE")
+        ->required()
+        ->group("Input");
+    app.add_option("--color-layer", options.color_layer,
+                   "EXR layer that holds the picture\n(default: R, G, B, or *.Combined, *.beauty, or the only one)")
+        ->type_name("NAME")
+        ->group("Input");
+    app.add_option_function<std::string>(
+           "--color-space",
+           [&options](const std::string& text) {
+               if (text != "auto")
+                   options.encoding = text == "srgb" ? ColorEncoding::srgb : ColorEncoding::linear;
+           },
+           "how the picture counts light. auto (default): JPEG and integers\n"
+           "are sRGB unless the file says linear, floats are linear")
+        ->type_name("auto|linear|srgb")
+        ->check(is_one_of({"auto", "linear", "srgb"}))
+        ->group("Input");
+}
+
+void use_picture(More& more, const PictureOptions& options) {
+    more.companions.push_back({"--color", options.color});
+    more.picture = 0;
+    more.color_layer = options.color_layer;
+    more.read = [&](const Job& job) { return Images{.picture = picture_of(job.companions.front(), options, job)}; };
+    more.picture_rows = [&](const Job& job) { return rows_of(options, job); };
+    more.doubts = [&](const Job& job) { return picture_doubts(options, job); };
+}
+
+Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
+    Picture picture;
+    {
+        const StderrSilenced silenced;
+        picture =
+            read_picture(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
+    }
+    check_same_size(file, picture.color.size(), job);
+    return picture;
+}
+
+} // namespace fathom::cli

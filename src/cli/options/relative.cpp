@@ -1,0 +1,120 @@
+// Relative depth for `fathom dof` and `fathom dof-masks`.
+#include "relative.hpp"
+
+#include "cli/command.hpp"
+#include "terminal/messages.hpp"
+
+#include <fathom/dof_masks.hpp>
+#include <fathom/error.hpp>
+#include <fathom/linearize.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace fathom::cli {
+namespace {
+
+constexpr const char* relative_group = "Relative depth";
+
+} // namespace
+
+void add_relative_options(CLI::App& app, RelativeOptions& relative) {
+    CLI::Option* order =
+        app.add_option_function<std::string>(
+               "--relative",
+               [&relative](const std::string& text) {
+                   relative.order = text == "high-is-near" ? RelativeOrder::high_is_near : RelativeOrder::low_is_near;
+               },
+               "the depth has no unit and needs no camera: 8 or 16 bits, or\n"
+               "floats, as neural networks give it. Says which values are near")
+            ->type_name("high-is-near|low-is-near")
+            ->check(is_one_of({"high-is-near", "low-is-near"}))
+            ->group(relative_group);
+    for (const char* other : {"--camera", "--preset", "--image", "--node", "--undistorted", "--focus", "--focus-along",
+                              "--f-stop", "--focal-length-mm", "--sensor-mm", "--mm-per-unit", "--circle"})
+        order->excludes(other);
+    app.add_option("--blur-px", relative.blur_px,
+                   "circle, in pixels, where the depth is 1 more or less than at\nthe focus, of 0 to 1")
+        ->type_name("N")
+        ->check(is_a_number("number from 0", [](double n) { return n >= 0; }))
+        ->needs(order)
+        ->group(relative_group);
+    add_numbers_option(
+        app, "--focus-range", "A,B", 2, [](const auto& n) { return n[0] >= 0 && n[0] <= n[1] && n[1] <= 1; },
+        [&relative](const auto& n) {
+            relative.focus_range = FocusRange{n[0], n[1]};
+        },
+        "two numbers A,B with 0 <= A <= B <= 1", "all of these values are in focus, instead of --focus-at")
+        ->needs(order)
+        ->excludes("--focus-at")
+        ->group(relative_group);
+    add_numbers_option(
+        app, "--relative-range", "A,B", 2, [](const auto& n) { return n[0] < n[1]; },
+        [&relative](const auto& n) {
+            relative.range = {n[0], n[1]};
+        },
+        "two numbers A,B with A < B",
+        "stored values that are 0 and 1 (default: floats' own least and\ngreatest; all that integers can hold)")
+        ->needs(order)
+        ->group(relative_group);
+}
+
+void check_relative(const RelativeOptions& relative, const LensArguments& lens) {
+    if (!relative.blur_px)
+        throw UsageError(
+            "--blur-px: missing; say with it how many pixels wide the largest blur is, as in --blur-px 24");
+    if (!lens.focus_at && !relative.focus_range)
+        throw UsageError(
+            "--focus-at: missing; say with --focus-at X,Y which pixel is in focus, or with --focus-range A,B "
+            "which values are");
+}
+
+namespace {
+
+// The lens for an input whose own camera may complete it.
+LensArguments lens_of(LensArguments lens, const Job& job) {
+    if (job.own_camera)
+        complete(lens, *job.own_camera, (job.camera_file.empty() ? job.input : job.camera_file).native());
+    return lens;
+}
+
+CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const StoredDepth& stored,
+                                      const LensArguments& lens) {
+    if (!lens.focus_at)
+        return relative_circle(*relative.blur_px, relative.focus_range->low, *relative.order);
+    const auto [x, y] = *lens.focus_at;
+    if (x < 0 || y < 0 || x >= stored.camera.width || y >= stored.camera.height)
+        throw Error(fmt::format("--focus-at: pixel {},{} lies outside the image of {} × {}; the last one is {},{}", x,
+                                y, stored.camera.width, stored.camera.height, stored.camera.width - 1,
+                                stored.camera.height - 1));
+    double z = 0;
+    try {
+        z = depth_at(stored, x, y);
+    } catch (const std::invalid_argument&) {
+        throw Error(fmt::format("--focus-at: pixel {},{} has no depth; choose one that has", x, y));
+    }
+    return relative_circle(*relative.blur_px, *relative.order == RelativeOrder::high_is_near ? 1 - z : z,
+                           *relative.order);
+}
+
+} // namespace
+
+CircleOfConfusion circle_of(const RelativeOptions& relative, const LensArguments& lens, const StoredDepth& stored,
+                            const Job& job) {
+    return relative.order ? relative_circle_for(relative, stored, lens)
+                          : circle_for(lens_of(lens, job), stored, job.windows);
+}
+
+std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensArguments& lens,
+                                     const StoredDepth& stored, const Job& job, const Look& look, Sky sky,
+                                     double max_coc_px) {
+    const CircleOfConfusion circle = circle_of(relative, lens, stored, job);
+    if (!relative.order)
+        return lens_doubts(lens_of(lens, job), circle, look, sky, max_coc_px);
+    if (relative.focus_range)
+        return {}; // all may be in focus
+    return circle_doubts(circle, look, sky, max_coc_px, fmt::format("--blur-px is {}", number(*relative.blur_px)));
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,68 @@
+// Cameras from files of any kind that Fathom knows; the content decides, for COLMAP the name.
+#include "camera_formats.hpp"
+
+#include "camera_file/file.hpp"
+#include "io/formats.hpp"
+
+#include <fathom/import_camera.hpp>
+
+namespace fs = std::filesystem;
+
+namespace fathom {
+namespace io {
+namespace {
+
+/// The first character that is no white space and no byte order mark.
+char first_character(const fs::path& file) {
+    constexpr std::string_view skipped = " \t\r\n\xef\xbb\xbf";
+    constexpr std::size_t most = 1 << 16;
+    for (const auto byte : read_head(file, most)) {
+        const auto each = static_cast<char>(byte);
+        if (skipped.find(each) == std::string_view::npos)
+            return each;
+    }
+    return 0;
+}
+
+bool begins_with(const fs::path& file, const std::string& magic) {
+    const Bytes bytes = read_head(file, magic.size());
+    return std::string(bytes.begin(), bytes.end()) == magic;
+}
+
+void refuse_choice(const fs::path& file, const std::string& chosen, const char* option, const char* formats) {
+    if (!chosen.empty())
+        refuse(file, std::string("holds one camera, so leave out ") + option + "; that is for " + formats);
+}
+
+Imported imported_by_format(const fs::path& file, const ImportOptions& options) {
+    if (is_colmap(file)) {
+        refuse_choice(file, options.node, "--node", "glTF");
+        return import_colmap(file, options);
+    }
+    check_readable(file);
+    const bool exr = begins_like_exr(file);
+    const char first = first_character(file);
+    if (!exr && (first == '{' || first == 'g')) {
+        auto json = first == 'g' && !begins_with(file, "glTF") ? nlohmann::json() : parsed_json_or_glb(file);
+        if (json.is_object() && !json.contains("camera_matrix") && !json.contains("distortion_model"))
+            return import_parsed(file, std::move(json), options);
+    }
+    if (!exr && first != 0 && static_cast<unsigned char>(first) >= 0x80)
+        refuse(file, "is no camera, but an image or another binary file; give a camera file (docs/cameras.md)");
+    if (!exr && first == '<')
+        refuse(file, "is XML, or a page; write OpenCV's calibrations as .yml");
+    refuse_choice(file, options.node, "--node", "glTF");
+    refuse_choice(file, options.image, "--image", "COLMAP and transforms.json");
+    if (exr && options.undistorted)
+        refuse(file, "is no calibration of OpenCV or ROS, which --undistorted is for; leave it out");
+    return exr ? import_exr(file) : import_calibration(file, options);
+}
+
+} // namespace
+} // namespace io
+
+ImportedCamera import_camera(const fs::path& file, const ImportOptions& options) {
+    return io::completed(file, io::imported_by_format(file, options), options);
+}
+
+} // namespace fathom

@@ -1,0 +1,213 @@
+// NumPy's arrays in files: NPY 1.0 to 3.0, see numpy.lib.format. Rows and columns, and perhaps channels in the order R, G, B, A.
+#include "io/formats.hpp"
+
+#include <opencv2/core.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+namespace fathom::io {
+namespace {
+
+constexpr std::string_view magic = "\x93NUMPY";
+
+struct Layout {
+    char kind = 0;             ///< 'f', 'u' or 'i', as NumPy names them
+    std::size_t bytes = 0;     ///< of an element
+    bool little_endian = true; ///< the order of these bytes
+    bool columns_first = false;
+    int rows = 0, cols = 0, channels = 1;
+
+    /// Where an element lies, counted in elements.
+    std::size_t place(int row, int col, int channel) const {
+        const auto y = static_cast<std::size_t>(row), x = static_cast<std::size_t>(col),
+                   c = static_cast<std::size_t>(channel), height = static_cast<std::size_t>(rows),
+                   width = static_cast<std::size_t>(cols), depth = static_cast<std::size_t>(channels);
+        return columns_first ? (c * width + x) * height + y : (y * width + x) * depth + c;
+    }
+};
+
+/// The text behind a key of the header, which is a Python dictionary.
+std::string_view value_of(const std::filesystem::path& file, std::string_view header, const std::string& key) {
+    for (const char quote : {'\'', '"'}) {
+        const std::string name = quote + key + quote;
+        if (const auto at = header.find(name); at != std::string_view::npos) {
+            const auto begin = header.find_first_not_of(" :", at + name.size());
+            if (begin != std::string_view::npos)
+                return header.substr(begin);
+        }
+    }
+    refuse(file, "is a NumPy array without \"" + key + "\" in its header; it is damaged, save it again");
+}
+
+void read_type(const std::filesystem::path& file, std::string_view text, Layout& layout) {
+    const std::string type(text.substr(0, text.find_first_of(",}")));
+    const bool known = text.size() > 4 && (text[0] == '\'' || text[0] == '"') && text[4] == text[0] &&
+                       std::string_view("<>=|").find(text[1]) != std::string_view::npos;
+    const std::string_view name = known ? text.substr(2, 2) : "";
+    static constexpr std::string_view types[] = {"f2", "f4", "f8", "u1", "u2", "u4", "u8", "i1", "i2", "i4", "i8"};
+    if (std::ranges::find(types, name) == std::end(types))
+        refuse(file, "is a NumPy array of " + type + "; save floats, or integers (array.astype(\"float32\"))");
+    layout.kind = name[0];
+    layout.bytes = static_cast<std::size_t>(name[1] - '0');
+    layout.little_endian = text[1] == '<' || (text[1] != '>' && is_little_endian);
+}
+
+void read_shape(const std::filesystem::path& file, std::string_view text, Layout& layout) {
+    const std::string shape(text.substr(0, text.find(')') + 1));
+    std::vector<long long> sizes;
+    for (const char* at = shape.data(); at < shape.data() + shape.size();) {
+        long long size = 0;
+        const auto [end, error] = std::from_chars(at, shape.data() + shape.size(), size);
+        if (end != at)
+            sizes.push_back(error == std::errc{} ? size : std::numeric_limits<long long>::max());
+        at = end == at ? at + 1 : end;
+    }
+    const auto has_channels = [&] { return sizes.size() == 3 && (sizes[2] == 1 || sizes[2] == 3 || sizes[2] == 4); };
+    if (sizes.size() == 3 && sizes[0] == 1 && !has_channels()) // as networks make them
+        sizes.erase(sizes.begin());
+    if (sizes.size() != 2 && !has_channels())
+        refuse(file, "is a NumPy array of shape " + shape +
+                         ", which is no image; save one of rows × columns, or of rows × columns × 3");
+    check_size(file, sizes[1], sizes[0]);
+    layout.rows = static_cast<int>(sizes[0]);
+    layout.cols = static_cast<int>(sizes[1]);
+    layout.channels = sizes.size() == 3 ? static_cast<int>(sizes[2]) : 1;
+}
+
+/// The element at a place of the data, in this machine's byte order.
+template <typename Element>
+Element element_at(const unsigned char* data, std::size_t place, bool swapped) {
+    unsigned char bytes[sizeof(Element)];
+    std::memcpy(bytes, data + place * sizeof(Element), sizeof(Element));
+    if (swapped)
+        std::reverse(std::begin(bytes), std::end(bytes));
+    return std::bit_cast<Element>(bytes);
+}
+
+/// The image, each element converted by `convert`, and in OpenCV's order: that of the file is R, G, B.
+template <typename Element, typename Held>
+cv::Mat converted(const Layout& layout, const unsigned char* data, int type, const auto& convert) {
+    cv::Mat image(layout.rows, layout.cols, type);
+    const bool swapped = layout.little_endian != is_little_endian;
+    for (int y = 0; y < image.rows; ++y) {
+        for (int x = 0; x < image.cols; ++x)
+            for (int c = 0; c < layout.channels; ++c)
+                image.ptr<Held>(y)[x * layout.channels + c] =
+                    convert(element_at<Element>(data, layout.place(y, x, c), swapped), x, y);
+        swap_red_and_blue_of_row(image, y);
+    }
+    return image;
+}
+
+/// Integers of 8, 16 or 32 bits, which hold all that was stored.
+template <typename Element, typename Held>
+cv::Mat integers(const std::filesystem::path& file, const Layout& layout, const unsigned char* data, int type) {
+    return converted<Element, Held>(layout, data, type, [&](Element value, int x, int y) {
+        if (std::cmp_less(value, 0) || std::cmp_greater(value, std::numeric_limits<std::make_unsigned_t<Held>>::max()))
+            refuse(file, "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " + std::to_string(value) +
+                             ", which is no depth of 32 bits; save floats (array.astype(\"float32\"))");
+        return static_cast<Held>(value);
+    });
+}
+
+/// One number for a type.
+constexpr std::size_t type_code(char kind, std::size_t bytes) {
+    return static_cast<std::size_t>(kind) * 16 + bytes;
+}
+
+cv::Mat image_of(const std::filesystem::path& file, const Layout& layout, const unsigned char* data) {
+    const auto same = [](auto value, int, int) { return value; };
+    const int n = layout.channels;
+    switch (type_code(layout.kind, layout.bytes)) {
+    case type_code('f', 2): {
+        const cv::Mat halves = converted<std::uint16_t, std::uint16_t>(layout, data, CV_16FC(n), same);
+        cv::Mat floats;
+        if (n > 1) // of a picture
+            halves.convertTo(floats, CV_32F);
+        return n > 1 ? floats : halves;
+    }
+    case type_code('f', 4):
+        return converted<float, float>(layout, data, CV_32FC(n), same);
+    case type_code('f', 8):
+        return converted<double, float>(layout, data, CV_32FC(n),
+                                        [](double value, int, int) { return static_cast<float>(value); });
+    case type_code('u', 1):
+        return integers<std::uint8_t, std::uint8_t>(file, layout, data, CV_8UC(n));
+    case type_code('i', 1):
+        return integers<std::int8_t, std::uint8_t>(file, layout, data, CV_8UC(n));
+    case type_code('u', 2):
+        return integers<std::uint16_t, std::uint16_t>(file, layout, data, CV_16UC(n));
+    case type_code('i', 2):
+        return integers<std::int16_t, std::uint16_t>(file, layout, data, CV_16UC(n));
+    case type_code('u', 4):
+        return integers<std::uint32_t, std::int32_t>(file, layout, data, CV_32SC(n));
+    case type_code('i', 4):
+        return integers<std::int32_t, std::int32_t>(file, layout, data, CV_32SC(n));
+    case type_code('u', 8):
+        return integers<std::uint64_t, std::int32_t>(file, layout, data, CV_32SC(n));
+    default:
+        return integers<std::int64_t, std::int32_t>(file, layout, data, CV_32SC(n));
+    }
+}
+
+} // namespace
+
+std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (!text.starts_with(magic))
+        return std::nullopt;
+    const auto byte = [&](std::size_t at) { return at < bytes.size() ? std::size_t{bytes[at]} : 0; };
+    const std::size_t version = byte(magic.size());
+    if (version < 1 || version > 3)
+        refuse(file, "is a NumPy array of format " + std::to_string(version) + "; 1 to 3 are read, save it again");
+    std::size_t at = magic.size() + 2, length = byte(at) | byte(at + 1) << 8;
+    at += 2;
+    if (version > 1) {
+        length |= byte(at) << 16 | byte(at + 1) << 24;
+        at += 2;
+    }
+    if (at > bytes.size() || length > bytes.size() - at)
+        refuse(file, "ends within its header; write or copy it again");
+    const std::string_view header = text.substr(at, length);
+    Layout layout;
+    read_type(file, value_of(file, header, "descr"), layout);
+    read_shape(file, value_of(file, header, "shape"), layout);
+    layout.columns_first = value_of(file, header, "fortran_order").starts_with("True");
+    at += length;
+    const auto needed = layout.place(layout.rows - 1, layout.cols - 1, layout.channels - 1) + 1;
+    if ((bytes.size() - at) / layout.bytes < needed)
+        refuse(file, "ends too early: " + described(cv::Size(layout.cols, layout.rows)) + " pixels do not fit into " +
+                         std::to_string(bytes.size()) + " bytes; write or copy it again");
+    return image_of(file, layout, bytes.data() + at);
+}
+
+Bytes npy_bytes(const cv::Mat& image, bool is_color) {
+    std::string header = std::string("{'descr': '") + (is_little_endian ? '<' : '>') +
+                         "f4', 'fortran_order': False, 'shape': (" + std::to_string(image.rows) + ", " +
+                         std::to_string(image.cols);
+    if (image.channels() > 1)
+        header += ", " + std::to_string(image.channels());
+    header += "), }";
+    const std::size_t before = magic.size() + 4;
+    header.resize((before + header.size() + 1 + 63) / 64 * 64 - before - 1, ' '); // the data begin at a multiple of 64
+    header += '\n';
+    Bytes bytes(magic.begin(), magic.end());
+    for (const std::size_t value : {std::size_t{1}, std::size_t{0}, header.size() & 0xff, header.size() >> 8})
+        bytes.push_back(static_cast<unsigned char>(value));
+    bytes.insert(bytes.end(), header.begin(), header.end());
+    const auto row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
+    bytes.reserve(bytes.size() + row_bytes * static_cast<std::size_t>(image.rows));
+    for (int y = 0; y < image.rows; ++y) {
+        const cv::Mat row = is_color ? swap_red_and_blue(image.row(y)) : image.row(y);
+        bytes.insert(bytes.end(), row.ptr(), row.ptr() + row_bytes);
+    }
+    return bytes;
+}
+
+} // namespace fathom::io

@@ -1,0 +1,604 @@
+// TIFF, with libtiff. Depth comes in samples that OpenCV's reader does not know: unsigned 32-bit, which is what a D24 buffer
+// is, and half floats. OpenCV decodes the other files (8 bits, palettes) once libtiff has decoded them.
+#include "io/formats.hpp"
+#include "io/rows.hpp"
+
+#include <fathom/error.hpp>
+
+#include <opencv2/core.hpp>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <tiffio.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdarg>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <memory>
+#include <span>
+#include <string_view>
+
+namespace fathom::io {
+namespace {
+
+/// What libtiff reads from or writes to, and the errors that it reported.
+struct Stream {
+    std::span<const unsigned char> in = {};
+    int file = -1; ///< is read instead of `in`
+    ByteSink* out = nullptr;
+    std::uint64_t size = 0;
+    std::uint64_t at = 0;
+    int unreadable = 0;              ///< why the system did not read, once it did not
+    bool cut_short = false;          ///< something was to be read that is not there, which libtiff forgives in places
+    std::string error = {};          ///< libtiff's first
+    std::exception_ptr failure = {}; ///< of `out`, which libtiff cannot throw
+
+    /// As many bytes as are there.
+    std::uint64_t read(void* target, std::uint64_t wanted, std::uint64_t from) {
+        const auto there = std::min(wanted, size - std::min(from, size));
+        std::uint64_t done = there;
+        if (file >= 0)
+            for (done = 0; done < there;) {
+                const auto got =
+                    ::pread(file, static_cast<char*>(target) + done, there - done, static_cast<off_t>(from + done));
+                if (got < 0 && errno == EINTR)
+                    continue;
+                if (got < 0)
+                    unreadable = errno;
+                if (got <= 0)
+                    break;
+                done += static_cast<std::uint64_t>(got);
+            }
+        else if (there > 0)
+            std::memcpy(target, in.data() + from, there);
+        cut_short |= done < wanted;
+        return done;
+    }
+};
+
+Stream& stream_of(thandle_t handle) {
+    return *static_cast<Stream*>(handle);
+}
+
+tmsize_t read_stream(thandle_t handle, void* target, tmsize_t size) {
+    Stream& stream = stream_of(handle);
+    const auto there = stream.read(target, static_cast<std::uint64_t>(size), stream.at);
+    stream.at += there;
+    return static_cast<tmsize_t>(there);
+}
+
+tmsize_t write_stream(thandle_t handle, void* source, tmsize_t size) {
+    Stream& stream = stream_of(handle);
+    try {
+        stream.out->write({static_cast<const unsigned char*>(source), static_cast<std::size_t>(size)}, stream.at);
+    } catch (...) {
+        stream.failure = std::current_exception();
+        return -1;
+    }
+    stream.at += static_cast<std::uint64_t>(size);
+    stream.size = std::max(stream.size, stream.at);
+    return size;
+}
+
+toff_t seek_stream(thandle_t handle, toff_t offset, int whence) {
+    Stream& stream = stream_of(handle);
+    return stream.at = offset + (whence == SEEK_CUR ? stream.at : whence == SEEK_END ? stream.size : 0);
+}
+
+int close_stream(thandle_t) {
+    return 0;
+}
+
+toff_t size_of_stream(thandle_t handle) {
+    return stream_of(handle).size;
+}
+
+int keep_error(TIFF*, void* stream, const char*, const char* format, va_list arguments) {
+    std::array<char, 256> text{};
+    std::vsnprintf(text.data(), text.size(), format, arguments);
+    if (auto& error = stream_of(stream).error; error.empty())
+        error = text.data();
+    return 1; // libtiff does not print it
+}
+
+int ignore_warning(TIFF*, void*, const char*, const char*, va_list) {
+    return 1;
+}
+
+using Tiff = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
+
+Tiff open(Stream& stream, const char* mode) {
+    const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> options(TIFFOpenOptionsAlloc(),
+                                                                                   TIFFOpenOptionsFree);
+    TIFFOpenOptionsSetErrorHandlerExtR(options.get(), keep_error, &stream);
+    TIFFOpenOptionsSetWarningHandlerExtR(options.get(), ignore_warning, nullptr);
+    return {TIFFClientOpenExt("", mode, &stream, read_stream, write_stream, seek_stream, close_stream, size_of_stream,
+                              nullptr, nullptr, options.get()),
+            TIFFClose};
+}
+
+[[noreturn]] void refuse_damaged(const std::filesystem::path& file, const Stream& stream) {
+    if (stream.unreadable != 0)
+        refuse_read(file, stream.unreadable);
+    refuse(file, "is damaged or cut short" + (stream.error.empty() ? "" : " (" + stream.error + ")") +
+                     "; write or copy it again");
+}
+
+template <typename Value>
+Value field(TIFF* tiff, std::uint32_t tag, Value otherwise) {
+    TIFFGetField(tiff, tag, &otherwise);
+    return otherwise;
+}
+
+/// What the directory says of the image. Unsaid: a format or a photometric interpretation of 0xffff.
+struct Directory {
+    explicit Directory(TIFF* tiff)
+        : width(field(tiff, TIFFTAG_IMAGEWIDTH, std::uint32_t{0})),
+          height(field(tiff, TIFFTAG_IMAGELENGTH, std::uint32_t{0})), bits(small(tiff, TIFFTAG_BITSPERSAMPLE, 1)),
+          samples(small(tiff, TIFFTAG_SAMPLESPERPIXEL, 1)), format(small(tiff, TIFFTAG_SAMPLEFORMAT, 0xffff)),
+          planes(small(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG)),
+          photometric(small(tiff, TIFFTAG_PHOTOMETRIC, 0xffff)),
+          orientation(small(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT)),
+          compression(small(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE)) {}
+
+    static int small(TIFF* tiff, std::uint32_t tag, std::uint16_t otherwise) { return field(tiff, tag, otherwise); }
+
+    std::uint64_t pixel_bytes() const {
+        return static_cast<std::uint64_t>(samples) * static_cast<std::uint64_t>(bits / 8);
+    }
+
+    std::uint32_t width, height;
+    int bits, samples, format, planes, photometric, orientation, compression;
+};
+
+void check_samples(const std::filesystem::path& file, const Directory& d) {
+    if (d.bits != 8 && d.bits != 16 && d.bits != 32 && d.bits != 64)
+        refuse(file, "has samples of " + std::to_string(d.bits) + " bits; save depth as 16-bit or as float");
+    if (d.bits == 16 && d.format == SAMPLEFORMAT_INT)
+        refuse(file, "has signed 16-bit samples; save depth as unsigned 16-bit or as float");
+    if (d.bits == 32 && d.format == 0xffff)
+        refuse(file,
+               "has 32-bit samples without saying of what kind (SampleFormat); save it as signed 32-bit or as float");
+    if (d.bits > 8 && d.samples > 1 && d.planes != PLANARCONFIG_CONTIG) // OpenCV leaves parts of such images unset
+        refuse(file, "keeps its channels in separate planes; save them interleaved (PlanarConfiguration 1)");
+}
+
+/// Are all strips or tiles there, inside the file? libtiff would read what lies in their place.
+bool is_complete(TIFF* tiff, const Directory& d, const Stream& stream) {
+    const std::uint32_t pieces = TIFFIsTiled(tiff) ? TIFFNumberOfTiles(tiff) : TIFFNumberOfStrips(tiff);
+    std::uint64_t sum = 0;
+    for (std::uint32_t i = 0; i < pieces; ++i) {
+        const std::uint64_t at = TIFFGetStrileOffset(tiff, i), size = TIFFGetStrileByteCount(tiff, i);
+        if (size == 0 || at > stream.size || size > stream.size - at)
+            return false;
+        sum += size;
+    }
+    const bool compressed = d.compression != COMPRESSION_NONE;
+    return pieces > 0 && (compressed || sum >= std::uint64_t{d.width} * d.height * d.pixel_bytes());
+}
+
+/// See `check_holds`.
+std::optional<std::uint64_t> expansion_of(const Directory& d) {
+    switch (d.compression) {
+    case COMPRESSION_NONE:
+        return 1;
+    case COMPRESSION_PACKBITS:
+        return 64; // 128 bytes of 2
+    case COMPRESSION_LZW:
+        return 2560; // 3840 bytes of 12 bits
+    case COMPRESSION_DEFLATE:
+    case COMPRESSION_ADOBE_DEFLATE:
+        return expansion::deflate;
+    case COMPRESSION_JPEG:
+        return 4 * expansion::jpeg; // of up to four channels, of which some may be smaller
+    case COMPRESSION_LZMA:
+        return 1u << 13; // 273 bytes of 14 decisions, of 0.022 bits each
+    case COMPRESSION_ZSTD:
+        return 1u << 15; // 128 KiB of a block of 4 bytes
+    default:             // LERC and WebP: no bits for pixels that are all the same
+        return std::nullopt;
+    }
+}
+
+/// The type of samples that are read as they are; halves as their bits. None for what OpenCV reads.
+std::optional<int> plain_type(const Directory& d) {
+    const bool grey = d.photometric <= PHOTOMETRIC_MINISBLACK;
+    const bool plain = d.samples == 1 || d.samples == 3 || d.samples == 4;
+    const bool is_unsigned = d.format == SAMPLEFORMAT_UINT || d.format == 0xffff,
+               is_float = d.format == SAMPLEFORMAT_IEEEFP;
+    if (!plain || d.photometric > PHOTOMETRIC_RGB)
+        return std::nullopt;
+    if (d.bits == 8 && is_unsigned && d.samples == 1 && d.photometric == PHOTOMETRIC_MINISBLACK)
+        return CV_8UC1;
+    if (d.bits == 8 && is_unsigned && d.samples >= 3 && !grey && d.planes == PLANARCONFIG_CONTIG)
+        return CV_8UC(d.samples); // OpenCV would multiply the alpha in
+    if (d.bits == 16 && (is_unsigned || is_float) && (d.samples == 1 || !grey))
+        return CV_16UC(d.samples);
+    if (d.bits == 32 && (is_unsigned || is_float || d.format == SAMPLEFORMAT_INT))
+        return is_float ? CV_32FC(d.samples) : CV_32SC(d.samples);
+    return d.bits == 64 && is_float ? std::optional(CV_64FC(d.samples)) : std::nullopt;
+}
+
+/// An open TIFF with its directory.
+struct OpenTiff {
+    OpenTiff(const std::filesystem::path& name, Stream& from, long long most)
+        : file(name), stream(from), tiff(open(from, "r")), directory((check_open(), tiff.get())) {
+        check_size(file, directory.width, directory.height, most);
+        check_samples(file, directory);
+        if (directory.photometric == 0xffff || !is_complete(tiff.get(), directory, stream))
+            refuse_damaged(file, stream);
+        check_holds({static_cast<int>(directory.width), static_cast<int>(directory.height)});
+    }
+
+    /// Can the file hold an image, or a tile, of this size?
+    void check_holds(cv::Size size) const {
+        io::check_holds(file, size, directory.pixel_bytes(), stream.size, expansion_of(directory));
+    }
+
+    void check_open() const {
+        if (!tiff || stream.cut_short)
+            refuse_damaged(file, stream);
+    }
+
+    const std::filesystem::path& file;
+    Stream& stream;
+    Tiff tiff;
+    Directory directory;
+};
+
+/// Reads samples as they are, from the first row to the last.
+class Reader {
+public:
+    Reader(const OpenTiff& from, int type)
+        : file_(from.file), stream_(from.stream), tiff_(from.tiff.get()),
+          height_(static_cast<int>(from.directory.height)), width_(static_cast<int>(from.directory.width)), type_(type),
+          tiled_(TIFFIsTiled(tiff_)),
+          is_raw_(from.directory.compression == COMPRESSION_NONE &&
+                  Directory::small(tiff_, TIFFTAG_FILLORDER, FILLORDER_MSB2LSB) == FILLORDER_MSB2LSB) {
+        if (tiled_) {
+            const std::uint32_t width = field(tiff_, TIFFTAG_TILEWIDTH, 0u),
+                                height = field(tiff_, TIFFTAG_TILELENGTH, 0u);
+            check_size(file_, width, height);
+            from.check_holds({static_cast<int>(width), static_cast<int>(height)});
+            tile_.create(static_cast<int>(height), static_cast<int>(width), type);
+        } else {
+            const auto all = static_cast<std::uint32_t>(height_);
+            strip_rows_ = static_cast<int>(std::clamp(field(tiff_, TIFFTAG_ROWSPERSTRIP, all), 1u, all));
+        }
+    }
+
+    cv::Mat read(int rows) {
+        cv::Mat image(rows, width_, type_);
+        const bool read = tiled_ ? read_tiles(image) : read_strips(image);
+        if (!read || stream_.cut_short)
+            refuse_damaged(file_, stream_);
+        return image;
+    }
+
+private:
+    bool read_strips(cv::Mat& image) {
+        for (int y = 0; y < image.rows;) {
+            const int strip = at_ / strip_rows_, begin = strip * strip_rows_,
+                      end = std::min(begin + strip_rows_, height_);
+            const int rows = std::min(end - at_, image.rows - y);
+            cv::Mat part = image.rowRange(y, y + rows);
+            if (!(at_ == begin && rows == end - begin ? read_strip(strip, part)
+                  : is_raw_                           ? read_raw(strip, at_ - begin, part)
+                                                      : read_lines(part)))
+                return false;
+            at_ += rows;
+            y += rows;
+        }
+        return true;
+    }
+
+    bool read_strip(int strip, cv::Mat& part) {
+        const auto size = bytes_of(part);
+        return TIFFReadEncodedStrip(tiff_, static_cast<std::uint32_t>(strip), part.data, size) == size;
+    }
+
+    /// Rows of a strip that is not compressed, which may be as large as the image.
+    bool read_raw(int strip, int first, cv::Mat& part) {
+        const auto number = static_cast<std::uint32_t>(strip);
+        const std::uint64_t skipped = static_cast<std::uint64_t>(first) * part.step,
+                            size = static_cast<std::uint64_t>(bytes_of(part));
+        if (skipped + size > TIFFGetStrileByteCount(tiff_, number) ||
+            stream_.read(part.data, size, TIFFGetStrileOffset(tiff_, number) + skipped) < size)
+            return false;
+        if (TIFFIsByteSwapped(tiff_)) {
+            const auto count = static_cast<tmsize_t>(size / part.elemSize1());
+            if (part.elemSize1() == 2)
+                TIFFSwabArrayOfShort(reinterpret_cast<std::uint16_t*>(part.data), count);
+            else if (part.elemSize1() == 4)
+                TIFFSwabArrayOfLong(reinterpret_cast<std::uint32_t*>(part.data), count);
+            else if (part.elemSize1() == 8)
+                TIFFSwabArrayOfLong8(reinterpret_cast<std::uint64_t*>(part.data), count);
+        }
+        return true;
+    }
+
+    bool read_lines(cv::Mat& part) {
+        for (int y = 0; y < part.rows; ++y)
+            if (TIFFReadScanline(tiff_, part.ptr(y), static_cast<std::uint32_t>(at_ + y), 0) != 1)
+                return false;
+        return true;
+    }
+
+    /// A row of tiles is kept until all its rows were asked for.
+    bool read_tiles(cv::Mat& image) {
+        for (int y = 0; y < image.rows;) {
+            const int first = at_ % tile_.rows, begin = at_ - first;
+            const int in_row = std::min(tile_.rows, height_ - begin), rows = std::min(in_row - first, image.rows - y);
+            cv::Mat part = image.rowRange(y, y + rows);
+            if (rows == in_row) {
+                if (!read_row_of_tiles(begin / tile_.rows, part))
+                    return false;
+            } else {
+                if (first == 0) {
+                    row_of_tiles_.create(in_row, width_, type_);
+                    if (!read_row_of_tiles(begin / tile_.rows, row_of_tiles_))
+                        return false;
+                }
+                row_of_tiles_.rowRange(first, first + rows).copyTo(part);
+            }
+            at_ += rows;
+            y += rows;
+        }
+        return true;
+    }
+
+    bool read_row_of_tiles(int row, cv::Mat& part) {
+        const auto across = static_cast<std::uint32_t>((width_ + tile_.cols - 1) / tile_.cols);
+        const auto size = bytes_of(tile_);
+        std::uint32_t i = static_cast<std::uint32_t>(row) * across;
+        for (int x = 0; x < width_; x += tile_.cols) {
+            if (TIFFReadEncodedTile(tiff_, i++, tile_.data, size) != size)
+                return false;
+            const cv::Rect seen(0, 0, std::min(tile_.cols, width_ - x), part.rows);
+            tile_(seen).copyTo(part(seen + cv::Point(x, 0)));
+        }
+        return true;
+    }
+
+    static tmsize_t bytes_of(const cv::Mat& image) { return static_cast<tmsize_t>(image.total() * image.elemSize()); }
+
+    const std::filesystem::path& file_;
+    Stream& stream_;
+    TIFF* tiff_;
+    int height_, width_, type_;
+    bool tiled_, is_raw_;
+    int strip_rows_ = 0, at_ = 0;
+    cv::Mat tile_, row_of_tiles_;
+};
+
+/// Samples as OpenCV has them.
+cv::Mat in_order(const cv::Mat& samples, const Directory& directory) {
+    const cv::Mat image = swap_red_and_blue(samples);
+    const bool half = directory.bits == 16 && directory.format == SAMPLEFORMAT_IEEEFP;
+    return half ? cv::Mat(image.size(), CV_16FC(image.channels()), image.data, image.step).clone() : image;
+}
+
+bool begins_like_tiff(std::string_view bytes) {
+    using namespace std::string_view_literals;
+    const std::string_view magic = bytes.substr(0, 4);
+    return magic == "II\x2a\0"sv || magic == "II\x2b\0"sv || magic == "MM\0\x2a"sv || magic == "MM\0\x2b"sv;
+}
+
+void read_metadata_of(TIFF* tiff, PictureFile& picture) {
+    std::uint16_t count = 0;
+    std::uint16_t* kinds = nullptr;
+    if (TIFFGetField(tiff, TIFFTAG_EXTRASAMPLES, &count, &kinds) && count > 0) {
+        if (kinds[0] == EXTRASAMPLE_ASSOCALPHA || kinds[0] == EXTRASAMPLE_UNASSALPHA)
+            picture.straight_alpha = kinds[0] == EXTRASAMPLE_UNASSALPHA;
+    }
+    std::uint32_t size = 0;
+    void* profile = nullptr;
+    if (TIFFGetField(tiff, TIFFTAG_ICCPROFILE, &size, &profile)) {
+        const auto* first = static_cast<const unsigned char*>(profile);
+        picture.icc.assign(first, first + size);
+    }
+    toff_t directory = 0;
+    picture.has_more = TIFFGetField(tiff, TIFFTAG_EXIFIFD, &directory) == 1;
+}
+
+/// A file that stays open while its rows are read.
+class OpenFile {
+public:
+    explicit OpenFile(const std::filesystem::path& file) : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
+        struct stat status;
+        if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0)
+            refuse_read(file, errno);
+        stream = {.file = descriptor_, .size = static_cast<std::uint64_t>(status.st_size)};
+    }
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+    ~OpenFile() { ::close(descriptor_); }
+
+    Stream stream;
+
+private:
+    int descriptor_;
+};
+
+class Rows : public TiffRows {
+public:
+    Rows(const std::filesystem::path& file, long long most)
+        : file_(file), from_(file), tiff_(file_, from_.stream, most) {
+        const auto type = plain_type(tiff_.directory);
+        if (type && tiff_.directory.orientation == ORIENTATION_TOPLEFT) {
+            reader_.emplace(tiff_, *type);
+            type_ = in_order(cv::Mat(1, 1, *type), tiff_.directory).type();
+        }
+    }
+
+    bool can_read() const { return reader_.has_value(); }
+
+    cv::Mat read(int rows) override {
+        return in_order(within_memory(file_, [&] { return reader_->read(rows); }), tiff_.directory);
+    }
+    void read_metadata(PictureFile& picture) override { read_metadata_of(tiff_.tiff.get(), picture); }
+    cv::Size size() const override {
+        return {static_cast<int>(tiff_.directory.width), static_cast<int>(tiff_.directory.height)};
+    }
+    int type() const override { return type_; }
+
+private:
+    std::filesystem::path file_;
+    OpenFile from_;
+    OpenTiff tiff_;
+    std::optional<Reader> reader_;
+    int type_ = 0;
+};
+
+bool can_be_decoded(TIFF* tiff, const Directory& d) {
+    std::vector<std::uint32_t> pixels(std::size_t{d.width} * d.height);
+    return TIFFReadRGBAImage(tiff, d.width, d.height, pixels.data(), 1);
+}
+
+} // namespace
+
+cv::Mat upright(cv::Mat image, int orientation) {
+    constexpr int none = 2, flips[] = {none, none, 1, -1, 0, none, 1, -1, 0}; // as cv::flip has them
+    if (orientation < 1 || orientation > 8)
+        return image;
+    if (orientation >= ORIENTATION_LEFTTOP) // rows and columns have changed places
+        image = image.t();
+    if (flips[orientation] != none)
+        cv::flip(image, image, flips[orientation]);
+    return image;
+}
+
+std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes) {
+    if (!begins_like_tiff({reinterpret_cast<const char*>(bytes.data()), bytes.size()}))
+        return std::nullopt;
+    Stream stream{.in = bytes, .size = bytes.size()};
+    const OpenTiff tiff(file, stream, most_pixels);
+    const auto type = plain_type(tiff.directory);
+    if (!type) {
+        if (!can_be_decoded(tiff.tiff.get(), tiff.directory) || stream.cut_short)
+            refuse_damaged(file, stream);
+        return decode_with_opencv(file, bytes);
+    }
+    const cv::Mat image = Reader(tiff, *type).read(static_cast<int>(tiff.directory.height));
+    return in_order(upright(image, tiff.directory.orientation), tiff.directory);
+}
+
+std::unique_ptr<TiffRows> tiff_rows(const std::filesystem::path& file, long long most) {
+    std::array<char, 4> begin{};
+    std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
+    if (!begins_like_tiff({begin.data(), begin.size()}))
+        return nullptr;
+    auto rows = std::make_unique<Rows>(file, most);
+    return rows->can_read() ? std::move(rows) : nullptr;
+}
+
+void read_tiff_metadata(const Bytes& bytes, PictureFile& picture) {
+    Stream stream{.in = bytes, .size = bytes.size()};
+    if (const Tiff tiff = open(stream, "r"))
+        read_metadata_of(tiff.get(), picture);
+}
+
+namespace {
+
+// An image of one strip is readable by everything. One of several can be read by rows.
+constexpr std::size_t most_in_one_strip = std::size_t{128} << 20, bytes_of_a_strip = std::size_t{8} << 20;
+constexpr std::uint64_t end_of_classic = 0xffff0000u; // offsets of 32 bits, and room for the directory
+
+// No compression: OpenCV would turn three float channels into lossy LogLuv.
+class Encoder : public RowEncoder {
+public:
+    Encoder(ByteSink& sink, cv::Size size, int type, const PictureFormat& format)
+        : stream_{.out = &sink}, size_(size), tiff_(nullptr, TIFFClose) {
+        const cv::Mat pixel(1, 1, type);
+        const std::size_t row = pixel.elemSize() * static_cast<std::size_t>(size.width),
+                          all = row * static_cast<std::size_t>(size.height);
+        strip_rows_ = all <= most_in_one_strip ? size.height : std::max(static_cast<int>(bytes_of_a_strip / row), 1);
+        tiff_ = open(stream_, all > end_of_classic ? "w8" : "w");
+        check(tiff_ != nullptr);
+        const auto set = [&](std::uint32_t tag, auto... value) {
+            if (!TIFFSetField(tiff_.get(), tag, value...))
+                throw Error("libtiff does not take field " + std::to_string(tag) + ": " + stream_.error);
+        };
+        set(TIFFTAG_IMAGEWIDTH, size.width);
+        set(TIFFTAG_IMAGELENGTH, size.height);
+        set(TIFFTAG_BITSPERSAMPLE, 8 * static_cast<int>(pixel.elemSize1()));
+        set(TIFFTAG_SAMPLEFORMAT, pixel.depth() == CV_32F ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT);
+        set(TIFFTAG_SAMPLESPERPIXEL, pixel.channels());
+        set(TIFFTAG_PHOTOMETRIC, pixel.channels() >= 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK);
+        set(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+        set(TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+        set(TIFFTAG_ROWSPERSTRIP, strip_rows_);
+        const std::uint16_t alpha = pixel.depth() == CV_32F ? EXTRASAMPLE_UNSPECIFIED : EXTRASAMPLE_UNASSALPHA;
+        if (pixel.channels() == 4)
+            set(TIFFTAG_EXTRASAMPLES, 1, &alpha);
+        if (!format.icc.empty())
+            set(TIFFTAG_ICCPROFILE, static_cast<std::uint32_t>(format.icc.size()), format.icc.data());
+    }
+
+    void write(const cv::Mat& rows) override {
+        for (int y = 0; y < rows.rows;) {
+            const int first = at_ % strip_rows_, begin = at_ - first,
+                      in_strip = std::min(strip_rows_, size_.height - begin),
+                      count = std::min(in_strip - first, rows.rows - y);
+            const cv::Mat part = rows.rowRange(y, y + count);
+            if (count == in_strip && part.isContinuous()) {
+                write_strip(part);
+            } else {
+                strip_.create(strip_rows_, size_.width, rows.type());
+                part.copyTo(strip_.rowRange(first, first + count));
+                if (first + count == in_strip)
+                    write_strip(strip_.rowRange(0, in_strip));
+            }
+            at_ += count;
+            y += count;
+        }
+    }
+
+    void finish() override {
+        check(TIFFWriteDirectory(tiff_.get()));
+        tiff_.reset();
+        check(true);
+    }
+
+private:
+    void write_strip(const cv::Mat& strip) {
+        const auto size = static_cast<tmsize_t>(strip.total() * strip.elemSize());
+        check(TIFFWriteEncodedStrip(tiff_.get(), number_++, strip.data, size) == size);
+    }
+    void check(bool written) const {
+        if (stream_.failure)
+            std::rethrow_exception(stream_.failure);
+        if (!written)
+            throw Error("libtiff cannot write it: " + stream_.error);
+    }
+
+    Stream stream_;
+    cv::Size size_;
+    Tiff tiff_;
+    cv::Mat strip_; // rows that are not written yet
+    int strip_rows_ = 0, at_ = 0;
+    std::uint32_t number_ = 0;
+};
+
+} // namespace
+
+std::unique_ptr<RowEncoder> tiff_encoder(ByteSink& sink, cv::Size size, int type, const PictureFormat& format) {
+    return std::make_unique<Encoder>(sink, size, type, format);
+}
+
+Bytes tiff_bytes(const cv::Mat& image, const PictureFormat& format) {
+    MemorySink memory(image);
+    Encoder encoder(memory, image.size(), image.type(), format);
+    encoder.write(image);
+    encoder.finish();
+    return std::move(memory.bytes);
+}
+
+} // namespace fathom::io

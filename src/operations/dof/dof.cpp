@@ -1,0 +1,537 @@
+// Depth of field, in bands of rows: circles, planes of layer and colour, then layer by layer from front to back.
+
+#include "operations/dof/dof.hpp"
+
+#include "camera/circle_form.hpp"
+#include "description/check.hpp"
+#include "description/dof.hpp"
+#include "operations/bands.hpp"
+#include "operations/cheapest.hpp"
+#include "operations/dof/dof_layers.hpp"
+#include "operations/dof_masks/circle.hpp"
+#include "operations/parameters.hpp"
+#include "require.hpp"
+#include "runtime/launched.hpp"
+#include "runtime/scratch.hpp"
+#include "runtime/table.hpp"
+
+#include <fathom/tiles.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace fathom {
+namespace {
+
+using params::u32;
+
+// Running sums of colours up to this are off by 2^-24 of it times some hundred pixels at most.
+constexpr float knee = 4;
+
+void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored, const Image& color) {
+    check_stored(clean_plate.depth);
+    check_picture(stored, {"the clean plate", clean_plate.color});
+    const Image& depth = clean_plate.depth.image;
+    check_device(stored, {"the clean plate's depth", depth});
+    require(depth.width() == stored.image.width() && depth.height() == stored.image.height(),
+            "the clean plate's depth is ", depth.width(), " x ", depth.height(), " pixels, the clean plate ",
+            stored.image.width(), " x ", stored.image.height());
+    require(clean_plate.color.channels() == color.channels(), "the clean plate has ", clean_plate.color.channels(),
+            " channels, the colour ", color.channels());
+    require(clean_plate.depth.x == stored.x && clean_plate.depth.y == stored.y,
+            "the clean plate's depth is of another region than the depth");
+}
+
+void check(const StoredDepth& stored, const Image& color, const DofOptions& options) {
+    check_stored(stored);
+    check_picture(stored, {"the colour", color});
+    if (options.clean_plate)
+        check_clean_plate(*options.clean_plate, stored, color);
+    describe(description::Check{}, options);
+    require(options.aperture.ratio == 1 || options.aperture.blades == 0, "ratio = ", options.aperture.ratio,
+            ": a polygon has none, blades must be 0");
+    constexpr int widest = ENTRY_COLUMN_MASK * params::dof_tile_columns;
+    require<ImageTooLarge>(stored.image.width() <= widest, "an image of ",
+                           ImageSize{stored.image.width(), stored.image.height()}, " pixels: at most ", widest,
+                           " in a row");
+}
+
+params::blur_params blur_parameters(const Tile& tile, const LayerScale& scale, double largest) {
+    const Region& pixels = tile.pixels;
+    const int left = pixels.x % params::dof_tile_columns, top = pixels.y % params::dof_tile_rows;
+    const auto whole = [](int size, int tile) { return (size + tile - 1) / tile * tile; };
+    const int columns = whole(pixels.width + left, params::dof_tile_columns);
+    const int rows = whole(pixels.height + top, params::dof_tile_rows), stride = columns + 2 * params::dof_margin;
+    return {.width = static_cast<u32>(pixels.width),
+            .height = static_cast<u32>(pixels.height),
+            .left = static_cast<u32>(left),
+            .top = static_cast<u32>(top),
+            .columns = static_cast<u32>(columns),
+            .rows = static_cast<u32>(rows),
+            .stride = static_cast<u32>(stride),
+            .plane = static_cast<u32>(stride) * static_cast<u32>(rows), // of a band: it wraps for an image of many
+            .middle = static_cast<u32>(scale.middle),
+            .per_octave = static_cast<float>(scale.spacing.per_octave),
+            .offset = static_cast<float>(scale.spacing.offset),
+            .bend = static_cast<float>(scale.spacing.bend),
+            .largest = static_cast<float>(largest),
+            .knee = knee,
+            .state_row = 0,
+            .state_plane = static_cast<u32>(stride) * static_cast<u32>(rows)};
+}
+
+params::grid_params grid(const Image& source, const Image& target) {
+    return {.source_offset = source.offset(),
+            .target_offset = target.offset(),
+            .source_stride = static_cast<u32>(source.row_stride()),
+            .target_stride = static_cast<u32>(target.row_stride()),
+            .x_begin = 0,
+            .x_end = static_cast<u32>(source.width()),
+            .height = static_cast<u32>(source.height()),
+            .pixel_x = 0,
+            .pixel_y = 0,
+            .y_begin = 0};
+}
+
+// Planes of the state: T, colour, what is hidden and its colour, T before the layer. Then follow the part of T that is
+// left to wide circles or, where accurate, the moments of T now and before the layer.
+int state_planes(int channels, Quality quality) {
+    return 2 * channels + 3 + (quality == Quality::accurate ? 4 : 1);
+}
+
+// The device's images of one band, which all bands use in turn, and what every kernel of a call is built for.
+struct Blur {
+    Device device;
+    params::blur_params p;
+    int channels, element, vector_width;
+    Quality quality;
+    bool clean_plate;
+    Aperture aperture;
+    float aspect; // of a circle: its height over its width
+    bool upright;
+    bool alone;              // is there one band only?
+    std::size_t layer_bytes; // that a layer's own passes may take, twice
+    std::size_t image_bytes; // of the images below
+    Image planes, state, tiles;
+    Image inner, blocks, hiding; // accurate only
+
+    runtime::Kernel& kernel(const char* name, runtime::Defines defines, bool stream = false) const {
+        defines.insert(defines.end(), {{"V", vector_width}, {"STREAM", stream}, {"CHANNELS", channels}});
+        return runtime::kernel(device, name, defines);
+    }
+    bool behind() const { return clean_plate || accurate(); } // have pixels a second surface?
+    bool accurate() const { return quality == Quality::accurate; }
+    std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(vector_width); }
+    int surfaces() const { return behind() ? 2 : 1; }
+    int across() const { return static_cast<int>(p.columns) / params::dof_tile_columns; }
+    int down() const { return static_cast<int>(p.rows) / params::dof_tile_rows; }
+    int state_rows() const { return static_cast<int>(p.state_plane / p.stride); }
+};
+
+// A sixteenth of a budget is for tables.
+std::size_t without_tables(std::size_t budget) {
+    return budget - budget / 16;
+}
+
+// Throws: Error if a band's images, and what a layer's own passes hand to one another, take more than the device's budget.
+void check_budget(const Device& device, const ImageSize& size, std::size_t images, std::size_t layer) {
+    const std::size_t budget = device.options().memory_budget;
+    constexpr std::size_t step = std::size_t{1} << 20;
+    const auto fits = [&](std::size_t bytes) {
+        return images + 2 * std::max(dof_bytes(bytes).layer, layer) <= without_tables(bytes);
+    };
+    if (budget == 0 || fits(budget))
+        return;
+    std::size_t enough = (budget / step + 1) * step;
+    while (!fits(enough))
+        enough += step;
+    refuse_budget(text("dof of ", size, " pixels with circles of this size"), enough, budget);
+}
+
+int words_of(int tiles_across, int tiles_down) {
+    return static_cast<int>(TileBits{}.size()) * tiles_across * tiles_down;
+}
+
+std::vector<TileBits> tile_bits(const Blur& blur, const Image& tiles, int across, const runtime::Defines& which) {
+    const auto columns = static_cast<std::size_t>(across), rows = static_cast<std::size_t>(blur.down());
+    runtime::launch(blur.device, blur.kernel("dof_tiles", which), {columns, rows}, blur.planes, tiles, blur.p);
+    std::vector<TileBits> bits(columns * rows);
+    tiles.region(0, 0, words_of(across, blur.down()), 1).download(bits.data());
+    return bits;
+}
+
+// Of the first surfaces, or of the second ones too.
+std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
+    return tile_bits(blur, blur.tiles, blur.across(), {{"BEHIND", behind}, {"HIDING", 0}});
+}
+
+// The tiles whose pixels see some surface that another one hides.
+std::vector<unsigned char> tiles_seeing_hidden(const Blur& blur, const LayerPlanOptions& options) {
+    const int across = static_cast<int>(blur.p.columns) / params::dof_hiding_columns;
+    return tiles_seeing(tile_bits(blur, blur.hiding, across, {{"BEHIND", 1}, {"HIDING", 1}}), across, options);
+}
+
+// The farthest layer that a pixel may lie in.
+int farthest_layer(std::span<const TileBits> tiles) {
+    for (int bit = most_layers - 1; bit > 0; --bit)
+        for (const TileBits& tile : tiles)
+            if (has_bit(tile, bit))
+                return bit;
+    return 0;
+}
+
+// Gives every pixel its second surface: what lies behind it.
+void look_behind(const Blur& blur, int farthest) {
+    constexpr u32 side = params::dof_behind_block;
+    const params::behind_params b{.block_columns = blur.p.columns / side,
+                                  .block_rows = blur.p.rows / side,
+                                  .farthest = static_cast<float>(farthest),
+                                  .vertical = 1 / blur.aspect};
+    runtime::launch(blur.device, blur.kernel("dof_inner", {}), {b.block_columns, b.block_rows}, blur.planes, blur.inner,
+                    blur.blocks, blur.p, b);
+    runtime::launch(blur.device, blur.kernel("dof_behind", {{"CLEAN_PLATE", blur.clean_plate}}),
+                    {blur.p.stride / side, b.block_rows}, blur.planes, blur.inner, blur.blocks, blur.p, b);
+}
+
+DofMasksOptions circle_options(const DofOptions& options) {
+    return {.sky = options.sky, .max_coc_px = options.max_coc_px};
+}
+
+// The circles of a picture's pixels, as the options have them, and its planes, which take their places.
+void cut_into_planes(const Blur& blur, const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc,
+                     const DofOptions& options, bool clean_plate) {
+    const params::blur_params& p = blur.p;
+    const int surface = clean_plate ? (1 + blur.channels) * static_cast<int>(p.rows) : 0;
+    const Image circles =
+        blur.planes.region(params::dof_margin + static_cast<int>(p.left), surface + static_cast<int>(p.top),
+                           stored.image.width(), stored.image.height());
+    dof_masks(stored, {.coc = circles}, coc, circle_options(options));
+    const runtime::Defines defines{{"ELEMENT", element_define(color.element())}, {"CLEAN_PLATE", clean_plate}};
+    runtime::launch(blur.device, blur.kernel("dof_planes", defines), {blur.vectors(p.stride), p.rows}, color,
+                    blur.planes, grid(color, color), p);
+}
+
+void cut_into_surfaces(const Blur& blur, const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc,
+                       const DofOptions& options) {
+    cut_into_planes(blur, stored, color, coc, options, false);
+    if (options.clean_plate)
+        cut_into_planes(blur, options.clean_plate->depth, options.clean_plate->color, coc, options, true);
+    if (blur.accurate())
+        look_behind(blur, farthest_layer(tile_bits(blur, false)));
+}
+
+void clear(const Blur& blur) {
+    const int planes = state_planes(blur.channels, blur.quality);
+    runtime::launch(blur.device,
+                    blur.kernel("dof_clear", {{"PLANES", planes}, {"WIDE", !blur.accurate()}},
+                                worth_streaming(blur.state, blur.vector_width)),
+                    {blur.vectors(blur.p.stride), static_cast<std::size_t>(blur.state_rows())}, blur.state, blur.p);
+}
+
+// `behind`: do the pixels that the plan's tiles see have a second surface?
+void run(const Blur& blur, const LayerPlan& plan, bool behind) {
+    if (plan.passes.empty())
+        return;
+    runtime::Scratch scratch(blur.device); // the next plan's launches may take it again
+    const auto table = [&](Element element, auto values) {
+        if (values.empty()) // no pass reads it
+            values.emplace_back();
+        return runtime::table(blur.device, element, values).on(blur.device);
+    };
+    const Image lists = table(Element::u32, plan.lists);
+    const Image starts = table(Element::u32, plan.starts);
+    const Image spans = table(Element::f32, plan.spans);
+    const auto half_planes =
+        blur.accurate() ? aperture_halves(blur.aperture, blur.upright) : std::vector<std::array<float, 4>>(1);
+    const Image halves = table(Element::f32, half_planes);
+    const Image taps = table(Element::f32, plan.taps);
+    constexpr int row = 4096;
+    const Image weights = table(Element::f32, plan.weights);
+    const auto floats = [&](std::size_t count) {
+        return scratch.image(Element::f32, {row, static_cast<int>((count + row - 1) / row) + 1});
+    };
+    // What each band needs differs. With as much for all of them, the pool keeps no other sizes.
+    const auto room = [&](std::size_t needed, std::size_t budget) {
+        return floats(blur.alone || needed == 1 ? needed : std::max(needed, budget));
+    };
+    const std::size_t most = blur.layer_bytes / sizeof(float);
+    check_budget(blur.device, {static_cast<int>(blur.p.width), static_cast<int>(blur.p.height)}, blur.image_bytes,
+                 sizeof(float) * std::max(plan.strip_elements, plan.cell_elements));
+    const Image strips = room(std::max(plan.strip_elements, plan.cell_elements), most), cells = strips,
+                cell_sums = room(plan.cell_elements, most);
+    for (const LayerPass& pass : plan.passes) {
+        if (pass.cell > 1) {
+            const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", behind}, {"CELL", pass.cell}};
+            constexpr std::size_t pixels = 16; // of an item of dof_cell_layer
+            runtime::launch(blur.device, blur.kernel("dof_cells", cell), {pass.cells.blocks, 1}, blur.planes,
+                            blur.tiles, lists, cells, blur.p, pass.cells);
+            runtime::launch(blur.device, blur.kernel("dof_cell_sums", {{"FILL", pass.fill}}),
+                            {pass.cells.sum_blocks * (pass.fill ? 2u : 1u), 1}, cells, lists, starts, weights,
+                            cell_sums, pass.cells);
+            runtime::launch(blur.device, blur.kernel("dof_cell_layer", cell),
+                            {pass.cells.tiles * params::dof_tile_columns / pixels * params::dof_tile_rows, 1},
+                            blur.planes, cell_sums, lists, blur.state, blur.p, pass.cells);
+            continue;
+        }
+        const runtime::Defines sums{{"FILL", pass.fill}, {"BRIGHT", pass.bright}};
+        const runtime::Range strips_range{pass.strips.tiles, static_cast<std::size_t>(params::dof_tile_rows) /
+                                                                 std::max(pass.strips.pitch, 1u)};
+        if (!pass.direct && pass.parts) {
+            runtime::launch(blur.device, blur.kernel("dof_part_strips", {{"BRIGHT", pass.bright}}), strips_range,
+                            blur.planes, lists, strips, blur.p, pass.strips);
+        } else if (!pass.direct) {
+            runtime::Defines stripped = sums;
+            stripped.emplace_back("BEHIND", behind);
+            runtime::launch(blur.device, blur.kernel("dof_strips", stripped), strips_range, blur.planes, blur.tiles,
+                            lists, strips, blur.p, pass.strips);
+        }
+        if (pass.parts) {
+            runtime::launch(blur.device, blur.kernel("dof_parts", {{"DIRECT", pass.direct}, {"BRIGHT", pass.bright}}),
+                            {pass.gather.tiles * blur.vectors(params::dof_tile_columns) * params::dof_tile_rows, 1},
+                            pass.direct ? blur.planes : strips, lists, starts, pass.direct ? taps : spans, halves,
+                            blur.state, blur.p, pass.gather, pass.part);
+            continue;
+        }
+        runtime::Defines gathered = sums;
+        gathered.emplace_back("DIRECT", pass.direct);
+        gathered.emplace_back("BEHIND", behind);
+        runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
+                        {pass.gather.tiles * blur.vectors(params::dof_tile_columns) * params::dof_tile_rows /
+                             params::dof_rows_at_once,
+                         1},
+                        blur.planes, blur.tiles, pass.direct ? blur.planes : strips, lists, starts, spans, blur.state,
+                        blur.p, pass.gather);
+    }
+}
+
+// Blurs the rows that belong to the state, of an image that holds what they need besides.
+void blur_band(const Blur& call, const StoredDepth& stored, const Image& color, const Image& result,
+               const CircleOfConfusion& coc, const DofOptions& options, LayerPlanOptions plan) {
+    cut_into_surfaces(call, stored, color, coc, options);
+    const std::vector<TileBits> tiles = tile_bits(call, call.behind());
+    clear(call);
+    std::vector<unsigned char> made(tiles.size());
+    const auto across = static_cast<std::ptrdiff_t>(call.across());
+    const auto first = made.begin() + across * (call.p.state_row / params::dof_tile_rows);
+    std::fill(first, first + across * (call.state_rows() / params::dof_tile_rows), 1);
+    const auto lay = [&](bool behind) { run(call, layer_plan(tiles, call.across(), plan), behind); };
+    plan.only = made;
+    if (call.accurate()) { // keeps parts of the lens where something hidden is seen, and there only
+        const std::vector<unsigned char> seeing = tiles_seeing_hidden(call, plan);
+        std::ranges::transform(made, seeing, plan.only.begin(), [](bool own, bool sees) { return own && sees; });
+        lay(true);
+        std::ranges::transform(made, seeing, plan.only.begin(), [](bool own, bool sees) { return own && !sees; });
+        plan.open = true;
+        lay(false);
+    } else {
+        lay(call.clean_plate);
+    }
+    runtime::launch(call.device, call.kernel("dof", {{"ELEMENT", call.element}}),
+                    {call.vectors(call.p.columns), static_cast<std::size_t>(call.state_rows())}, call.state, color,
+                    result, grid(color, result), call.p);
+}
+
+// As a float, the aspect of a circle is the same on every host: long double and its tangents are not.
+float aspect_of(const Camera& camera) {
+    const PixelScale pixels = pixel_scale(camera);
+    return static_cast<float>(pixels.y / pixels.x);
+}
+
+LayerScale scale_of(const DofOptions& options) {
+    return layer_scale(layer_spacing(std::get<Quality>(options.quality), options.aperture), options.max_coc_px);
+}
+
+// Pixels along a row beyond which nothing decides on a pixel, if no circle is larger than `widest`; but for those that a tile has.
+double pixels_beyond(const DofOptions& options, double widest) {
+    // Accurate: what lies behind a pixel is looked for as far as a ray moves between the largest circles, and a pixel.
+    const double behind = std::get<Quality>(options.quality) == Quality::accurate ? widest + 1 : 0;
+    return scale_of(options).farthest_circle(widest) / 2 + behind;
+}
+
+// Planes of a band: of the surfaces that it reads, of what lies behind them, and of what it lays.
+struct PlaneCounts {
+    int surfaces, behind, laid;
+};
+
+PlaneCounts plane_counts(int channels, const DofOptions& options) {
+    const auto quality = std::get<Quality>(options.quality);
+    const bool accurate = quality == Quality::accurate; // a plane of inner pixels, and tables of blocks and tiles
+    return {(options.clean_plate || accurate ? 2 : 1) * (channels + 1), accurate ? 2 : 0,
+            state_planes(channels, quality)};
+}
+
+// Rows of tiles.
+RowNeeds rows_of(const params::blur_params& whole, const PlaneCounts& planes, float aspect, double beyond) {
+    constexpr int tile_rows = params::dof_tile_rows;
+    const int down = static_cast<int>(whole.rows) / tile_rows,
+              halo = static_cast<int>(std::ceil((beyond * static_cast<double>(aspect) + dof_halo_rows) / tile_rows));
+    const auto bytes = [=, row = sizeof(float) * whole.stride * tile_rows](int read, int made) {
+        return row * static_cast<std::size_t>((planes.surfaces + planes.behind) * read + planes.laid * made);
+    };
+    return {0, down, down, {halo}, bytes, std::max(halo / 2, 1)};
+}
+
+// Blurs a picture that has a circle somewhere, `widest` the widest one.
+void blur_circles(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+                  const DofOptions& options, double widest, const DofBytes& allowed) {
+    const Device& device = stored.image.device();
+    const Quality quality = std::get<Quality>(options.quality);
+    const LayerScale scale = scale_of(options);
+    const params::blur_params whole = blur_parameters(stored, scale, options.max_coc_px);
+    const int channels = color.channels();
+    Blur call{device,
+              whole,
+              channels,
+              element_define(color.element()),
+              device.options().vector_width,
+              quality,
+              options.clean_plate.has_value(),
+              options.aperture,
+              aspect_of(stored.camera),
+              stored.camera.rows == Rows::top_down,
+              true,
+              allowed.layer,
+              0,
+              {},
+              {},
+              {},
+              {},
+              {},
+              {}};
+    constexpr int tile_rows = params::dof_tile_rows;
+    const PlaneCounts counts = plane_counts(channels, options);
+    const RowNeeds rows_of_tiles = rows_of(whole, counts, call.aspect, pixels_beyond(options, widest));
+    const std::vector<Band> all = bands(rows_of_tiles, allowed.band);
+    call.alone = all.size() == 1;
+    const int read = most_read(all), made = most_made(all);
+    const std::size_t reads = rows_of_tiles.bytes(read, 0), lays = rows_of_tiles.bytes(0, made);
+    const ImageSize size{stored.image.width(), stored.image.height()};
+    constexpr std::size_t most = sizeof(float) << 31; // elements are counted in 32 bits
+    require<ImageTooLarge>(reads < most && lays < most, "an image of ", size,
+                           " pixels is too wide for circles of this size; blur it in parts");
+    call.image_bytes = reads + lays;
+    check_budget(device, size, call.image_bytes, 0);
+
+    runtime::Scratch scratch(device);
+    const auto planes = [&](int count, int tiles_down) {
+        return scratch.image(Element::f32, {static_cast<int>(whole.stride), count * tile_rows * tiles_down});
+    };
+    call.planes = planes(counts.surfaces, read);
+    call.state = planes(counts.laid, made);
+    call.tiles = scratch.image(Element::u32, {words_of(call.across(), read), 1});
+    if (call.accurate()) {
+        call.inner = planes(1, read);
+        constexpr int block = params::dof_behind_block;
+        call.blocks =
+            scratch.image(Element::f32, {static_cast<int>(whole.columns) / block, 4 * tile_rows * read / block});
+        call.hiding = scratch.image(Element::u32,
+                                    {words_of(static_cast<int>(whole.columns) / params::dof_hiding_columns, read), 1});
+    }
+    const LayerPlanOptions plan{.aperture = options.aperture,
+                                .scale = scale,
+                                .aspect = static_cast<double>(call.aspect),
+                                .upright = call.upright,
+                                .quality = quality,
+                                .channels = channels,
+                                .most_floats = allowed.layer / sizeof(float)};
+    const auto top = static_cast<int>(whole.top), height = stored.image.height();
+    for (const Band& band : all) {
+        const int first = std::max(tile_rows * band.first - top, 0),
+                  rows = std::min(tile_rows * band.last - top, height) - first;
+        const auto part = [&](const auto& image) { return image.region(0, first, color.width(), rows); };
+        const StoredDepth here = part(stored);
+        DofOptions here_options = options;
+        if (options.clean_plate)
+            here_options.clean_plate = CleanPlate{part(options.clean_plate->color), part(options.clean_plate->depth)};
+        call.p = blur_parameters(here, scale, options.max_coc_px);
+        call.p.state_row = to_u32(tile_rows * (band.begin - band.first));
+        call.p.state_plane = whole.stride * to_u32(tile_rows * (band.end - band.begin));
+        blur_band(call, here, part(color), part(result), coc, here_options, plan);
+    }
+}
+
+void check_dof_result(const StoredDepth& stored, const Image& color, const Image& result, const DofOptions& options) {
+    const Image none;
+    check_result(stored, {"the result", result}, color.element(), {color.width(), color.height(), color.channels()},
+                 {{"the stored depth", stored.image},
+                  {"the colour", color},
+                  {"the clean plate", options.clean_plate ? options.clean_plate->color : none},
+                  {"the clean plate's depth", options.clean_plate ? options.clean_plate->depth.image : none}});
+}
+
+} // namespace
+
+DofBytes dof_bytes(std::size_t budget) {
+    DofBytes bytes;
+    if (budget == 0)
+        return bytes;
+    bytes.layer = std::clamp(budget / 8, std::size_t{2} << 20, bytes.layer);
+    const std::size_t images = without_tables(budget);
+    bytes.band = std::min(bytes.band, images > 2 * bytes.layer ? images - 2 * bytes.layer : 0);
+    return bytes;
+}
+
+void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+          const DofOptions& options, const DofBytes& allowed) {
+    if (coc.k == 0 && coc.g == 0) {
+        check_circle(coc, depth_form(stored.camera, stored.storage));
+        return runtime::copy(color, result);
+    }
+    const auto widest = [&](const StoredDepth& depth) {
+        return static_cast<double>(widest_coc(depth, coc, circle_options(options)));
+    };
+    const double seen = widest(stored);
+    if (seen <= largest_in_focus(layer_spacing(std::get<Quality>(options.quality), options.aperture)))
+        return runtime::copy(color, result);
+    blur_circles(stored, color, result, coc, options,
+                 options.clean_plate ? std::max(seen, widest(options.clean_plate->depth)) : seen, allowed);
+}
+
+void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+         const DofOptions& options, const Launch& launch) {
+    check(stored, color, options);
+    if (std::holds_alternative<MaxError>(options.quality))
+        return dof(stored, color, result, coc, chosen(stored, options), launch);
+    check_dof_result(stored, color, result, options);
+    const runtime::Launched launched(stored.image.device(), launch);
+    blur(stored, color, result, coc, options, dof_bytes(stored.image.device().options().memory_budget));
+    launched.done();
+}
+
+Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc, const DofOptions& options,
+          const Launch& launch) {
+    check(stored, color, options);
+    const Image result(stored.image.device(), color.element(), {color.width(), color.height(), color.channels()});
+    dof(stored, color, result, coc, options, launch);
+    return result;
+}
+
+namespace {
+
+DofOptions settled(const Tile& tile, const DofOptions& options) {
+    describe(description::Check{}, options);
+    return std::holds_alternative<MaxError>(options.quality) ? chosen(tile, options) : options;
+}
+
+} // namespace
+
+Reach reach(const Tile& tile, const DofOptions& asked, double widest_coc_px) {
+    const DofOptions options = settled(tile, asked);
+    const double pixels = pixels_beyond(options, std::min(widest_coc_px, options.max_coc_px));
+    const auto whole = [](double count) { return static_cast<int>(std::ceil(count)); };
+    return {whole(pixels) + dof_halo_columns,
+            whole(pixels * static_cast<double>(aspect_of(tile.camera))) + dof_halo_rows};
+}
+
+std::size_t bytes(const Tile& tile, int channels, const DofOptions& asked, double widest_coc_px) {
+    const DofOptions options = settled(tile, asked);
+    const RowNeeds rows =
+        rows_of(blur_parameters(tile, scale_of(options), options.max_coc_px), plane_counts(channels, options),
+                aspect_of(tile.camera), pixels_beyond(options, std::min(widest_coc_px, options.max_coc_px)));
+    constexpr DofBytes allowed;
+    const std::vector<Band> all = bands(rows, allowed.band);
+    const std::size_t images = rows.bytes(most_read(all), most_made(all)) + 2 * allowed.layer;
+    return images + images / 15; // and tables
+}
+
+} // namespace fathom

@@ -1,0 +1,207 @@
+// Masks for depth of field: one pass of kernels/dof_masks/dof_masks.cl, and the passes of near_field.cpp and
+// mixed_pixels.cpp if they are asked for.
+
+#include <fathom/dof_masks.hpp>
+
+#include "description/check.hpp"
+#include "description/dof_masks.hpp"
+#include "operations/bands.hpp"
+#include "operations/dof_masks/circle.hpp"
+#include "operations/dof_masks/mixed_pixels.hpp"
+#include "operations/dof_masks/near_field.hpp"
+#include "operations/inverse_depth.hpp"
+#include "operations/parameters.hpp"
+#include "require.hpp"
+#include "runtime/launched.hpp"
+#include "runtime/scratch.hpp"
+
+#include <fathom/tiles.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace fathom {
+namespace {
+
+void check(const CircleOfConfusion& coc, const DofMasksOptions& options, const DepthForm& form) {
+    check_circle(coc, form);
+    describe(description::Check{}, options);
+}
+
+// One of the results: is it asked for, and how large is it?
+struct Result {
+    bool asked;
+    const char* name;
+    Image DofMasks::*image;
+    Layout layout;
+};
+
+std::vector<Result> results_of(const StoredDepth& stored, const DofMasksOptions& options) {
+    const int width = stored.image.width(), height = stored.image.height(), tile = options.tile_px;
+    const Layout pixels{width, height}, tiles{(width - 1) / tile + 1, (height - 1) / tile + 1};
+    return {{true, "coc", &DofMasks::coc, pixels},
+            {options.near_weight, "near_weight", &DofMasks::near_weight, pixels},
+            {options.focus_weight, "focus_weight", &DofMasks::focus_weight, pixels},
+            {options.far_weight, "far_weight", &DofMasks::far_weight, pixels},
+            {options.max_near_coc, "max_near_coc", &DofMasks::max_near_coc, pixels},
+            {options.near_alpha, "near_alpha", &DofMasks::near_alpha, pixels},
+            {options.disocclusion, "disocclusion", &DofMasks::disocclusion, pixels},
+            {options.mixed_pixels, "mixed_pixels", &DofMasks::mixed_pixels, pixels},
+            {options.tile_min_coc, "tile_min_coc", &DofMasks::tile_min_coc, tiles},
+            {options.tile_max_coc, "tile_max_coc", &DofMasks::tile_max_coc, tiles}};
+}
+
+void check_results(const StoredDepth& stored, const DofMasks& given, const std::vector<Result>& results) {
+    std::vector<NamedImage> others{{"the stored depth", stored.image}};
+    for (const Result& result : results) {
+        const NamedImage named{result.name, given.*result.image};
+        if (!check_asked(result.asked, named))
+            continue;
+        check_result(stored, named, Element::f32, result.layout, others);
+        others.push_back(named);
+    }
+}
+
+// A kernel that computes circles from stored depth, and what it reads them with.
+struct CircleKernel {
+    const StoredDepth& stored;
+    DepthForm form;
+    Rays view;
+    const CircleOfConfusion& coc;
+    const DofMasksOptions& options;
+    int vector_width;
+
+    CircleKernel(const StoredDepth& depth, const DepthForm& decoded, const CircleOfConfusion& circle,
+                 const DofMasksOptions& asked)
+        : stored(depth), form(decoded), view(needs_rays(form) ? camera_rays(depth.camera) : Rays{}), coc(circle),
+          options(asked), vector_width(vector_width_for(depth.image.device(), depth.image.width())) {
+        count_from_lens(form, coc);
+    }
+
+    // `more`: other results, each with where it lies.
+    template <typename... More>
+    void launch(const char* name, runtime::Defines defines, bool stream, runtime::Range range, const Image& result,
+                const More&... more) const {
+        const Device& device = stored.image.device();
+        const Arithmetic arithmetic = device.options().arithmetic;
+        runtime::Defines all = circle_defines(form, coc, view, stored.storage, vector_width, stream);
+        all.insert(all.end(), defines.begin(), defines.end());
+        runtime::launch(device, runtime::kernel(device, name, all), range, stored.image, result, more...,
+                        grid_parameters(stored, result, 0, stored.image.width()),
+                        depth_parameters(form, stored.storage, Background::inf, arithmetic),
+                        ray_parameters(view, arithmetic), circle_parameters(form, coc, options, arithmetic));
+    }
+};
+
+// The circles of some rows, and all weights or none.
+void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
+                         const DepthForm& form, const DofMasks& masks) {
+    const CircleKernel kernel(stored, form, coc, options);
+    const runtime::Range range{
+        static_cast<std::size_t>((stored.image.width() + kernel.vector_width - 1) / kernel.vector_width),
+        static_cast<std::size_t>(stored.image.height())};
+    const auto streams = [&](const Image& image) { return worth_streaming(image, kernel.vector_width); };
+    const Image &near = masks.near_weight, &focus = masks.focus_weight, &far = masks.far_weight;
+    const runtime::Defines weights{{"WEIGHTS", static_cast<bool>(near)}};
+    if (!near)
+        return kernel.launch("dof_masks", weights, streams(masks.coc), range, masks.coc);
+    kernel.launch("dof_masks", weights, streams(masks.coc) && streams(near) && streams(focus) && streams(far), range,
+                  masks.coc, near, place_parameters(near), focus, place_parameters(focus), far, place_parameters(far));
+}
+
+constexpr Image DofMasks::*all_weights[] = {&DofMasks::near_weight, &DofMasks::focus_weight, &DofMasks::far_weight};
+
+// Bytes of the weights that nobody asks for beside another one.
+std::size_t unasked_weight_bytes(int width, int height, const DofMasksOptions& options) {
+    const int asked = options.near_weight + options.focus_weight + options.far_weight;
+    return asked == 0 ? 0 : static_cast<std::size_t>(3 - asked) * Image::allocation(Element::f32, {width, height});
+}
+
+// The circles, and the weights that are asked for. The kernel makes all three, so that the others need a place, too.
+void circles_and_asked_weights(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
+                               const DepthForm& form, const DofMasks& masks) {
+    const int width = stored.image.width(), height = stored.image.height();
+    if (unasked_weight_bytes(width, height, options) == 0)
+        return circles_and_weights(stored, coc, options, form, masks);
+    const RowNeeds all{
+        0, height, height, {0}, [&](int, int made) { return unasked_weight_bytes(width, made, options); }};
+    for (const Band& band : bands(all, budget_of(stored.image.device()), "dof_masks")) {
+        runtime::Scratch scratch(stored.image.device());
+        const int rows = band.end - band.begin;
+        DofMasks part{.coc = masks.coc.region(0, band.begin, width, rows)};
+        for (const auto weight : all_weights)
+            part.*weight = masks.*weight ? (masks.*weight).region(0, band.begin, width, rows)
+                                         : scratch.image(Element::f32, {width, rows});
+        circles_and_weights(stored.region(0, band.begin, width, rows), coc, options, form, part);
+    }
+}
+
+// Checks everything but the results.
+DepthForm checked_form(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options) {
+    check_stored(stored);
+    DepthForm form = depth_form(stored.camera, stored.storage);
+    check(coc, options, form);
+    return form;
+}
+
+} // namespace
+
+float widest_coc(const StoredDepth& stored, const CircleOfConfusion& circle, const DofMasksOptions& options) {
+    const DepthForm form = checked_form(stored, circle, options);
+    runtime::Scratch scratch(stored.image.device());
+    const Image rows = scratch.image(Element::f32, {stored.image.height(), 1});
+    CircleKernel(stored, form, circle, options)
+        .launch("dof_largest", {}, false, {static_cast<std::size_t>(stored.image.height()), 1}, rows);
+    std::vector<float> largest(static_cast<std::size_t>(stored.image.height()));
+    rows.download(largest.data());
+    return std::ranges::max(largest);
+}
+
+void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
+               const DofMasksOptions& options, const Launch& launch) {
+    const DepthForm form = checked_form(stored, coc, options);
+    check_results(stored, results, results_of(stored, options));
+    const runtime::Launched launched(stored.image.device(), launch);
+    const std::vector<Band> weighed = bands_of_weights(stored, options);
+    if (options.mixed_pixels) // before the others: it may refuse the budget, and then nothing is written
+        mixed_pixels(stored, results.mixed_pixels);
+    circles_and_asked_weights(stored, coc, options, form, results);
+    near_field(stored, options, results, weighed);
+    launched.done();
+}
+
+DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
+                   const Launch& launch) {
+    checked_form(stored, coc, options);
+    DofMasks masks;
+    for (const Result& result : results_of(stored, options))
+        if (result.asked)
+            masks.*result.image = Image(stored.image.device(), Element::f32, result.layout);
+    dof_masks(stored, masks, coc, options, launch);
+    return masks;
+}
+
+Reach reach(const Tile& tile, const DofMasksOptions& options, double widest_coc_px) {
+    describe(description::Check{}, options);
+    Reach reach;
+    if (options.max_near_coc || options.near_alpha || options.disocclusion) {
+        const double disc = std::min(widest_coc_px, options.max_coc_px) / 2;
+        const PixelScale scale = pixel_scale(tile.camera);
+        reach = {static_cast<int>(std::ceil(disc)) + 1,
+                 static_cast<int>(std::ceil(disc * static_cast<double>(scale.y / scale.x))) + 1};
+    }
+    if (options.mixed_pixels)
+        reach = {std::max(reach.columns, mixed_pixels_reach), std::max(reach.rows, mixed_pixels_reach)};
+    return reach;
+}
+
+std::size_t bytes(const Tile& tile, const DofMasksOptions& options) {
+    describe(description::Check{}, options);
+    const int width = tile.pixels.width, height = tile.pixels.height;
+    return std::max({unasked_weight_bytes(width, height, options),
+                     near_field_bytes(width, height, options, rows_of_blocks(height)),
+                     options.mixed_pixels ? inverse_depth_bytes(width, height) : 0});
+}
+
+} // namespace fathom

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <fathom/image.hpp>
+
+namespace fathom {
+
+/// Pixels on either side that decide on one.
+inline constexpr int mixed_pixels_reach = 2;
+
+/// Of `dof_masks`: 1 where the stored depth lies between the surfaces on both sides of a pixel and on neither.
+void mixed_pixels(const StoredDepth& stored, const Image& result);
+
+} // namespace fathom

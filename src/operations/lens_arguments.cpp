@@ -1,0 +1,92 @@
+// The lens of arguments, of the camera's defaults and of an image: what the program and Python take.
+
+#include <fathom/lens_arguments.hpp>
+
+#include "require.hpp"
+
+#include <fathom/linearize.hpp>
+
+#include <cmath>
+#include <iomanip>
+
+namespace fathom {
+namespace {
+
+// Seven digits, which tell any two lengths apart that a message is about.
+std::string seven_digits(double value) {
+    return text(std::setprecision(7), value);
+}
+
+} // namespace
+
+LensArguments completed(LensArguments lens, const LensDefaults& defaults, const Projection& projection,
+                        const LensWords& words) {
+    const auto option = [&](const char* name) { return words.option(name); };
+    const bool elsewhere = lens.focus_at || lens.focus_along;
+    if (lens.circle) {
+        require(!(elsewhere || lens.focus || lens.f_stop || lens.focal_length_mm || lens.sensor_mm), option("circle"),
+                " is given instead of a lens; leave one of the two out");
+        return lens;
+    }
+    require(lens.focus.has_value() + lens.focus_at.has_value() + lens.focus_along.has_value() <= 1, option("focus"),
+            ", ", option("focus_at"), " and ", option("focus_along"), " are three ways to say one depth; give one");
+    const auto use_default = [&](std::optional<double>& value, const std::optional<double>& from_camera,
+                                 const char* key, bool infinity_will_do) {
+        if (value || !from_camera)
+            return;
+        require(*from_camera > 0 && (infinity_will_do || !std::isinf(*from_camera)), words.camera, ": \"", key,
+                "\" is ", seven_digits(*from_camera), ", which no lens has; it must be above 0");
+        value = from_camera;
+    };
+    if (!elsewhere)
+        use_default(lens.focus, defaults.focus, "focus_distance", true);
+    use_default(lens.f_stop, defaults.f_stop, "f_stop", true);
+    use_default(lens.focal_length_mm, defaults.focal_length_mm, "lens_mm", false);
+    use_default(lens.sensor_mm, defaults.sensor_mm, "sensor_mm", false);
+    const auto need = [&](bool given, const char* name, const char* key, const std::string& what) {
+        require(given, option(name), ": missing, and ", words.camera, " has no \"", key, "\"; give ", what);
+    };
+    const bool perspective = projection.is_perspective();
+    need(lens.f_stop.has_value(), "f_stop", "f_stop", "the f-number");
+    need(lens.focus || elsewhere, "focus", "focus_distance",
+         "a length in scene units, or " + option("focus_at") + " X,Y");
+    need(perspective || lens.focal_length_mm, "focal_length_mm", "lens_mm",
+         "it: orthographic cameras have no focal length, and the aperture is F over the f-number");
+    need(lens.focal_length_mm || lens.sensor_mm, "focal_length_mm", "lens_mm",
+         "it or " + option("sensor_mm") + ", or both");
+    if (perspective && lens.focus && lens.focal_length_mm) {
+        const double focus_mm = *lens.focus * lens.mm_per_unit;
+        require(!(focus_mm <= *lens.focal_length_mm), option("focus"), ": ", seven_digits(*lens.focus), " is ",
+                seven_digits(focus_mm), " mm, within the focal length of ", seven_digits(*lens.focal_length_mm),
+                " mm; focus farther away, or say with ", option("mm_per_unit"), " how long a scene unit is");
+    }
+    return lens;
+}
+
+double focus_of(const LensArguments& lens, const StoredDepth& stored) {
+    if (lens.focus_at)
+        return depth_at(stored, lens.focus_at->x, lens.focus_at->y);
+    if (lens.focus_along) {
+        const auto& [pixel, distance] = *lens.focus_along;
+        return depth_along_ray(stored.camera, pixel.x + 0.5, pixel.y + 0.5, distance);
+    }
+    require(lens.focus.has_value(), "the lens has no focus");
+    return *lens.focus;
+}
+
+CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& stored) {
+    if (lens.circle) {
+        const bool perspective = depth_form(stored.camera, stored.storage).perspective;
+        return {(*lens.circle)[0], (*lens.circle)[1], perspective ? camera_rays(stored.camera).centre_depth : 0,
+                !perspective};
+    }
+    require(lens.f_stop.has_value(), "the lens has no f_stop");
+    return circle_of_confusion({.f_stop = *lens.f_stop,
+                                .focus = focus_of(lens, stored),
+                                .focal_length_mm = lens.focal_length_mm,
+                                .sensor_mm = lens.sensor_mm,
+                                .mm_per_unit = lens.mm_per_unit},
+                               stored.camera);
+}
+
+} // namespace fathom

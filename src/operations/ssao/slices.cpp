@@ -1,0 +1,177 @@
+// Jitter patterns of the occlusion kernels: directions in equal steps over half a turn, and distances that grow faster
+// than linearly. Each pattern shifts both by fractions of its own.
+
+#include "operations/ssao/slices.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+namespace fathom {
+namespace {
+
+constexpr int patterns = params::split_planes;
+
+// Order of the 4 × 4 pixels in which any 2 × 2 of them are far apart.
+constexpr int rank_of[patterns] = {0, 9, 6, 15, 4, 13, 10, 3, 8, 1, 14, 7, 12, 5, 2, 11};
+
+int rank(int pattern, int used) {
+    const int x = pattern % 4, y = pattern / 4;
+    constexpr int of_four[] = {0, 2, 3, 1};
+    return used == 16 ? rank_of[pattern] : used == 4 ? of_four[(y & 1) * 2 + (x & 1)] : 0;
+}
+
+double fraction(double value) {
+    return value - std::floor(value);
+}
+
+// A pixel near a slice.
+struct Place {
+    int x, y;     // from the centre
+    double along; // the slice, outwards
+    double aside; // from it to the slice
+};
+
+Place place_at(double distance, double sign, double cosine, double sine) {
+    const auto pixels = [&](double part) { // what is farther away lies outside every image
+        return static_cast<int>(
+            std::lround(std::clamp(sign * distance * part, -1.0 * longest_side, 1.0 * longest_side)));
+    };
+    const int x = pixels(cosine), y = pixels(sine);
+    return {x, y, sign * (x * cosine + y * sine), x * sine - y * cosine};
+}
+
+float single(double value) {
+    return static_cast<float>(value);
+}
+
+float inverse(double value) {
+    return value > 0 ? single(1 / value) : 0;
+}
+
+// Distances grow with this power of their number.
+constexpr double tap_power = 1.5;
+
+// A slice of one jitter pattern: its direction on the screen, fraction of the radius, and rounding of its sectors.
+struct Turn {
+    double cosine, sine, of_radius, rounding;
+};
+
+class Maker {
+public:
+    Maker(int slices, int samples, int jitter, double falloff, std::uint32_t seed, PlaneLayout place)
+        : slices_(slices), samples_(samples), jitter_(jitter), falloff_(falloff), scramble_(seed * plastic),
+          place_(place) {}
+
+    Turn turn(int pattern, int slice) const {
+        const double shift = fraction((rank(pattern, jitter_) + 0.5) / jitter_ + scramble_);
+        const double angle = std::numbers::pi * (slice + shift) / slices_;
+        const double spread = fraction((rank(pattern, jitter_) * 7 % 16 + 0.5) / patterns + (slice + 1) * plastic);
+        const double alone =
+            fraction((slice + 0.5) * golden); // with a single pattern each slice gets its own fraction of the radius
+        const double rounding = jitter_ > 1 ? fraction(spread * 7) : 0.5;
+        return {std::cos(angle), std::sin(angle), 1 - falloff_ * (jitter_ > 1 ? spread : alone),
+                1.0 / 16 + rounding * 7 / 8};
+    }
+
+    int count(double radius) const { return std::min(samples_, static_cast<int>(std::ceil(radius))); }
+
+    /// Appends the pixel itself, a side's taps, and what lies beyond the last. Returns how many of a plane's rows or
+    /// columns they reach.
+    int add_taps(std::vector<params::tap_params>& taps, double radius, int pattern, int slice, int side) const {
+        const std::vector<double> distance = distances(radius, pattern, 2 * slice + side);
+        const Turn t = turn(pattern, slice);
+        std::vector<Place> places;
+        for (const double s : distance)
+            places.push_back(place_at(s, side == 0 ? 1 : -1, t.cosine, t.sine));
+        int reach = 0;
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const double inner = (distance[i] + (i > 0 ? distance[i - 1] : 0)) / 2;
+            const Place& at = places[i];
+            const double last = places[i > 0 ? i - 1 : i].along,
+                         next = places[std::min(i + 1, places.size() - 1)].along;
+            taps.push_back(tap(pattern, at, last, next, i > 1 ? last : inner, inner));
+            reach = std::max({reach, std::abs((pattern % 4 + at.x) >> 2), std::abs((pattern / 4 + at.y) >> 2)});
+        }
+        return reach;
+    }
+
+private:
+    static constexpr double golden = 0.618033988749895, plastic = 0.7548776662466927;
+
+    std::vector<double> distances(double radius, int pattern, int number) const {
+        const double shifted = (rank(pattern, jitter_) * 5 % 16 + 0.5) / patterns + number * golden;
+        const double shift = jitter_ == 1 ? 0.5 : fraction(shifted);
+        std::vector<double> distance{0};
+        for (int i = 0; i <= count(radius); ++i)
+            distance.push_back(std::max(i + 1.0, radius * std::pow((i + shift) / count(radius), tap_power)));
+        return distance;
+    }
+
+    params::tap_params tap(int pattern, const Place& at, double last, double next, double low, double inner) const {
+        const int x = pattern % 4 + at.x, y = pattern / 4 + at.y;
+        const int plane = (y & 3) * 4 + (x & 3) - pattern;
+        // Modulo 2^32, as kernels add it: what is so far away lies outside the image.
+        const auto rows = static_cast<std::uint32_t>(y >> 2) * static_cast<std::uint32_t>(place_.stride);
+        return {.offset = static_cast<std::int32_t>(rows + static_cast<std::uint32_t>(plane * place_.plane + (x >> 2))),
+                .rows_columns = (y >> 2) * 65536 + ((x >> 2) & 0xffff),
+                .distance = single(at.along),
+                .inverse_distance = inverse(at.along),
+                .square_distance = single(at.along * at.along),
+                .aside = single(at.aside),
+                .low = single(low - at.along),
+                .high = single(next - at.along),
+                .inverse_low = inverse(low),
+                .inverse_high = inverse(next),
+                .gap = single(at.along - last),
+                .before = single(inner - last),
+                .after = single(inner - at.along),
+                .inverse_inner = inverse(inner)};
+    }
+
+    int slices_, samples_, jitter_;
+    double falloff_, scramble_;
+    PlaneLayout place_;
+};
+
+} // namespace
+
+SliceTable slice_table(int slices, int samples, int largest_radius, int jitter, double falloff, std::uint32_t seed,
+                       PlaneLayout place) {
+    SliceTable table{.slices = slices, .samples = samples, .levels = 1, .taps = {}, .turns = {}, .counts = {0}};
+    while (std::exp2(table.levels / 2.0) < largest_radius)
+        ++table.levels;
+    const Maker maker(slices, samples, jitter, falloff, seed, place);
+    for (int i = 0; i < patterns * slices; ++i) {
+        const Turn turn = maker.turn(i / slices, i % slices);
+        table.turns.insert(table.turns.end(),
+                           {single(turn.cosine), single(turn.sine), single(turn.of_radius), single(turn.rounding)});
+    }
+    std::vector<std::uint32_t> reaches, firsts;
+    for (int level = 1; level <= table.levels; ++level) {
+        const double radius = std::exp2(level / 2.0);
+        int reach = 0;
+        firsts.push_back(static_cast<std::uint32_t>(table.taps.size()));
+        for (int i = 0; i < patterns * slices * 2; ++i)
+            reach = std::max(reach, maker.add_taps(table.taps, radius, i / (slices * 2), i / 2 % slices, i % 2));
+        table.counts.push_back(static_cast<std::uint32_t>(maker.count(radius)));
+        reaches.push_back(static_cast<std::uint32_t>(reach));
+    }
+    table.counts.insert(table.counts.end(), reaches.begin(), reaches.end());
+    table.counts.insert(table.counts.end(), firsts.begin(), firsts.end());
+    return table;
+}
+
+std::size_t slice_table_bytes(int slices, int samples, int largest_radius) {
+    const auto sides = static_cast<std::size_t>(patterns * slices * 2);
+    std::size_t taps = 0, levels = 0;
+    do {
+        ++levels;
+        const double radius = std::exp2(static_cast<double>(levels) / 2);
+        taps += sides * (std::min(static_cast<std::size_t>(samples), static_cast<std::size_t>(std::ceil(radius))) + 2);
+    } while (std::exp2(static_cast<double>(levels) / 2) < largest_radius);
+    return taps * sizeof(params::tap_params) + 4 * (2 * sides + 3 * levels + 1);
+}
+
+} // namespace fathom

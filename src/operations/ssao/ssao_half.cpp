@@ -1,0 +1,138 @@
+// Where ssao is computed: at all pixels, for every second pixel of every second row before joint upsampling, or block by block.
+
+#include "operations/inverse_depth.hpp"
+#include "operations/parameters.hpp"
+#include "operations/ssao/ssao_call.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace fathom {
+namespace {
+
+// A block at half resolution needs results so many pixels beyond it: a seam, one more to interpolate, and the filter.
+constexpr params::u32 half_margin = 16;
+
+void upsample(const Call& call, const Image& depth, const Image& found, Output output, const Image& result,
+              const Region& region) {
+    const PixelLattice all = pixel_lattice(call.stored);
+    const std::size_t wide = 2 * static_cast<std::size_t>(call.device.options().vector_width); // of a work-item
+    const std::size_t columns = static_cast<std::size_t>(all.width) + static_cast<std::size_t>(call.stored.x) % wide;
+    constexpr int halo = params::depth_margin_rows;
+    for (const Band& band : depth_bands(call, depth, region.height, halo, 1)) {
+        runtime::Scratch scratch(call.device);
+        const int first = std::max(region.y + band.begin - halo, 0),
+                  last = std::min(region.y + band.end + halo, all.height);
+        const DepthRows here = depth_of(call, scratch, depth, {0, first, all.width, last - first});
+        const int rows = band.end - band.begin;
+        const Image part = result.region(0, band.begin, region.width, rows);
+        runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
+                        {(columns + wide - 1) / wide, static_cast<std::size_t>(rows)}, here.image, found, call.blocks,
+                        part, lattice_grid(here.image, all, here.top),
+                        lattice_grid(found, pixel_lattice(StoredDepth{found, call.stored.camera})),
+                        result_grid(part, {region.x, region.y + band.begin, region.width, rows}), call.work,
+                        call.parameters(all));
+    }
+}
+
+// All pixels of a region that the call works for.
+void whole_resolution(Call& call, const Image& depth, const std::vector<Wanted>& results) {
+    const Planes planes = split_into_planes(call, depth);
+    add_up(call, planes, results, region_of(call.stored, call.options));
+}
+
+Image shared_depth(Call& call) {
+    const Image& image = call.stored.image;
+    return shares_depth(image.width(), image.height(), call.options, call.workspace.bytes)
+               ? inverse_depth(call.scratch, call.stored, call.rays)
+               : Image();
+}
+
+// Every second pixel of every second row, and those between.
+void half_resolution(Call& call, const Image& depth, const std::vector<Wanted>& results) {
+    const Planes planes = split_into_planes(call, depth);
+    const Region region = region_of(call.stored, call.options);
+    const int rows = call.lattice.height;
+    // Rows that the region's pixels lie between, and one more for where it has an odd row alone.
+    const int first = std::clamp((region.y - call.lattice.y) / 2 - 1, 0, rows - 1);
+    const int last = std::clamp((region.y + region.height - call.lattice.y) / 2 + 2, first + 1, rows);
+    const Region needed{0, first, call.lattice.width, last - first};
+    std::vector<Image> found;
+    for (const Wanted& result : results)
+        found.push_back(
+            call.scratch.image(Element::f32, {call.lattice.width, call.lattice.height, channels_of(result.output)}));
+    std::vector<Image> parts;
+    for (const Image& image : found)
+        parts.push_back(image.region(needed.x, needed.y, needed.width, needed.height));
+    std::vector<Wanted> halves;
+    for (std::size_t i = 0; i < found.size(); ++i)
+        halves.push_back({results[i].output, results[i].name, parts[i]});
+    add_up(call, planes, halves, needed);
+    for (std::size_t i = 0; i < found.size(); ++i)
+        upsample(call, depth, found[i], results[i].output, results[i].image, region);
+}
+
+// Which blocks of the camera's image are computed at all pixels, see kernels/ssao/blocks.h.
+std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& depth, const HalfResolution& half) {
+    const PixelLattice all = pixel_lattice(call.stored);
+    const int x = call.stored.x >> params::ssao_block_shift, y = call.stored.y >> params::ssao_block_shift;
+    const params::occlusion_params occlusion = call.parameters(all);
+    // A radius of that many pixels, as inverse depth; without perspective it has them everywhere or nowhere.
+    const auto least = static_cast<float>(half.least_px) * occlusion.pixel / occlusion.radius;
+    const float none = std::numeric_limits<float>::infinity();
+    const params::block_params chosen{
+        .first_column = x,
+        .first_row = y,
+        .columns = to_u32(((call.stored.x + all.width - 1) >> params::ssao_block_shift) - x + 1),
+        .rows = to_u32(((call.stored.y + all.height - 1) >> params::ssao_block_shift) - y + 1),
+        .every = 1,
+        .wanted = 0,
+        .margin = 0,
+        .least = call.rays.perspective ? least
+                 : least > 1           ? none
+                                       : -none,
+        .smooth = half.smooth};
+    const Image blocks =
+        call.scratch.image(Element::u32, {static_cast<int>(chosen.columns * chosen.rows) + 2, 1}); // and two kinds
+    constexpr int size = 1 << params::ssao_block_shift, halo = 1;                                  // block
+    const auto row = [&](int block) { return std::clamp(block * size - call.stored.y % size, 0, all.height); };
+    for (const Band& band : depth_bands(call, depth, static_cast<int>(chosen.rows), halo, size)) {
+        runtime::Scratch scratch(call.device);
+        const DepthRows here =
+            depth_of(call, scratch, depth, {0, row(band.first), all.width, row(band.last) - row(band.first)});
+        params::grid_params from = lattice_grid(here.image, all, here.top);
+        from.y_begin = to_u32(band.begin);
+        runtime::launch(call.device, call.kernel("ssao_blocks", {}),
+                        {chosen.columns, static_cast<std::size_t>(band.end - band.begin)}, here.image, blocks, from,
+                        chosen, occlusion);
+    }
+    runtime::launch(call.device, call.kernel("ssao_kinds", {}), {1, 1}, blocks, chosen);
+    return {blocks, chosen};
+}
+
+} // namespace
+
+void occlude(Workspace& workspace, const StoredDepth& stored, double radius, const SsaoOptions& options,
+             const std::vector<Wanted>& results) {
+    if (!chooses_blocks(stored, options)) {
+        const bool half = is_half(options);
+        Call call(stored, radius, options, workspace);
+        const Image depth = half || has_silhouettes(options) ? shared_depth(call) : Image();
+        (half ? half_resolution : whole_resolution)(call, depth, results);
+        return;
+    }
+    const SsaoOptions few_options = half_options(options);
+    Call few(stored, radius, few_options, workspace);
+    const Image depth = shared_depth(few);
+    const auto [blocks, chosen] = chosen_blocks(few, depth, half_of(sampling_of(options).quality));
+    {
+        Call all(stored, radius, options, workspace);
+        all.work_for(blocks, chosen, 1, 0);
+        whole_resolution(all, depth, results);
+    }
+    few.work_for(blocks, chosen, 0, half_margin);
+    half_resolution(few, depth, results);
+}
+
+} // namespace fathom

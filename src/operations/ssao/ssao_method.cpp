@@ -1,0 +1,57 @@
+// What the options of ssao mean for its passes.
+
+#include "operations/ssao/ssao_method.hpp"
+
+#include "operations/parameters.hpp"
+#include "operations/ssao/pixel_lattice.hpp"
+
+namespace fathom {
+
+Counts counts_of(const Sampling& sampling) {
+    constexpr Counts of_quality[] = {{1, 6, 16}, {1, 32, 16}, {4, 30, 4}};
+    Counts chosen = of_quality[static_cast<int>(sampling.quality)];
+    chosen.slices = sampling.slices.value_or(chosen.slices);
+    chosen.samples = sampling.samples.value_or(chosen.samples);
+    chosen.jitter = sampling.jitter.value_or(chosen.jitter);
+    return chosen;
+}
+
+const HalfResolution& half_of(Quality quality) {
+    static constexpr HalfResolution of_quality[] = {{16, 48, false}, {48, 128, true}, {36, 48, true}};
+    return of_quality[static_cast<int>(quality)];
+}
+
+bool chooses_blocks(const Tile& tile, const SsaoOptions& options) {
+    const PixelLattice half = pixel_lattice(tile, 2);
+    const Sampling& sampling = sampling_of(options);
+    return !sampling.half_resolution && !sampling.slices && !sampling.samples && !sampling.jitter && half.width > 0 &&
+           half.height > 0;
+}
+
+SsaoOptions half_options(const SsaoOptions& options) {
+    SsaoOptions few = options;
+    Sampling& sampling = std::get<Sampling>(few.sampling);
+    sampling.half_resolution = true;
+    sampling.samples = half_of(sampling.quality).samples;
+    return few;
+}
+
+std::vector<int> passes_of(const Tile& tile, const SsaoOptions& options) {
+    if (chooses_blocks(tile, options))
+        return {1, 2};
+    return {is_half(options) ? 2 : 1};
+}
+
+int sums_of(const SsaoOptions& options) {
+    return options.bent_normal ? 6 : options.confidence ? 3 : 2;
+}
+
+bool fits_normals(const Tile& tile, const SsaoOptions& options) {
+    return !options.normals && (options.tolerance > 1 || is_coarse(tile));
+}
+
+Region region_of(const StoredDepth& stored, const SsaoOptions& options) {
+    return options.region.value_or(Region{0, 0, stored.image.width(), stored.image.height()});
+}
+
+} // namespace fathom

@@ -1,0 +1,63 @@
+#pragma once
+
+#include "runtime/launch.hpp"
+
+#include <fathom/ssao.hpp>
+
+#include <variant>
+#include <vector>
+
+namespace fathom {
+
+/// The thickness that the options give in this way, if they do.
+template <typename Way>
+const Way* thickness_as(const SsaoOptions& options) {
+    return options.thickness ? std::get_if<Way>(&*options.thickness) : nullptr;
+}
+
+inline bool has_silhouettes(const SsaoOptions& options) {
+    return thickness_as<Silhouette>(options) != nullptr;
+}
+
+/// Of options whose tolerance has become a method.
+inline const Sampling& sampling_of(const SsaoOptions& options) {
+    return std::get<Sampling>(options.sampling);
+}
+
+inline bool is_half(const SsaoOptions& options) {
+    return sampling_of(options).half_resolution.value_or(false);
+}
+
+/// How many there are on the screen, by quality or as the sampling says.
+struct Counts {
+    int slices, samples, jitter;
+};
+Counts counts_of(const Sampling& sampling);
+
+/// How a quality chooses blocks of half resolution, and samples there. docs/research/ambient-occlusion.md has the measurements.
+struct HalfResolution {
+    int samples;
+    double least_px; ///< radius on every surface of such a block, pixels
+    bool smooth;     ///< no low steps and thin objects: kernels/ssao/ssao_blocks.cl
+};
+const HalfResolution& half_of(Quality quality);
+
+/// Is every block computed at half resolution or at all pixels? What the presets do: a quality alone, and an image that has even
+/// columns and rows.
+bool chooses_blocks(const Tile& tile, const SsaoOptions& options);
+
+/// Those for the blocks at half resolution.
+SsaoOptions half_options(const SsaoOptions& options);
+
+/// The steps from pixel to pixel of the passes: 1 for all pixels, 2 for half resolution.
+std::vector<int> passes_of(const Tile& tile, const SsaoOptions& options);
+
+/// How many kinds of sums there are.
+int sums_of(const SsaoOptions& options);
+
+/// Do slopes come from fitted normals? They do if differences of neighbours show mostly the storage's steps, and none are given.
+bool fits_normals(const Tile& tile, const SsaoOptions& options);
+
+Region region_of(const StoredDepth& stored, const SsaoOptions& options);
+
+} // namespace fathom

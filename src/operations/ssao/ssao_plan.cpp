@@ -1,0 +1,157 @@
+// Which rows ssao computes at a time, and what that takes.
+
+#include "operations/ssao/ssao_plan.hpp"
+
+#include "description/check.hpp"
+#include "description/ssao.hpp"
+#include "operations/cheapest.hpp"
+#include "operations/parameters.hpp"
+#include "operations/ssao/ssao_reach.hpp"
+#include "require.hpp"
+
+#include <fathom/tiles.hpp>
+
+#include <algorithm>
+#include <limits>
+
+namespace fathom {
+namespace {
+
+constexpr PassBytes pass_bytes{std::size_t{24} << 20, std::size_t{64} << 20};
+
+// The same where a budget has the image in bands.
+constexpr PassBytes pass_bytes_of_band{std::size_t{8} << 20, 0};
+
+// Elements of a plane image are counted in 32 bits.
+constexpr std::size_t most_plane_elements = std::size_t{1} << 31;
+
+// Of all pixels, or of those at half resolution.
+Counts counts_of_pass(const Tile& tile, const SsaoOptions& options, int every) {
+    return counts_of(sampling_of(every == 2 && chooses_blocks(tile, options) ? half_options(options) : options));
+}
+
+// Bytes that the passes take for so many rows of the depth, with their tables.
+std::size_t bytes_between(const Tile& tile, const SsaoOptions& options, int rows, const PassBytes& pass) {
+    if (plane_bytes(tile, options, rows) / sizeof(float) >= most_plane_elements)
+        return std::numeric_limits<std::size_t>::max();
+    const int width = tile.pixels.width;
+    const std::vector<int> passes = passes_of(tile, options);
+    const bool half = passes.back() == 2, blocks = passes.size() == 2;
+    const auto floats = [](double columns, double count) {
+        return static_cast<std::size_t>((columns + 32) * (count + 8) * sizeof(float));
+    };
+    // Rows of inverse depth that a pass reads at a time: at least those of a few rows of planes, or of three rows of blocks.
+    const int least = std::max(blocks ? 3 << params::ssao_block_shift : 0, 12 * passes.back());
+    const bool shared = (half || has_silhouettes(options)) && shares_depth(width, rows, options, pass);
+    const int at_once =
+        shared ? rows : std::min(rows, std::max(least, static_cast<int>(pass.band / floats(width, 0) * 8)));
+    const int depths = 1 + (thickness_as<StoredDepth>(options) ? 1 : 0) + (fits_normals(tile, options) ? 4 : 0);
+    std::size_t bytes =
+        3 * plane_bytes(tile, options, rows) + static_cast<std::size_t>(depths) * floats(width, at_once);
+    for (const int every : passes) {
+        PixelLattice lattice = pixel_lattice(tile, every);
+        lattice.height = (rows + every - 1) / every;
+        const params::split_params split = split_parameters(lattice);
+        const std::size_t row_bytes = sizeof(float) * split.stride * static_cast<std::size_t>(sums_of(options));
+        const std::size_t all = split.rows + std::size_t{3};
+        bytes += std::min(rows_of_sums(all, row_bytes, pass), all) * row_bytes;
+        if (has_silhouettes(options))
+            bytes += floats(lattice.width, lattice.height);
+        const Counts counts = counts_of_pass(tile, options, every);
+        bytes += slice_table_bytes(counts.slices, counts.samples, longest_side_of(tile, every));
+    }
+    if (half)
+        for (const int channels : {1, options.confidence ? 1 : 0, options.bent_normal ? 3 : 0})
+            bytes += channels > 0 ? floats(channels * (width / 2.0), rows / 2.0) : 0;
+    constexpr std::size_t small = std::size_t{1} << 18; // images of blocks, and of rows
+    return bytes + small;
+}
+
+SsaoReach reach_of(const Tile& tile, double length, const SsaoOptions& options) {
+    const double radius = std::min(length, longest_length);
+    SsaoReach reach{radius, 256, false, has_silhouettes(options) ? silhouette_most * radius : 0};
+    for (const int every : passes_of(tile, options)) {
+        reach.samples = std::min(reach.samples, counts_of_pass(tile, options, every).samples);
+        reach.half = every == 2;
+    }
+    return reach;
+}
+
+SsaoOptions settled(const Tile& tile, const SsaoOptions& options) {
+    describe(description::Check{}, options);
+    return std::holds_alternative<MaxError>(options.sampling) ? chosen(tile, options) : options;
+}
+
+Reach reach_in(const Camera& camera, const CentreRays& rays, const SsaoReach& reach, double nearest) {
+    const auto within = [](double pixels, int image) { return static_cast<int>(std::min(pixels, 1.0 * image)); };
+    return {within(ssao_columns(camera, rays, reach, nearest), camera.width),
+            within(ssao_rows(camera, rays, reach, nearest), camera.height)};
+}
+
+// Under a perspective: 1/w, which is greatest in a corner of the image.
+double inverse_depth_of(const Camera& camera, const CentreRays& rays, double depth) {
+    const long double beyond_centre = depth - rays.centre_depth;
+    require(beyond_centre > 0, "nearest = ", depth, " does not lie before the camera");
+    long double step = 0;
+    for (const int x : {0, camera.width})
+        for (const int y : {0, camera.height})
+            step = std::max(step, rays.depth(0) * x + rays.depth(1) * y + rays.depth(2));
+    return static_cast<double>(step / beyond_centre);
+}
+
+} // namespace
+
+std::size_t plane_bytes(const Tile& tile, const SsaoOptions& options, int rows) {
+    std::size_t most = 0;
+    for (const int every : passes_of(tile, options)) {
+        PixelLattice lattice = pixel_lattice(tile, every);
+        lattice.height = (rows + every - 1) / every;
+        const params::split_params split = split_parameters(lattice);
+        // One row more: where the band begins decides on how many there are.
+        most = std::max(
+            most, Image::allocation(Element::f32, {static_cast<int>(split.stride), static_cast<int>(split.rows) + 3}));
+    }
+    return most;
+}
+
+SsaoPlan ssao_plan(const StoredDepth& stored, double radius, const SsaoOptions& options) {
+    const Tile tile = stored;
+    const Region region = region_of(stored, options);
+    const int height = stored.image.height(), end = region.y + region.height;
+    const std::size_t budget = budget_of(stored.image.device());
+    if (bytes_between(tile, options, height, pass_bytes) <= budget) // and the device need not be asked
+        return {{{region.y, end, 0, height}}, pass_bytes};
+    const RowNeeds rows{
+        .begin = region.y,
+        .end = end,
+        .height = height,
+        .reaches = ssao_reaches(stored, centre_rays(camera_rays(stored.camera)), region.y, end,
+                                reach_of(tile, radius, options), pass_bytes_of_band.band),
+        .bytes = [&](int read, int) { return bytes_between(tile, options, read, pass_bytes_of_band); },
+        .least = 64,
+    };
+    return {bands(rows, budget,
+                  text("ssao of ", ImageSize{tile.pixels.width, height}, " pixels with a radius of ", radius)),
+            pass_bytes_of_band};
+}
+
+Reach reach(const Tile& tile, double radius, const SsaoOptions& options, double nearest) {
+    description::Check{}("radius", radius, description::ssao_radius);
+    const CentreRays rays = centre_rays(camera_rays(tile.camera));
+    return reach_in(tile.camera, rays, reach_of(tile, radius, settled(tile, options)),
+                    rays.perspective ? inverse_depth_of(tile.camera, rays, nearest) : 1);
+}
+
+Reach reach(const StoredDepth& stored, double radius, const SsaoOptions& options) {
+    check_stored(stored);
+    description::Check{}("radius", radius, description::ssao_radius);
+    const CentreRays rays = centre_rays(camera_rays(stored.camera));
+    return reach_in(stored.camera, rays, reach_of(stored, radius, settled(stored, options)),
+                    rays.perspective ? nearest_inverse_depth(stored, rays, pass_bytes.band) : 1);
+}
+
+std::size_t bytes(const Tile& tile, const SsaoOptions& options) {
+    return bytes_between(tile, settled(tile, options), tile.pixels.height, pass_bytes);
+}
+
+} // namespace fathom

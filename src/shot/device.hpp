@@ -1,0 +1,27 @@
+#pragma once
+
+#include <fathom/device.hpp>
+
+#include <cstddef>
+#include <string>
+
+namespace fathom::cli {
+
+/// Where the work is done.
+struct DeviceOption {
+    std::string wanted; ///< cpu, gpu, an index or a part of a name; empty: the default
+    int threads = 0;    ///< of a CPU device; 0: as many as it likes
+
+    /// Opens the device, whose operations may take so many bytes beside their images, or 64 MiB if that is more; 0: what is
+    /// fastest. The number of threads counts from the first time only, as it does for the driver.
+    Device open(std::size_t memory = 0) const;
+
+    /// Do files and the device take turns, so that no more threads work at once? Where they may have all cores, these are the
+    /// limit.
+    bool takes_turns(const Device& opened) const;
+
+    /// Gives the threads to so many files at once.
+    void share_among(std::size_t files) const;
+};
+
+} // namespace fathom::cli

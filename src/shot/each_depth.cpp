@@ -1,0 +1,66 @@
+// The loop that all operations on depth images share.
+#include "each_depth.hpp"
+
+#include "steps.hpp"
+#include "telling.hpp"
+
+#include "terminal/exit.hpp"
+#include "terminal/interrupt.hpp"
+
+#include <fathom/frames.hpp>
+
+#include <algorithm>
+
+namespace fathom::cli {
+
+int each_depth(const DepthOptions& options, const Product& product, const More& more, const Operation& operation) {
+    static_cast<void>(report_of(options)); // refuses what contradicts itself
+    std::vector<Output> outputs{{"-o", options.output, product}};
+    outputs.insert(outputs.end(), more.outputs.begin(), more.outputs.end());
+    const std::vector<Job> jobs = plan(options, outputs, more.companions);
+    if (!options.relative.order) { // what is wrong for all inputs is told once
+        std::vector<Input> read_as(jobs.size());
+        std::ranges::transform(jobs, read_as.begin(), &Job::read_as);
+        options.camera.read(std::move(read_as));
+    }
+    catch_interrupts();
+    const Device device = options.device.open(options.memory);
+    const bool apart = options.device.takes_turns(device);
+    if (apart)
+        options.device.share_among(jobs.size());
+    Steps steps(options, outputs, more, operation, device, apart);
+    if (options.resume)
+        remove_abandoned(jobs);
+    Telling telling(options, outputs, jobs, device);
+    std::vector<std::size_t> wanted;
+    for (std::size_t i = 0; i < jobs.size(); ++i)
+        if (!jobs[i].left_out)
+            wanted.push_back(i);
+    const std::size_t begun = for_each_frame<Work>(
+        wanted.size(),
+        {.read =
+             [&](std::size_t n, Work& work) {
+                 static_cast<Job&>(work.frame) = jobs[wanted[n]];
+                 steps.read(work);
+             },
+         .compute = [&](std::size_t, Work& work) { steps.compute(work); },
+         .write = [&](std::size_t, Work& work) { steps.write(work); },
+         .report = [&](std::size_t n, Work& work,
+                       const std::exception_ptr& failure) { telling.tell(wanted[n], work, failure); },
+         .bytes = [&](const Work& work) { return steps.bytes(work); }},
+        {.threads = options.device.threads, .apart = apart, .memory = options.memory, .stop = [&] {
+             return is_interrupted() || telling.has_no_place();
+         }});
+    telling.sum_up();
+    if (begun < wanted.size())
+        stop_if_interrupted();
+    return telling.finish() ? done : input_failed;
+}
+
+int each_depth(const DepthOptions& options, const Product& product,
+               const std::function<cv::Mat(const StoredDepth&)>& operation) {
+    return each_depth(options, product, {.halo = 0},
+                      [&](const StoredDepth& stored, Loaded&) { return std::vector<Result>{operation(stored)}; });
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,84 @@
+// Which depth images the arguments stand for.
+#include "inputs.hpp"
+
+#include "camera_file/file.hpp"
+#include "sequence/frame_pattern.hpp"
+#include "terminal/exit.hpp"
+
+#include <fathom/error.hpp>
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+namespace fathom::cli {
+
+namespace fs = std::filesystem;
+using sequence::FramePattern;
+
+const std::vector<Input>& Inputs::all() const {
+    if (all_.empty())
+        for (const std::string& argument : arguments)
+            add(argument);
+    return all_;
+}
+
+bool Inputs::is_sequence() const {
+    return all().size() > 1 || !there_.empty();
+}
+
+void Inputs::add(const std::string& argument) const {
+    if (io::is_folder(argument)) {
+        add_files(argument, sequence::depth_files_in(argument));
+    } else if (const auto pattern = FramePattern::in(argument); pattern && !io::is_there(argument)) {
+        there_.push_back(pattern->files());
+        if (there_.back().empty())
+            throw Error(argument + ": no frame of this name is there; check the folder, and how many figures the "
+                                   "numbers have (%04d and #### mean four)");
+        const std::size_t source = there_.size() - 1;
+        if (frames)
+            for (const Frame frame : *frames)
+                all_.push_back({pattern->name(frame), frame, source});
+        else
+            for (const auto& [frame, file] : there_.back())
+                all_.push_back({file, frame, source});
+    } else if (sequence::has_glob(argument) && !io::is_there(argument)) {
+        add_files(argument, sequence::matching_files(argument));
+    } else {
+        if (frames)
+            throw UsageError(fmt::format("--frames: chooses from a sequence, and {} is a file; give the name of all "
+                                         "frames, as in shot.####.exr, between quotation marks",
+                                         argument));
+        all_.push_back({argument, frame_of(argument)});
+    }
+}
+
+void Inputs::add_files(const std::string& argument, const std::vector<std::string>& files) const {
+    if (files.empty())
+        throw Error(argument + ": stands for no image; check the name");
+    const auto common = FramePattern::common(files);
+    if (frames && !common)
+        throw UsageError(fmt::format("--frames: {} holds more than one sequence; give the name of one, as in "
+                                     "shot.####.exr",
+                                     argument));
+    const std::size_t source = there_.size();
+    there_.emplace_back();
+    if (common)
+        there_.back() = common->second;
+    if (frames)
+        for (const Frame frame : *frames)
+            all_.push_back({common->first.name(frame), frame, source});
+    else if (common)
+        for (const auto& [frame, file] : common->second)
+            all_.push_back({file, frame, source});
+    else
+        for (const std::string& file : files)
+            all_.push_back({file, frame_of(file), source});
+}
+
+std::optional<Frame> frame_of(const std::string& file) {
+    const auto pattern = FramePattern::of(file);
+    return pattern ? std::optional(pattern->second) : std::nullopt;
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,296 @@
+// Where results go. Everything that can be refused before the first file is read is refused here.
+#include "plan.hpp"
+
+#include "camera_file/file.hpp"
+#include "sequence/frame_pattern.hpp"
+#include "terminal/exit.hpp"
+#include "terminal/messages.hpp"
+
+#include <fathom/error.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <sys/stat.h>
+
+namespace fathom::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_known(const std::string& extension, const std::vector<std::string>& extensions) {
+    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+}
+
+// The pattern that a name is, unless a file has this very name.
+std::optional<sequence::FramePattern> pattern_in(const std::string& name) {
+    return io::is_there(name) ? std::nullopt : sequence::FramePattern::in(name);
+}
+
+// The pattern of an output: a single input that was named itself goes into a file of just this name.
+std::optional<sequence::FramePattern> pattern_of(const DepthOptions& options, const Output& output) {
+    const bool is_file =
+        !output.target.ends_with('/') && is_known(extension_of(output.target), output.product.extensions);
+    return is_file && options.inputs.is_sequence() ? pattern_in(output.target) : std::nullopt;
+}
+
+bool is_folder(const DepthOptions& options, const Output& output) {
+    return output.target.ends_with('/') || io::is_folder(output.target) ||
+           (options.inputs.all().size() > 1 && !pattern_of(options, output));
+}
+
+// The name for an input's frame.
+fs::path named(const sequence::FramePattern& pattern, const std::string& option, const Input& input) {
+    if (!input.frame)
+        throw UsageError(fmt::format("{}: its name holds no frame, which {} {} needs; give it a number, as in "
+                                     "shot.0001.exr",
+                                     input.file, option, pattern.text()));
+    return pattern.name(*input.frame);
+}
+
+// A file on disk by whatever path, link or other name; none when it is not there.
+using Identity = std::pair<dev_t, ino_t>;
+std::optional<Identity> identity(const fs::path& file) {
+    struct stat status;
+    if (stat(file.c_str(), &status) != 0) {
+        io::check_answer(file, {errno, std::generic_category()});
+        return std::nullopt;
+    }
+    return Identity{status.st_dev, status.st_ino};
+}
+
+void check_target(const DepthOptions& options, const Output& output) {
+    const std::vector<std::string>& extensions = output.product.extensions;
+    const fs::path out = output.target;
+    const auto check_type = [&] {
+        const std::string extension = extension_of(out);
+        if (!is_known(extension, extensions))
+            throw UsageError(fmt::format("{}: {} is no type of result; it is {} (a folder ends with /)", out.native(),
+                                         extension.empty() ? "a name without extension" : extension,
+                                         one_of(extensions)));
+    };
+    if (out.empty())
+        throw UsageError(output.option + ": the name is empty; give a file or a folder");
+    if (is_folder(options, output)) {
+        if (io::is_there(out) && !io::is_folder(out))
+            throw UsageError(out.native() + ": is a file; several inputs need a folder");
+        const bool is_new = !io::is_there(out) && !output.target.ends_with('/');
+        if (is_new && pattern_in(output.target))
+            check_type();
+        if (is_new && is_known(extension_of(out), extensions))
+            throw UsageError(fmt::format("{}: {} inputs cannot go into one file; give a folder ({}/)", out.native(),
+                                         options.inputs.all().size(), out.native()));
+    } else {
+        check_type();
+        if (!options.format.empty() && options.format != extension_of(out))
+            throw UsageError(out.native() + ": its extension contradicts --format " + options.format.substr(1) +
+                             "; leave one of them out");
+    }
+}
+
+fs::path place(const DepthOptions& options, const Output& output, const Input& input) {
+    fs::path file = output.target;
+    if (is_folder(options, output))
+        file /= fs::path(input.file).stem().native() +
+                (options.format.empty() ? output.product.extensions.front() : options.format);
+    else if (const auto pattern = pattern_of(options, output))
+        file = named(*pattern, output.option, input);
+    const bool exr = extension_of(file) == ".exr" || output.option != "-o";
+    if (!exr && options.append)
+        throw UsageError(file.native() + ": --append adds channels to an EXR; write .exr");
+    if (!exr && (options.half || options.compression))
+        throw UsageError(
+            fmt::format("{}: {} is for .exr; leave it out", file.native(), options.half ? "--half" : "--compression"));
+    if (extension_of(file) == ".png" && !options.png_scale && !output.product.png_scale)
+        throw UsageError(file.native() + ": PNG holds 0 to 1 only; give --png-scale or write .exr, .tif or .pfm");
+    return file;
+}
+
+// The file of a companion. If there is none, the name that it should have: reading that reports the missing file.
+fs::path find(const DepthOptions& options, const Companion& companion, const Input& input) {
+    if (companion.source.empty())
+        throw UsageError(companion.option + ": the name is empty; give a file or a folder");
+    if (!io::is_folder(companion.source)) {
+        if (const auto pattern = pattern_in(companion.source))
+            return named(*pattern, companion.option, input);
+        if (options.inputs.all().size() > 1)
+            throw UsageError(
+                fmt::format("{}: '{}' is no folder, and {} inputs need one, in which each finds its own name",
+                            companion.option, companion.source, options.inputs.all().size()));
+        return companion.source;
+    }
+    const fs::path file = image_like(companion.source, input.file);
+    return file.empty() ? fs::path(companion.source) / fs::path(input.file).stem().concat(".exr") : file;
+}
+
+// What is read for an input.
+void find_files(const DepthOptions& options, const std::vector<Companion>& companions, const Input& input, Job& job) {
+    job.input = input.file;
+    job.companions.clear();
+    for (const Companion& companion : companions)
+        job.companions.push_back(find(options, companion, input));
+    if (options.camera.is_pattern())
+        job.camera_file = options.camera.file_for(input);
+}
+
+// The first of these files that is not there; empty: all are.
+fs::path first_missing(const Job& job) {
+    if (!io::is_there(job.input))
+        return job.input;
+    for (const fs::path& companion : job.companions)
+        if (!io::is_there(companion))
+            return companion;
+    return job.camera_file.empty() || io::is_there(job.camera_file) ? fs::path() : job.camera_file;
+}
+
+// Takes the files of the nearest earlier frame that has them all. `incomplete`: frames that do not, of the same sequence.
+void hold_earlier(const DepthOptions& options, const std::vector<Companion>& companions, const Input& input,
+                  std::set<Frame>& incomplete, Job& job) {
+    const std::map<Frame, std::string>& there = options.inputs.there(input);
+    for (auto earlier = std::make_reverse_iterator(there.lower_bound(*input.frame)); earlier != there.rend();
+         ++earlier) {
+        const auto& [frame, file] = *earlier;
+        if (incomplete.contains(frame))
+            continue;
+        Job candidate = job;
+        find_files(options, companions, {.file = file, .frame = frame}, candidate);
+        if (first_missing(candidate).empty()) {
+            job = candidate;
+            job.held = frame;
+            job.missing.clear();
+            return;
+        }
+        incomplete.insert(frame);
+    }
+}
+
+// The values of a frame, in the order of the animations.
+std::vector<std::string> values_for(const std::vector<Animation>& animations, const Input& input) {
+    std::vector<std::string> values;
+    for (const Animation& animation : animations) {
+        if (!input.frame)
+            throw UsageError(fmt::format("{}: its name holds no frame, which --animate needs; give it a number, as in "
+                                         "shot.0001.exr",
+                                         input.file));
+        const auto value = animation.values.find(*input.frame);
+        if (value == animation.values.end())
+            throw Error(fmt::format("{}: has no {} for frame {} ({}); give every frame a line", animation.file,
+                                    animation.option, *input.frame, input.file));
+        values.push_back(value->second);
+    }
+    return values;
+}
+
+void refuse_replacing(const DepthOptions& options, const std::vector<Job>& jobs) {
+    std::set<std::optional<Identity>> read{identity(options.camera.file)};
+    for (const Job& job : jobs) {
+        read.insert(identity(job.input));
+        read.insert(identity(job.camera_file));
+        for (const fs::path& companion : job.companions)
+            read.insert(identity(companion));
+    }
+    for (const Job& job : jobs)
+        for (const fs::path& output : job.outputs)
+            if (const auto old = identity(output); old && read.contains(old))
+                throw UsageError(output.native() + ": is one of the files to read; write elsewhere");
+}
+
+} // namespace
+
+std::vector<fs::path> Job::others() const {
+    std::vector<fs::path> files = companions;
+    files.insert(files.end(), outputs.begin(), outputs.end());
+    return files;
+}
+
+bool has_overscan(const Windows& windows) {
+    return windows.data != cv::Rect({0, 0}, windows.display);
+}
+
+fs::path image_like(const fs::path& folder, const fs::path& input) {
+    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
+        if (fs::path file = folder / input.stem().concat(extension); io::is_there(file))
+            return file;
+    return {};
+}
+
+std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
+                      const std::vector<Companion>& companions) {
+    for (const Output& output : outputs)
+        check_target(options, output);
+    std::vector<Job> jobs;
+    std::map<fs::path, std::string> taken;
+    if (!options.log.empty())
+        taken.emplace(io::whole_path(options.log), "--log");
+    std::map<std::size_t, std::set<Frame>> incomplete; // of each sequence
+    for (const Input& input : options.inputs.all()) {
+        Job job{.input = {}, .companions = {}, .outputs = {}, .frame = input.frame};
+        job.in_sequence = input.source.has_value();
+        find_files(options, companions, input, job);
+        if (job.in_sequence && job.frame)
+            job.missing = first_missing(job);
+        if (!job.missing.empty() && options.inputs.missing == Missing::hold)
+            hold_earlier(options, companions, input, incomplete[*input.source], job);
+        if (!job.missing.empty()) {
+            job.left_out = options.inputs.missing == Missing::skip;
+            jobs.push_back(job);
+            continue;
+        }
+        job.values = values_for(options.animations, input);
+        for (const Output& output : outputs) {
+            const fs::path file = place(options, output, input);
+            const std::string what = outputs.size() == 1 ? input.file : output.option + " of " + input.file;
+            const auto [first, is_new] = taken.emplace(io::whole_path(file), what);
+            if (!is_new)
+                throw UsageError(fmt::format("{}: would be written for {} and for {}; {}", file.native(), first->second,
+                                             what, outputs.size() == 1 ? "do them one by one" : "write one elsewhere"));
+            job.outputs.push_back(file);
+        }
+        jobs.push_back(job);
+    }
+    if (std::ranges::none_of(jobs, [](const Job& job) { return job.missing.empty(); }))
+        throw Error(fmt::format("{}: is not there, and {}; check the name, the number of figures and --frames",
+                                jobs.front().missing.native(),
+                                jobs.size() == 1
+                                    ? "no other frame was asked for"
+                                    : fmt::format("none of the {} frames has all its files", jobs.size())));
+    refuse_replacing(options, jobs);
+    return jobs;
+}
+
+std::string missing_in_words(const DepthOptions& options, const Job& job) {
+    return fmt::format("{}: is not there, so that frame {} cannot be done; {}", job.missing.native(), *job.frame,
+                       options.inputs.missing == Missing::hold
+                           ? "--missing hold needs an earlier frame that has all its files"
+                           : "--missing skip leaves such frames out, --missing hold repeats the one before");
+}
+
+fs::path camera_name(const DepthOptions& options, const Job& job) {
+    if (options.camera.of_headers())
+        return job.input;
+    return job.camera_file.empty() ? fs::path(options.camera.name()) : job.camera_file;
+}
+
+void prepare_folders(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job) {
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const fs::path& file = job.outputs[i];
+        const fs::path folder = file.parent_path();
+        std::error_code error;
+        if (folder.empty() || io::is_folder(folder))
+            continue;
+        if (!is_folder(options, outputs[i]) && !pattern_of(options, outputs[i]))
+            throw Error(fmt::format("{}: its folder does not exist; create {} first", file.native(), folder.native()));
+        fs::create_directories(folder, error);
+        if (error)
+            io::refuse_making(folder, "cannot be made", error.value(), "choose another folder");
+    }
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,154 @@
+// What makes a result, as one line of JSON.
+#include "record.hpp"
+
+#include "content_hash.hpp"
+
+#include "io/replace_files.hpp"
+#include "runtime/context.hpp"
+#include "runtime/program.hpp"
+
+#include <fathom/opencl.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+namespace fathom::cli {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Options that change no result, and those of files, whose contents count.
+constexpr const char* left_out[] = {"DEPTH",     "--output",  "--camera",  "--format", "--frames",   "--missing",
+                                    "--animate", "--device",  "--threads", "--memory", "--progress", "--json",
+                                    "--quiet",   "--explain", "--resume",  "--log"};
+
+std::optional<double> finite_number(std::string_view text) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() && std::isfinite(value) ? std::optional(value)
+                                                                                            : std::nullopt;
+}
+
+// Numbers as numbers, so that 0.5 and .50 are the same.
+ordered_json value_of(const std::string& text) {
+    ordered_json numbers = ordered_json::array();
+    std::istringstream parts(text);
+    for (std::string part; std::getline(parts, part, ',');) {
+        const auto number = finite_number(part);
+        if (!number)
+            return text;
+        numbers.push_back(*number);
+    }
+    return numbers.size() == 1 ? numbers.front() : numbers.empty() ? ordered_json(text) : numbers;
+}
+
+ordered_json options_of(const std::vector<Given>& given, const std::set<std::string>& not_counted) {
+    ordered_json said = ordered_json::object();
+    for (const auto& [option, texts, is_text] : given) {
+        if (not_counted.contains(option))
+            continue;
+        ordered_json values = ordered_json::array();
+        for (const std::string& text : texts)
+            values.push_back(is_text ? ordered_json(text) : value_of(text)); // names may look like numbers
+        said[option] = values.size() == 1 ? values.front() : values;
+    }
+    return said;
+}
+
+} // namespace
+
+Records::Records(const DepthOptions& options, const std::vector<Output>& outputs,
+                 const std::vector<Companion>& companions, const Device& device)
+    : options_(options), outputs_(outputs), companions_(companions) {
+    std::set<std::string> not_counted(std::begin(left_out), std::end(left_out));
+    for (const Output& output : outputs)
+        not_counted.insert(output.option);
+    for (const Companion& companion : companions)
+        not_counted.insert(companion.option);
+    for (const Animation& animation : options.animations)
+        not_counted.insert(animation.option);
+    common_ = {{"fathom", FATHOM_VERSION},
+               {"kernels", kernels_hash()},
+               {"device", device_class(device)},
+               {"command", options.command},
+               {"options", options_of(options.given(), not_counted)}};
+}
+
+ordered_json Records::of(const Job& job, const std::string& camera) const {
+    ordered_json values = ordered_json::object(), inputs{{"depth", hash_of_files({job.input})}};
+    for (std::size_t i = 0; i < job.values.size(); ++i)
+        values[options_.animations[i].option] = value_of(job.values[i]);
+    for (std::size_t i = 0; i < companions_.size(); ++i)
+        inputs[companions_[i].option] = hash_of_files({job.companions[i]});
+    if (const auto files = options_.camera.files_for(job.read_as()); !files.empty())
+        inputs["camera"] = hash_of_files(files);
+    if (!camera.empty()) // a file may hold many, and the name of the depth chooses one
+        inputs["camera used"] =
+            content_hash({{{reinterpret_cast<const unsigned char*>(camera.data()), camera.size()}}});
+    ordered_json record = common_;
+    record["values"] = values;
+    record["inputs"] = inputs;
+    return record;
+}
+
+std::string Records::text(const ordered_json& record, const std::vector<io::Rest>& results) const {
+    ordered_json line = record;
+    for (std::size_t i = 0; i < outputs_.size(); ++i)
+        line["outputs"][outputs_[i].option] = content_hash(results[i]);
+    return line.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+}
+
+bool Records::is_finished(const ordered_json& record, const Job& job) const {
+    const auto main = io::read_recorded(job.outputs.front());
+    if (!main)
+        return false;
+    std::vector<io::Rest> results{main->rest()};
+    std::vector<io::Bytes> others;
+    others.reserve(job.outputs.size());
+    for (std::size_t i = 1; i < job.outputs.size(); ++i) {
+        auto bytes = io::read_if_there(job.outputs[i]);
+        if (!bytes || bytes->empty())
+            return false;
+        others.push_back(std::move(*bytes));
+        results.push_back({std::span<const unsigned char>(others.back()), {}});
+    }
+    return text(record, results) == main->record;
+}
+
+std::string device_class(const Device& device) {
+    std::string driver = runtime::ask_driver([&] { return cl::Device(device.id(), true).getInfo<CL_DRIVER_VERSION>(); },
+                                             device.info().name, " does not say the version of its driver");
+    driver.resize(std::min(driver.size(), driver.find('\0')));
+    return fmt::format("{}, {} {}", device.info().name, device.info().platform, driver);
+}
+
+std::string kernels_hash() {
+    std::vector<std::span<const unsigned char>> parts;
+    const auto add = [&](const std::string& text) {
+        parts.emplace_back(reinterpret_cast<const unsigned char*>(text.c_str()), text.size() + 1);
+    };
+    for (const auto& [name, text] : fathom_kernel_files()) {
+        add(name);
+        add(text);
+    }
+    return content_hash(parts);
+}
+
+void remove_abandoned(const std::vector<Job>& jobs) {
+    std::vector<std::filesystem::path> files;
+    for (const Job& job : jobs)
+        for (const std::filesystem::path& output : job.outputs) {
+            files.push_back(output);
+            if (output == job.outputs.front() && !io::holds_record(output))
+                files.push_back(io::sidecar_of(output));
+        }
+    io::remove_abandoned(files);
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,153 @@
+// What is written of an input: its images, their files and what those cannot hold.
+#include "results.hpp"
+
+#include "terminal/messages.hpp"
+#include "text.hpp"
+
+#include <fathom/error.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace fathom::cli {
+namespace {
+
+// Names for channels among others: "linear" in front of Z, which a depth image has already.
+std::vector<std::string> in_layer(std::vector<std::string> channels, const std::string& layer) {
+    for (std::string& channel : channels)
+        channel.insert(0, layer.empty() ? "" : layer + ".");
+    return channels;
+}
+
+} // namespace
+
+std::vector<std::string> channels_of(const Product& product, const cv::Mat& image) {
+    const auto there = std::min(product.channels.size(), static_cast<std::size_t>(image.channels()));
+    return {product.channels.begin(), product.channels.begin() + static_cast<std::ptrdiff_t>(there)};
+}
+
+bool is_exr(const std::filesystem::path& file) {
+    return io::is_file(file) && !list_channels(file).empty();
+}
+
+std::optional<ExrSource> source_of(const More& more, const Job& job, const DepthFile& depth) {
+    if (more.picture && is_exr(job.companions[*more.picture])) {
+        const std::filesystem::path& file = job.companions[*more.picture];
+        return ExrSource{file, color_channels(file, more.color_layer).front(), depth.windows};
+    }
+    if (depth.channel.empty())
+        return std::nullopt;
+    return ExrSource{job.input, depth.channel, depth.windows};
+}
+
+void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& file, ImageKind kind) {
+    const std::string extension = extension_of(file);
+    if (extension == ".exr" || extension == ".ply" || image.size() != windows.data.size())
+        return;
+    cv::Mat whole(windows.display, image.type());
+    whole.setTo(cv::Scalar::all(kind == ImageKind::color ? 0 : std::numeric_limits<double>::quiet_NaN()));
+    if (const cv::Rect seen = windows.data & cv::Rect({0, 0}, windows.display); !seen.empty())
+        image(seen - windows.data.tl()).copyTo(whole(seen));
+    image = whole;
+}
+
+std::vector<ImageFile> files_of(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
+                                const std::vector<Result>& results, const std::optional<ExrSource>& source) {
+    std::vector<ImageFile> images;
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const Product& product = outputs[i].product;
+        const cv::Mat& image = results[i].image;
+        WriteOptions how{.channels = channels_of(product, image),
+                         .png_scale = product.png_scale ? product.png_scale : options.png_scale,
+                         .png_offset = product.png_offset,
+                         .source = source,
+                         .half = options.half,
+                         .compression = options.compression,
+                         .normals = results[i].normals,
+                         .colors = results[i].colors};
+        if (source && results[i].part)
+            how.source->windows.data = *results[i].part + source->windows.data.tl();
+        else if (source && results[i].size != source->windows.data.size()) // not one value a pixel
+            how.source.reset();
+        if (i == 0 && options.append) {
+            if (!how.source)
+                throw Error(job.outputs[i].native() +
+                            ": has another size than its input, which --append cannot add to");
+            how.source->append = true;
+            how.channels = in_layer(how.channels, product.layer);
+        }
+        images.push_back({job.outputs[i], image, how, product.kind, results[i].format});
+    }
+    return images;
+}
+
+std::vector<std::string> png_doubts(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
+                                    const std::vector<Result>& results) {
+    constexpr double many_cut = 0.01, few_codes = 64;
+    std::vector<std::string> said;
+    for (std::size_t i = 0; i < outputs.size() && options.png_scale; ++i) {
+        if (outputs[i].product.png_scale.value_or(*options.png_scale) != *options.png_scale ||
+            extension_of(job.outputs[i]) != ".png" || results[i].format)
+            continue;
+        const cv::Mat& image = results[i].image;
+        std::size_t values = 0, cut = 0;
+        float largest = 0;
+        for (int y = 0; y < image.rows; ++y) {
+            const auto* row = image.ptr<float>(y);
+            for (int x = 0; x < image.cols * image.channels(); ++x)
+                if (std::isfinite(row[x])) {
+                    ++values;
+                    cut += static_cast<double>(row[x]) * *options.png_scale > 1;
+                    largest = std::max(largest, row[x]);
+                }
+        }
+        const double codes = static_cast<double>(largest) * *options.png_scale * 65535;
+        const std::string cure =
+            fmt::format("--png-scale {:.2g} holds all up to {:.4g}", 0.99 / static_cast<double>(largest), largest);
+        if (static_cast<double>(cut) > many_cut * static_cast<double>(values))
+            said.push_back(fmt::format("--png-scale {} cuts {} of the values off; {}", number(*options.png_scale),
+                                       percent(cut, values), cure));
+        else if (largest > 0 && codes < few_codes)
+            said.push_back(fmt::format("--png-scale {} leaves {:.0f} codes of 65535 to the values; {}",
+                                       number(*options.png_scale), codes, cure));
+    }
+    return said;
+}
+
+std::vector<std::string> metadata_doubts(const std::filesystem::path& file, const Result& result) {
+    if (result.format && result.format->incomplete)
+        return {
+            "does not hold the picture's Exif data or its grey profile, which are not read; copy them with exiftool"};
+    if (!result.format || !loses_metadata(file, *result.format))
+        return {};
+    return {"does not hold the colour profile or the camera's data of the picture; write the picture's own type to "
+            "keep them"};
+}
+
+void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const Job& job) {
+    check_same_size(file, other.values.size(), job);
+    if (other.windows != job.windows)
+        throw Error(fmt::format("{}: has other data and display windows than {}; write both with the same ones",
+                                file.native(), job.input.native()));
+}
+
+void check_same_size(const std::filesystem::path& file, cv::Size size, const Job& job) {
+    const auto& [width, height] = job.windows.data.size();
+    if (size.width != width || size.height != height)
+        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
+                                size.width, size.height, job.input.native(), width, height));
+}
+
+cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions) {
+    if (extension_of(file) == ".png")
+        for (int y = 0; y < directions.rows; ++y)
+            for (int x = 0; x < directions.cols; ++x)
+                if (auto& n = directions.at<cv::Vec3f>(y, x); n == cv::Vec3f(0, 0, 0))
+                    n = cv::Vec3f::all(std::numeric_limits<float>::quiet_NaN());
+    return directions;
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,287 @@
+// What is done with an input: it is read, looked at, computed and written.
+#include "steps.hpp"
+
+#include "results.hpp"
+
+#include "camera_file/key_doubts.hpp"
+#include "io/exr/depth_channels.hpp"
+#include "terminal/codecs.hpp"
+#include "terminal/messages.hpp"
+
+#include <fathom/error.hpp>
+#include <fathom/opencv.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace fathom::cli {
+namespace {
+
+// The camera of the pixels that were read.
+Camera camera_of(const CameraFile& file, const Windows& windows) {
+    const Camera camera = camera_for(file, windows.display.width, windows.display.height);
+    const cv::Rect& part = windows.data;
+    return has_overscan(windows) ? cropped(camera, part.x, part.y, part.width, part.height) : camera;
+}
+
+DepthFile read_silently(const std::filesystem::path& file, const ReadOptions& options) {
+    const StderrSilenced silenced;
+    return read_depth(file, options);
+}
+
+// Overscan is computed, too, unless a file beside the depth cannot hold it.
+bool takes_overscan(const Job& job) {
+    return std::ranges::all_of(job.companions, is_exr);
+}
+
+// Another channel that could be the depth, where none was named.
+std::vector<std::string> channel_doubts(const std::filesystem::path& file, const std::string& named,
+                                        const std::string& taken) {
+    if (!named.empty() || taken.empty())
+        return {};
+    const StderrSilenced silenced;
+    std::vector<std::string> others = io::depth_channels(file);
+    std::erase(others, taken);
+    if (others.empty())
+        return {};
+    return {fmt::format("channel \"{}\" is taken, but {} could be depth, too; name the right one with --channel", taken,
+                        one_of(others))};
+}
+
+Held held(const std::string& channel, const Look& look) {
+    const auto end = [&](float z) { return look.surfaces() > 0 ? json_number(z) : nlohmann::ordered_json(); };
+    return {channel,
+            in_words(look),
+            {{"nearest", end(look.nearest)},
+             {"farthest", end(look.farthest)},
+             {"background", look.background},
+             {"invalid", look.invalid}}};
+}
+
+Held held(const io::RelativeInput& input) {
+    return {input.channel,
+            in_words(input),
+            {{"stored", {{"min", json_number(input.least)}, {"max", json_number(input.greatest)}}},
+             {"invalid", input.invalid}}};
+}
+
+} // namespace
+
+Steps::Steps(const DepthOptions& options, const std::vector<Output>& outputs, const More& more,
+             const Operation& operation, const Device& device, bool apart)
+    : options_(options), outputs_(outputs), more_(more), operation_(operation), device_(device), apart_(apart) {
+    if (options.resume)
+        records_.emplace(options, outputs_, more.companions, device);
+}
+
+void Steps::read(Work& work) const {
+    const Stopwatch watch(work.times.read);
+    Loaded& frame = work.frame;
+    if (!frame.missing.empty())
+        throw Error(missing_in_words(options_, frame));
+    work.kept = is_finished(work);
+    if (work.kept)
+        return;
+    load(work);
+    if (!apart_ && !work.rows)
+        examine(work);
+}
+
+// Takes the hashes of what the input is read from before it is read: a file that changes meanwhile has another one next time.
+bool Steps::is_finished(Work& work) const {
+    if (!records_)
+        return false;
+    if (!is_relative())
+        work.camera = options_.camera.read_for(work.frame.read_as());
+    work.record = records_->of(work.frame, work.camera.text);
+    return records_->is_finished(*work.record, work.frame);
+}
+
+void Steps::load(Work& work) const {
+    Loaded& frame = work.frame;
+    if (is_relative()) {
+        work.relative = relative_depth(options_.relative, frame, options_.channel);
+        work.depth = std::exchange(work.relative->depth, {{}, Storage::float32, {}});
+    } else {
+        work.camera = options_.camera.read_for(frame.read_as());
+        work.rows = io::depth_rows(frame.input, read_options(work));
+        if (!work.rows)
+            work.depth = read_silently(frame.input, read_options(work));
+        else if (goes_by_strips(frame, *work.rows))
+            work.depth = work.rows->about();
+        else
+            work.depth = io::whole(frame.input, *std::exchange(work.rows, nullptr));
+        if (work.depth.storage != Storage::float32) // on which the unit may depend
+            work.camera = options_.camera.read_for(frame.read_as(), work.depth.storage);
+        if (options_.camera.of_each_input())
+            frame.own_camera = work.camera;
+    }
+    const DepthFile& depth = work.depth;
+    frame.windows = depth.windows;
+    work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *options_.relative.order)
+                              : camera_of(work.camera, depth.windows);
+    work.source = source_of(more_, frame, depth);
+    check_append(work);
+    if (!is_relative())
+        work.channel_doubts = channel_doubts(frame.input, options_.channel, depth.channel);
+    const Job& job = frame;
+    work.option_doubts = later([&] { return more_.doubts ? more_.doubts(job) : std::vector<std::string>{}; });
+    if (work.rows && more_.picture_rows)
+        work.picture = more_.picture_rows(job);
+    if (!work.picture)
+        frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
+}
+
+ReadOptions Steps::read_options(const Work& work) const {
+    return {.channel = options_.channel, .packing = work.camera.packing, .overscan = takes_overscan(work.frame)};
+}
+
+// Looks at what was read, while other inputs are computed: the device need not wait for the host's part of it.
+void Steps::examine(Work& work) const {
+    const DepthFile& depth = work.depth;
+    work.subject.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
+    work.subject.look = look_at(work.subject.stored);
+    work.subject.each = [&work](const auto& visit) { visit(work.depth.values, work.subject.look.z); };
+    work.subject.places = [&work] { return Places(work.depth, work.subject.look.z); };
+    find_doubts(work);
+}
+
+void Steps::find_doubts(Work& work) const {
+    if (is_relative()) {
+        work.held = held(work.relative->input);
+        work.value_doubts = work.relative->doubts;
+        return;
+    }
+    work.held = held(work.depth.channel, work.subject.look);
+    work.value_doubts = doubts(work.subject);
+    const cv::Size display = work.depth.windows.display;
+    work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height);
+}
+
+cv::Mat Steps::decoded(const Work& work, const cv::Mat& values, int first_row) const {
+    StoredDepth stored = work.subject.stored;
+    stored.image = to_device(device_, values);
+    stored.y = first_row;
+    return look_at(stored).z;
+}
+
+void Steps::compute(Work& work) {
+    if (work.kept)
+        return;
+    Loaded& frame = work.frame;
+    for (std::size_t i = 0; i < frame.values.size(); ++i)
+        options_.animations[i].give(frame.values[i]);
+    if (work.rows)
+        stream(work);
+    else if (apart_) {
+        const Stopwatch watch(work.times.read);
+        examine(work);
+    }
+    const Stopwatch watch(work.times.compute);
+    work.doubtful_values = warn_once(work, frame.input, work.value_doubts);
+    bool doubtful_camera = false;
+    if (!is_relative()) {
+        const std::filesystem::path described = camera_name(options_, frame);
+        warn_once(work, frame.input, work.channel_doubts);
+        doubtful_camera |= warn_once(work, described, work.camera.warnings);
+        doubtful_camera |= warn_once(work, described, work.camera_doubts);
+    }
+    warn_once(work, frame.input, work.option_doubts.get());
+    if (more_.length_doubts && !work.doubtful_values && !doubtful_camera) // or one mistake would be told twice
+        warn_once(work, frame.input, more_.length_doubts(work.subject.stored, work.subject.look, frame));
+    frame.said.insert(frame.said.end(), work.explained.begin(), work.explained.end());
+    work.subject.look.z.release();
+    if (work.failure)
+        std::rethrow_exception(work.failure);
+    if (!work.rows)
+        work.results = operation_(work.subject.stored, frame);
+    work.subject.stored.image = {};
+    frame.images = {};
+    work.depth.values.release();
+}
+
+void Steps::write(Work& work) const {
+    if (work.kept)
+        return;
+    const Stopwatch watch(work.times.write);
+    const Loaded& frame = work.frame;
+    if (work.rows) {
+        warn(work, frame.outputs.front(), metadata_doubts(frame.outputs.front(), work.results.front()));
+        work.file->complete();
+        work.file->take_over();
+        return;
+    }
+    for (std::size_t i = 0; i < outputs_.size() && has_overscan(frame.windows); ++i) {
+        fit(work.results[i].image, frame.windows, frame.outputs[i], outputs_[i].product.kind);
+        work.results[i].size = work.results[i].image.size();
+    }
+    if (!work.doubtful_values)
+        warn(work, frame.input, png_doubts(options_, outputs_, frame, work.results));
+    for (std::size_t i = 0; i < outputs_.size(); ++i)
+        warn(work, frame.outputs[i], metadata_doubts(frame.outputs[i], work.results[i]));
+    prepare_folders(options_, outputs_, frame);
+    const std::vector<ImageFile> files = files_of(options_, outputs_, frame, work.results, work.source);
+    const StderrSilenced silenced;
+    if (work.record)
+        io::write_recorded(files, [&](const auto& bytes) { return records_->text(*work.record, bytes); });
+    else
+        write_images(files);
+}
+
+std::size_t Steps::bytes(const Work& work) const {
+    if (work.kept) { // was not read, but says for all how much one takes
+        Work other;
+        static_cast<Job&>(other.frame) = work.frame;
+        try {
+            load(other);
+        } catch (...) { // nobody knows, so that frames are done one by one
+            return std::numeric_limits<std::size_t>::max();
+        }
+        return bytes(other);
+    }
+    const auto of = [](const cv::Mat& image) { return image.total() * image.elemSize(); };
+    if (work.rows)
+        return strip_bytes();
+    std::size_t sum = of(work.depth.values);
+    try {
+        const Images& images = work.frame.images.get();
+        sum += of(images.picture.color) + of(images.clean_plate.color) + of(images.clean_plate_depth.values) +
+               of(images.normals) + of(images.thickness);
+    } catch (...) { // is told when the frame is computed
+    }
+    std::size_t values = 1; // a pixel: what it looks at
+    for (const Output& output : outputs_)
+        values += 2 * output.product.channels.size(); // the result and its file
+    return sum + values * sizeof(float) * work.depth.values.total();
+}
+
+void Steps::check_append(const Work& work) const {
+    if (!options_.append || work.source)
+        return;
+    const Job& job = work.frame;
+    if (is_relative() && !more_.picture)
+        throw Error(fmt::format("{}: --append does not go with --relative; leave --append out", job.input.native()));
+    throw Error(fmt::format("{}: is no OpenEXR file, and --append adds to one; leave --append out",
+                            (more_.picture ? job.companions[*more_.picture] : job.input).native()));
+}
+
+void Steps::warn(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) const {
+    for (const std::string& doubt : said) {
+        const std::string line = fmt::format("{}: {}", subject.native(), doubt);
+        if (options_.strict)
+            throw Error(line);
+        work.frame.said.push_back("warning: " + line);
+    }
+}
+
+// A camera's mistake is told once for all inputs. Gives whether there is one.
+bool Steps::warn_once(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) {
+    for (const std::string& doubt : said)
+        if (options_.strict || subject == work.frame.input || told_.insert(subject.native() + doubt).second)
+            warn(work, subject, {doubt});
+    return !said.empty();
+}
+
+} // namespace fathom::cli

@@ -1,0 +1,133 @@
+#pragma once
+
+#include "each_depth.hpp"
+#include "relative.hpp"
+
+#include "cli/look.hpp"
+#include "io/rows.hpp"
+#include "shot/records/record.hpp"
+
+#include <fathom/device.hpp>
+#include <fathom/import_camera.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <cstddef>
+#include <exception>
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fathom::cli {
+
+/// Seconds that the steps of an input took. It waits between them, which does not count.
+struct Times {
+    double read = 0, compute = 0, write = 0;
+
+    double whole() const { return read + compute + write; }
+};
+
+/// Adds the seconds of its own life.
+class Stopwatch {
+public:
+    explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+    ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    Stopwatch(const Stopwatch&) = delete;
+    Stopwatch& operator=(const Stopwatch&) = delete;
+
+private:
+    double& seconds_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// What the depth holds, for the line about a result and for --json.
+struct Held {
+    std::string channel, words;
+    nlohmann::ordered_json members;
+};
+
+/// What `make` gives or throws, for whoever asks later.
+template <typename Make>
+auto later(Make make) {
+    std::packaged_task<decltype(make())()> task(std::move(make));
+    task();
+    return task.get_future().share();
+}
+
+/// An input between the steps.
+struct Work {
+    Loaded frame;
+    Times times;
+    // Read.
+    std::optional<nlohmann::ordered_json> record; // of a run with records
+    bool kept = false;                            // lie the results there already?
+    DepthFile depth{{}, Storage::float32, {}};
+    std::unique_ptr<io::DepthRows> rows; // of an input that is done strip by strip: `depth` has no values
+    std::unique_ptr<io::PictureRows> picture;
+    std::optional<RelativeDepth> relative; // all but its depth
+    ImportedCamera camera;
+    Camera seen; // by the pixels
+    std::optional<ExrSource> source;
+    std::vector<std::string> channel_doubts;
+    std::shared_future<std::vector<std::string>> option_doubts;
+    // Looked at.
+    Subject subject;
+    std::vector<std::string> value_doubts, camera_doubts;
+    Held held;
+    // Computed.
+    bool doubtful_values = false;
+    std::vector<std::string> explained; // by an operation that went by strips
+    std::exception_ptr failure;         // of a strip: told after what is doubtful about the image
+    std::vector<Result> results;
+    std::unique_ptr<io::ResultRows> file; // of the result, if it is made strip by strip
+};
+
+/// The steps of an input. Only `compute` goes from input to input in order; the others see nothing but their own.
+/// `apart`: the device waits while files are read.
+class Steps {
+public:
+    Steps(const DepthOptions& options, const std::vector<Output>& outputs, const More& more, const Operation& operation,
+          const Device& device, bool apart);
+
+    void read(Work& work) const;
+    void compute(Work& work);
+    void write(Work& work) const;
+
+    /// The bytes of the images that an input holds until it is written: of what was read, of its results and of their files.
+    std::size_t bytes(const Work& work) const;
+
+private:
+    bool is_relative() const { return options_.relative.order.has_value(); }
+    void load(Work& work) const;
+    ReadOptions read_options(const Work& work) const;
+    bool goes_by_strips(const Job& job, const io::DepthRows& rows) const;
+    void examine(Work& work) const;
+    void find_doubts(Work& work) const;
+    void stream(Work& work);
+    std::size_t row_bytes(int width, bool picture) const;
+    std::size_t strip_bytes() const;
+    int strip_rows(const Work& work) const;
+    void write_strip(Work& work, Result& result, const cv::Range& rows) const;
+    cv::Mat decoded(const Work& work, const cv::Mat& values, int first_row) const;
+    bool is_finished(Work& work) const;
+    void check_append(const Work& work) const;
+    void warn(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) const;
+    bool warn_once(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said);
+
+    const DepthOptions& options_;
+    const std::vector<Output>& outputs_;
+    const More& more_;
+    const Operation& operation_;
+    Device device_;
+    bool apart_;
+    std::optional<Records> records_;
+    std::set<std::string> told_; // warnings that are no input's own
+};
+
+} // namespace fathom::cli

@@ -1,0 +1,244 @@
+// What a run says: a line for each input, for people and as JSON.
+#include "telling.hpp"
+
+#include "results.hpp"
+
+#include "camera_file/file.hpp"
+#include "io/replace_files.hpp"
+#include "terminal/exit.hpp"
+#include "terminal/messages.hpp"
+
+#include <fathom/error.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <new>
+#include <stdexcept>
+#include <string_view>
+
+namespace fathom::cli {
+namespace {
+
+// An option as a key of JSON: bent_normal for --bent-normal.
+std::string key_of(const std::string& option) {
+    std::string key = option.substr(option.find_first_not_of('-'));
+    std::replace(key.begin(), key.end(), '-', '_');
+    return key;
+}
+
+// The files of an input for --json and --log.
+nlohmann::ordered_json files_in_json(const std::vector<Output>& outputs, const Job& job) {
+    nlohmann::ordered_json line{{"input", job.input.native()}};
+    if (!job.outputs.empty())
+        line["output"] = job.outputs.front().native();
+    if (job.in_sequence && job.frame)
+        line["frame"] = *job.frame;
+    if (job.held)
+        line["held"] = *job.held;
+    for (std::size_t i = 1; i < job.outputs.size(); ++i)
+        line[key_of(outputs[i].option)] = job.outputs[i].native();
+    return line;
+}
+
+std::optional<PictureFormat> written_format(const Job& job, const Result& made) {
+    return made.format ? std::optional(format_for(job.outputs.front(), *made.format)) : std::nullopt;
+}
+
+nlohmann::ordered_json times_in_json(const Times& times) {
+    return {{"seconds", times.whole()},
+            {"read_seconds", times.read},
+            {"compute_seconds", times.compute},
+            {"write_seconds", times.write}};
+}
+
+nlohmann::ordered_json result_in_json(const std::vector<Output>& outputs, const Work& work) {
+    const Job& job = work.frame;
+    nlohmann::ordered_json line = files_in_json(outputs, job);
+    if (work.kept) {
+        line["kept"] = true;
+        return line;
+    }
+    const Result& made = work.results.front();
+    line.update({{"width", made.size.width},
+                 {"height", made.size.height},
+                 {"channels", channels_of(outputs.front().product, made.image)}});
+    line.update(times_in_json(work.times));
+    if (!work.held.channel.empty())
+        line["depth_channel"] = work.held.channel;
+    line.update(work.held.members);
+    if (const auto format = written_format(job, made)) {
+        line["color_space"] = to_string(format->encoding);
+        line["bits"] = format->bits;
+    }
+    return line;
+}
+
+std::string result_in_words(const Work& work) {
+    const Job& job = work.frame;
+    std::string line;
+    for (const std::filesystem::path& file : job.outputs)
+        line += (line.empty() ? "" : ", ") + file.native();
+    if (work.kept)
+        return line + "  kept";
+    const Result& made = work.results.front();
+    const auto format = written_format(job, made);
+    const std::string picture = !format ? ""
+                                : format->bits == 32
+                                    ? "  linear floats"
+                                    : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
+    const Held& depth = work.held;
+    const std::string channel = depth.channel.empty() ? "" : io::printable(depth.channel) + ": ";
+    const std::string held = job.held ? fmt::format("  frame {} held", *job.held) : "";
+    return fmt::format("{}  {} × {}{}  {}{}{}  {:.0f} ms", line, made.size.width, made.size.height, picture, channel,
+                       depth.words, held, work.times.whole() * 1e3);
+}
+
+void announce(Report report, const std::vector<Output>& outputs, const Work& work) {
+    if (report == Report::line)
+        fmt::print("{}\n", result_in_words(work));
+    if (report == Report::json)
+        print_json(result_in_json(outputs, work));
+    flush_output();
+}
+
+// The line of a frame in the log.
+nlohmann::ordered_json log_line(const std::vector<Output>& outputs, const Work& work, const std::string& error) {
+    constexpr std::string_view warning = "warning: ";
+    nlohmann::ordered_json line{{"status", !error.empty() ? "failed" : work.kept ? "kept" : "made"}};
+    line.update(error.empty() ? result_in_json(outputs, work) : files_in_json(outputs, work.frame));
+    line.update(times_in_json(work.times));
+    line.erase("kept");
+    line["warnings"] = nlohmann::ordered_json::array();
+    for (const std::string& said : work.frame.said)
+        if (said.starts_with(warning))
+            line["warnings"].push_back(said.substr(warning.size()));
+    if (!error.empty())
+        line["error"] = error;
+    if (!work.camera.text.empty())
+        line["camera"] = nlohmann::ordered_json::parse(work.camera.text);
+    return line;
+}
+
+// What went wrong with an input, in a line.
+std::string in_words(const std::exception_ptr& failure, const DepthOptions& options, const Job& job) {
+    try {
+        std::rethrow_exception(failure);
+    } catch (const std::bad_alloc&) {
+        return about(job.input, "not enough memory for an image of this size; crop it or split it");
+    } catch (const ImageTooLarge& error) {
+        return about(job.input, error.what() + std::string("; crop it or split it"));
+    } catch (const std::invalid_argument& error) { // a field of the camera
+        return about(options.relative.order ? job.input : camera_name(options, job), error.what(), {job.input});
+    } catch (const std::exception& error) {
+        return about(job.input, error.what(), job.others());
+    }
+}
+
+// A frame that is left out.
+void announce_left_out(Report report, const Job& job) {
+    if (report == Report::line)
+        fmt::print("frame {}  left out: {} is not there\n", *job.frame, job.missing.native());
+    if (report == Report::json)
+        print_json({{"frame", *job.frame}, {"missing", job.missing.native()}, {"skipped", true}});
+    flush_output();
+}
+
+// Does no frame have a place because this one has none? Folders that are not there yet are made in those that are.
+bool none_has_a_place(const std::exception_ptr& failure, const Job& job, const std::vector<Job>& jobs) {
+    const auto place = [](const std::filesystem::path& file) {
+        std::error_code ignored;
+        std::filesystem::path folder = file.parent_path();
+        while (folder.has_relative_path() && !std::filesystem::exists(folder, ignored))
+            folder = folder.parent_path();
+        return folder;
+    };
+    try {
+        if (failure)
+            std::rethrow_exception(failure);
+    } catch (const io::UnwritableFolder&) {
+        return std::ranges::all_of(jobs, [&](const Job& other) {
+            return std::ranges::equal(other.outputs, job.outputs, {}, place, place) || !other.missing.empty();
+        });
+    } catch (...) {
+    }
+    return false;
+}
+
+} // namespace
+
+Report report_of(const DepthOptions& options) {
+    if (options.log != "-")
+        return options.report;
+    const bool openjd = options.progress == ProgressKind::openjd;
+    if (options.report == Report::json || openjd)
+        throw UsageError(
+            fmt::format("--log -: stdout has the lines of {} already; name a file, or leave one of them out",
+                        openjd ? "--progress openjd" : "--json"));
+    return Report::nothing;
+}
+
+Telling::Telling(const DepthOptions& options, const std::vector<Output>& outputs, const std::vector<Job>& jobs,
+                 const Device& device)
+    : options_(options), outputs_(outputs), jobs_(jobs), said_(report_of(options)),
+      count_(static_cast<std::size_t>(std::ranges::count(jobs, false, &Job::left_out))), log_(options.log),
+      progress_(options.progress, count_, options.report == Report::nothing) {
+    log_.begin({{"kernels", kernels_hash()}, {"device", device_class(device)}, {"frames", jobs.size()}});
+}
+
+void Telling::tell_left_out(std::size_t end) {
+    for (; told_ < end; ++told_) {
+        const Job& job = jobs_[told_];
+        if (!job.left_out)
+            continue;
+        announce_left_out(said_, job);
+        log_.add({{"status", "left out"},
+                  {"input", job.input.native()},
+                  {"frame", *job.frame},
+                  {"missing", job.missing.native()}});
+    }
+}
+
+void Telling::tell(std::size_t index, const Work& work, const std::exception_ptr& failure) {
+    const Job& job = jobs_[index];
+    progress_.hide();
+    tell_left_out(index);
+    told_ = index + 1;
+    std::ranges::for_each(work.frame.said, complain);
+    std::string error;
+    if (failure) {
+        error = in_words(failure, options_, job);
+        const bool alike = none_has_a_place(failure, job, jobs_);
+        if (alike && jobs_.size() > 1)
+            error += "; no other frame has a place either";
+        if (!alike || !no_place_.exchange(true))
+            complain(error);
+        failed_.push_back(job.held ? fmt::format("{} (for frame {})", job.input.native(), *job.frame)
+                                   : job.input.native());
+    } else {
+        announce(said_, outputs_, work);
+    }
+    log_.add(log_line(outputs_, work, error));
+    progress_.advance();
+}
+
+// Of many inputs, the errors of a few are far above the last line.
+void Telling::sum_up() {
+    constexpr std::size_t most = 10;
+    progress_.hide();
+    if (failed_.empty() || count_ == 1 || no_place_)
+        return;
+    const std::size_t named = std::min(most, failed_.size()), more = failed_.size() - named;
+    complain(fmt::format("{} of {} inputs failed: {}{}", failed_.size(), count_,
+                         fmt::join(failed_.begin(), failed_.begin() + static_cast<std::ptrdiff_t>(named), ", "),
+                         more > 0 ? fmt::format(" and {} more", more) : ""));
+}
+
+bool Telling::finish() {
+    if (!no_place_)
+        tell_left_out(jobs_.size());
+    return failed_.empty() && log_.complete();
+}
+
+} // namespace fathom::cli

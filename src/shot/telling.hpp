@@ -1,0 +1,57 @@
+#pragma once
+
+#include "steps.hpp"
+
+#include "shot/records/run_log.hpp"
+#include "terminal/progress.hpp"
+
+#include <fathom/device.hpp>
+
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <string>
+#include <vector>
+
+namespace fathom::cli {
+
+/// What is said on stdout, which a log there has for itself.
+/// Throws: UsageError where two kinds of lines are to stand there.
+Report report_of(const DepthOptions& options);
+
+/// Tells how a run goes: lines on stdout, errors and a bar on stderr, and the log.
+class Telling {
+public:
+    /// Begins the log. An empty one would say of no run, so that everything that ends a run comes before.
+    /// Throws: Error for a log that cannot be written.
+    Telling(const DepthOptions& options, const std::vector<Output>& outputs, const std::vector<Job>& jobs,
+            const Device& device);
+
+    /// One of the jobs is done, and so are all before it.
+    void tell(std::size_t job, const Work& work, const std::exception_ptr& failure);
+
+    /// Can no result be written? May be asked while others are told.
+    bool has_no_place() const { return no_place_; }
+
+    /// Names the inputs that failed, once no more will.
+    void sum_up();
+
+    /// Tells of what was left out at the end. Gives whether everything was done and told.
+    bool finish();
+
+private:
+    void tell_left_out(std::size_t end);
+
+    const DepthOptions& options_;
+    const std::vector<Output>& outputs_;
+    const std::vector<Job>& jobs_;
+    Report said_;
+    std::size_t count_; // that are not left out
+    RunLog log_;
+    Progress progress_;
+    std::size_t told_ = 0; // jobs of which the user has heard
+    std::vector<std::string> failed_;
+    std::atomic<bool> no_place_ = false;
+};
+
+} // namespace fathom::cli
