@@ -76,7 +76,7 @@ TEST_CASE("doubts: mistakes are told of an image and of a sample of it, and what
     check_told(camera, host(metres, Storage::float32), "which is \"scale\": 1");
 
     check_told(camera_of(Encoding::window), host(metres, Storage::float32),
-               "no pixel has a depth: the values run from 2 to 10, and \"window\" depth lies in 0 to 1");
+               "and \"window\" depth lies in 0 to 1; are these distances");
     const auto buffer = image<float>([](double z) { return (10 - 1 / z) / (10 - 0.01); });
     check_silent(camera_of(Encoding::window), host(buffer, Storage::float32));
     check_told(camera_of(Encoding::view_z), host(buffer, Storage::float32),

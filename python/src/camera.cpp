@@ -31,8 +31,7 @@ namespace fs = std::filesystem;
 namespace fathom::python {
 namespace {
 
-constexpr const char* source = "Camera";                 // stands in messages where a file's name would
-constexpr int called_directly = 1, called_by_fathom = 2; // through a function of the package that explains TypeErrors
+constexpr const char* source = "Camera"; // stands in messages where a file's name would
 
 nlohmann::json json_of(nb::handle value, const std::string& path, int depth = 0) {
     constexpr int deepest = 100; // as in camera files; a list that holds itself has no bottom
@@ -101,13 +100,13 @@ nlohmann::json keys_given(const nb::kwargs& given) {
     return keys;
 }
 
-// `frames`: from here to the caller's line.
-void warn(const std::vector<std::string>& warnings, const std::string& name, int frames) {
+// At the caller's line: functions of this module have no frame of Python's.
+void warn(const std::vector<std::string>& warnings, const std::string& name) {
     if (warnings.empty())
         return;
     const nb::object category = nb::module_::import_("fathom._fathom").attr("CameraWarning");
     for (const std::string& warning : warnings)
-        if (PyErr_WarnEx(category.ptr(), (name + ": " + warning).c_str(), frames) != 0)
+        if (PyErr_WarnEx(category.ptr(), (name + ": " + warning).c_str(), 1) != 0)
             throw nb::python_error();
 }
 
@@ -125,8 +124,8 @@ CameraObject camera_of_keys(const nb::kwargs& given) {
     return as_argument([&] { return CameraObject(io::completed(source, {.keys = keys_given(given)}, {})); });
 }
 
-CameraObject doubted(CameraObject camera, const std::string& name, int frames) {
-    camera.doubt(camera.file().camera.width, camera.file().camera.height, name, frames);
+CameraObject doubted(CameraObject camera, const std::string& name) {
+    camera.doubt(camera.file().camera.width, camera.file().camera.height, name);
     return camera;
 }
 
@@ -188,8 +187,8 @@ CameraObject load(const fs::path& path, const std::string& image, const std::str
                         "; this build of the package reads camera files, glTF and transforms.json only: " + why);
         camera = *other;
     }
-    warn(camera.warnings, path.string(), called_by_fathom);
-    return doubted(CameraObject(std::move(camera)), path.string(), called_by_fathom);
+    warn(camera.warnings, path.string());
+    return doubted(CameraObject(std::move(camera)), path.string());
 }
 
 nb::dict keys_of(const CameraObject& camera) {
@@ -218,7 +217,7 @@ std::string shown(const CameraObject& camera) {
 } // namespace
 
 const Camera& CameraObject::for_size(int width, int height) const {
-    doubt(width, height, source, called_by_fathom);
+    doubt(width, height, source);
     return of_size(width, height);
 }
 
@@ -239,10 +238,10 @@ CameraObject CameraObject::for_view_depth() const {
     return other;
 }
 
-void CameraObject::doubt(int width, int height, const std::string& name, int frames) const {
+void CameraObject::doubt(int width, int height, const std::string& name) const {
     if (is_doubted_ || width == 0 || height == 0)
         return;
-    warn(key_doubts(width, height), name, frames);
+    warn(key_doubts(width, height), name);
     is_doubted_ = true;
 }
 
@@ -261,7 +260,7 @@ void CameraObject::doubt(const HostDepth& stored, const char* argument) const {
     } catch (const std::invalid_argument&) { // the operation says it
         return;
     }
-    warn(said, argument, called_by_fathom);
+    warn(said, argument);
     is_depth_doubted_ = true;
 }
 
@@ -292,7 +291,7 @@ Raises ValueError naming the key, its value and what would be right. Warns (Came
         .def(
             "__init__",
             [](CameraObject* self, const nb::kwargs& keys) {
-                new (self) CameraObject(doubted(camera_of_keys(keys), source, called_directly));
+                new (self) CameraObject(doubted(camera_of_keys(keys), source));
             },
             nb::arg("keys"))
         .def_static(
@@ -309,7 +308,7 @@ ROS counts integers in millimetres and floats in metres. depth: the depth's file
 Raises fathom.Error, one line with the file's name.)")
         .def_static(
             "from_json",
-            [](const std::string& text) { return doubted(camera_of_text(text, source), source, called_by_fathom); },
+            [](const std::string& text) { return doubted(camera_of_text(text, source), source); },
             nb::arg("text"), "The camera of a camera file's text.")
         .def("for_view_depth", &CameraObject::for_view_depth,
              "The same camera for view depth, as `linearize` makes it: normals(linearize(depth, c), "
@@ -357,7 +356,7 @@ Raises fathom.Error, one line with the file's name.)")
                 camera_for(io::completed(source, {.keys = keys}, {}), width, height); // throws for another size
                 keys["width"] = width;
                 keys["height"] = height;
-                return doubted(CameraObject(io::completed(source, {.keys = keys}, {})), source, called_by_fathom);
+                return doubted(CameraObject(io::completed(source, {.keys = keys}, {})), source);
             });
         },
         nb::arg("text"), nb::arg("width"), nb::arg("height"),

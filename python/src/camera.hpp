@@ -33,8 +33,8 @@ public:
     CameraObject for_view_depth() const;
     bool is_for_view_depth() const { return is_for_view_depth_; }
 
-    /// Warns once of keys that hardly anybody means for an image of this size. `frames`: from here to the caller's line.
-    void doubt(int width, int height, const std::string& name, int frames) const;
+    /// Warns once of keys that hardly anybody means for an image of this size.
+    void doubt(int width, int height, const std::string& name) const;
 
     /// Looks once at a sample of depth of the last size, and warns of what is probably wrong.
     void doubt(const HostDepth& stored, const char* argument) const;
