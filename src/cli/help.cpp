@@ -128,7 +128,7 @@ std::string usage(const CLI::App& app, const std::string& name) {
     return text + " [options]";
 }
 
-class Layout : public CLI::FormatterBase {
+class HelpLayout : public CLI::FormatterBase {
 public:
     std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
         const bool all = mode == CLI::AppFormatMode::All;
@@ -179,7 +179,7 @@ std::string unknown(const std::string& kind, const std::string& name, const std:
 } // namespace
 
 std::shared_ptr<CLI::FormatterBase> help_layout() {
-    return std::make_shared<Layout>();
+    return std::make_shared<HelpLayout>();
 }
 
 std::string explain(const CLI::App& program, const CLI::ParseError& error) {

@@ -3,6 +3,7 @@
 
 #include "command.hpp"
 
+#include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/max_error.hpp"
 #include "cli/options/picture.hpp"

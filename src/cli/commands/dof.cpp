@@ -2,6 +2,7 @@
 #include "description/dof.hpp"
 
 #include "cli/command.hpp"
+#include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/lens.hpp"
 #include "cli/options/max_error.hpp"

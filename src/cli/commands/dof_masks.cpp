@@ -1,6 +1,7 @@
 // fathom dof-masks
 #include "cli/command.hpp"
 #include "cli/operation.hpp"
+#include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/lens.hpp"
 #include "cli/options/relative.hpp"

@@ -1,6 +1,7 @@
 // fathom ssao
 #include "cli/command.hpp"
 #include "cli/operation.hpp"
+#include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/max_error.hpp"
 #include "io/floats_on_host.hpp"

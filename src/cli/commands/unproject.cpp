@@ -2,6 +2,7 @@
 #include "description/unproject.hpp"
 
 #include "cli/command.hpp"
+#include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/picture.hpp"
 #include "io/floats_on_host.hpp"

@@ -106,7 +106,8 @@ void complete(LensArguments& lens, const CameraOption& camera) {
 
 void complete(LensArguments& lens, const CameraFile& file, const std::string& name) {
     try {
-        lens = completed(lens, file.lens, file.camera.projection, {.camera = name, .option = spelled});
+        lens = completed(lens, file.lens, file.camera.projection,
+                         {.camera = name, .option = [](const std::string& option) { return spelled(option); }});
     } catch (const std::invalid_argument& error) {
         throw UsageError(error.what());
     }

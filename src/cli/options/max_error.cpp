@@ -1,6 +1,8 @@
 // --max-error and --explain, which ssao, dof and normals share.
 #include "max_error.hpp"
 
+#include "depth_options.hpp"
+
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>

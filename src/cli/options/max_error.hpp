@@ -9,6 +9,10 @@
 #include <string>
 #include <variant>
 
+namespace CLI {
+class App;
+}
+
 namespace fathom::cli {
 
 /// Adds --explain, which needs --max-error.

@@ -1,6 +1,8 @@
 // Relative depth for `fathom dof` and `fathom dof-masks`.
 #include "relative.hpp"
 
+#include "depth_options.hpp"
+
 #include "cli/command.hpp"
 #include "terminal/messages.hpp"
 
