@@ -33,7 +33,6 @@ namespace {
 using description::Kind;
 using description::Option;
 using nb::arg;
-using Number = std::optional<double>;
 
 // What all operations take, besides what is described.
 struct Common {
@@ -62,55 +61,28 @@ nb::object target_of(const Target& out, std::size_t field, std::size_t fields, b
     return target;
 }
 
-// A lens as the arguments and the camera give it, as the program takes it.
-struct LensArguments {
-    Number focus, f_stop, focal_length_mm, sensor_mm;
-    double mm_per_unit = 1000;
-    std::optional<std::array<int, 2>> focus_at;
-    std::optional<std::tuple<int, int, double>> focus_along;
-    std::optional<std::array<double, 2>> circle;
-
-    explicit LensArguments(Keywords& keywords)
-        : focus_at(keywords.take_as<std::array<int, 2>>("focus_at", "2 whole numbers")),
-          focus_along(keywords.take_as<std::tuple<int, int, double>>("focus_along", "2 whole numbers and a number")),
-          circle(keywords.take_as<std::array<double, 2>>("circle", "2 numbers")) {
-        static const std::vector<Keyword>& known = *new std::vector(keywords_of(description::options_of(*this)));
-        keywords.each(known, [&](const Option& option, nb::handle given) {
-            option.set(*this, keywords.value_of(option, given));
-        });
-    }
-
-    CircleOfConfusion circle_for(const StoredDepth& stored, const LensDefaults& defaults) const {
-        fathom::LensArguments lens{.focus = focus,
-                                   .f_stop = f_stop,
-                                   .focal_length_mm = focal_length_mm,
-                                   .sensor_mm = sensor_mm,
-                                   .mm_per_unit = mm_per_unit,
-                                   .circle = circle};
-        if (focus_at)
-            lens.focus_at = fathom::LensArguments::Pixel{(*focus_at)[0], (*focus_at)[1]};
-        if (focus_along) {
-            const auto [x, y, distance] = *focus_along;
-            lens.focus_along = fathom::LensArguments::AlongRay{{x, y}, distance};
-        }
-        return fathom::circle_for(completed(lens, defaults, stored.camera.projection), stored);
-    }
-};
-
-template <typename Visitor>
-void describe(const Visitor& v, LensArguments& lens) {
-    description::describe_lens(v, lens);
-}
-
 // An operation with what its calls need at hand.
 struct Bound {
     const description::Operation& operation;
     std::vector<Keyword> keywords;
+    std::vector<Keyword> lens;       // of the circle, if it takes one
     std::vector<PyObject*> names;    // of the arguments that need none
     std::vector<std::string> outs;   // names of the results in messages, and that of a single one
     const Option* circle = nullptr;  // that a lens makes
     nb::object results = nb::none(); // the type of several
 };
+
+// A lens as the arguments give it.
+LensArguments lens_of(Keywords& keywords, const std::vector<Keyword>& known) {
+    LensArguments lens{.circle = keywords.take_as<std::array<double, 2>>("circle", "2 numbers")};
+    if (const auto pixel = keywords.take_as<std::array<int, 2>>("focus_at", "2 whole numbers"))
+        lens.focus_at = {(*pixel)[0], (*pixel)[1]};
+    if (const auto ray = keywords.take_as<std::tuple<int, int, double>>("focus_along", "2 whole numbers and a number"))
+        lens.focus_along = {{std::get<0>(*ray), std::get<1>(*ray)}, std::get<2>(*ray)};
+    keywords.each(known,
+                  [&](const Option& option, nb::handle given) { option.set(lens, keywords.value_of(option, given)); });
+    return lens;
+}
 
 using Given = std::vector<std::pair<const Option*, nb::handle>>;
 
@@ -120,7 +92,7 @@ void set_radius(const Bound& bound, void* made, const Given& given, const Camera
     const auto own = std::ranges::find(bound.keywords, radius, [](const Keyword& each) { return each.option.name; });
     if (own == bound.keywords.end() || std::ranges::count(given, &own->option, &Given::value_type::first) > 0)
         return;
-    const Number& length = camera.file().lens.ao_distance;
+    const std::optional<double>& length = camera.file().lens.ao_distance;
     if (!length)
         throw std::invalid_argument(
             "radius: missing, and the camera has no \"ao_distance\"; give a length in scene units");
@@ -174,7 +146,7 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
         keywords.refuse();
     const auto& camera = nb::cast<const CameraObject&>(camera_given);
     const std::optional<LensArguments> lens =
-        operation.lens.empty() ? std::nullopt : std::optional<LensArguments>(keywords);
+        bound.circle ? std::optional(lens_of(keywords, bound.lens)) : std::nullopt;
 
     std::shared_ptr<void> options = operation.make(nullptr);
     Given given;
@@ -205,7 +177,9 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     }
     call.run([&] {
         if (lens)
-            operation.set(made.get(), *bound.circle, lens->circle_for(call.depth(), camera.file().lens));
+            operation.set(
+                made.get(), *bound.circle,
+                circle_for(completed(*lens, camera.file().lens, call.depth().camera.projection), call.depth()));
         operation.run(made.get(), call.depth(), {});
     });
     if (alone)
@@ -235,7 +209,11 @@ PyObject* interned(const char* name) {
 
 // Lives as long as the process.
 const Bound& bound(const description::Operation& operation) {
-    auto& made = *new Bound{operation, keywords_of(operation.options), {interned("depth"), interned("camera")}, {}};
+    auto& made = *new Bound{operation,
+                            keywords_of(operation.options),
+                            keywords_of(operation.lens),
+                            {interned("depth"), interned("camera")},
+                            {}};
     for (const char* name : operation.arguments)
         if (name)
             made.names.push_back(interned(name));

@@ -10,6 +10,8 @@
 #include "description/ssao.hpp"
 #include "description/unproject.hpp"
 
+#include <fathom/lens_arguments.hpp>
+
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -24,8 +26,8 @@ using Calls = std::tuple<LinearizeCall, UnprojectCall, NormalsCall, SsaoCall, Do
 /// An operation for whoever calls it without knowing it.
 struct Operation : Said {
     std::vector<Option> options;                     ///< images among them
-    std::vector<Option> lens = {};                   ///< that makes the circle, if it takes one
-    std::shared_ptr<void> (*make)(const void* like); ///< a call, whose options are the defaults
+    std::vector<Option> lens = {};                   ///< of the `LensArguments` that make the circle, if it takes one
+    std::shared_ptr<void> (*make)(const void* like); ///< a call, whose options are those of another, or the defaults
     std::vector<Result> (*results_of)(void*, const StoredDepth&);
     void (*run)(const void*, const StoredDepth&, const Launch&);
 
@@ -49,7 +51,7 @@ Operation operation_of() {
                    [](const void* call, const StoredDepth& stored, const Launch& launch) {
                        static_cast<const Call*>(call)->run(stored, launch);
                    }};
-    if (Lens lens{.f_stop = 0, .focus = 0}; std::ranges::count(made.options, Kind::lens, &Option::kind) > 0)
+    if (LensArguments lens; std::ranges::count(made.options, Kind::lens, &Option::kind) > 0)
         describe_lens(List(&lens, made.lens), lens);
     return made;
 }
