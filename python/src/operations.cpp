@@ -62,45 +62,23 @@ nb::object target_of(const Target& out, std::size_t field, std::size_t fields, b
     return target;
 }
 
-// A lens as the arguments and the camera give it, as the program takes it.
-struct LensArguments {
-    Number focus, f_stop, focal_length_mm, sensor_mm;
-    double mm_per_unit = 1000;
-    std::optional<std::array<int, 2>> focus_at;
-    std::optional<std::tuple<int, int, double>> focus_along;
-    std::optional<std::array<double, 2>> circle;
-
-    explicit LensArguments(Keywords& keywords)
-        : focus_at(keywords.take_as<std::array<int, 2>>("focus_at", "2 whole numbers")),
-          focus_along(keywords.take_as<std::tuple<int, int, double>>("focus_along", "2 whole numbers and a number")),
-          circle(keywords.take_as<std::array<double, 2>>("circle", "2 numbers")) {
-        static const std::vector<Keyword>& known = *new std::vector(keywords_of(description::options_of(*this)));
+// A lens as the arguments give it, as the program takes it.
+struct GivenLens : LensArguments {
+    explicit GivenLens(Keywords& keywords) {
+        if (const auto at = keywords.take_as<std::array<int, 2>>("focus_at", "2 whole numbers"))
+            focus_at = Pixel{(*at)[0], (*at)[1]};
+        if (const auto along =
+                keywords.take_as<std::tuple<int, int, double>>("focus_along", "2 whole numbers and a number")) {
+            const auto [x, y, distance] = *along;
+            focus_along = AlongRay{{x, y}, distance};
+        }
+        circle = keywords.take_as<std::array<double, 2>>("circle", "2 numbers");
+        static const auto& known = *new std::vector(keywords_of(description::options_of(LensArguments{})));
         keywords.each(known, [&](const Option& option, nb::handle given) {
-            option.set(*this, keywords.value_of(option, given));
+            option.set(static_cast<LensArguments&>(*this), keywords.value_of(option, given));
         });
     }
-
-    CircleOfConfusion circle_for(const StoredDepth& stored, const LensDefaults& defaults) const {
-        fathom::LensArguments lens{.focus = focus,
-                                   .f_stop = f_stop,
-                                   .focal_length_mm = focal_length_mm,
-                                   .sensor_mm = sensor_mm,
-                                   .mm_per_unit = mm_per_unit,
-                                   .circle = circle};
-        if (focus_at)
-            lens.focus_at = fathom::LensArguments::Pixel{(*focus_at)[0], (*focus_at)[1]};
-        if (focus_along) {
-            const auto [x, y, distance] = *focus_along;
-            lens.focus_along = fathom::LensArguments::AlongRay{{x, y}, distance};
-        }
-        return fathom::circle_for(completed(lens, defaults, stored.camera.projection), stored);
-    }
 };
-
-template <typename Visitor>
-void describe(const Visitor& v, LensArguments& lens) {
-    description::describe_lens(v, lens);
-}
 
 // An operation with what its calls need at hand.
 struct Bound {
@@ -173,8 +151,7 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     if (!nb::isinstance<CameraObject>(camera_given))
         keywords.refuse();
     const auto& camera = nb::cast<const CameraObject&>(camera_given);
-    const std::optional<LensArguments> lens =
-        operation.lens.empty() ? std::nullopt : std::optional<LensArguments>(keywords);
+    const std::optional<GivenLens> lens = operation.lens.empty() ? std::nullopt : std::optional<GivenLens>(keywords);
 
     std::shared_ptr<void> options = operation.make(nullptr);
     Given given;
@@ -205,7 +182,9 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     }
     call.run([&] {
         if (lens)
-            operation.set(made.get(), *bound.circle, lens->circle_for(call.depth(), camera.file().lens));
+            operation.set(
+                made.get(), *bound.circle,
+                circle_for(completed(*lens, camera.file().lens, call.depth().camera.projection), call.depth()));
         operation.run(made.get(), call.depth(), {});
     });
     if (alone)
