@@ -4,6 +4,10 @@
 
 #include <fathom/lens.hpp>
 
+namespace fathom {
+struct LensArguments;
+}
+
 namespace fathom::description {
 
 /// A lens, or a struct with the same members that leaves more of them to the camera file.
@@ -18,6 +22,11 @@ void describe_lens(const Visitor& v, Lens& lens) {
     v("sensor_mm", lens.sensor_mm, above(0), "width of the sensor that the whole image covers",
       "the projection's, which needs the focal length");
     v("mm_per_unit", lens.mm_per_unit, above(0), "millimetres in a scene unit");
+}
+
+template <typename Visitor, Is<LensArguments> Arguments>
+void describe(const Visitor& v, Arguments& lens) {
+    describe_lens(v, lens);
 }
 
 /// A circle of confusion, which a lens may stand for.

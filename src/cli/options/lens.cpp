@@ -63,12 +63,7 @@ LensArguments within(const Windows& windows, LensArguments lens) {
 } // namespace
 
 void add_lens_options(CLI::App& app, LensArguments& lens) {
-    std::vector<description::Option> described;
-    describe_lens(description::List(&lens, described), lens);
-    add_described_options(
-        app, described,
-        [&lens](const description::Option& option, const description::Value& value) { option.set(lens, value); }, group,
-        {});
+    add_described_options(app, lens, group);
     CLI::Option* focus = app.get_option("--focus");
     CLI::Option* at = add_numbers_option(
         app, "--focus-at", "X,Y", 2, is_pixel,
