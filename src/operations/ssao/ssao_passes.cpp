@@ -14,15 +14,6 @@ namespace {
 
 constexpr float slope_errors_fitted = 0.6f; // as slope_errors_neighbours, for a fit to seven pixels across
 
-// Widths of a pixel that a neighbour may lie off the tangent plane and still be of the same surface.
-constexpr float filter_edge = 0.5f;
-
-// What lies between the passes, besides the planes.
-struct PassBytes {
-    std::size_t band;   // Inverse depth and the slices' sums are made in bands of rows that take at most so much.
-    std::size_t shared; // Inverse depth that takes no more than this is made once for all passes that read it.
-};
-
 params::source_params source(const Image& image, const PixelLattice& lattice, int top) {
     const params::grid_params from = lattice_grid(image, lattice, top);
     return {.offset = from.source_offset, .stride = from.source_stride, .channels = to_u32(image.channels())};
