@@ -51,7 +51,7 @@ std::vector<Band> bands(const RowNeeds& rows, std::size_t budget, std::string_vi
             return all;
         }
         const int parts = (count + height - 1) / height, more = std::max(parts + 1, parts * 11 / 10);
-        height = std::max((count + more - 1) / more, least);
+        height = std::max(std::min((count + more - 1) / more, height - 1), least);
     }
 }
 
