@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include <regex>
+
 using namespace fathom;
 using namespace fathom::test;
 using description::Option;
