@@ -14,7 +14,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
-constexpr double reach = 1;             // radius in the scenes that cameras see, 40 pixels or more
+constexpr double looks_to = 1;           // radius in the scenes that cameras see, 40 pixels or more
 constexpr double no_occluder = 1e-6;    // of a plane's visibility, from 1
 constexpr double image_error = 8e-3;    // of a depth image with edges: they are up to a pixel late
 constexpr double sampling_error = 0.02; // of 1024 directions, marched in 200 steps
@@ -224,9 +224,9 @@ TEST_CASE("occlusion oracle: slices of a height field agree with rays under five
                 const int x = static_cast<int>(middle.x()) + dx, y = static_cast<int>(middle.y()) + dy;
                 const auto surface = caster.at(x + 0.5, y + 0.5);
                 REQUIRE(surface);
-                const double truth = by_rays(caster, *surface, reach);
+                const double truth = by_rays(caster, *surface, looks_to);
                 const std::string where = name + ", " + text(camera_name, dx, dy);
-                const ScreenOptions options{.radius = reach, .slices = 128, .step_px = 1};
+                const ScreenOptions options{.radius = looks_to, .slices = 128, .step_px = 1};
                 of_scene.add(screen_visibility(caster, x, y, options) - truth, where);
                 of_image.add(screen_visibility(layer, x, y, surface->normal, options) - truth, where);
             }
@@ -241,7 +241,7 @@ TEST_CASE("occlusion oracle: slices of a height field agree with rays under five
 
 TEST_CASE("occlusion oracle: slices agree with closed forms that an image holds whole", "[ssao][oracle]") {
     Worst worst;
-    for (const auto& [name, known] : {Named{"infinite wall", infinite_wall(0.5, reach)},
+    for (const auto& [name, known] : {Named{"infinite wall", infinite_wall(0.5, looks_to)},
                                       {"bowl", bowl(1, 0.5)},
                                       {"bowl, aside", bowl(1, 0.5, 0.4)},
                                       {"horizon", uniform_horizon(20 * degree)}}) {
@@ -280,9 +280,9 @@ TEST_CASE("occlusion oracle: a column that is as thick as the thing it stands fo
         const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
         const auto surface = caster.at(x + 0.5, y + 0.5);
         REQUIRE(surface);
-        const double truth = by_rays(caster, *surface, reach);
+        const double truth = by_rays(caster, *surface, looks_to);
         // A line through a corner of the box is in it for less than a step.
-        const ScreenOptions options{.radius = reach, .thickness = thickness, .step_px = 0.1};
+        const ScreenOptions options{.radius = looks_to, .thickness = thickness, .step_px = 0.1};
         const std::string where = text("point", point.x(), point.y());
         of_scene.add(screen_visibility(caster, x, y, options) - truth, where);
         of_image.add(screen_visibility(layer, x, y, surface->normal, options) - truth, where);
