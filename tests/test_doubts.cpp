@@ -100,7 +100,7 @@ TEST_CASE("doubts: a sample where nothing was measured does not speak for the im
     check_silent(camera, host(values, Storage::float32));
 }
 
-TEST_CASE("doubts: images of any size are looked at, and other sizes than the camera's refused", "[doubts]") {
+TEST_CASE("doubts: images of any size will do, and other sizes than the camera's refused", "[doubts]") {
     for (const auto& [columns, rows] : {std::pair{1, 1}, {3, 2}, {7, 100}, {200, 5}}) {
         INFO(columns << " x " << rows);
         const std::vector<float> values(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 2.0f);

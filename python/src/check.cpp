@@ -32,7 +32,7 @@ void bind_check(nb::module_& module) {
         "check", check, nb::arg("depth"), nb::arg("camera"), nb::kw_only(), nb::arg("storage") = nb::none(),
         R"(What is probably wrong with the camera for this depth: a sentence each, with the cure. Needs no device.
 
-depth, storage: as for linearize. All pixels are looked at: about 50 ms for 1920 x 1080. The first call of an operation with a
+depth, storage: as for linearize. All pixels count: about 50 ms for 1920 x 1080. The first call of an operation with a
 camera looks at a sample of its depth, in at most a millisecond, and warns (CameraWarning) of the same.
 
 Returns a list of str, empty if nothing looks wrong. Raises ValueError and fathom.Error as linearize does.)");

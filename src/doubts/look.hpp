@@ -49,7 +49,7 @@ struct ValueChanges {
     void add(const HostDepth& row);
 };
 
-/// Depth that is looked at, some rows after the others, and what is to be seen in it.
+/// Depth that is taken some rows after the others, and what is to be seen in it.
 struct Subject {
     Camera camera; ///< of the whole image
     Storage storage = Storage::float32;
