@@ -79,7 +79,8 @@ bool matches(const std::string& pattern, const Case& test) {
 
 } // namespace
 
-TEST_CASE("pages: every test that the articles' page names exists, and it names every test of the articles", "[pages]") {
+TEST_CASE("pages: every test that the articles' page names exists, and it names every test of the articles",
+          "[pages]") {
     const std::string page = text_of(root / "docs/research/articles.md");
     std::set<std::string> names, named;
     const std::vector<Case> cases = all_cases();

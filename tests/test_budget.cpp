@@ -70,8 +70,7 @@ TEST_CASE("bands of rows that reach differently are of one height, and keep to t
         }
         CHECK(made == rows.end);
     }
-    CHECK_THROWS_WITH(bands(rows, 1000, "this"),
-                      "this needs a memory budget of 1 MiB, and has less than 1; raise it");
+    CHECK_THROWS_WITH(bands(rows, 1000, "this"), "this needs a memory budget of 1 MiB, and has less than 1; raise it");
 }
 
 // The oracle: points of the sphere, projected.

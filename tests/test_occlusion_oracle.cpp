@@ -14,7 +14,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
-constexpr double looks_to = 1;           // radius in the scenes that cameras see, 40 pixels or more
+constexpr double looks_to = 1;          // radius in the scenes that cameras see, 40 pixels or more
 constexpr double no_occluder = 1e-6;    // of a plane's visibility, from 1
 constexpr double image_error = 8e-3;    // of a depth image with edges: they are up to a pixel late
 constexpr double sampling_error = 0.02; // of 1024 directions, marched in 200 steps

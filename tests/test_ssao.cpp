@@ -22,7 +22,7 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr int width = 161, height = 121;
 constexpr double plane_error = ssao_plane_error;
 constexpr double symmetry_error = 1e-6; // on average: rounding. Of a pixel, a sector of 31
-constexpr double reach = 1;             // radius of the rays in height fields, about 20 pixels
+constexpr double looks_to = 1;          // radius of the rays in height fields, about 20 pixels
 
 const char* const quality_names[] = {"fast", "balanced", "accurate"};
 
@@ -110,7 +110,7 @@ std::vector<Scene> height_fields() {
             {"crease 135", oracle::crease(135 * degree, 0.5)},
             {"corner", oracle::corner(1, 0.5)},
             {"wall", oracle::wall(0.5, 0.4)},
-            {"infinite wall", oracle::infinite_wall(0.8, reach)},
+            {"infinite wall", oracle::infinite_wall(0.8, looks_to)},
             {"trench", oracle::trench(0.5, 0.5, 0.9, 1.5)},
             {"bowl", oracle::bowl(2, 1)},
             {"bowl, aside", oracle::bowl(2, 1, 0.5)},
@@ -136,14 +136,14 @@ std::vector<Sample> samples_of(const scene::Scene& scene, const Camera& camera, 
             bool whole = true;
             for (int axis = 0; axis < 3 && whole; ++axis) {
                 for (const double sign : {-1.0, 1.0}) {
-                    const Vector3d aside = to_world.topLeftCorner<3, 3>().col(axis) * (sign * reach);
+                    const Vector3d aside = to_world.topLeftCorner<3, 3>().col(axis) * (sign * looks_to);
                     const Vector2d pixel = oracle::pixel_of(camera, position + aside);
                     whole &= pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width && pixel.y() <= height;
                 }
             }
             if (whole) {
                 const Vector3d normal = to_world.topLeftCorner<3, 3>() * image.normal[i];
-                samples.push_back({x, y, oracle::visibility(scene, position, normal, reach, 64, 32)});
+                samples.push_back({x, y, oracle::visibility(scene, position, normal, looks_to, 64, 32)});
             }
         }
     }
@@ -204,7 +204,7 @@ TEST_CASE("ssao: height fields agree with rays under five cameras", "[ssao]") {
             double rmse[2] = {}, bias[2] = {};
             for (const int accurate : {0, 1}) {
                 const auto got = visibility_of(
-                    stored, options_of(reach, accurate ? Quality::accurate : Quality::balanced, oracle::infinite));
+                    stored, options_of(looks_to, accurate ? Quality::accurate : Quality::balanced, oracle::infinite));
                 for (const auto& [x, y, truth] : samples) {
                     const double off = static_cast<double>(got[index(x, y)]) - truth;
                     rmse[accurate] += off * off;

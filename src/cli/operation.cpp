@@ -50,11 +50,14 @@ void add_options(CLI::App& app, const description::Operation& operation, Argumen
             arguments.max_error = std::get<double>(value);
         operation.set(arguments.call.get(), option, value);
     };
-    for (const Option& option : operation.options)
+    for (const Option& option : operation.options) {
         if (option.kind == Kind::picture) {
             arguments.color = &option;
             add_picture_options(app, arguments.picture, option.words);
         }
+        if (option.three == description::Three::color && option.kind == Kind::three)
+            set(option, parse(option, option.by_default.value()).value());
+    }
     add_described_options(app, operation.options, set, operation.group, {});
     add_result_options(app, operation.options, arguments.files);
     for (const auto& [one, other] : operation.needing)
