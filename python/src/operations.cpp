@@ -324,9 +324,8 @@ void bind_operations(nb::module_& module) {
     std::vector<Signature> signatures;
     const auto add = [&](const Signature& signature, auto function, const auto&... arguments) {
         const auto& kept = *new std::pair(signature, signature.in_words()); // nanobind keeps their addresses
-        functions[kept.first.name.c_str()] =
-            nb::cpp_function(function, nb::name(kept.first.name.c_str()), nb::scope(module), arguments...,
-                             nb::sig(kept.second.c_str()), kept.first.doc.c_str());
+        functions[kept.first.name.c_str()] = nb::cpp_function(function, nb::name(kept.first.name.c_str()), arguments...,
+                                                              nb::sig(kept.second.c_str()), kept.first.doc.c_str());
         signatures.push_back(signature);
     };
     for (const description::Operation& operation : description::operations()) {

@@ -176,7 +176,7 @@ CALLS = {
     ),
     "f_stop": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=-1, sensor_mm=36), "^f_stop = -1 must be"),
     "sensor_mm": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=2, sensor_mm=-36), "^sensor_mm = -36 must be"),
-    "no sensor": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=2), "needs focal_length_mm or sensor_mm"),
+    "no sensor": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=2), "focal_length_mm: missing, .*give it or sensor_mm"),
     "fog of bytes": (
         lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8), 0.1, fog_color=(128, 153, 179)),
         r"fog_color = \(128.0, 153.0, 179.0\): .*0 to 1 for uint8, too; divide by 255",
