@@ -142,8 +142,11 @@ std::string comment_of(const std::string& header, const std::string& member) {
         if (std::regex_match(lines[i], declaration)) {
             for (std::size_t above = i; above-- > 0 && std::regex_match(lines[above], alone);)
                 comment.insert(0, lines[above].substr(lines[above].find("//") + 3) + ' ');
-            for (std::size_t at = i; at < lines.size() && lines[at].find("///<") != std::string::npos; ++at)
-                comment += lines[at].substr(lines[at].find("///<") + 4);
+            for (std::size_t at = i; lines[at].find("///<") != std::string::npos; ++at)
+                if (at == i || std::regex_match(lines[at], alone))
+                    comment += lines[at].substr(lines[at].find("///<") + 4);
+                else
+                    break;
         }
     return std::regex_replace(comment, std::regex(" */+<? *"), " ");
 }
