@@ -349,7 +349,8 @@ TEST_CASE("presets: width, height and aspect come from the image", "[presets]") 
 TEST_CASE("presets: the README shows some and counts all", "[presets][pages]") {
     std::ifstream page(std::string(places::sources) + "/README.md");
     const std::string text((std::istreambuf_iterator<char>(page)), std::istreambuf_iterator<char>());
-    const std::size_t from = text.find("| source | `--preset` |"), to = text.find("sources by name]", from);
+    const std::size_t from = text.find("|---|---|", text.find("| source | `--preset` |")),
+                      to = text.find("sources by name]", from);
     REQUIRE((from != std::string::npos && to != std::string::npos));
     const std::string rows = text.substr(from, to - from);
     const std::regex asked("`([^`:]+:[^`]*)`"); // `carla:fov_x_deg=90`
