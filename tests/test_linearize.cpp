@@ -308,7 +308,8 @@ TEST_CASE("linearize: every storage is decoded as its codes say", "[linearize][e
                                                             {Storage::bgr8_red_low, "bgr8-red-low"},
                                                             {Storage::bgr8_red_high, "bgr8-red-high"}};
     std::mt19937 random(7);
-    std::size_t turn = 0; // Codes become numbers before an encoding sees them: each storage is tried with a third of them, in turn.
+    // Codes become numbers before an encoding sees them: each storage is tried with a third of them, in turn.
+    std::size_t turn = 0;
     for (const auto& [storage, storage_name] : storages) {
         for (const Arithmetic arithmetic : oracle::arithmetics()) {
             oracle::Worst worst;
