@@ -33,7 +33,7 @@ struct Alternative {
 };
 
 // Along the row and along the column.
-double rise_of(const CrossFloats& q) {
+double rise_of(const auto& q) {
     return static_cast<double>(std::abs(q[4] - q[0]) + std::abs(q[8] - q[5]));
 }
 
@@ -78,19 +78,22 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
     const Rays rays = form.perspective ? camera_rays(camera) : Rays{};
     const Eigen::Matrix3d direction = rays.direction.cast<double>();
     const Eigen::RowVector3d ahead = rays.depth.cast<double>();
-    // A quantity's distance from a plane, of its rise. NaN where it does not rise, or is unknown.
+    // How far a quantity is from a plane, of its rise. All pixels count alike, so that a cross over an edge is bent under every
+    // description. NaN where it does not rise, or is unknown.
     const auto bend = [&](const Cross& cross, const CrossFloats& values, Shape shape, double parameter) {
         std::array<PlaneSample, Cross::size> samples;
+        std::array<double, Cross::size> quantity;
         for (std::size_t i = 0; i < Cross::size; ++i) {
             samples[i] = {0, 0, Cross::across[i] / 2.0, Cross::down[i] / 2.0, static_cast<double>(values[i])};
-            if (shape != Shape::ray)
-                continue;
-            const Eigen::Vector3d pixel(cross.x[i] + 0.5, cross.y[i] + 0.5, 1),
-                ray = direction * pixel / ahead.dot(pixel);
-            samples[i].x = ray.x();
-            samples[i].y = ray.y();
+            if (shape == Shape::ray) {
+                const Eigen::Vector3d pixel(cross.x[i] + 0.5, cross.y[i] + 0.5, 1),
+                    ray = direction * pixel / ahead.dot(pixel);
+                samples[i].x = ray.x();
+                samples[i].y = ray.y();
+            }
+            samples[i].v = quantity[i] = affine_over_planes(shape, parameter, samples[i]);
         }
-        return misfit(samples, shape, parameter) / rise_of(values);
+        return misfit(samples, Shape::affine, 0) / rise_of(quantity);
     };
     const auto bend_under = [&](const Cross& cross, const Alternative& other) {
         return bend(cross, cross.values, other.shape, other.parameter);

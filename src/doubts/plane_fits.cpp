@@ -222,6 +222,10 @@ double best_parameter(const std::vector<const Window*>& windows, Shape shape, do
 
 } // namespace
 
+double affine_over_planes(Shape shape, double parameter, const PlaneSample& sample) {
+    return function_of(shape, parameter, sample).first;
+}
+
 double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter) {
     static thread_local std::vector<Equation<3>> equations; // its memory serves every call
     equations.clear();
