@@ -14,7 +14,6 @@
 
 using namespace fathom;
 using namespace fathom::images;
-using Eigen::Vector3d;
 
 namespace {
 
