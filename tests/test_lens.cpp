@@ -258,7 +258,7 @@ TEST_CASE("lens: what is no lens is refused in one line", "[lens]") {
     }
     CHECK(message([](Lens& l) { l.f_stop = 0; }, camera) == "f_stop = 0 must be a number above 0, or inf");
     CHECK(message([](Lens& l) { l.focal_length_mm = infinity; }, camera) ==
-          "focal_length_mm = inf must be a number above 0");
+          "focal_length_mm = inf must be a finite number above 0");
     CHECK(message([](Lens& l) { l.focus = 0.05; }, camera) ==
           "focus = 0.05 must be farther away than the focal length, which is 0.05 scene units");
     CHECK(message([](Lens& l) { l.focal_length_mm.reset(), l.sensor_mm.reset(); }, camera) ==
