@@ -1,6 +1,7 @@
 #!/bin/sh
 # Lets clang check a kernel with the finite choices that it is built for: check-kernel.sh CLANG FOLDER KERNEL.cl STAMP
-# The kernel and the headers that it includes, by their paths in FOLDER, state them in lines like this one; a kernel's own values replace a header's:
+# The kernel and the headers that it includes, by their paths in FOLDER, state them in lines like this one; a kernel's own values
+# replace a header's:
 #   // Built for: V = 1 4 8 16; FP64 = 0 1
 # STAMP is touched where nothing was found, and STAMP.d lists the headers.
 # Every pair of values of two choices is in one of the builds at least, since all combinations would be hundreds.

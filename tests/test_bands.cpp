@@ -1,5 +1,4 @@
-// Operations in bands of rows: the bands make every row once, results keep their bits, and what lies between the passes does not
-// grow with the image.
+// Operations in bands of rows: the bands make every row once, and what lies between the passes does not grow with the image.
 
 #include "catch.hpp"
 #include "images.hpp"

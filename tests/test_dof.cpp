@@ -1,5 +1,5 @@
 // dof against the truth: edges, points, plain, ramp and bent images, layers before one another, in circles and polygons;
-// then what it does where there is nothing to blur, or nothing to know, and that its bits depend on nothing.
+// then what it does where there is nothing to blur, or nothing to know, and tiles beyond whose halo something hides or ends.
 
 #include "catch.hpp"
 #include "images.hpp"

@@ -8,9 +8,6 @@
 #include <atomic>
 #include <mutex>
 
-using fathom::FrameOptions;
-using fathom::FrameSteps;
-
 namespace {
 
 constexpr int patience_ms = 20000; // for another thread

@@ -8,8 +8,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <new>
-
 using namespace fathom;
 using namespace fathom::images;
 

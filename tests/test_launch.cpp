@@ -11,8 +11,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <atomic>
-
 using namespace fathom;
 using images::floats;
 

@@ -187,6 +187,10 @@ TEST_CASE("lens: the sharp range and the hyperfocal distance are those of the te
     Lens lens{.f_stop = f_stop, .focus = 5, .focal_length_mm = 50, .sensor_mm = 36};
     const double hyperfocal = hyperfocal_distance(lens, camera, acceptable);
     CHECK(same(hyperfocal, focal * focal / (f_stop * c) + focal));
+    for (const double focus : {-1.0, 0.0, infinity, std::nan("")}) { // which does not matter
+        const Lens other{.f_stop = f_stop, .focus = focus, .focal_length_mm = 50, .sensor_mm = 36};
+        CHECK(hyperfocal_distance(other, camera, acceptable) == hyperfocal);
+    }
     const SharpRange range = sharp_range(circle_of_confusion(lens, camera), acceptable);
     const double square = focal * focal, rest = f_stop * c * (lens.focus - focal);
     CHECK(same(range.nearest, lens.focus * square / (square + rest), 1e-13));
@@ -254,7 +258,7 @@ TEST_CASE("lens: what is no lens is refused in one line", "[lens]") {
     }
     CHECK(message([](Lens& l) { l.f_stop = 0; }, camera) == "f_stop = 0 must be a number above 0, or inf");
     CHECK(message([](Lens& l) { l.focal_length_mm = infinity; }, camera) ==
-          "focal_length_mm = inf must be a number above 0");
+          "focal_length_mm = inf must be a finite number above 0");
     CHECK(message([](Lens& l) { l.focus = 0.05; }, camera) ==
           "focus = 0.05 must be farther away than the focal length, which is 0.05 scene units");
     CHECK(message([](Lens& l) { l.focal_length_mm.reset(), l.sensor_mm.reset(); }, camera) ==

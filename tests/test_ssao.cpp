@@ -1,5 +1,5 @@
-// ssao against the truth: planes that nothing rises above, height fields under five cameras, the same bits whatever the
-// device's options, and symmetry without jitter.
+// ssao against the truth: planes that nothing rises above, height fields under five cameras, symmetry without jitter, and units
+// of length.
 
 #include "catch.hpp"
 #include "images.hpp"

@@ -1,5 +1,5 @@
-// ssao at half resolution: planes stay open, edges keep what is theirs, every option holds, the same bits come out for every
-// vector width, region and tile; and what it is off by where it is meant for, a large radius.
+// ssao at half resolution: planes stay open, edges keep what is theirs, every option holds; and what it is off by where it is
+// meant for, a large radius.
 
 #include "brute_force.hpp"
 #include "catch.hpp"
@@ -14,7 +14,6 @@
 
 using namespace fathom;
 using namespace fathom::images;
-using Eigen::Vector3d;
 
 namespace {
 

@@ -1,4 +1,4 @@
-// Each option of ssao against what it says: regions, bent normals, falloff, second layers, maps, borders, given normals,
+// Each option of ssao against what it says: bent normals, falloff, second layers, maps, borders, given normals,
 // arithmetic, seeds; and what is refused.
 
 #include "camera_over.hpp"

@@ -9,7 +9,6 @@
 
 using namespace fathom;
 using namespace fathom::stability;
-using oracle::Subject;
 using seen::refusal;
 
 namespace {

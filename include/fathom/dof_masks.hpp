@@ -55,8 +55,9 @@ inline constexpr double near_alpha_error = 1e-5;
 
 /// Results of `dof_masks`: one float a pixel each, all of the depth's size.
 ///
-/// Those but the circle are made on request, and those from `max_near_coc` on are passes of their own. A pixel x lies within the disc of a pixel p if the distance
-/// of their centres, in horizontal pixels, is at most |c_p|/2. Invalid pixels and those outside the image have no disc.
+/// Those but the circle are made on request, and those from `max_near_coc` on are passes of their own. A pixel x lies within the
+/// disc of a pixel p if the distance of their centres, in horizontal pixels, is at most |c_p|/2. Invalid pixels and those outside
+/// the image have no disc.
 struct DofMasks {
     Image coc = {};          ///< diameter in horizontal pixels, positive behind the focus; NaN for invalid pixels
     Image near_weight = {};  ///< 1 before the focus, 0 in it and behind it
@@ -114,8 +115,8 @@ DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, cons
 void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
                const DofMasksOptions& options = {}, const Launch& launch = {});
 
-/// The widest circle of confusion of all pixels that have one, in pixels: no more than `max_coc_px`, and 0 if no pixel has one. Asks
-/// the device and waits for it.
+/// The widest circle of confusion of all pixels that have one, in pixels: no more than `max_coc_px`, and 0 if no pixel has one.
+/// Asks the device and waits for it.
 float widest_coc(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options = {});
 
 #pragma GCC visibility pop

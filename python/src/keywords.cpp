@@ -196,8 +196,11 @@ Value Keywords::value_of(const Option& option, nb::handle given) const {
         throw std::invalid_argument(
             text(option.name, " = ", text_of(nb::repr(given)), " is unknown; it is ", option.accepted()));
     }
-    if (!option.accepts(value))
-        throw std::invalid_argument(text(option.name, " = ", text_of(nb::str(given)), " must be ", option.accepted()));
+    if (!option.accepts(value)) {
+        const auto* number = std::get_if<double>(&value);
+        throw std::invalid_argument(text(option.name, " = ", text_of(nb::str(given)), " must be ",
+                                         number ? option.range.instead_of(*number) : option.accepted()));
+    }
     return value;
 }
 

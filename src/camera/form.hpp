@@ -4,7 +4,7 @@
 
 namespace fathom {
 
-/// Does the form need the rays of the camera?
+/// Does decoding need the lengths of the camera's rays?
 bool is_along_ray(const DepthForm& form);
 
 /// `view_depth` for many points, of what was derived once from the camera.

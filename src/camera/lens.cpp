@@ -133,7 +133,9 @@ SharpRange sharp_range(const CircleOfConfusion& circle, double acceptable_px) {
 
 double hyperfocal_distance(const Lens& lens, const Camera& camera, double acceptable_px) {
     require_acceptable(acceptable_px);
-    const Optics o = optics(lens, camera);
+    Lens anywhere = lens;
+    anywhere.focus = static_cast<double>(infinity);
+    const Optics o = optics(anywhere, camera);
     require(o.rays.perspective, "orthographic rays have no hyperfocal distance: their circles grow without end");
     const Real full = o.aperture * o.image_scale / acceptable_px;
     const Real distance = o.thin_lens ? o.focal_length + full * o.focal_length : full;

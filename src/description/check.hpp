@@ -18,7 +18,7 @@ namespace fathom::description {
 struct Check {
     void operator()(const char* name, double value, const Range& range, const auto&...) const {
         if (!range.holds(value)) // words are made only then: every call checks dozens of values
-            throw std::invalid_argument(text(name, " = ", value, " must be ", range.in_words()));
+            throw std::invalid_argument(text(name, " = ", value, " must be ", range.instead_of(value)));
     }
     template <typename Number>
     void operator()(const char* name, const std::optional<Number>& value, const Range& range, const auto&...) const {

@@ -59,13 +59,16 @@ struct Range {
     }
 
     /// The same as what a value is: "a number above 0", "a whole number from 1 to 64".
-    std::string in_words() const {
+    std::string in_words(bool says_finite = false) const {
         const std::string words = limits();
         if (few[0])
             return words;
-        const char* kind = whole ? "a whole number" : "a number";
+        const char* kind = whole ? "a whole number" : says_finite ? "a finite number" : "a number";
         return text(kind, words.empty() ? "" : most < infinity && !beside ? " from " : beside ? ": " : " ", words);
     }
+
+    /// What somebody has to give instead of this value: "a finite number above 0" if it is infinite.
+    std::string instead_of(double value) const { return in_words(std::isinf(value) && !infinite); }
 
     /// Without an exponent.
     static std::string exact(double number) {

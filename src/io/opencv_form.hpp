@@ -7,7 +7,6 @@
 
 #include <fathom/opencv.hpp>
 
-#include <algorithm>
 #include <optional>
 #include <tuple>
 #include <vector>

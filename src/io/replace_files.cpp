@@ -12,7 +12,6 @@
 #include <deque>
 #include <fstream>
 #include <map>
-#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>

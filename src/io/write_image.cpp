@@ -9,7 +9,6 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <new>
 #include <set>

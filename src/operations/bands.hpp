@@ -25,9 +25,9 @@ struct RowNeeds {
     int least = 1;                                        ///< that a band has, at least
 };
 
-/// Divides rows into bands, all of one height but the last: the highest ones of which each takes at most `budget` bytes. They have
-/// at least `least` rows, and an eighth of the rows that they read around them: lower ones would read most rows again and again.
-/// Bands do not overlap in what they make, and together make every row. Pure: no device.
+/// Divides rows into bands, all of one height but the last: the highest ones, to a tenth, of which each takes at most `budget`
+/// bytes. They have at least `least` rows, and an eighth of the rows that they read around them: lower ones would read most rows
+/// again and again. Bands do not overlap in what they make, and together make every row. Pure: no device.
 ///
 /// Where even the lowest take more, these are returned, unless there is a name for what needs them.
 /// Throws: Error that names `what` and the smallest budget that is enough.

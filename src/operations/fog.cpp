@@ -10,7 +10,6 @@
 #include "require.hpp"
 #include "runtime/launched.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>

@@ -2,6 +2,7 @@
 
 #include <fathom/linearize.hpp>
 
+#include "camera/form.hpp"
 #include "description/check.hpp"
 #include "description/linearize.hpp"
 #include "operations/parameters.hpp"
@@ -15,7 +16,7 @@ void run(const StoredDepth& stored, const Image& result, const LinearizeOptions&
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays view = needs_rays(form) ? camera_rays(stored.camera) : Rays{};
+    const Rays view = is_along_ray(form) ? camera_rays(stored.camera) : Rays{};
     runtime::Kernel& kernel =
         runtime::kernel(device, "linearize", decoder_defines(form, view, stored.storage, vector_width, stream));
     const auto columns = static_cast<std::size_t>((end - begin + vector_width - 1) / vector_width);

@@ -175,10 +175,6 @@ bool is_coarse(const Tile& tile) {
     return few_bits || tile.camera.depth_bits.value_or(32) <= 16;
 }
 
-bool needs_rays(const DepthForm& form) {
-    return form.form == Form::ray_distance || form.form == Form::inverse_ray_distance;
-}
-
 params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic) {
     params::ray_params p{};
     const Rays::Matrix length = Eigen::HouseholderQR<Rays::Matrix>(rays.direction).matrixQR();

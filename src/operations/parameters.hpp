@@ -30,9 +30,6 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
 /// Is depth stored in steps so large that slopes have to be fitted to more pixels?
 bool is_coarse(const Tile& tile);
 
-/// Does decoding need the lengths of the camera's rays?
-bool needs_rays(const DepthForm& form);
-
 /// Constants of the rays.
 params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic);
 

@@ -4,7 +4,6 @@
 #include "camera_file/file.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 
 #include <fnmatch.h>

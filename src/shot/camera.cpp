@@ -10,7 +10,6 @@
 
 #include <fathom/error.hpp>
 
-#include <algorithm>
 #include <stdexcept>
 
 namespace fathom::cli {

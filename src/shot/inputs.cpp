@@ -13,7 +13,6 @@
 
 namespace fathom::cli {
 
-namespace fs = std::filesystem;
 using sequence::FramePattern;
 
 const std::vector<Input>& Inputs::all() const {

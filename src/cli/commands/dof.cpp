@@ -20,7 +20,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 
 namespace fathom::cli {
 namespace {

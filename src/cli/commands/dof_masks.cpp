@@ -15,8 +15,6 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
 
 namespace fathom::cli {
 namespace {

@@ -14,8 +14,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 namespace fathom::cli {
 namespace {
 

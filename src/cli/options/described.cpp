@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <utility>
 
 namespace fathom::cli {
 namespace {
@@ -65,7 +64,10 @@ std::string refusal(const Options& options, const std::string& text) {
     if (option.kind == Option::Kind::three)
         return fmt::format("'{}' will not do; it is three numbers {}{}", text, type_name(option),
                            option.three == description::Three::direction ? ", one of which is not 0" : "");
-    return fmt::format("'{}' will not do; it is {}", text, option.accepted());
+    double number = 0;
+    const bool is_number = option.kind == Option::Kind::number && CLI::detail::lexical_cast(text, number);
+    return fmt::format("'{}' will not do; it is {}", text,
+                       is_number ? option.range.instead_of(number) : option.accepted());
 }
 
 std::string wrapped(const std::string& text) {

@@ -12,8 +12,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 namespace fathom::cli {
 namespace {
 

@@ -3,6 +3,7 @@
 
 #include <fathom/dof_masks.hpp>
 
+#include "camera/form.hpp"
 #include "description/check.hpp"
 #include "description/dof_masks.hpp"
 #include "operations/bands.hpp"
@@ -74,7 +75,7 @@ struct CircleKernel {
 
     CircleKernel(const StoredDepth& depth, const DepthForm& decoded, const CircleOfConfusion& circle,
                  const DofMasksOptions& asked)
-        : stored(depth), form(decoded), view(needs_rays(form) ? camera_rays(depth.camera) : Rays{}), coc(circle),
+        : stored(depth), form(decoded), view(is_along_ray(form) ? camera_rays(depth.camera) : Rays{}), coc(circle),
           options(asked), vector_width(vector_width_for(depth.image.device(), depth.image.width())) {
         count_from_lens(form, coc);
     }

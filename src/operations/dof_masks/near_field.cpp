@@ -12,8 +12,6 @@
 #include "runtime/scratch.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 namespace fathom {
 namespace {

@@ -4,7 +4,6 @@
 #include "operations/ssao/slices.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numbers>
 
