@@ -168,6 +168,10 @@ std::string cure_for_removed(const std::string& option) {
         return "give each machine a --frames range of its own, as docs/farms.md shows";
     if (option == "--openjd-frames")
         return "give the range to --frames with x for each colon, as in 1-9x2";
+    if (option == "--rotate" || option == "--sharp" || option == "--transition" || option == "--tile")
+        return "it is called " + (option == "--rotate" ? "--rotation-degrees" : option + "-px");
+    if (option == "--tiles")
+        return "give a file each to --tile-min-coc and --tile-max-coc";
     return {};
 }
 
