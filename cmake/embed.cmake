@@ -1,5 +1,5 @@
 # Writes OUTPUT: a C++ file whose function FUNCTION gives the text of every one of FILES, byte for byte, by its path in FOLDER.
-set(text "#include <map>\n#include <string>\n\nconst std::map<std::string, std::string>& ${FUNCTION}();\n\n")
+set(text "#include <map>\n#include <string>\n\n")
 string(APPEND text "const std::map<std::string, std::string>& ${FUNCTION}() {\n")
 string(APPEND text "    static const std::map<std::string, std::string> files{\n")
 foreach(file IN LISTS FILES)

@@ -48,7 +48,8 @@ std::vector<const char*> with_all_help(int argc, const char* const* argv) {
 } // namespace
 
 Program::Program()
-    : app_(std::make_unique<CLI::App>("fathom: exact post-processing of depth images, on any OpenCL device", "fathom")) {
+    : app_(
+          std::make_unique<CLI::App>("fathom: exact post-processing of depth images, on any OpenCL device", "fathom")) {
     app_->formatter(help_layout());
     app_->set_help_flag("-h,--help", "print this help, or that of a command");
     app_->set_help_all_flag("--help-all");
