@@ -65,7 +65,8 @@ inline const std::vector<Operation>& operations() {
 /// The operation of a call.
 template <typename Call>
 const Operation& operation() {
-    return *std::ranges::find(operations(), Call::said.name, &Operation::name);
+    const std::string_view name = Call::said.name; // of which each translation unit may have a copy
+    return *std::ranges::find(operations(), name, &Operation::name);
 }
 
 } // namespace fathom::description
