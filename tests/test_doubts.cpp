@@ -128,7 +128,7 @@ TEST_CASE("doubts: what the camera describes is not told, whatever the encoding"
     }
 }
 
-TEST_CASE("doubts: a sample of 1080p takes at most a millisecond", "[doubts]") {
+TEST_CASE("doubts: a sample of 1080p takes at most a millisecond", "[doubts][slow]") {
     const auto metres = image<float>([](double z) { return z; });
     const auto millimetres = image<std::uint16_t>([](double z) { return std::round(1000 * z); });
     Camera wrong = camera_of(Encoding::view_z), scaled = wrong;

@@ -333,7 +333,7 @@ std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& sto
 }
 
 std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored) {
-    constexpr int most_crosses = 16; // in a row of them
+    constexpr int most_crosses = 10; // in a row of them
     const auto decode = decoder(camera, stored);
     Subject subject(camera, stored.storage, most_crosses);
     for (Cross& cross : subject.crosses) {

@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -48,7 +49,7 @@ struct Equation {
 
 // The root of the mean square that the best sum leaves.
 template <int N>
-double residual(std::vector<Equation<N>>& equations) {
+double residual(std::span<Equation<N>> equations) {
     Eigen::Matrix<double, N, N> a = Eigen::Matrix<double, N, N>::Zero();
     Eigen::Matrix<double, N, 1> b = Eigen::Matrix<double, N, 1>::Zero();
     double mean = 0, weights = 0;
@@ -80,7 +81,7 @@ double cubic_residual(const std::vector<PlaneSample>& samples) {
         terms << 1, u, t, u * u, u * t, t * t, u * u * u, u * u * t, u * t * t, t * t * t;
         equations.push_back({terms, v, 1});
     }
-    return residual(equations);
+    return residual<10>(equations);
 }
 
 // The function that a shape makes of a value, and the value's change with it, which turns residuals into stored units.
@@ -227,13 +228,12 @@ double affine_over_planes(Shape shape, double parameter, const PlaneSample& samp
 }
 
 double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter) {
-    static thread_local std::vector<Equation<3>> equations; // its memory serves every call
-    equations.clear();
-    for (const PlaneSample& sample : patch) {
-        const auto [value, scale] = function_of(shape, parameter, sample);
-        equations.push_back({{1, sample.u, sample.t}, value, scale});
+    std::array<Equation<3>, samples_across * samples_across> equations;
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+        const auto [value, scale] = function_of(shape, parameter, patch[i]);
+        equations[i] = {{1, patch[i].u, patch[i].t}, value, scale};
     }
-    return residual(equations);
+    return residual<3>(std::span(equations).first(patch.size()));
 }
 
 PlaneFits fit_planes(const std::vector<float>& values, int width, int height, double step, double relative_step) {

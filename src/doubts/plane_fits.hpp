@@ -29,7 +29,8 @@ struct PlaneSample {
 /// The function of a sample's value that is affine in the pixel over a plane.
 double affine_over_planes(Shape shape, double parameter, const PlaneSample& sample);
 
-/// How far a shape of the values is from being affine in the pixel over a patch: the root of the mean square, in stored units.
+/// How far a shape of the values is from being affine in the pixel over a patch of up to 64 samples: the root of the mean square,
+/// in stored units.
 double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter);
 
 /// How one shape fits the flat patches of an image.
