@@ -128,7 +128,7 @@ TEST_CASE("doubts: what the camera describes is not told, whatever the encoding"
     }
 }
 
-TEST_CASE("doubts: a sample of 1080p takes at most a millisecond", "[doubts][slow]") {
+TEST_CASE("doubts: a sample of 1080p takes a twentieth of the time of all pixels at most", "[doubts][slow]") {
     const auto metres = image<float>([](double z) { return z; });
     const auto millimetres = image<std::uint16_t>([](double z) { return std::round(1000 * z); });
     Camera wrong = camera_of(Encoding::view_z), scaled = wrong;
@@ -156,6 +156,6 @@ TEST_CASE("doubts: a sample of 1080p takes at most a millisecond", "[doubts][slo
         };
         const double some = seconds(depth_doubts_of_sample), all = seconds(depth_doubts);
         std::cout << each.name << ", 1080p: " << 1e3 * some << " ms a sample, " << 1e3 * all << " ms all\n";
-        CHECK(some <= 1e-3);
+        CHECK(some <= all / 20); // a millisecond where nothing else runs; clocks of busy machines are only compared
     }
 }
