@@ -2,15 +2,18 @@
 
 #include <cmath>
 #include <cstddef>
+#include <locale>
 #include <sstream>
 #include <string>
 
 namespace fathom {
 
-/// One message from its parts. The core library does without a formatting library.
+/// One message from its parts, with the numbers of the C locale whatever the host's is. The core library does without a
+/// formatting library.
 template <typename... Part>
 std::string text(const Part&... parts) {
     std::ostringstream stream;
+    stream.imbue(std::locale::classic());
     (stream << ... << parts);
     return stream.str();
 }

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <iostream>
 #include <limits>
+#include <locale>
 #include <string>
 #include <vector>
 
@@ -89,6 +90,16 @@ TEST_CASE("doubts: mistakes are told of an image and of a sample of it, and what
     check_silent(camera_of(Encoding::view_z), host(sky, Storage::float32));
 }
 
+TEST_CASE("doubts: numbers in a cure are those of JSON, whatever the locale of the process", "[doubts]") {
+    struct Comma : std::numpunct<char> {
+        char do_decimal_point() const override { return ','; }
+    };
+    const auto millimetres = image<std::uint16_t>([](double z) { return std::round(1000 * z); });
+    const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Comma));
+    check_told(camera_of(Encoding::view_z), host(millimetres, Storage::uint16), "say \"scale\": 0.001");
+    std::locale::global(before);
+}
+
 TEST_CASE("doubts: a sample where nothing was measured does not speak for the image", "[doubts]") {
     std::vector<float> values(static_cast<std::size_t>(width) * height, NAN);
     const Camera camera = camera_of(Encoding::view_z);
@@ -128,7 +139,7 @@ TEST_CASE("doubts: what the camera describes is not told, whatever the encoding"
     }
 }
 
-TEST_CASE("doubts: a sample of 1080p takes a twentieth of the time of all pixels at most", "[doubts][slow]") {
+TEST_CASE("doubts: a sample of 1080p takes at most a millisecond", "[doubts][slow]") {
     const auto metres = image<float>([](double z) { return z; });
     const auto millimetres = image<std::uint16_t>([](double z) { return std::round(1000 * z); });
     Camera wrong = camera_of(Encoding::view_z), scaled = wrong;
@@ -156,6 +167,6 @@ TEST_CASE("doubts: a sample of 1080p takes a twentieth of the time of all pixels
         };
         const double some = seconds(depth_doubts_of_sample), all = seconds(depth_doubts);
         std::cout << each.name << ", 1080p: " << 1e3 * some << " ms a sample, " << 1e3 * all << " ms all\n";
-        CHECK(some <= all / 20); // a millisecond where nothing else runs; clocks of busy machines are only compared
+        CHECK(some <= 1e-3);
     }
 }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -336,22 +337,26 @@ std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const Host
     constexpr int most_crosses = 10; // in a row of them
     const auto decode = decoder(camera, stored);
     Subject subject(camera, stored.storage, most_crosses);
-    for (Cross& cross : subject.crosses) {
-        for (std::size_t i = 0; i < Cross::size; ++i)
-            visit_values(part_of(stored, cross.x[i], cross.y[i], 1, 1), [&](float value, std::uint32_t bits) {
+    std::vector<std::byte> pixels; // side by side, so that each of the questions goes through them at once
+    std::vector<float> z;
+    for (Cross& cross : subject.crosses)
+        for (std::size_t i = 0; i < Cross::size; ++i) {
+            const HostDepth pixel = part_of(stored, cross.x[i], cross.y[i], 1, 1);
+            const auto* first = static_cast<const std::byte*>(pixel.data);
+            pixels.insert(pixels.end(), first, first + pixel_bytes(stored.storage));
+            visit_values(pixel, [&](float value, std::uint32_t bits) {
                 cross.values[i] = value;
                 cross.z[i] = decode(cross.x[i], cross.y[i], value, bits);
             });
-        subject.look.add({cross.z.data(), Cross::size, 1});
-    }
+            z.push_back(cross.z[i]);
+        }
+    const HostDepth sampled{pixels.data(), static_cast<int>(z.size()), 1, pixels.size(), stored.storage};
+    const HostFloats distances{z.data(), sampled.width, 1};
+    subject.look.add(distances);
     for (const Cross& cross : subject.crosses)
         if (cross.x[0] == subject.crosses.front().x[0])
             subject.changes.add(part_of(stored, 0, cross.y[0], stored.width, 1));
-    subject.each = [&](const auto& visit) {
-        for (const Cross& cross : subject.crosses)
-            for (std::size_t i = 0; i < Cross::size; ++i)
-                visit(part_of(stored, cross.x[i], cross.y[i], 1, 1), HostFloats{&cross.z[i], 1, 1});
-    };
+    subject.each = [&](const auto& visit) { visit(sampled, distances); };
     if (subject.look.invalid == subject.look.pixels && !is_measured(subject)) // what was measured may lie between
         return {};
     return doubts(subject);
