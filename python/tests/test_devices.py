@@ -290,7 +290,7 @@ def test_a_child_of_fork_ends_while_a_thread_of_the_parent_works():
             if child == 0:
                 signal.alarm(20)
                 sys.exit(3)  # runs what atexit knows
-            print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+            print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)  # or the next child has it, too
         """)
     assert (done.returncode, done.stdout) == (0, "3\n" * 10), done.stderr
 
