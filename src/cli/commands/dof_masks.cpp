@@ -15,6 +15,7 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
+#include <array>
 
 namespace fathom::cli {
 namespace {
@@ -121,8 +122,20 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         More more;
         description::DofMasksCall asked{.options = options->masks};
         more.outputs = outputs_of(described_masks, &asked, options->more);
-        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
-            return blur_doubts(options->relative, options->lens, stored, job, look, options->masks.sky,
+        const auto is_asked = [options](const char* name) { return options->more.contains(name); };
+        // Near alpha is summed in an order that depends on where a tile lies, and extremes of tiles have rows of their own.
+        if (!options->lens.focus_at &&
+            std::ranges::none_of(std::array{"near_alpha", "disocclusion", "tile_min_coc", "tile_max_coc"}, is_asked)) {
+            more.looks_first = is_asked("max_near_coc");
+            more.reach = [options, is_asked](const Tile& tile, const Look& look, const Job& job) {
+                DofMasksOptions masks = options->masks;
+                masks.mixed_pixels = is_asked("mixed_pixels");
+                masks.max_near_coc = is_asked("max_near_coc");
+                return reach(tile, masks, widest_circle(options->lens, tile, look, masks.sky, job));
+            };
+        }
+        more.length_doubts = [options](const StoredDepth& stored, const Subject& subject, const Job& job) {
+            return blur_doubts(options->relative, options->lens, stored, job, subject, options->masks.sky,
                                options->masks.max_coc_px);
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
