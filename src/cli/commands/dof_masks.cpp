@@ -15,7 +15,6 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
-#include <array>
 
 namespace fathom::cli {
 namespace {
@@ -122,16 +121,14 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         More more;
         description::DofMasksCall asked{.options = options->masks};
         more.outputs = outputs_of(described_masks, &asked, options->more);
-        const auto is_asked = [options](const char* name) { return options->more.contains(name); };
         // Near alpha is summed in an order that depends on where a tile lies, and extremes of tiles have rows of their own.
-        if (!options->lens.focus_at &&
-            std::ranges::none_of(std::array{"near_alpha", "disocclusion", "tile_min_coc", "tile_max_coc"}, is_asked)) {
-            more.looks_first = is_asked("max_near_coc");
-            more.reach = [options, is_asked](const Tile& tile, const Look& look, const Job& job) {
-                DofMasksOptions masks = options->masks;
-                masks.mixed_pixels = is_asked("mixed_pixels");
-                masks.max_near_coc = is_asked("max_near_coc");
-                return reach(tile, masks, widest_circle(options->lens, tile, look, masks.sky, job));
+        if (const DofMasksOptions& o = asked.options;
+            !options->lens.focus_at && !o.near_alpha && !o.disocclusion && !o.tile_min_coc && !o.tile_max_coc) {
+            more.looks_first = o.max_near_coc;
+            more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
+                description::DofMasksCall call{.options = options->masks};
+                outputs_of(described_masks, &call, options->more);
+                return reach(tile, call.options, widest_circle(options->lens, tile, look, call.options.sky, job));
             };
         }
         more.length_doubts = [options](const StoredDepth& stored, const Subject& subject, const Job& job) {
