@@ -24,7 +24,7 @@ namespace fathom::cli {
 namespace {
 
 constexpr const char* group = "Lens";
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double sky_depth = std::numeric_limits<double>::infinity();
 
 bool is_pixel(const std::vector<double>& values) {
     const auto good = [](double n) { return n == std::floor(n) && std::abs(n) < 1e9; }; // negative in overscan
@@ -144,7 +144,7 @@ double widest_coc(const CircleOfConfusion& circle, const Look& look, Sky sky) {
         add(static_cast<double>(look.farthest));
     }
     if (sky == Sky::blur && look.background > 0)
-        add(infinity);
+        add(sky_depth);
     return widest;
 }
 
@@ -191,7 +191,7 @@ std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Su
     const Look& look = subject.look;
     const double widest = widest_coc(circle, look, sky);
     const std::size_t blurred_sky = sky == Sky::blur ? look.background : 0, circles = look.surfaces() + blurred_sky;
-    std::size_t ended = width_at(circle, infinity) > max_coc_px ? blurred_sky : 0;
+    std::size_t ended = width_at(circle, sky_depth) > max_coc_px ? blurred_sky : 0;
     if (widest_coc(circle, look, Sky::sharp) > max_coc_px)
         subject.each([&](const HostDepth&, const HostFloats& z) {
             for (int y = 0; y < z.height; ++y)
