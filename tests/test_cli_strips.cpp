@@ -20,11 +20,15 @@ std::string without_time(std::string line) {
     return line.ends_with(" ms\n") ? line.substr(0, at) : line;
 }
 
-/// Runs both programs, and compares all that they say and write. Gives what the one by strips said.
-Outcome check_same(const Folder& folder, const Arguments& arguments, const std::string& extension) {
+/// Runs both programs, and compares all that they say and write. Gives what the one by strips said. `outputs`: the options of
+/// the results.
+Outcome check_same(const Folder& folder, const Arguments& arguments, const std::string& extension,
+                   const Arguments& outputs = {"-o"}) {
     const auto run_into = [&](const std::string& name, const std::string& program) {
         fs::create_directory(folder / name);
-        const Arguments all = joined(arguments, {"-o", folder / (name + "/result" + extension)});
+        Arguments all = arguments;
+        for (const std::string& output : outputs)
+            all = joined(all, {output, folder / (name + "/result" + output + extension)});
         Outcome outcome = run(all, {.program = program});
         for (std::string* text : {&outcome.err, &outcome.out})
             for (std::size_t at; (at = text->find("/" + name + "/")) != std::string::npos;)
@@ -37,13 +41,15 @@ Outcome check_same(const Folder& folder, const Arguments& arguments, const std::
     CHECK(got.code == expected.code);
     CHECK(got.err == expected.err);
     CHECK(got.out == expected.out);
-    const std::string whole = folder / ("whole/result" + extension), strips = folder / ("strips/result" + extension);
-    CHECK(fs::exists(strips) == (got.code == 0));
-    const bool same_bytes = content(strips) == content(whole);
-    CHECK(same_bytes);
+    for (const std::string& output : outputs) {
+        const std::string file = "/result" + output + extension, strips = folder / ("strips" + file);
+        CHECK(fs::exists(strips) == (got.code == 0));
+        const bool same_bytes = content(strips) == content(folder / ("whole" + file));
+        CHECK(same_bytes);
+    }
     for (const char* name : {"whole", "strips"}) { // nothing is left beside the result
         const auto files = std::distance(fs::directory_iterator(folder / name), fs::directory_iterator());
-        CHECK(files == (got.code == 0 ? 1 : 0));
+        CHECK(files == (got.code == 0 ? std::ssize(outputs) : 0));
         fs::remove_all(folder / name);
     }
     return got;
@@ -214,6 +220,48 @@ TEST_CASE("strips: every operation, from TIFF of every kind", "[cli][slow]") {
     check_same(folder, {"linearize", file, "--camera", bytes}, ".tif");
 }
 
+TEST_CASE("strips: operations that look around, and several results", "[cli][slow]") {
+    const Folder folder;
+    const std::string camera = camera_for(folder), exr = folder / "depth.exr", tiff = folder / "depth.tif";
+    const cv::Mat depth = surfaces(29, 700); // several strips, with what they look at around them
+    write_exr(exr, depth, {.tile = 16});
+    write_tiff(tiff, depth);
+    cv::Mat color(depth.size(), CV_32FC3);
+    cv::randu(color, 0, 1);
+    const std::string light = write_exr(folder / "color.exr", color),
+                      codes = write_tiff(folder / "color.tif", converted(color, CV_8U, 255)),
+                      whole = folder / "color.png";
+    cv::imwrite(whole, converted(color, CV_8U, 255));
+    const auto check = [&](const std::string& operation, const std::string& file, const Arguments& options,
+                           const Arguments& outputs = {"-o"}) {
+        return check_same(folder, joined({operation, file, "--camera", camera}, options), fs::path(file).extension(),
+                          outputs);
+    };
+    check("ssao", exr, {"--radius", "0.02", "--quality", "fast"});
+    check("ssao", exr, {"--radius", "0.3", "--quality", "fast"}, {"-o", "--bent-normal", "--confidence"});
+    check("ssao", tiff, {"--radius", "0.02", "--full-resolution"});
+    check("ssao", tiff, {"--radius", "1e-6", "--half-resolution"}); // which is doubtful
+    const Arguments circle{"--circle", "40,300"};
+    check("dof-masks", exr, circle);
+    check("dof-masks", exr, circle, {"-o", "--max-near-coc", "--mixed-pixels"});
+    check("dof-masks", tiff, joined(circle, {"--mask", "near", "--max-coc-px", "5"})); // which cuts most of them off
+    for (const char* quality : {"fast", "balanced", "accurate"})
+        check("dof", exr, joined(circle, {"--color", light, "--quality", quality}));
+    for (const std::string& picture : {codes, whole})
+        check("dof", tiff, joined(circle, {"--color", picture, "--highlights", "1.5", "--sky", "sharp"}));
+    const Arguments lens{"--f-stop", "2", "--sensor-mm", "36"};
+    check("dof-masks", exr, joined(lens, {"--focus-along", "3,5,6"}));
+    // These are made of the whole image.
+    check("dof-masks", exr, joined(lens, {"--focus-at", "3,5"}));
+    check("dof-masks", exr, circle, {"-o", "--near-alpha", "--tile-max-coc"});
+    check("ssao", exr, {"--radius", "0.02", "--region", "3,100,20,300"});
+
+    write_exr(exr, cv::Mat(depth.size(), CV_32FC1, cv::Scalar(1)));
+    check("ssao", exr, {"--radius", "0.02"}); // background alone
+    write_exr(exr, cv::Mat(depth.size(), CV_32FC1, cv::Scalar(std::numeric_limits<float>::quiet_NaN())));
+    check_refused(check("ssao", exr, {"--radius", "0.02"}), 1, "all of its values are NaN");
+}
+
 TEST_CASE("strips: sizes", "[cli]") {
     const Folder folder;
     const std::string camera = camera_for(folder);
@@ -238,18 +286,23 @@ TEST_CASE("strips: take less memory than the whole", "[cli]") {
     const std::string camera = camera_for(folder),
                       file = write_tiff(folder / "depth.tif", cv::Mat(8000, 2000, CV_32FC1, cv::Scalar(0.5)),
                                         {.rows = 64});
-    const auto peak_mib = [&](const std::string& program, const Arguments& more = {}) {
-        const Outcome outcome = run(joined({"linearize", file, "--camera", camera, "-o", folder / "out/z.tif"}, more),
-                                    {.program = program});
-        CHECK(outcome.code == 0);
-        return outcome.peak_mib;
-    };
-    const long whole = peak_mib(places::program), strips = peak_mib(places::by_strips);
-    const std::string result = content(folder / "out/z.tif");
-    CHECK(peak_mib(places::program, {"--memory", "32M"}) + image_mib < whole);
-    CHECK(content(folder / "out/z.tif") == result);
-    std::cout << "strips: 61 MiB of depth take " << strips << " MiB in strips and " << whole << " MiB as a whole\n";
-    CHECK(strips + image_mib < whole);
+    const Arguments ssao{"ssao", "--radius", "0.001", "--quality", "fast"}, bound{"--memory", "32M"};
+    for (const auto& [operation, program, more] : {std::tuple{Arguments{"linearize"}, places::by_strips, Arguments{}},
+                                                   {Arguments{"linearize"}, places::program, bound},
+                                                   {ssao, places::program, bound}}) {
+        const std::string result = folder / "out/result.tif";
+        const Arguments all = joined(operation, {file, "--camera", camera, "-o", result});
+        const Outcome whole = run(all);
+        const std::string expected = content(result);
+        const Outcome strips = run(joined(all, more), {.program = program});
+        CHECK(whole.code == 0);
+        CHECK(strips.code == 0);
+        const bool same_bytes = content(result) == expected;
+        CHECK(same_bytes);
+        std::cout << "strips: " << operation.front() << " of 61 MiB of depth takes " << strips.peak_mib
+                  << " MiB in strips and " << whole.peak_mib << " MiB as a whole\n";
+        CHECK(strips.peak_mib + image_mib < whole.peak_mib);
+    }
 }
 
 TEST_CASE("strips: what is probably wrong is told as of the whole image", "[cli][slow]") {

@@ -113,7 +113,7 @@ struct Scene {
 /// A call of an operation with some options, and how far its pixels look.
 struct Call {
     std::string name;
-    int columns, rows;
+    std::function<Reach(const Tile&)> reach;
     std::function<std::vector<Image>(const Inputs&)> make;
     std::function<void(const Inputs&, const std::vector<Image>&)> into;
     bool reads_color = false;
@@ -188,7 +188,7 @@ std::vector<Image DofMasks::*> members<DofMasks>() {
 
 /// A call from its two forms: `run(inputs)`, which makes the results, and `run(inputs, results)`.
 template <typename Run>
-Call call(std::string name, int columns, int rows, Run run, bool reads_color = false) {
+Call call(std::string name, std::function<Reach(const Tile&)> reach, Run run, bool reads_color = false) {
     using Results = decltype(run(Inputs()));
     const auto as_images = [](const Results& results) {
         std::vector<Image> all;
@@ -200,10 +200,7 @@ Call call(std::string name, int columns, int rows, Run run, bool reads_color = f
                     all.push_back(results.*member);
         return all;
     };
-    return {std::move(name),
-            columns,
-            rows,
-            [=](const Inputs& in) { return as_images(run(in)); },
+    return {std::move(name), std::move(reach), [=](const Inputs& in) { return as_images(run(in)); },
             [=](const Inputs& in, const std::vector<Image>& given) {
                 if constexpr (std::is_same_v<Results, Image>) {
                     run(in, given.front());
@@ -219,35 +216,35 @@ Call call(std::string name, int columns, int rows, Run run, bool reads_color = f
             reads_color};
 }
 
-/// Pixels that a length has at the nearest surface of a scene of 300 rows.
-int pixels_of(double length) {
-    return static_cast<int>(std::ceil(length / nearest * 300 / (2 * std::tan(0.5))));
+template <typename Options>
+auto reach_of(const Options& options) {
+    return [=](const Tile& tile) { return reach(tile, options); };
 }
 
 Call ssao_call(const std::string& name, SsaoOptions options, std::function<void(SsaoOptions&, const Inputs&)> give = {},
-               double reach = radius) {
-    const auto* sampling = std::get_if<Sampling>(&options.sampling);
-    const bool blocks = sampling->half_resolution.value_or(true); // the presets choose them
-    const int rays = pixels_of(reach) + 16, far = blocks ? std::max(rays, ssao_block_halo) : rays;
-    return call("ssao" + name, far, far, [=](const Inputs& in, auto... results) {
-        SsaoOptions given = options;
-        if (give)
-            give(given, in);
-        return ssao(in.stored, results..., reach, given);
-    });
+               double length = radius) {
+    return call(
+        "ssao" + name, [=](const Tile& tile) { return reach(tile, length, options, nearest); },
+        [=](const Inputs& in, auto... results) {
+            SsaoOptions given = options;
+            if (give)
+                give(given, in);
+            return ssao(in.stored, results..., length, given);
+        });
 }
 
 Call dof_call(const std::string& name, const DofOptions& options, bool plated = false,
               const CircleOfConfusion& circles = lens) {
-    const int circle = static_cast<int>(options.max_coc_px / 2);
-    const int reach = *std::get_if<Quality>(&options.quality) == Quality::accurate || plated ? 3 * circle + 1 : circle;
     const auto run = [=](const Inputs& in, auto... result) {
         DofOptions given = options;
         if (plated)
             given.clean_plate = CleanPlate{in.plate, in.behind};
         return dof(in.stored, in.color, result..., circles, given);
     };
-    return call("dof" + name, reach + dof_halo_columns, reach + dof_halo_rows, run, true);
+    DofOptions asked = options;
+    if (plated)
+        asked.clean_plate.emplace();
+    return call("dof" + name, reach_of(asked), run, true);
 }
 
 /// The calls of an operation in its four rounds.
@@ -257,7 +254,7 @@ std::vector<Call> calls_of(const std::string& operation) {
         const std::string name = round == 0 ? "" : text(", round ", round);
         if (operation == "linearize") {
             const auto options = in_round(LinearizeOptions{}, round);
-            all.push_back(call(operation + name, 0, 0, [=](const Inputs& in, auto... result) {
+            all.push_back(call(operation + name, reach_of(options), [=](const Inputs& in, auto... result) {
                 if constexpr (sizeof...(result) == 0)
                     return linearize(in.stored, options).image;
                 else
@@ -265,21 +262,19 @@ std::vector<Call> calls_of(const std::string& operation) {
             }));
         } else if (operation == "unproject") {
             const auto options = in_round(UnprojectOptions{}, round);
-            all.push_back(call(operation + name, 0, 0, [=](const Inputs& in, auto... result) {
+            all.push_back(call(operation + name, reach_of(options), [=](const Inputs& in, auto... result) {
                 return unproject(in.stored, result..., options);
             }));
         } else if (operation == "normals") {
             const auto options = in_round(NormalsOptions{}, round);
-            const int reach = options.noise > 0 ? normals_reach_noise : normals_reach_least_squares;
-            all.push_back(call(operation + name, reach, reach, [=](const Inputs& in, auto... result) {
+            all.push_back(call(operation + name, reach_of(options), [=](const Inputs& in, auto... result) {
                 return normals(in.stored, result..., options);
             }));
         } else if (operation == "ssao") {
             all.push_back(ssao_call(name, in_round(SsaoOptions{}, round)));
         } else if (operation == "dof_masks") {
             const auto options = in_round(DofMasksOptions{.max_coc_px = most_coc}, round);
-            const int reach = static_cast<int>(most_coc / 2) + 8;
-            all.push_back(call(operation + name, reach, reach, [=](const Inputs& in, auto... results) {
+            all.push_back(call(operation + name, reach_of(options), [=](const Inputs& in, auto... results) {
                 return dof_masks(in.stored, results..., lens, options);
             }));
             if (options.near_alpha)
@@ -290,7 +285,7 @@ std::vector<Call> calls_of(const std::string& operation) {
         } else if (operation == "fog") {
             const auto options = in_round(FogOptions{.density = 0.1}, round);
             all.push_back(call(
-                operation + name, 0, 0,
+                operation + name, reach_of(options),
                 [=](const Inputs& in, auto... result) { return fog(in.stored, in.color, result..., options); }, true));
         }
     }
@@ -317,7 +312,6 @@ const std::vector<Call>& calls() {
         all.push_back(ssao_call(" with a map of thicknesses", {.sampling = every_pixel},
                                 [](SsaoOptions& o, const Inputs& in) { o.thickness = in.behind.image; }));
         all.push_back(ssao_call(" with silhouettes", {.sampling = every_pixel, .thickness = Silhouette{}}));
-        all.back().columns = all.back().rows = 200; // outlines are looked for all around
         for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate})
             all.push_back(dof_call(text(" with a clean plate, quality ", static_cast<int>(quality)),
                                    {.quality = quality, .max_coc_px = most_coc}, true));
@@ -389,12 +383,13 @@ void check_same_bits(const Call& call, const Scene& scene, std::pair<int, int> w
 void check_tiles(const Call& call, const Inputs& whole) {
     const int width = whole.stored.image.width(), height = whole.stored.image.height();
     const std::vector<Image> expected = call.make(whole);
+    const auto [columns, rows] = call.reach(whole.stored);
     for (const Region& tile :
          {Region{0, 0, width / 3, height / 3}, Region{width / 3 - 5, height / 4 + 1, width / 2, height / 3},
           Region{2 * width / 3, height / 2, width - 2 * width / 3, height - height / 2}}) {
-        const int left = std::max(tile.x - call.columns, 0), top = std::max(tile.y - call.rows, 0),
-                  right = std::min(tile.x + tile.width + call.columns, width),
-                  bottom = std::min(tile.y + tile.height + call.rows, height);
+        const int left = std::max(tile.x - columns, 0), top = std::max(tile.y - rows, 0),
+                  right = std::min(tile.x + tile.width + columns, width),
+                  bottom = std::min(tile.y + tile.height + rows, height);
         const std::vector<Image> got = call.make(whole.region(left, top, right - left, bottom - top));
         for (std::size_t i = 0; i < got.size(); ++i) {
             if (expected[i].width() != width || expected[i].height() != height)
@@ -417,6 +412,7 @@ constexpr std::array<std::array<int, 2>, 5> places{{{154, 150}, {155, 150}, {130
 void check_reach(const Call& call, const Scene& scene) {
     constexpr float infinity = std::numeric_limits<float>::infinity();
     const auto before = results(call, scene.on(device()));
+    const Reach reach = call.reach(scene.on(device()).stored);
     const auto width = static_cast<std::size_t>(scene.camera.width), pixels = scene.depth.size();
     for (const float special : {std::nanf(""), infinity, -infinity})
         for (const bool of_depth : {true, false}) {
@@ -437,7 +433,7 @@ void check_reach(const Call& call, const Scene& scene) {
                     const std::size_t pixel = at / (before[i].size() / pixels);
                     const int x = static_cast<int>(pixel % width), y = static_cast<int>(pixel / width);
                     beyond += std::ranges::none_of(places, [&](const auto& place) {
-                        return std::abs(x - place[0]) <= call.columns && std::abs(y - place[1]) <= call.rows;
+                        return std::abs(x - place[0]) <= reach.columns && std::abs(y - place[1]) <= reach.rows;
                     });
                 }
             INFO(call.name << ", " << special << " in " << (of_depth ? "depth" : "color"));
@@ -467,7 +463,7 @@ void check_budget(const Call& call, const Scene& scene) {
     INFO(call.name << " takes " << taken << " bytes, and says it needs " << least);
     CHECK((least == 0) == (taken == 0));
     CHECK(least < taken + mebibyte);
-    if (call.columns == 0)
+    if (call.reach(scene.on(free).stored).rows == 0)
         CHECK(taken == 0);
     if (least > mebibyte)
         CHECK(needed(call, scene, least - mebibyte) == least);

@@ -42,8 +42,7 @@ Example:
         .arguments = {"color", "density"},
         .group = "Fog",
         .layer = "fog",
-        .needing = {{{"reference_height", "height_falloff"}, {"up", "height_falloff"}}},
-        .rows = 0};
+        .needing = {{{"reference_height", "height_falloff"}, {"up", "height_falloff"}}}};
 
     Image color = {};
     FogOptions options{.density = 0};

@@ -25,8 +25,7 @@ Example:
   fathom linearize frame.exr --camera camera.json -o frame.z.exr
   fathom linearize shots/*.png --camera camera.json -o depth/ --format tif)",
         .group = "Output",
-        .layer = "linear",
-        .rows = 0};
+        .layer = "linear"};
 
     LinearizeOptions options = {};
     Image result = {};

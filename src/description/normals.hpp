@@ -39,8 +39,7 @@ N.X N.Y N.Z. Invalid and background pixels have 0 0 0. A .png holds ½n + ½ in 
 Example:
   fathom normals frame.exr --camera camera.json -o frame.normals.exr --space world)",
         .group = "Normals",
-        .excluding = {{{"noise", "max_error"}}},
-        .rows = normals_reach_noise};
+        .excluding = {{{"noise", "max_error"}}}};
 
     NormalsOptions options = {};
     Image result = {};

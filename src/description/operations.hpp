@@ -11,6 +11,7 @@
 #include "description/unproject.hpp"
 
 #include <fathom/lens_arguments.hpp>
+#include <fathom/tiles.hpp>
 
 #include <algorithm>
 #include <memory>
@@ -29,6 +30,7 @@ struct Operation : Said {
     std::shared_ptr<void> (*make)(const void* like); ///< a call, whose options are those of another, or the defaults
     std::vector<Result> (*results_of)(void*, const StoredDepth&);
     void (*run)(const void*, const StoredDepth&, const Launch&);
+    Reach (*reach)(const void*, const Tile&); ///< of a call; none of one whose reach depends on what the depth shows
 
     void set(void* call, const Option& option, const Value& value) const {
         option.set_field(static_cast<char*>(call) + option.offset, value);
@@ -49,7 +51,12 @@ Operation operation_of() {
                    },
                    [](const void* call, const StoredDepth& stored, const Launch& launch) {
                        static_cast<const Call*>(call)->run(stored, launch);
-                   }};
+                   },
+                   {}};
+    if constexpr (requires(const Tile& tile, const Call& call) { fathom::reach(tile, call.options); })
+        made.reach = [](const void* call, const Tile& tile) {
+            return fathom::reach(tile, static_cast<const Call*>(call)->options);
+        };
     if (LensArguments lens; std::ranges::count(made.options, Kind::lens, &Option::kind) > 0)
         describe_lens(List(&lens, made.lens), lens);
     return made;

@@ -24,7 +24,6 @@ struct Said {
     Pairs needing = {}, excluding = {};        ///< the first is nothing without the second, or beside it
     const char* results = nullptr;             ///< the struct of several results
     bool first_alone = false;                  ///< is the first of them given without the struct if it is all there is?
-    std::optional<int> rows = {};              ///< above and below a row that its result depends on; none: all of them
 };
 
 struct Size {

@@ -18,7 +18,6 @@ namespace fathom {
 struct Look {
     std::size_t pixels = 0, invalid = 0, background = 0;
     float nearest = 0, farthest = 0; ///< of the surfaces; 0 where no pixel shows one
-    HostFloats z = {};               ///< +infinity is background, NaN invalid; none unless all of it is in memory
 
     std::size_t surfaces() const { return pixels - invalid - background; }
 
@@ -56,7 +55,7 @@ struct Subject {
     Look look = {};
     ValueChanges changes = {};
     std::vector<Cross> crosses = {};
-    /// Goes through it again, in any parts.
+    /// Goes through it again, in any parts. Of `z` +infinity is background, and NaN invalid.
     std::function<void(const std::function<void(const HostDepth& values, const HostFloats& z)>&)> each = {};
 
     Subject() = default;

@@ -7,6 +7,7 @@
 
 #include <fathom/image.hpp>
 #include <fathom/picture.hpp>
+#include <fathom/tiles.hpp>
 
 #include <opencv2/core/mat.hpp>
 
@@ -42,13 +43,14 @@ struct More {
     std::function<Images(const Job&)> read = {};
     /// The picture of a job by rows, if it is one of the images; nothing where it has to be read whole.
     std::function<std::unique_ptr<io::PictureRows>(const Job&)> picture_rows = {};
-    /// How many rows above and below a row its result depends on. With it images may be done strip by strip: the operation gets
-    /// some rows of them, and makes one image. None: it needs all of them.
-    std::optional<int> halo = {};
+    /// How far the operation looks around a tile of an image that shows this. With it images may be done strip by strip: the
+    /// operation gets some rows of them, and makes those of its results. None: it needs all of them.
+    std::function<Reach(const Tile&, const Look&, const Job&)> reach = {};
+    bool looks_first = false; ///< does that depend on what the image shows? Then its depth is read twice.
     /// What is probably wrong with the command's own options, a sentence each with the cure. Called beside `read`.
     std::function<std::vector<std::string>(const Job&)> doubts = {};
     /// The same of lengths, which this image is too large or too small for. Not asked where its depths are doubted anyway.
-    std::function<std::vector<std::string>(const StoredDepth&, const Look&, const Job&)> length_doubts = {};
+    std::function<std::vector<std::string>(const StoredDepth&, const Subject&, const Job&)> length_doubts = {};
 };
 
 /// An image that an operation made, and the format that it has as a picture.

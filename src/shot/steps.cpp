@@ -152,8 +152,7 @@ void Steps::examine(Work& work) const {
     const HostDepth values = on_host(depth.values, depth.storage);
     work.subject = Subject(work.seen, depth.storage);
     work.subject.add(values, on_host(work.z));
-    work.subject.look.z = on_host(work.z);
-    work.subject.each = [values, &work](const auto& visit) { visit(values, work.subject.look.z); };
+    work.subject.each = [values, &work](const auto& visit) { visit(values, on_host(work.z)); };
     find_doubts(work);
 }
 
@@ -201,9 +200,8 @@ void Steps::compute(Work& work) {
     }
     warn_once(work, frame.input, work.option_doubts.get());
     if (more_.length_doubts && !work.doubtful_values && !doubtful_camera) // or one mistake would be told twice
-        warn_once(work, frame.input, more_.length_doubts(work.stored, work.subject.look, frame));
+        warn_once(work, frame.input, more_.length_doubts(work.stored, work.subject, frame));
     frame.said.insert(frame.said.end(), work.explained.begin(), work.explained.end());
-    work.subject.look.z = {};
     work.z.release();
     if (work.failure)
         std::rethrow_exception(work.failure);
@@ -219,13 +217,7 @@ void Steps::write(Work& work) const {
         return;
     const Stopwatch watch(work.times.write);
     const Loaded& frame = work.frame;
-    if (work.rows) {
-        warn(work, frame.outputs.front(), metadata_doubts(frame.outputs.front(), work.results.front()));
-        work.file->complete();
-        work.file->take_over();
-        return;
-    }
-    for (std::size_t i = 0; i < outputs_.size() && has_overscan(frame.windows); ++i) {
+    for (std::size_t i = 0; i < outputs_.size() && has_overscan(frame.windows) && !work.rows; ++i) {
         fit(work.results[i].image, frame.windows, frame.outputs[i], outputs_[i].product.kind);
         work.results[i].size = work.results[i].image.size();
     }
@@ -233,6 +225,13 @@ void Steps::write(Work& work) const {
         warn(work, frame.input, png_doubts(options_, outputs_, frame, work.results));
     for (std::size_t i = 0; i < outputs_.size(); ++i)
         warn(work, frame.outputs[i], metadata_doubts(frame.outputs[i], work.results[i]));
+    if (work.rows) {
+        for (const auto& file : work.files)
+            file->complete();
+        for (const auto& file : work.files)
+            file->take_over();
+        return;
+    }
     prepare_folders(options_, outputs_, frame);
     const std::vector<ImageFile> files = files_of(options_, outputs_, frame, work.results, work.source);
     const StderrSilenced silenced;

@@ -5,6 +5,7 @@
 
 #include "doubts/look.hpp"
 #include "io/rows.hpp"
+#include "operations/bands.hpp"
 #include "shot/records/record.hpp"
 
 #include <fathom/device.hpp>
@@ -87,7 +88,7 @@ struct Work {
     std::vector<std::string> explained; // by an operation that went by strips
     std::exception_ptr failure;         // of a strip: told after what is doubtful about the image
     std::vector<Result> results;
-    std::unique_ptr<io::ResultRows> file; // of the result, if it is made strip by strip
+    std::vector<std::unique_ptr<io::ResultRows>> files; // of the results, if they are made strip by strip
 };
 
 /// The steps of an input. Only `compute` goes from input to input in order; the others see nothing but their own.
@@ -113,9 +114,10 @@ private:
     void find_doubts(Work& work) const;
     void stream(Work& work);
     std::size_t row_bytes(int width, bool picture) const;
+    std::size_t strip_scale() const;
     std::size_t strip_bytes() const;
-    int strip_rows(const Work& work) const;
-    void write_strip(Work& work, Result& result, const cv::Range& rows) const;
+    std::vector<Band> strips(const Work& work, int halo) const;
+    void write_strip(Work& work, std::vector<Result>& results, const cv::Range& rows) const;
     cv::Mat decoded(const Work& work, const cv::Mat& values, int first_row) const;
     bool is_finished(Work& work) const;
     void check_append(const Work& work) const;

@@ -3,6 +3,6 @@
 
 namespace fathom::cli {
 
-const StripLimits strip_limits{.whole_pixels = 1LL << 25, .strip_bytes = std::size_t{64} << 20};
+const StripLimits strip_limits{.whole_pixels = std::size_t{1} << 25, .strip_bytes = std::size_t{64} << 20};
 
 } // namespace fathom::cli

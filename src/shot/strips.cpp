@@ -15,76 +15,133 @@ namespace fathom::cli {
 
 // Results with a record, and those that are appended, are made of all their bytes.
 bool Steps::goes_by_strips(const Job& job, const io::DepthRows& rows) const {
-    const std::filesystem::path& output = job.outputs.front();
-    const bool is_exr_file = extension_of(output) == ".exr", overscan = has_overscan(rows.about().windows);
+    const bool overscan = has_overscan(rows.about().windows);
+    const bool takes_rows = std::ranges::all_of(job.outputs, [&](const std::filesystem::path& output) {
+        return io::takes_rows(output) && (!overscan || extension_of(output) == ".exr");
+    });
     const auto [width, height] = rows.size();
-    const bool too_many = static_cast<long long>(width) * height > strip_limits.whole_pixels;
+    const bool too_many =
+        static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > strip_limits.whole_pixels * strip_scale();
     const bool too_large =
         options_.memory > 0 && row_bytes(width, false) * static_cast<std::size_t>(height) > options_.memory;
-    return more_.halo && outputs_.size() == 1 && !records_ && !options_.append && io::takes_rows(output) &&
-           (is_exr_file || !overscan) && (too_many || too_large);
+    return more_.reach && takes_rows && !records_ && !options_.append && (too_many || too_large);
 }
 
-// What a row of the images takes: depth, two copies of it, the result and its file, and a picture.
+// What a row of the images takes: depth, two copies of it, the results and their files, and a picture.
 std::size_t Steps::row_bytes(int width, bool picture) const {
-    const std::size_t channels = outputs_.front().product.channels.size();
-    return (3 + 2 * channels + (picture ? 2 * channels : 0)) * sizeof(float) * static_cast<std::size_t>(width);
+    std::size_t values = 3 + (picture ? 2 * outputs_.front().product.channels.size() : 0);
+    for (const Output& output : outputs_)
+        values += 2 * output.product.channels.size();
+    return values * sizeof(float) * static_cast<std::size_t>(width);
+}
+
+// Strips are that much larger where many rows around them are read and computed with both of their neighbours.
+std::size_t Steps::strip_scale() const {
+    return more_.looks_first ? 8 : 1;
 }
 
 std::size_t Steps::strip_bytes() const {
     constexpr std::size_t least = std::size_t{1} << 20;
-    return options_.memory > 0 ? std::min(strip_limits.strip_bytes, std::max(options_.memory, least))
-                               : strip_limits.strip_bytes;
+    const std::size_t most = strip_limits.strip_bytes * strip_scale();
+    return options_.memory > 0 ? std::min(most, std::max(options_.memory, least)) : most;
 }
 
-int Steps::strip_rows(const Work& work) const {
+// Strips are whole blocks of most compressions, where these fit: more than one strip would unpack those that it cuts.
+std::vector<Band> Steps::strips(const Work& work, int halo) const {
+    const int height = work.rows->size().height;
     const std::size_t row = row_bytes(work.rows->size().width, work.picture != nullptr);
-    const int rows = static_cast<int>(std::min<std::size_t>(strip_bytes() / row, 1 << 16));
-    constexpr int block = 32; // of most compressions: more than one strip would unpack those that it cuts
-    return std::max({rows - (rows > block ? rows % block : 0), *more_.halo + 1, 1});
+    constexpr int block = 32;
+    const int unit = static_cast<std::size_t>(block + 2 * halo) * row <= strip_bytes() ? block : 1;
+    const auto units = [=](int rows) { return (rows + unit - 1) / unit; };
+    const auto bytes = [=](int read, int) { return row * static_cast<std::size_t>(read * unit); };
+    std::vector<Band> all = bands({.begin = 0,
+                                   .end = units(height),
+                                   .height = units(height),
+                                   .reaches = {units(halo)},
+                                   .bytes = bytes,
+                                   .least = std::max(units(halo), 1)},
+                                  strip_bytes());
+    for (Band& band : all)
+        for (int* edge : {&band.begin, &band.end, &band.first, &band.last})
+            *edge = std::min(*edge * unit, height);
+    return all;
 }
 
-void Steps::write_strip(Work& work, Result& result, const cv::Range& rows) const {
+void Steps::write_strip(Work& work, std::vector<Result>& results, const cv::Range& rows) const {
     const Stopwatch watch(work.times.write);
-    const cv::Mat image = result.image.rowRange(rows);
-    if (!work.file) {
-        result.image = cv::Mat(1, 1, image.type());
+    std::vector<cv::Mat> images;
+    for (Result& result : results) {
+        images.push_back(result.image.rowRange(rows));
+        result.image = cv::Mat(1, 1, result.image.type());
         result.size = work.rows->size();
-        work.results = {result};
-        prepare_folders(options_, outputs_, work.frame);
-        const ImageFile file = files_of(options_, outputs_, work.frame, work.results, work.source).front();
-        work.file = std::make_unique<io::ResultRows>(file, result.size);
     }
-    work.file->write(image);
+    if (work.files.empty()) {
+        work.results = results;
+        prepare_folders(options_, outputs_, work.frame);
+        for (const ImageFile& file : files_of(options_, outputs_, work.frame, work.results, work.source))
+            work.files.push_back(std::make_unique<io::ResultRows>(file, work.rows->size()));
+    }
+    for (std::size_t i = 0; i < images.size(); ++i)
+        work.files[i]->write(images[i]);
 }
 
-// Reads, looks at, computes and writes some rows after the others. What they say together is found at the end.
+// Reads, looks at, computes and writes some rows after the others. What they say together is found once all were looked at.
 void Steps::stream(Work& work) {
     Loaded& frame = work.frame;
-    const int height = work.rows->size().height, halo = *more_.halo, most = strip_rows(work);
+    const cv::Size size = work.rows->size();
     const Storage storage = work.depth.storage;
     Subject& subject = work.subject;
     subject = Subject(work.seen, storage);
+    subject.each = [this, &work, storage](const auto& visit) {
+        const auto again = io::depth_rows(work.frame.input, read_options(work));
+        for (const Band& band : strips(work, 0)) {
+            const cv::Mat rows = again->read(band.end - band.begin).values;
+            visit(on_host(rows, storage), on_host(decoded(work, rows, band.begin)));
+        }
+    };
     work.stored = {.image = {}, .camera = work.seen, .storage = storage};
-    cv::Mat values, picture; // from `first` on
+    if (more_.looks_first) {
+        const Stopwatch watch(work.times.read);
+        subject.each([&](const HostDepth& values, const HostFloats& z) { subject.add(values, z); });
+        find_doubts(work);
+    }
+    const auto attempt = [&](const auto& step) {
+        try {
+            if (!work.failure)
+                step();
+        } catch (...) {
+            work.failure = std::current_exception(); // the other rows may say what is wrong with the image
+        }
+    };
+    int halo = 0;
+    attempt([&] {
+        halo = more_.reach({work.seen, storage, {0, 0, size.width, size.height}}, subject.look, frame).rows;
+    });
+    cv::Mat values, picture; // from row `first` on
+    int first = 0, read = 0;
     Loaded strip = frame;
-    for (int first = 0, made = 0, read = 0; made < height;) {
-        const int rows = std::min(most, height - read), end = read + rows == height ? height : read + rows - halo;
+    for (const Band& band : strips(work, halo)) {
         {
             const Stopwatch watch(work.times.read);
-            const auto join = [&](cv::Mat& kept, const cv::Mat& next) {
-                if (kept.empty())
-                    kept = next;
-                else
-                    cv::vconcat(kept, next, kept);
+            const int more = band.last - read;
+            const auto go_on = [&](cv::Mat& kept, const auto& next) {
+                kept = band.first < read ? kept.rowRange(band.first - first, read - first).clone() : cv::Mat();
+                if (more > 0 && kept.empty())
+                    kept = next();
+                else if (more > 0)
+                    cv::vconcat(kept, next(), kept);
             };
-            const cv::Mat next = work.rows->read(rows).values;
-            subject.add(on_host(next, storage), on_host(decoded(work, next, read)));
-            join(values, next);
+            go_on(values, [&] {
+                const cv::Mat next = work.rows->read(more).values;
+                if (!more_.looks_first)
+                    subject.add(on_host(next, storage), on_host(decoded(work, next, read)));
+                return next;
+            });
             if (work.picture)
-                join(picture, work.picture->read(rows).color);
+                go_on(picture, [&] { return work.picture->read(more).color; });
         }
-        read += rows;
+        first = band.first;
+        read = band.last;
         const auto compute = [&] {
             const Stopwatch watch(work.times.compute);
             if (work.picture)
@@ -99,34 +156,15 @@ void Steps::stream(Work& work) {
             stored.y = first;
             return operation_(stored, strip);
         };
-        try {
-            if (!work.failure) {
-                std::vector<Result> results = compute();
-                write_strip(work, results.front(), {made - first, end - first});
-                if (made == 0)
-                    work.explained = std::move(strip.said);
-            }
-        } catch (...) {
-            work.failure = std::current_exception(); // the other rows may say what is wrong with the image
-        }
-        made = end;
-        const int kept = read == height ? height : std::max(made - halo, first);
-        const auto keep = [&](cv::Mat& image) {
-            image = kept < read ? image.rowRange(kept - first, image.rows).clone() : cv::Mat();
-        };
-        keep(values);
-        if (work.picture)
-            keep(picture);
-        first = kept;
+        attempt([&] {
+            std::vector<Result> results = compute();
+            write_strip(work, results, {band.begin - first, band.end - first});
+            if (band.begin == 0)
+                work.explained = std::move(strip.said);
+        });
     }
-    subject.each = [this, &work, most, storage](const auto& visit) {
-        const auto again = io::depth_rows(work.frame.input, read_options(work));
-        for (int y = 0; y < again->size().height; y += most) {
-            const cv::Mat rows = again->read(std::min(most, again->size().height - y)).values;
-            visit(on_host(rows, storage), on_host(decoded(work, rows, y)));
-        }
-    };
-    find_doubts(work);
+    if (!more_.looks_first)
+        find_doubts(work);
 }
 
 } // namespace fathom::cli

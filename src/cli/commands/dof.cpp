@@ -118,7 +118,9 @@ Images read_images(const DofArguments& options, const Job& job) {
 
 Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& frame) {
     explain_method(fathom::Operation::dof, stored, frame, options.dof.quality, options.explain);
-    Images images = frame.images.get();                     // read by the device until the result is there
+    Images images = frame.images.get(); // read by the device until the result is there
+    if (options.highlights > 1)         // of rows that strips share, too
+        images.picture.color = images.picture.color.clone();
     restore_highlights(images.picture, options.highlights); // which may change from frame to frame
     restore_highlights(images.clean_plate, options.highlights);
     Picture picture = images.picture;
@@ -191,8 +193,14 @@ std::function<int()> configure_dof(CLI::App& app) {
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
-            return blur_doubts(options->relative, options->lens, stored, job, look, options->dof.sky,
+        if (!options->clean_plate && !options->fill && !options->lens.focus_at) {
+            more.looks_first = true;
+            more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
+                return reach(tile, options->dof, widest_circle(options->lens, tile, look, options->dof.sky, job));
+            };
+        }
+        more.length_doubts = [options](const StoredDepth& stored, const Subject& subject, const Job& job) {
+            return blur_doubts(options->relative, options->lens, stored, job, subject, options->dof.sky,
                                options->dof.max_coc_px);
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, Loaded& frame) {

@@ -121,8 +121,18 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         More more;
         description::DofMasksCall asked{.options = options->masks};
         more.outputs = outputs_of(described_masks, &asked, options->more);
-        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
-            return blur_doubts(options->relative, options->lens, stored, job, look, options->masks.sky,
+        // Near alpha is summed in an order that depends on where a tile lies, and extremes of tiles have rows of their own.
+        if (const DofMasksOptions& o = asked.options;
+            !options->lens.focus_at && !o.near_alpha && !o.disocclusion && !o.tile_min_coc && !o.tile_max_coc) {
+            more.looks_first = o.max_near_coc;
+            more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
+                description::DofMasksCall call{.options = options->masks};
+                outputs_of(described_masks, &call, options->more);
+                return reach(tile, call.options, widest_circle(options->lens, tile, look, call.options.sky, job));
+            };
+        }
+        more.length_doubts = [options](const StoredDepth& stored, const Subject& subject, const Job& job) {
+            return blur_doubts(options->relative, options->lens, stored, job, subject, options->masks.sky,
                                options->masks.max_coc_px);
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {

@@ -115,26 +115,21 @@ cv::Mat read_thickness(const std::filesystem::path& file, const Job& job) {
 }
 
 // A radius that hardly reaches the next pixel, or that reaches beyond all that the image shows.
-std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored, const Look& look) {
-    if (look.surfaces() == 0)
+std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored, const Subject& subject) {
+    std::vector<float> depths; // enough for a median that is good to a few percent
+    for (const Cross& cross : subject.crosses)
+        std::ranges::copy_if(cross.z, std::back_inserter(depths), [](float z) { return std::isfinite(z); });
+    if (depths.empty())
         return {};
+    const Look& look = subject.look;
     const Camera& camera = stored.camera;
     const bool perspective = depth_form(camera, stored.storage).perspective;
     const auto scale = static_cast<double>(pixel_scale(camera).x);
     const double centre = perspective ? static_cast<double>(camera_rays(camera).centre_depth) : 0;
     const auto length_of_pixel = [&](float z) { return (perspective ? static_cast<double>(z) - centre : 1) / scale; };
-    // Pixels enough for a median that is good to a few percent. All of them would take longer than linearizing.
-    const auto step_of = [](int pixels) { return 1 + pixels / 256; };
-    const int down = step_of(look.z.height), across_by = step_of(look.z.width);
-    std::vector<float> depths;
-    for (int first = 0; first < down * across_by && depths.empty(); ++first)
-        for (int y = first % down; y < look.z.height; y += down)
-            for (int x = first / down; x < look.z.width; x += across_by)
-                if (const float z = row_of(look.z, y)[static_cast<std::size_t>(x)]; std::isfinite(z))
-                    depths.push_back(z);
     const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
     std::ranges::nth_element(depths, middle);
-    const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(look.z.width, look.z.height);
+    const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(camera.width, camera.height);
     if (radius < pixel / 2)
         return {fmt::format(
             "the radius of {} is less than half a pixel for most pixels, so that little is occluded: depths "
@@ -144,7 +139,7 @@ std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored,
         return {fmt::format(
             "the radius of {} is larger than all that most pixels see: depths run from {:.4g} to {:.4g}, and "
             "the view is {:.2g} wide in their middle; is it in scene units?",
-            number(radius), look.nearest, look.farthest, pixel * look.z.width)};
+            number(radius), look.nearest, look.farthest, pixel * camera.width)};
     return {};
 }
 
@@ -224,8 +219,16 @@ std::function<int()> configure_ssao(CLI::App& app) {
             more.companions.push_back({"--thickness-map", *options->thickness_map});
         more.outputs = outputs_of(described_ssao, static_cast<description::SsaoCall*>(options.get()), options->more);
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        more.length_doubts = [options](const StoredDepth& stored, const Look& look, const Job& job) {
-            return radius_doubts(radius_of(*options, job), stored, look);
+        if (more.companions.empty() && !options->options.region) {
+            more.looks_first = true;
+            more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
+                return look.surfaces() == 0
+                           ? Reach{}
+                           : reach(tile, radius_of(*options, job), options->options, static_cast<double>(look.nearest));
+            };
+        }
+        more.length_doubts = [options](const StoredDepth& stored, const Subject& subject, const Job& job) {
+            return radius_doubts(radius_of(*options, job), stored, subject);
         };
         return each_depth(*options, visibility, more,
                           [&](const StoredDepth& stored, Loaded& frame) { return occlude(*options, stored, frame); });

@@ -24,6 +24,7 @@ namespace fathom::cli {
 namespace {
 
 constexpr const char* group = "Lens";
+constexpr double sky_depth = std::numeric_limits<double>::infinity();
 
 bool is_pixel(const std::vector<double>& values) {
     const auto good = [](double n) { return n == std::floor(n) && std::abs(n) < 1e9; }; // negative in overscan
@@ -58,6 +59,11 @@ LensArguments within(const Windows& windows, LensArguments lens) {
     if (lens.sensor_mm && windows.data.width != windows.display.width)
         lens.sensor_mm = *lens.sensor_mm * windows.data.width / windows.display.width;
     return lens;
+}
+
+// NaN where there is none.
+double width_at(const CircleOfConfusion& circle, double z) {
+    return std::abs(static_cast<double>(coc_at(circle, static_cast<long double>(z))));
 }
 
 } // namespace
@@ -129,10 +135,24 @@ CircleOfConfusion circle_for(const LensArguments& given, const StoredDepth& stor
     }
 }
 
-std::vector<std::string> lens_doubts(const LensArguments& lens, const CircleOfConfusion& circle, const Look& look,
+double widest_coc(const CircleOfConfusion& circle, const Look& look, Sky sky) {
+    double widest = 0;
+    const auto add = [&](double z) { widest = std::max(widest, width_at(circle, z)); };
+    if (look.surfaces() >
+        0) { // Circles grow to either side of the focus, so that none is wider than those at the ends.
+        add(static_cast<double>(look.nearest));
+        add(static_cast<double>(look.farthest));
+    }
+    if (sky == Sky::blur && look.background > 0)
+        add(sky_depth);
+    return widest;
+}
+
+std::vector<std::string> lens_doubts(const LensArguments& lens, const CircleOfConfusion& circle, const Subject& subject,
                                      Sky sky, double max_coc_px) {
+    const Look& look = subject.look;
     if (lens.circle)
-        return circle_doubts(circle, look, sky, max_coc_px, "is --circle in pixels and scene units?");
+        return circle_doubts(circle, subject, sky, max_coc_px, "is --circle in pixels and scene units?");
     std::vector<std::string> said;
     constexpr double shortest_mm = 0.2; // no lens of a camera and no sensor is so small
     const auto check = [&](const char* option, const std::optional<double>& length) {
@@ -144,7 +164,7 @@ std::vector<std::string> lens_doubts(const LensArguments& lens, const CircleOfCo
     check("--sensor-mm", lens.sensor_mm);
     if (!said.empty())
         return said;
-    said = circle_doubts(circle, look, sky, max_coc_px,
+    said = circle_doubts(circle, subject, sky, max_coc_px,
                          fmt::format("a scene unit counts as {} mm (--mm-per-unit), and the f-number is {}",
                                      number(lens.mm_per_unit), number(*lens.f_stop)));
     const bool told = lens.focus && !lens.focus_at && !lens.focus_along && std::isfinite(*lens.focus);
@@ -164,37 +184,20 @@ std::vector<std::string> lens_doubts(const LensArguments& lens, const CircleOfCo
     return said;
 }
 
-std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Look& look, Sky sky, double max_coc_px,
-                                       const std::string& cure) {
+std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Subject& subject, Sky sky,
+                                       double max_coc_px, const std::string& cure) {
     if (circle.k == 0 && circle.g == 0) // a pinhole
         return {};
-    const auto width_at = [&](double z) {
-        return std::abs(static_cast<double>(coc_at(circle, static_cast<long double>(z))));
-    };
-    std::size_t circles = 0, ended = 0;
-    double widest = 0;
-    if (const double at_sky = width_at(std::numeric_limits<double>::infinity());
-        sky == Sky::blur && look.background > 0 && !std::isnan(at_sky)) {
-        circles = look.background;
-        ended = at_sky > max_coc_px ? circles : 0;
-        widest = at_sky;
-    }
-    // Circles grow to either side of the focus, so that none is wider than those at the ends.
-    const double ends[] = {width_at(static_cast<double>(look.nearest)), width_at(static_cast<double>(look.farthest))};
-    if (look.surfaces() > 0 && std::max(ends[0], ends[1]) <= max_coc_px) {
-        circles += look.surfaces();
-        widest = std::max({widest, ends[0], ends[1]});
-    } else {
-        for (int y = 0; y < look.z.height; ++y)
-            for (const float z : row_of(look.z, y)) {
-                const double coc = std::isfinite(z) ? width_at(static_cast<double>(z)) : std::nan("");
-                if (std::isnan(coc))
-                    continue;
-                ++circles;
-                ended += coc > max_coc_px;
-                widest = std::max(widest, coc);
-            }
-    }
+    const Look& look = subject.look;
+    const double widest = widest_coc(circle, look, sky);
+    const std::size_t blurred_sky = sky == Sky::blur ? look.background : 0, circles = look.surfaces() + blurred_sky;
+    std::size_t ended = width_at(circle, sky_depth) > max_coc_px ? blurred_sky : 0;
+    if (widest_coc(circle, look, Sky::sharp) > max_coc_px)
+        subject.each([&](const HostDepth&, const HostFloats& z) {
+            for (int y = 0; y < z.height; ++y)
+                for (const float depth : row_of(z, y))
+                    ended += std::isfinite(depth) && width_at(circle, static_cast<double>(depth)) > max_coc_px;
+        });
     if (circles > 0 && widest < 1)
         return {fmt::format(
             "no circle of confusion is a pixel wide: the largest has {:.2g}, so that nothing is blurred; {}", widest,

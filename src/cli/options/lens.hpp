@@ -31,12 +31,15 @@ void complete(LensArguments& lens, const CameraFile& camera, const std::string& 
 /// Throws: Error, for instance for a pixel without depth.
 CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& stored, const Windows& windows);
 
+/// No circle of an image that shows this is wider, in pixels. It may be infinite.
+double widest_coc(const CircleOfConfusion& circle, const Look& look, Sky sky);
+
 /// What is probably wrong with a lens for an image. Circles end at `max_coc_px`, which may be infinity.
-std::vector<std::string> lens_doubts(const LensArguments& lens, const CircleOfConfusion& circle, const Look& look,
+std::vector<std::string> lens_doubts(const LensArguments& lens, const CircleOfConfusion& circle, const Subject& subject,
                                      Sky sky, double max_coc_px);
 
 /// The same of circles that come from no lens. `cure` is what to change.
-std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Look& look, Sky sky, double max_coc_px,
-                                       const std::string& cure);
+std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Subject& subject, Sky sky,
+                                       double max_coc_px, const std::string& cure);
 
 } // namespace fathom::cli

@@ -106,15 +106,20 @@ CircleOfConfusion circle_of(const RelativeOptions& relative, const LensArguments
                           : circle_for(lens_of(lens, job), stored, job.windows);
 }
 
+double widest_circle(const LensArguments& lens, const Tile& image, const Look& look, Sky sky, const Job& job) {
+    const StoredDepth stored{.image = {}, .camera = image.camera, .storage = image.storage};
+    return widest_coc(circle_of({}, lens, stored, job), look, sky);
+}
+
 std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensArguments& lens,
-                                     const StoredDepth& stored, const Job& job, const Look& look, Sky sky,
+                                     const StoredDepth& stored, const Job& job, const Subject& subject, Sky sky,
                                      double max_coc_px) {
     const CircleOfConfusion circle = circle_of(relative, lens, stored, job);
     if (!relative.order)
-        return lens_doubts(lens_of(lens, job), circle, look, sky, max_coc_px);
+        return lens_doubts(lens_of(lens, job), circle, subject, sky, max_coc_px);
     if (relative.focus_range)
         return {}; // all may be in focus
-    return circle_doubts(circle, look, sky, max_coc_px, fmt::format("--blur-px is {}", number(*relative.blur_px)));
+    return circle_doubts(circle, subject, sky, max_coc_px, fmt::format("--blur-px is {}", number(*relative.blur_px)));
 }
 
 } // namespace fathom::cli

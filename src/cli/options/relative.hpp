@@ -26,9 +26,12 @@ void check_relative(const RelativeOptions& relative, const LensArguments& lens);
 CircleOfConfusion circle_of(const RelativeOptions& relative, const LensArguments& lens, const StoredDepth& stored,
                             const Job& job);
 
+/// No circle of an image that shows this is wider, in pixels. The focus lies at no pixel.
+double widest_circle(const LensArguments& lens, const Tile& image, const Look& look, Sky sky, const Job& job);
+
 /// What is probably wrong with it for an image. Circles end at `max_coc_px`, which may be infinity.
 std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensArguments& lens,
-                                     const StoredDepth& stored, const Job& job, const Look& look, Sky sky,
+                                     const StoredDepth& stored, const Job& job, const Subject& subject, Sky sky,
                                      double max_coc_px);
 
 } // namespace fathom::cli
