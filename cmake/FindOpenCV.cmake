@@ -1,5 +1,5 @@
 # OpenCV's own package where there is one. Debian ships it with libopencv-dev only, which pulls in hundreds of
-# packages; core, imgcodecs and imgproc alone come with headers and libraries, which is all that is needed here.
+# packages; its modules alone come with headers and libraries, which is all that is needed here.
 find_package(OpenCV QUIET CONFIG COMPONENTS ${OpenCV_FIND_COMPONENTS})
 if(OpenCV_FOUND)
   return()

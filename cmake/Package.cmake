@@ -64,7 +64,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 set(needed_by_headers "${same_version}" libeigen3-dev ocl-icd-opencl-dev)
 if(TARGET fathom_io)
-  list(APPEND needed_by_headers libopencv-core-dev libopencv-imgcodecs-dev)
+  list(APPEND needed_by_headers libopencv-core-dev)
 endif()
 list(JOIN needed_by_headers ", " CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS)
 

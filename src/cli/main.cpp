@@ -3,9 +3,9 @@
 #include "program.hpp"
 
 #include "shot/records/run_log.hpp"
-#include "terminal/codecs.hpp"
 #include "terminal/interrupt.hpp"
 #include "terminal/messages.hpp"
+#include "terminal/streams.hpp"
 
 #include <fathom/error.hpp>
 

@@ -30,6 +30,10 @@ void check_holds(const std::filesystem::path& file, cv::Size size, std::uint64_t
                          " bytes, which cannot be checked; save it with another compression");
 }
 
+void refuse_undecoded(const std::filesystem::path& file) {
+    refuse(file, "is damaged or of a kind that is not read; write it again");
+}
+
 void refuse_layer(const std::filesystem::path& file, const std::string& layer) {
     refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave it out (--color-layer of the program)");
 }
@@ -142,6 +146,26 @@ std::string described(const cv::Mat& image) {
 
 std::string described(cv::Size size) {
     return std::to_string(size.width) + " × " + std::to_string(size.height);
+}
+
+cv::Mat swap_red_and_blue(const cv::Mat& image) {
+    if (image.channels() < 3)
+        return image;
+    cv::Mat swapped(image.size(), image.type());
+    const int pairs[] = {0, 2, 1, 1, 2, 0, 3, 3};
+    // cv::mixChannels crashes on halves; their bits are moved as integers.
+    const auto movable = [](const cv::Mat& of) {
+        return of.depth() == CV_16F ? cv::Mat(of.size(), CV_16UC(of.channels()), of.data, of.step) : of;
+    };
+    const cv::Mat from = movable(image);
+    cv::Mat to = movable(swapped);
+    cv::mixChannels(&from, 1, &to, 1, pairs, static_cast<std::size_t>(image.channels()));
+    return swapped;
+}
+
+void swap_red_and_blue_of_row(cv::Mat& image, int row) {
+    if (image.channels() >= 3)
+        swap_red_and_blue(image.row(row)).copyTo(image.row(row));
 }
 
 } // namespace fathom::io

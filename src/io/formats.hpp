@@ -72,13 +72,17 @@ std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& 
 std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes);
+std::optional<cv::Mat> read_radiance(const std::filesystem::path& file, const Bytes& bytes);
 
-/// The image of a file of any of these four. Refuses a layer, which only OpenEXR has.
+/// The image of a file of any of the first four. Refuses a layer, which only OpenEXR has.
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer = {});
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes);
 
 /// The bytes for `read_plain`; only the first ones if no image begins so. A file that is far longer than its image is refused.
 Bytes read_image_file(const std::filesystem::path& file);
+
+/// Refuses a file whose codec failed.
+[[noreturn]] void refuse_undecoded(const std::filesystem::path& file);
 
 /// Refuses a layer of a file that has none.
 [[noreturn]] void refuse_layer(const std::filesystem::path& file, const std::string& layer);
@@ -111,9 +115,13 @@ std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const By
 void read_png_metadata(const Bytes& bytes, PictureFile& picture);
 void read_tiff_metadata(const Bytes& bytes, PictureFile& picture);
 
-/// Codes of 8 or 16 bits (or floats, in a TIFF) in B, G, R order, with the format's profile and camera data.
-Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format);
+/// Codes of 8 or 16 bits in B, G, R order, with the format's profile and camera data.
+Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format, int quality = 95);
 Bytes png_bytes(const cv::Mat& bgr, const PictureFormat& format);
+Bytes png_bytes(const cv::Mat& bgr); ///< says nothing of the codes
+
+/// Light in B, G, R order. Negative values and NaN become 0.
+Bytes radiance_bytes(const cv::Mat& bgr);
 
 /// The bytes of a picture where its format is not that of plain floats, which `write_image` writes: then nothing.
 std::optional<Bytes> picture_bytes(const std::filesystem::path& file, const Picture& picture);
@@ -170,9 +178,6 @@ std::string described(const cv::Mat& image);
 
 /// "640 × 480"
 std::string described(cv::Size size);
-
-/// Decodes unchanged with OpenCV. Throws: Error when it cannot.
-cv::Mat decode_with_opencv(const std::filesystem::path& file, const Bytes& bytes);
 
 /// R, G, B for B, G, R and back; a fourth channel stays, and so do images of fewer than three.
 cv::Mat swap_red_and_blue(const cv::Mat& image);

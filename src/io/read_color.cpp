@@ -6,7 +6,6 @@
 #include "io/formats/metadata.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -100,20 +99,6 @@ cv::Mat as_floats(const cv::Mat& image) {
     return color;
 }
 
-/// Radiance HDR. A run of 127 pixels takes two bytes in each of four channels.
-PictureFile read_hdr(const std::filesystem::path& file, const io::Bytes& bytes) {
-    constexpr std::uint64_t pixels_a_byte = 16;
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const std::size_t end = text.find("\n\n");
-    const std::string size(text.substr(std::min(end, text.size()), 64));
-    long long width = 0, height = 0;
-    if (std::sscanf(size.c_str(), " -Y %lld +X %lld", &height, &width) == 2) { // otherwise OpenCV refuses it
-        io::check_size(file, width, height);
-        io::check_holds(file, {static_cast<int>(width), static_cast<int>(height)}, 1, bytes.size(), pixels_a_byte);
-    }
-    return {.image = io::decode_with_opencv(file, bytes), .icc = {}, .exif = {}};
-}
-
 PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& options) {
     if (io::begins_like_exr(file))
         return {.image = io::read_exr_floats(file, exr_channels(file, options), "colours", options.windows),
@@ -125,9 +110,9 @@ PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& op
         io::refuse_layer(file, options.layer);
     if (auto picture = io::read_jpeg(file, bytes))
         return *picture;
-    if (begin.starts_with("#?RADIANCE") || begin.starts_with("#?RGBE"))
-        return read_hdr(file, bytes);
-    const auto image = io::read_plain(file, bytes);
+    auto image = io::read_radiance(file, bytes);
+    if (!image)
+        image = io::read_plain(file, bytes);
     if (!image)
         refuse(file, "is no picture, or its beginning is damaged; "
                      "pictures are read from .exr, .jpg, .png, .tif, .hdr, .npy and .pfm");

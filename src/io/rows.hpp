@@ -42,7 +42,7 @@ public:
     virtual int type() const = 0;
 };
 
-/// Nothing for a file of another format, and for a TIFF that has to be turned or that OpenCV decodes.
+/// Nothing for a file of another format, and for a TIFF that has to be turned or that libtiff turns into colours.
 std::unique_ptr<TiffRows> tiff_rows(const std::filesystem::path& file, long long most = most_pixels_by_rows);
 
 /// Floats of channels side by side. Refuses integers, which `what` they hold ("normals") cannot be.

@@ -4,10 +4,7 @@
 
 #include "io/formats/metadata.hpp"
 
-#include <fathom/error.hpp>
-
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include <cmath>
 
@@ -47,17 +44,6 @@ cv::Mat opaque(const std::filesystem::path& file, const cv::Mat& color) {
             bgr.at<cv::Vec3f>(y, x) = {pixel[0], pixel[1], pixel[2]};
         }
     return bgr;
-}
-
-io::Bytes radiance_bytes(cv::Mat bgr) {
-    bgr = bgr.clone();
-    for (int y = 0; y < bgr.rows; ++y)
-        for (auto* value = bgr.ptr<float>(y); value != bgr.ptr<float>(y) + 3 * bgr.cols; ++value)
-            *value = *value > 0 ? std::min(*value, 1e38f) : 0.0f; // it holds no negative values, NaN or infinity
-    io::Bytes bytes;
-    if (!cv::imencode(".hdr", bgr, bytes))
-        throw Error("OpenCV cannot write a Radiance HDR");
-    return bytes;
 }
 
 } // namespace

@@ -1,7 +1,6 @@
 // Relative depth as it is read.
 #include "relative.hpp"
 
-#include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
@@ -20,10 +19,7 @@ namespace fathom::cli {
 RelativeDepth relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel) {
     constexpr double little_range = 0.1; // of 0 to 1
     RelativeDepth result;
-    {
-        const StderrSilenced silenced;
-        result.input = io::read_relative_input(job.input, {.channel = channel, .range = relative.range});
-    }
+    result.input = io::read_relative_input(job.input, {.channel = channel, .range = relative.range});
     cv::Mat& values = result.depth.values = std::move(result.input.depth.values);
     const int bits = result.input.depth.bits;
     const auto all = [&] { return std::span(values.ptr<float>(), values.total()); };
@@ -38,11 +34,7 @@ RelativeDepth relative_depth(const RelativeOptions& relative, const Job& job, co
                         100 * (most - least), bits));
     if (relative.picture) {
         const std::filesystem::path& file = job.companions[*relative.picture];
-        cv::Mat color;
-        {
-            const StderrSilenced silenced;
-            color = read_picture(file, {.layer = relative.color_layer, .encoding = {}}).color;
-        }
+        const cv::Mat color = read_picture(file, {.layer = relative.color_layer, .encoding = {}}).color;
         const double aspect = static_cast<double>(color.cols) / color.rows * values.rows / values.cols;
         if (std::abs(aspect - 1) > 0.01)
             throw Error(

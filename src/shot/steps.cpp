@@ -6,7 +6,6 @@
 #include "camera_file/key_doubts.hpp"
 #include "io/exr/depth_channels.hpp"
 #include "io/floats_on_host.hpp"
-#include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
@@ -32,11 +31,6 @@ cv::Mat distances(const StoredDepth& stored) {
     return floats_on_host(stored.image, 1, [&](const Image& z) { linearize(stored, z); });
 }
 
-DepthFile read_silently(const std::filesystem::path& file, const ReadOptions& options) {
-    const StderrSilenced silenced;
-    return read_depth(file, options);
-}
-
 // Overscan is computed, too, unless a file beside the depth cannot hold it.
 bool takes_overscan(const Job& job) {
     return std::ranges::all_of(job.companions, is_exr);
@@ -47,7 +41,6 @@ std::vector<std::string> channel_doubts(const std::filesystem::path& file, const
                                         const std::string& taken) {
     if (!named.empty() || taken.empty())
         return {};
-    const StderrSilenced silenced;
     std::vector<std::string> others = io::depth_channels(file);
     std::erase(others, taken);
     if (others.empty())
@@ -114,7 +107,7 @@ void Steps::load(Work& work) const {
         work.camera = options_.camera.read_for(frame.read_as());
         work.rows = io::depth_rows(frame.input, read_options(work));
         if (!work.rows)
-            work.depth = read_silently(frame.input, read_options(work));
+            work.depth = read_depth(frame.input, read_options(work));
         else if (goes_by_strips(frame, *work.rows))
             work.depth = work.rows->about();
         else
@@ -234,7 +227,6 @@ void Steps::write(Work& work) const {
     }
     prepare_folders(options_, outputs_, frame);
     const std::vector<ImageFile> files = files_of(options_, outputs_, frame, work.results, work.source);
-    const StderrSilenced silenced;
     if (work.record)
         io::write_recorded(files, [&](const auto& bytes) { return records_->text(*work.record, bytes); });
     else

@@ -1,8 +1,8 @@
 // What the program prints: one line for an error, one for a result, for people or as JSON.
 #include "messages.hpp"
 
-#include "codecs.hpp"
 #include "interrupt.hpp"
+#include "streams.hpp"
 
 #include "camera_file/edit_distance.hpp"
 #include "camera_file/file.hpp"

@@ -1,7 +1,8 @@
 // The bar is the last line of the terminal. Whatever else is printed takes its place first.
 #include "progress.hpp"
 
-#include "codecs.hpp"
+#include "messages.hpp"
+#include "streams.hpp"
 
 #include <fmt/format.h>
 

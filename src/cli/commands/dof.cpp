@@ -10,7 +10,6 @@
 #include "cli/options/relative.hpp"
 #include "io/floats_on_host.hpp"
 #include "shot/each_depth.hpp"
-#include "terminal/codecs.hpp"
 
 #include <fathom/dof.hpp>
 #include <fathom/error.hpp>
@@ -88,7 +87,6 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
 }
 
 DepthFile clean_plate_depth_of(const std::filesystem::path& file, const DofArguments& options, const Job& job) {
-    const StderrSilenced silenced;
     DepthFile depth;
     try {
         depth = read_depth(

@@ -4,7 +4,6 @@
 #include "cli/options/depth_options.hpp"
 #include "io/cameras/camera_formats.hpp"
 #include "io/floats_on_host.hpp"
-#include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
@@ -114,12 +113,9 @@ std::optional<ImportedCamera> camera_for(const InspectArguments& options, std::s
 Findings inspected(const InspectArguments& options) {
     Findings found;
     const std::optional<ImportedCamera> described = camera_for(options, found.why_no_camera);
-    {
-        const StderrSilenced silenced;
-        found.depth = described ? read_depth(options.file, {.channel = options.channel, .packing = described->packing})
-                                : read_without_camera(options, found.packing);
-        found.channels = list_channels(options.file);
-    }
+    found.depth = described ? read_depth(options.file, {.channel = options.channel, .packing = described->packing})
+                            : read_without_camera(options, found.packing);
+    found.channels = list_channels(options.file);
     const HostDepth stored = on_host(found.depth.values, found.depth.storage);
     const cv::Mat& values = found.depth.values;
     found.statistics = stored_statistics(stored);

@@ -3,6 +3,7 @@
 #include "cli/command.hpp"
 #include "cli/options/depth_options.hpp"
 #include "cli/show/false_color.hpp"
+#include "io/formats.hpp"
 #include "io/replace_files.hpp"
 #include "sequence/frame_pattern.hpp"
 #include "shot/inputs.hpp"
@@ -12,8 +13,6 @@
 #include <fathom/error.hpp>
 
 #include <fmt/format.h>
-
-#include <opencv2/imgcodecs.hpp>
 
 #include <map>
 #include <memory>
@@ -136,9 +135,7 @@ void show(const ShowArguments& options, const ToShow& shot) {
     cv::Mat picture = false_color(viewed, range, options.map);
     if (options.legend && viewed.kind != Viewed::Kind::picture)
         picture = with_legend(picture, viewed, found, range, options.map);
-    io::NewFile file{shot.output, {}};
-    if (!cv::imencode(".png", picture, file.bytes))
-        throw Error(shot.output.native() + ": OpenCV cannot write a PNG");
+    const io::NewFile file{shot.output, io::png_bytes(picture)};
     if (std::error_code told_by_writing; options.files.is_sequence() || options.output.ends_with('/'))
         fs::create_directories(shot.output.parent_path(), told_by_writing);
     io::replace_files({&file, 1});

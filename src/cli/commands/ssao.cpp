@@ -6,7 +6,6 @@
 #include "cli/options/max_error.hpp"
 #include "io/floats_on_host.hpp"
 #include "shot/each_depth.hpp"
-#include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
@@ -99,12 +98,10 @@ std::optional<Region> region_in(const Windows& windows, const std::optional<Regi
 }
 
 cv::Mat read_directions(const std::filesystem::path& file, const Job& job) {
-    const StderrSilenced silenced;
     return read_normals(file, {}, job.windows);
 }
 
 cv::Mat read_thickness(const std::filesystem::path& file, const Job& job) {
-    const StderrSilenced silenced;
     const DepthFile read = read_depth(file, {.overscan = has_overscan(job.windows)});
     check_same_pixels(file, read, job);
     if (read.storage != Storage::float32 && read.storage != Storage::float16)

@@ -2,8 +2,6 @@
 
 #include "depth_options.hpp"
 
-#include "terminal/codecs.hpp"
-
 #include <fathom/io.hpp>
 
 #include <fmt/format.h>
@@ -16,7 +14,6 @@ std::vector<std::string> picture_doubts(const PictureOptions& options, const Job
     const std::filesystem::path& file = job.companions.front();
     if (options.encoding != ColorEncoding::linear)
         return {};
-    const StderrSilenced silenced;
     const ReadPictureOptions as_said{.layer = options.color_layer, .windows = job.windows};
     const auto rows = io::picture_rows(file, as_said);
     const PictureFormat format = rows ? rows->format() : read_picture(file, as_said).format;
@@ -81,12 +78,8 @@ void use_picture(More& more, const PictureOptions& options) {
 }
 
 Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
-    Picture picture;
-    {
-        const StderrSilenced silenced;
-        picture =
-            read_picture(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
-    }
+    Picture picture =
+        read_picture(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
     check_same_size(file, picture.color.size(), job);
     return picture;
 }

@@ -2,12 +2,12 @@
 #include "pictures.hpp"
 
 #include "camera_file/file.hpp"
+#include "io/formats.hpp"
 #include "terminal/interrupt.hpp"
 
 #include <fathom/error.hpp>
 #include <fathom/frames.hpp>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
@@ -67,8 +67,7 @@ std::string data_uri(const cv::Mat& picture, std::size_t most_bytes) {
     cv::Mat smaller = picture;
     for (;;) {
         for (const int quality : {90, 82, 74, 64, 50}) {
-            if (!cv::imencode(".jpg", smaller, bytes, {cv::IMWRITE_JPEG_QUALITY, quality}))
-                throw Error("OpenCV cannot write a JPEG");
+            bytes = io::jpeg_bytes(smaller, {}, quality);
             if (bytes.size() <= most_bytes)
                 return "data:image/jpeg;base64," + base64(bytes);
         }

@@ -5,7 +5,6 @@
 #include "io/exr/depth_channels.hpp"
 #include "io/formats.hpp"
 #include "io/recorded.hpp"
-#include "terminal/codecs.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
@@ -284,7 +283,6 @@ std::string label_of(double value, const ColorRange& range) {
 } // namespace
 
 Viewed read_viewed(const fs::path& file, const std::string& channel) {
-    const StderrSilenced silenced;
     const std::vector<Channel> channels = list_channels(file);
     return channels.empty() ? from_plain(file, channel) : from_exr(file, channels, channel);
 }

@@ -1,14 +1,22 @@
-// JPEG, with OpenCV. libjpeg fills what is missing with grey, so a file without its end is refused first.
+// JPEG, with libjpeg-turbo. It fills what is missing with grey, so a file without its end is refused first.
 // Segments: ITU-T T.81, B.1.1. A profile lies in segments of its own, see ICC.1:2022, B.4.
+#include "codec_calls.hpp"
 #include "metadata.hpp"
 
 #include "io/formats.hpp"
 
 #include <fathom/error.hpp>
 
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/core.hpp>
 
+#include <cstdio> // jpeglib.h takes it for granted
+#include <jerror.h>
+#include <jpeglib.h>
+
+#include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <memory>
 #include <string_view>
 
 namespace fathom::io {
@@ -17,11 +25,11 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr std::string_view exif_name = "Exif\0\0"sv, icc_name = "ICC_PROFILE\0"sv;
-constexpr unsigned char app0 = 0xe0, app1 = 0xe1, app2 = 0xe2, start_of_scan = 0xda;
+constexpr unsigned char app1 = 0xe1, app2 = 0xe2, start_of_scan = 0xda;
 constexpr std::string_view frames = "\xc0\xc1\xc2\xc3\xc5\xc6\xc7\xc9\xca\xcb\xcd\xce\xcf",
                            arithmetic_frames = "\xc9\xca\xcb\xcd\xce\xcf";
-constexpr int quality = 95;
-constexpr std::size_t longest_segment = 65533; // bytes behind the length
+constexpr std::size_t longest_segment = 65533;        // bytes behind the length
+constexpr std::size_t icc_head = icc_name.size() + 2; // and the number of this part, and of all
 
 struct Segment {
     unsigned char marker;
@@ -47,18 +55,52 @@ std::optional<Segment> segment_at(View file, std::size_t at) {
     return Segment{file[at + 1], file.subspan(at + 4, length - 2), at + 2 + length};
 }
 
-void append(Bytes& file, unsigned char marker, std::initializer_list<View> parts) {
-    std::size_t length = 2;
-    for (const View part : parts)
-        length += part.size();
-    file.insert(file.end(),
-                {0xff, marker, static_cast<unsigned char>(length >> 8), static_cast<unsigned char>(length)});
-    for (const View part : parts)
-        file.insert(file.end(), part.begin(), part.end());
-}
+/// libjpeg's errors, which come back to `jump`, and its remarks, which are not printed.
+struct JpegErrors : jpeg_error_mgr {
+    JpegErrors() {
+        jpeg_std_error(this);
+        error_exit = [](j_common_ptr codec) { std::longjmp(static_cast<JpegErrors*>(codec->err)->jump.place, 1); };
+        emit_message = [](j_common_ptr codec, int) {
+            if (codec->err->msg_code == JWRN_JPEG_EOF)
+                codec->err->error_exit(codec);
+        };
+    }
+    Jump jump;
+};
 
-View as_bytes(std::string_view text) {
-    return {reinterpret_cast<const unsigned char*>(text.data()), text.size()};
+/// B, G and R, also of grey. Inks are taken off the light of the black one, as Adobe's files have them: inverted.
+cv::Mat jpeg_pixels(const std::filesystem::path& file, const Bytes& bytes) {
+    JpegErrors errors;
+    jpeg_decompress_struct codec{};
+    codec.err = &errors;
+    const std::unique_ptr<jpeg_decompress_struct, decltype(&jpeg_destroy_decompress)> end(&codec,
+                                                                                          jpeg_destroy_decompress);
+    cv::Mat image;
+    const bool is_complete = complete(errors.jump, [&] {
+        jpeg_create_decompress(&codec);
+        jpeg_mem_src(&codec, bytes.data(), bytes.size());
+        jpeg_read_header(&codec, TRUE);
+        codec.out_color_space = codec.num_components == 4 ? JCS_CMYK : JCS_EXT_BGR;
+        jpeg_start_decompress(&codec);
+        image.create(static_cast<int>(codec.output_height), static_cast<int>(codec.output_width),
+                     CV_8UC(codec.output_components));
+        while (codec.output_scanline < codec.output_height) {
+            JSAMPROW row = image.ptr(static_cast<int>(codec.output_scanline));
+            jpeg_read_scanlines(&codec, &row, 1);
+        }
+    });
+    if (!is_complete)
+        refuse_undecoded(file);
+    if (image.channels() == 3)
+        return image;
+    cv::Mat bgr(image.size(), CV_8UC3);
+    std::transform(image.begin<cv::Vec4b>(), image.end<cv::Vec4b>(), bgr.begin<cv::Vec3b>(), [](const cv::Vec4b& inks) {
+        const auto light = [&](int ink) {
+            return static_cast<unsigned char>(inks[3] - ((255 - inks[ink]) * inks[3] >> 8));
+        };
+        return cv::Vec3b(light(2), light(1), light(0));
+    });
+    return bgr;
 }
 
 } // namespace
@@ -78,10 +120,8 @@ std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const By
         at = segment->end;
         if (segment->marker == app1 && begins(segment->content, exif_name) && picture.exif.empty())
             picture.exif.assign(segment->content.begin() + exif_name.size(), segment->content.end());
-        const std::size_t head = icc_name.size() + 2; // and the number of this part, and of all
-        if (segment->marker == app2 && begins(segment->content, icc_name) && segment->content.size() > head)
-            picture.icc.insert(picture.icc.end(), segment->content.begin() + static_cast<std::ptrdiff_t>(head),
-                               segment->content.end());
+        if (segment->marker == app2 && begins(segment->content, icc_name) && segment->content.size() > icc_head)
+            picture.icc.insert(picture.icc.end(), segment->content.begin() + icc_head, segment->content.end());
         const auto number = [&](std::size_t i) { return segment->content[i] << 8 | segment->content[i + 1]; };
         const auto is_one_of = [&](std::string_view markers) {
             return markers.find(static_cast<char>(segment->marker)) != markers.npos;
@@ -99,40 +139,52 @@ std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const By
     if (std::search(scan, bytes.end(), end.begin(), end.end()) == bytes.end())
         cut_short();
     check_holds(file, size, 1, bytes.size() - at, arithmetic ? std::nullopt : std::optional(expansion::jpeg));
-    picture.image = decode_with_opencv(file, bytes);
-    if (picture.image.channels() == 1) { // a grey photograph is a picture, too
-        const cv::Mat grey[] = {picture.image, picture.image, picture.image};
-        cv::Mat all;
-        cv::merge(grey, 3, all);
-        picture.image = all;
-    }
+    picture.image = jpeg_pixels(file, bytes);
     return picture;
 }
 
-Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format) {
+Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format, int quality) {
     constexpr int most = 65500; // rows and columns, of libjpeg
     if (bgr.cols > most || bgr.rows > most)
         throw Error("a .jpg has at most 65500 rows and columns, the picture is " + std::to_string(bgr.cols) + " x " +
                     std::to_string(bgr.rows) + "; write a .png or .exr");
-    Bytes pixels;
-    if (!cv::imencode(".jpg", bgr, pixels, {cv::IMWRITE_JPEG_QUALITY, quality}))
-        throw Error("OpenCV cannot write a JPEG");
-    const auto first = segment_at(pixels, 2);
-    const std::size_t front = first && first->marker == app0 ? first->end : 2;
-    Bytes file(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(front));
     static_assert(most_exif_of_jpeg + exif_name.size() == longest_segment);
-    if (!format.exif.empty())
-        append(file, app1, {as_bytes(exif_name), format.exif});
-    const std::size_t longest = longest_segment - icc_name.size() - 2;
-    const std::size_t parts = (format.icc.size() + longest - 1) / longest;
-    for (std::size_t i = 0; i < parts && parts < 256; ++i) {
-        const std::array<unsigned char, 2> number{static_cast<unsigned char>(i + 1), static_cast<unsigned char>(parts)};
-        append(file, app2,
-               {as_bytes(icc_name), number,
-                View(format.icc).subspan(i * longest, std::min(longest, format.icc.size() - i * longest))});
-    }
-    file.insert(file.end(), pixels.begin() + static_cast<std::ptrdiff_t>(front), pixels.end());
-    return file;
+    const bool has_profile = !format.icc.empty() && format.icc.size() <= 255 * (longest_segment - icc_head);
+    JpegErrors errors;
+    jpeg_compress_struct codec{};
+    codec.err = &errors;
+    const std::unique_ptr<jpeg_compress_struct, decltype(&jpeg_destroy_compress)> end(&codec, jpeg_destroy_compress);
+    unsigned char* file = nullptr;
+    unsigned long size = 0;
+    const bool is_complete = complete(errors.jump, [&] {
+        jpeg_create_compress(&codec);
+        jpeg_mem_dest(&codec, &file, &size);
+        codec.image_width = static_cast<JDIMENSION>(bgr.cols);
+        codec.image_height = static_cast<JDIMENSION>(bgr.rows);
+        codec.input_components = 3;
+        codec.in_color_space = JCS_EXT_BGR;
+        jpeg_set_defaults(&codec);
+        jpeg_set_quality(&codec, quality, TRUE);
+        jpeg_start_compress(&codec, TRUE);
+        if (!format.exif.empty()) {
+            jpeg_write_m_header(&codec, app1, static_cast<unsigned>(exif_name.size() + format.exif.size()));
+            for (const char each : exif_name)
+                jpeg_write_m_byte(&codec, each);
+            for (const unsigned char each : format.exif)
+                jpeg_write_m_byte(&codec, each);
+        }
+        if (has_profile)
+            jpeg_write_icc_profile(&codec, format.icc.data(), static_cast<unsigned>(format.icc.size()));
+        while (codec.next_scanline < codec.image_height) {
+            JSAMPROW row = const_cast<JSAMPROW>(bgr.ptr(static_cast<int>(codec.next_scanline)));
+            jpeg_write_scanlines(&codec, &row, 1);
+        }
+        jpeg_finish_compress(&codec);
+    });
+    if (!is_complete)
+        throw Error("libjpeg cannot write a JPEG of " + described(bgr.size()) + " pixels");
+    const std::unique_ptr<unsigned char, decltype(&std::free)> held(file, std::free);
+    return {file, file + size};
 }
 
 } // namespace fathom::io

@@ -1,5 +1,6 @@
-// PNG. libpng accepts files that end too early and prints on stderr. So every chunk is checked against its own sum
-// first, and libpng is given only the chunks that make the picture (PNG specification, section 5.3).
+// PNG. libpng accepts files that end too early. So every chunk is checked against its own sum first, and libpng is given
+// only the chunks that make the picture (PNG specification, section 5.3).
+#include "codec_calls.hpp"
 #include "metadata.hpp"
 
 #include "io/formats.hpp"
@@ -7,14 +8,16 @@
 #include <fathom/error.hpp>
 
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
+#include <png.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <new>
 #include <string_view>
 
 namespace fathom::io {
@@ -47,16 +50,111 @@ Bytes deflated(View content) {
     return compressed;
 }
 
-void append_chunk(Bytes& file, std::string_view type, View content) {
-    const auto number = [&](std::size_t value) {
-        for (const int shift : {24, 16, 8, 0})
-            file.push_back(static_cast<unsigned char>(value >> shift));
-    };
-    number(content.size());
-    const std::size_t from = file.size();
-    file.insert(file.end(), type.begin(), type.end());
-    file.insert(file.end(), content.begin(), content.end());
-    number(crc32_z(0, file.data() + from, file.size() - from));
+/// libpng's structures for one file, whose errors come back to `jump`. Nothing is printed.
+struct Png {
+    explicit Png(bool reads)
+        : is_read(reads),
+          png((reads ? png_create_read_struct : png_create_write_struct)(PNG_LIBPNG_VER_STRING, &jump, leave, ignore)),
+          info(png_create_info_struct(png)) {
+        if (!info)
+            throw std::bad_alloc();
+    }
+    Png(const Png&) = delete;
+    Png& operator=(const Png&) = delete;
+    ~Png() { is_read ? png_destroy_read_struct(&png, &info, nullptr) : png_destroy_write_struct(&png, &info); }
+
+    [[noreturn]] static void leave(png_structp png, png_const_charp) {
+        std::longjmp(static_cast<Jump*>(png_get_error_ptr(png))->place, 1);
+    }
+    static void ignore(png_structp, png_const_charp) {}
+    static void take(png_structp png, png_bytep to, std::size_t count) {
+        View& rest = *static_cast<View*>(png_get_io_ptr(png));
+        if (count > rest.size())
+            png_error(png, "the end");
+        std::memcpy(to, rest.data(), count);
+        rest = rest.subspan(count);
+    }
+    static void append(png_structp png, png_bytep from, std::size_t count) {
+        auto& file = *static_cast<Bytes*>(png_get_io_ptr(png));
+        bool kept = true;
+        try { // no exception may pass libpng
+            file.insert(file.end(), from, from + count);
+        } catch (const std::bad_alloc&) {
+            kept = false;
+        }
+        if (!kept)
+            png_error(png, "memory");
+    }
+
+    Jump jump;
+    bool is_read;
+    png_structp png;
+    png_infop info;
+};
+
+/// Samples of a byte or two, without palettes; grey has three channels where it has an alpha.
+cv::Mat png_pixels(const std::filesystem::path& file, View chunks) {
+    Png codec(true);
+    cv::Mat image;
+    const bool is_complete = complete(codec.jump, [&] {
+        png_set_read_fn(codec.png, &chunks, Png::take);
+        png_read_info(codec.png, codec.info);
+        png_set_expand(codec.png);
+        if (png_get_color_type(codec.png, codec.info) == PNG_COLOR_TYPE_GRAY_ALPHA)
+            png_set_gray_to_rgb(codec.png);
+        png_set_bgr(codec.png);
+        if (is_little_endian)
+            png_set_swap(codec.png);
+        const int passes = png_set_interlace_handling(codec.png);
+        png_read_update_info(codec.png, codec.info);
+        image.create(static_cast<int>(png_get_image_height(codec.png, codec.info)),
+                     static_cast<int>(png_get_image_width(codec.png, codec.info)),
+                     CV_MAKETYPE(png_get_bit_depth(codec.png, codec.info) == 16 ? CV_16U : CV_8U,
+                                 png_get_channels(codec.png, codec.info)));
+        for (int pass = 0; pass < passes; ++pass)
+            for (int y = 0; y < image.rows; ++y)
+                png_read_row(codec.png, image.ptr(y), nullptr);
+        png_read_end(codec.png, nullptr);
+    });
+    if (!is_complete)
+        refuse_undecoded(file);
+    return image;
+}
+
+struct PngChunk {
+    const char* type;
+    View content; ///< empty: it is left out
+};
+
+/// With OpenCV's filter and compression, which suit speed.
+Bytes as_png(const cv::Mat& bgr, std::initializer_list<PngChunk> chunks) {
+    Png codec(false);
+    Bytes file;
+    const bool is_complete = complete(codec.jump, [&] {
+        png_set_write_fn(codec.png, &file, Png::append, [](png_structp) {});
+        png_set_filter(codec.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
+        png_set_compression_level(codec.png, Z_BEST_SPEED);
+        png_set_compression_strategy(codec.png, Z_RLE);
+        const int type = bgr.channels() == 1   ? PNG_COLOR_TYPE_GRAY
+                         : bgr.channels() == 3 ? PNG_COLOR_TYPE_RGB
+                                               : PNG_COLOR_TYPE_RGB_ALPHA;
+        png_set_IHDR(codec.png, codec.info, static_cast<png_uint_32>(bgr.cols), static_cast<png_uint_32>(bgr.rows),
+                     8 * static_cast<int>(bgr.elemSize1()), type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                     PNG_FILTER_TYPE_DEFAULT);
+        png_write_info(codec.png, codec.info);
+        for (const auto& [name, content] : chunks)
+            if (!content.empty())
+                png_write_chunk(codec.png, reinterpret_cast<png_const_bytep>(name), content.data(), content.size());
+        png_set_bgr(codec.png);
+        if (is_little_endian)
+            png_set_swap(codec.png);
+        for (int y = 0; y < bgr.rows; ++y)
+            png_write_row(codec.png, bgr.ptr(y));
+        png_write_end(codec.png, nullptr);
+    });
+    if (!is_complete)
+        throw Error("libpng cannot write a PNG of " + described(bgr.size()) + " pixels");
+    return file;
 }
 
 } // namespace
@@ -123,30 +221,24 @@ std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& 
     const bool packed = pixel_bits > 0 && pixel_bits < 8; // several pixels in a byte
     check_holds(file, size, packed ? 1 : pixel_bits / 8, compressed,
                 expansion::deflate * (packed ? 8 / pixel_bits : 1));
-    return decode_with_opencv(file, picture);
+    return png_pixels(file, picture);
+}
+
+Bytes png_bytes(const cv::Mat& bgr) {
+    return as_png(bgr, {});
 }
 
 Bytes png_bytes(const cv::Mat& bgr, const PictureFormat& format) {
-    Bytes pixels;
-    if (!cv::imencode(".png", bgr, pixels))
-        throw Error("OpenCV cannot write a PNG");
-    const auto front = static_cast<std::ptrdiff_t>(signature.size() + 25); // behind IHDR
-    Bytes file(pixels.begin(), pixels.begin() + front);
-    if (!format.icc.empty()) {
-        static constexpr std::array<unsigned char, 5> head{'I', 'C', 'C', 0, 0};
-        Bytes content(head.begin(), head.end());
-        const Bytes compressed = deflated(format.icc);
-        content.insert(content.end(), compressed.begin(), compressed.end());
-        append_chunk(file, "iCCP", content);
-    } else if (format.encoding == ColorEncoding::linear) {
-        append_chunk(file, "gAMA", std::array<unsigned char, 4>{0, 1, 0x86, 0xa0}); // 100000
-    } else {
-        append_chunk(file, "sRGB", std::array<unsigned char, 1>{0}); // perceptual
-    }
-    if (!format.exif.empty())
-        append_chunk(file, "eXIf", format.exif);
-    file.insert(file.end(), pixels.begin() + front, pixels.end());
-    return file;
+    static constexpr std::array<unsigned char, 4> gamma_of_1{0, 1, 0x86, 0xa0}; // 100000
+    static constexpr std::array<unsigned char, 1> perceptual{0};
+    if (format.icc.empty())
+        return as_png(bgr, {format.encoding == ColorEncoding::linear ? PngChunk{"gAMA", gamma_of_1}
+                                                                     : PngChunk{"sRGB", perceptual},
+                            {"eXIf", format.exif}});
+    Bytes profile{'I', 'C', 'C', 0, 0};
+    const Bytes compressed = deflated(format.icc);
+    profile.insert(profile.end(), compressed.begin(), compressed.end());
+    return as_png(bgr, {{"iCCP", profile}, {"eXIf", format.exif}});
 }
 
 Bytes png_bytes(const cv::Mat& image, double scale, double offset) {
@@ -158,10 +250,7 @@ Bytes png_bytes(const cv::Mat& image, double scale, double offset) {
             return static_cast<std::uint16_t>(code > 0 ? std::min(code, 65535.0) : 0); // NaN: 0
         });
     }
-    Bytes bytes;
-    if (!cv::imencode(".png", swap_red_and_blue(codes), bytes))
-        throw Error("OpenCV cannot write a PNG");
-    return bytes;
+    return as_png(swap_red_and_blue(codes), {});
 }
 
 } // namespace fathom::io

@@ -1,5 +1,5 @@
-// TIFF, with libtiff. Depth comes in samples that OpenCV's reader does not know: unsigned 32-bit, which is what a D24 buffer
-// is, and half floats. OpenCV decodes the other files (8 bits, palettes) once libtiff has decoded them.
+// TIFF, with libtiff. Samples are read as they are, or as libtiff turns them into R, G and B of 8 bits: palettes, YCbCr,
+// inks, white that is 0.
 #include "io/formats.hpp"
 #include "io/rows.hpp"
 
@@ -166,7 +166,7 @@ void check_samples(const std::filesystem::path& file, const Directory& d) {
     if (d.bits == 32 && d.format == 0xffff)
         refuse(file,
                "has 32-bit samples without saying of what kind (SampleFormat); save it as signed 32-bit or as float");
-    if (d.bits > 8 && d.samples > 1 && d.planes != PLANARCONFIG_CONTIG) // OpenCV leaves parts of such images unset
+    if (d.bits > 8 && d.samples > 1 && d.planes != PLANARCONFIG_CONTIG) // of which libtiff reads one at a time
         refuse(file, "keeps its channels in separate planes; save them interleaved (PlanarConfiguration 1)");
 }
 
@@ -207,7 +207,7 @@ std::optional<std::uint64_t> expansion_of(const Directory& d) {
     }
 }
 
-/// The type of samples that are read as they are; halves as their bits. None for what OpenCV reads.
+/// The type of samples that are read as they are; halves as their bits. None for what libtiff turns into colours.
 std::optional<int> plain_type(const Directory& d) {
     const bool grey = d.photometric <= PHOTOMETRIC_MINISBLACK;
     const bool plain = d.samples == 1 || d.samples == 3 || d.samples == 4;
@@ -218,7 +218,7 @@ std::optional<int> plain_type(const Directory& d) {
     if (d.bits == 8 && is_unsigned && d.samples == 1 && d.photometric == PHOTOMETRIC_MINISBLACK)
         return CV_8UC1;
     if (d.bits == 8 && is_unsigned && d.samples >= 3 && !grey && d.planes == PLANARCONFIG_CONTIG)
-        return CV_8UC(d.samples); // OpenCV would multiply the alpha in
+        return CV_8UC(d.samples); // libtiff would multiply the alpha in
     if (d.bits == 16 && (is_unsigned || is_float) && (d.samples == 1 || !grey))
         return CV_16UC(d.samples);
     if (d.bits == 32 && (is_unsigned || is_float || d.format == SAMPLEFORMAT_INT))
@@ -457,9 +457,29 @@ private:
     int type_ = 0;
 };
 
-bool can_be_decoded(TIFF* tiff, const Directory& d) {
-    std::vector<std::uint32_t> pixels(std::size_t{d.width} * d.height);
-    return TIFFReadRGBAImage(tiff, d.width, d.height, pixels.data(), 1);
+/// What libtiff makes 8 bits of: B, G, R with an alpha where there is a fourth sample, or grey.
+cv::Mat read_colors(const OpenTiff& from) {
+    const Directory& d = from.directory;
+    const bool grey = d.photometric <= PHOTOMETRIC_MINISBLACK;
+    const int channels = grey ? 1 : d.photometric == PHOTOMETRIC_PALETTE ? 3 : d.samples;
+    cv::Mat colors(static_cast<int>(d.height), static_cast<int>(d.width), CV_32SC1);
+    // Where the orientation that is asked for is the file's, libtiff turns nothing.
+    if (!TIFFReadRGBAImageOriented(from.tiff.get(), d.width, d.height, colors.ptr<std::uint32_t>(), d.orientation, 1) ||
+        from.stream.cut_short)
+        refuse_damaged(from.file, from.stream);
+    const bool loses_bits = d.bits > 8 && d.photometric <= PHOTOMETRIC_RGB && d.samples != 2;
+    if (channels == 2 || d.samples > 4 || loses_bits || d.photometric == PHOTOMETRIC_LOGLUV)
+        refuse_undecoded(from.file);
+    cv::Mat image(colors.size(), CV_8UC(channels));
+    for (int y = 0; y < image.rows; ++y) {
+        auto* to = image.ptr(y);
+        for (const std::uint32_t color : cv::Mat_<int>(colors.row(y))) {
+            const std::uint32_t bgra[] = {TIFFGetB(color), TIFFGetG(color), TIFFGetR(color), TIFFGetA(color)};
+            for (int c = 0; c < channels; ++c)
+                *to++ = static_cast<unsigned char>(bgra[c]);
+        }
+    }
+    return image;
 }
 
 } // namespace
@@ -481,11 +501,8 @@ std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes&
     Stream stream{.in = bytes, .size = bytes.size()};
     const OpenTiff tiff(file, stream, most_pixels);
     const auto type = plain_type(tiff.directory);
-    if (!type) {
-        if (!can_be_decoded(tiff.tiff.get(), tiff.directory) || stream.cut_short)
-            refuse_damaged(file, stream);
-        return decode_with_opencv(file, bytes);
-    }
+    if (!type)
+        return upright(read_colors(tiff), tiff.directory.orientation);
     const cv::Mat image = Reader(tiff, *type).read(static_cast<int>(tiff.directory.height));
     return in_order(upright(image, tiff.directory.orientation), tiff.directory);
 }
@@ -511,7 +528,7 @@ namespace {
 constexpr std::size_t most_in_one_strip = std::size_t{128} << 20, bytes_of_a_strip = std::size_t{8} << 20;
 constexpr std::uint64_t end_of_classic = 0xffff0000u; // offsets of 32 bits, and room for the directory
 
-// No compression: OpenCV would turn three float channels into lossy LogLuv.
+// No compression, so that rows can be read without those before them.
 class Encoder : public RowEncoder {
 public:
     Encoder(ByteSink& sink, cv::Size size, int type, const PictureFormat& format)

@@ -1,0 +1,346 @@
+// PNG, JPEG, Radiance and the TIFFs that libtiff turns into colours: the pixels that OpenCV's readers find, and files that
+// they read.
+#include "catch.hpp"
+#include "io_files.hpp"
+
+#include "io/formats.hpp"
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <jpeglib.h>
+#include <png.h>
+#include <tiffio.h>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+constexpr int width = 37, height = 23;
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+    if (a.empty() && b.empty())
+        return true;
+    if (a.type() != b.type() || a.size() != b.size())
+        return false;
+    for (int y = 0; y < a.rows; ++y)
+        if (std::memcmp(a.ptr(y), b.ptr(y), static_cast<std::size_t>(a.cols) * a.elemSize()) != 0)
+            return false;
+    return true;
+}
+
+cv::Mat by_opencv(const Bytes& bytes) {
+    return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+}
+
+/// The first three channels, or three times the only one.
+cv::Mat three_of(const cv::Mat& image) {
+    cv::Mat three(image.size(), CV_MAKETYPE(image.depth(), 3));
+    for (int c = 0; c < 3; ++c) {
+        cv::Mat one;
+        cv::extractChannel(image, one, image.channels() == 1 ? 0 : c);
+        cv::insertChannel(one, three, c);
+    }
+    return three;
+}
+
+Bytes noise(std::size_t size) {
+    static std::mt19937 random(1); // NOLINT: the same each time
+    Bytes bytes(size);
+    std::ranges::generate(bytes, [] { return static_cast<unsigned char>(random()); });
+    return bytes;
+}
+
+/// Codes that a codec can make shorter: steps, and runs of a code.
+cv::Mat steps(int type, cv::Size size = {width, height}) {
+    cv::Mat image(size, type), parts(1 + size.height / 3, 1 + size.width / 5, type);
+    cv::randu(parts, 0, parts.depth() == CV_16U ? 65536 : 256);
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x)
+            std::memcpy(image.ptr(y, x), parts.ptr(y / 3, x / 5), image.elemSize());
+    return image;
+}
+
+Bytes png_of_noise(int bits, int color, bool interlaced, bool transparent) {
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png_create_info_struct(png);
+    Bytes file;
+    png_set_write_fn(
+        png, &file,
+        [](png_structp from, png_bytep data, std::size_t size) {
+            auto& to = *static_cast<Bytes*>(png_get_io_ptr(from));
+            to.insert(to.end(), data, data + size);
+        },
+        [](png_structp) {});
+    png_set_IHDR(png, info, width, height, bits, color, interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    const Bytes palette = noise(3 * 256), alphas = noise(2);
+    const png_color_16 one{.index = 0, .red = 1, .green = 1, .blue = 1, .gray = 1};
+    const bool has_palette = color == PNG_COLOR_TYPE_PALETTE;
+    if (has_palette)
+        png_set_PLTE(png, info, reinterpret_cast<png_const_colorp>(palette.data()), 1 << bits);
+    if (transparent)
+        png_set_tRNS(png, info, has_palette ? alphas.data() : nullptr, has_palette ? 2 : 1, &one);
+    Bytes pixels = noise(png_get_rowbytes(png, info) * height);
+    std::vector<png_bytep> rows;
+    for (std::size_t y = 0; y < height; ++y)
+        rows.push_back(pixels.data() + y * png_get_rowbytes(png, info));
+    png_write_info(png, info);
+    png_write_image(png, rows.data());
+    png_write_end(png, info);
+    png_destroy_write_struct(&png, &info);
+    return file;
+}
+
+struct JpegForm {
+    J_COLOR_SPACE input, inside;
+    int sampling = 2; ///< pixels of the first channel for one of the others, in a row and a column
+    bool progressive = false, arithmetic = false;
+    unsigned restart = 0;
+};
+
+Bytes jpeg_of(const JpegForm& form) {
+    jpeg_error_mgr errors;
+    jpeg_compress_struct jpeg;
+    jpeg.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&jpeg);
+    unsigned char* memory = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&jpeg, &memory, &size);
+    jpeg.image_width = width;
+    jpeg.image_height = height;
+    jpeg.in_color_space = form.input;
+    jpeg.input_components = form.input == JCS_GRAYSCALE ? 1 : form.input == JCS_RGB ? 3 : 4;
+    jpeg_set_defaults(&jpeg);
+    jpeg_set_colorspace(&jpeg, form.inside);
+    jpeg.comp_info[0].h_samp_factor = jpeg.comp_info[0].v_samp_factor = form.sampling;
+    jpeg.arith_code = form.arithmetic;
+    jpeg.restart_interval = form.restart;
+    if (form.progressive)
+        jpeg_simple_progression(&jpeg);
+    jpeg_start_compress(&jpeg, TRUE);
+    const cv::Mat image = steps(CV_8UC(jpeg.input_components));
+    while (jpeg.next_scanline < jpeg.image_height) {
+        auto* row = const_cast<JSAMPROW>(image.ptr(static_cast<int>(jpeg.next_scanline)));
+        jpeg_write_scanlines(&jpeg, &row, 1);
+    }
+    jpeg_finish_compress(&jpeg);
+    jpeg_destroy_compress(&jpeg);
+    const Bytes file(memory, memory + size);
+    std::free(memory); // NOLINT: libjpeg's
+    return file;
+}
+
+const JpegForm jpeg_forms[] = {
+    {JCS_GRAYSCALE, JCS_GRAYSCALE, 1},
+    {JCS_RGB, JCS_YCbCr},
+    {JCS_RGB, JCS_YCbCr, 1},
+    {JCS_RGB, JCS_RGB, 1},
+    {JCS_RGB, JCS_YCbCr, 2, true},
+    {JCS_RGB, JCS_YCbCr, 2, false, true},
+    {JCS_RGB, JCS_YCbCr, 2, false, false, 1},
+    {JCS_CMYK, JCS_CMYK, 1},
+    {JCS_CMYK, JCS_YCCK},
+};
+
+struct TiffKind {
+    int photometric, samples, bits, planes = PLANARCONFIG_CONTIG;
+};
+
+Bytes tiff_of_noise(const fs::path& file, const TiffKind& kind, int orientation) {
+    TIFF* tiff = TIFFOpen(file.c_str(), "w");
+    REQUIRE(tiff);
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, width);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, height);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, kind.bits);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, kind.samples);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, kind.photometric);
+    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, kind.planes);
+    TIFFSetField(tiff, TIFFTAG_ORIENTATION, orientation);
+    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 5);
+    if (kind.photometric == PHOTOMETRIC_YCBCR)
+        TIFFSetField(tiff, TIFFTAG_YCBCRSUBSAMPLING, 1, 1);
+    const std::uint16_t alpha = EXTRASAMPLE_UNASSALPHA;
+    if (kind.samples == 2 || (kind.samples == 4 && kind.photometric == PHOTOMETRIC_RGB))
+        TIFFSetField(tiff, TIFFTAG_EXTRASAMPLES, 1, &alpha);
+    std::vector<std::uint16_t> maps(3u << kind.bits);
+    std::ranges::generate(maps, [at = 1u]() mutable { return static_cast<std::uint16_t>(at *= 40503); });
+    if (kind.photometric == PHOTOMETRIC_PALETTE)
+        TIFFSetField(tiff, TIFFTAG_COLORMAP, maps.data(), maps.data() + (1 << kind.bits),
+                     maps.data() + (2 << kind.bits));
+    const int planes = kind.planes == PLANARCONFIG_SEPARATE ? kind.samples : 1;
+    for (int plane = 0; plane < planes; ++plane)
+        for (std::uint32_t y = 0; y < height; ++y)
+            REQUIRE(TIFFWriteScanline(tiff, noise(static_cast<std::size_t>(TIFFScanlineSize(tiff))).data(), y,
+                                      static_cast<std::uint16_t>(plane)) == 1);
+    TIFFClose(tiff);
+    return get(file);
+}
+
+} // namespace
+
+TEST_CASE("codecs: every kind of PNG has the pixels that OpenCV reads", "[io]") {
+    int files = 0;
+    for (const int bits : {1, 2, 4, 8, 16})
+        for (const int color : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
+                                PNG_COLOR_TYPE_RGB_ALPHA, PNG_COLOR_TYPE_PALETTE})
+            for (const int form : {0, 1, 2, 3}) {
+                const bool interlaced = form % 2, transparent = form / 2;
+                const bool is_plain = color == PNG_COLOR_TYPE_GRAY || (color == PNG_COLOR_TYPE_PALETTE && bits <= 8);
+                if ((bits < 8 && !is_plain) || (color == PNG_COLOR_TYPE_PALETTE && bits == 16) ||
+                    (transparent && (color & PNG_COLOR_MASK_ALPHA)))
+                    continue;
+                CAPTURE(bits, color, interlaced, transparent);
+                const Bytes file = png_of_noise(bits, color, interlaced, transparent);
+                const cv::Mat expected = by_opencv(file), read = *io::read_png("a.png", file);
+                REQUIRE(!expected.empty());
+                // What one colour or a palette says of transparency is not read.
+                CHECK(same(read, transparent && read.channels() == 3 ? three_of(expected) : expected));
+                ++files;
+            }
+    CHECK(files == 52);
+}
+
+TEST_CASE("codecs: every kind of JPEG has the pixels that OpenCV reads", "[io]") {
+    for (const JpegForm& form : jpeg_forms) {
+        CAPTURE(form.input, form.inside, form.sampling, form.progressive, form.arithmetic, form.restart);
+        const Bytes file = jpeg_of(form);
+        CHECK(same(io::read_jpeg("a.jpg", file)->image, three_of(by_opencv(file))));
+    }
+}
+
+TEST_CASE("codecs: a damaged JPEG is refused, or has the pixels that OpenCV reads; nothing is printed", "[io]") {
+    const TempFolder folder;
+    std::mt19937 random(3); // NOLINT
+    for (const JpegForm& form : jpeg_forms) {
+        const Bytes whole = jpeg_of(form);
+        int differ = 0, refused = 0;
+        for (int round = 0; round < 150; ++round) {
+            Bytes bytes = whole;
+            bytes[random() % bytes.size()] = static_cast<unsigned char>(random());
+            StderrCapture said(folder);
+            cv::Mat read;
+            refused += !refusal([&] {
+                            read = io::read_jpeg("a.jpg", bytes).value_or(io::PictureFile{}).image;
+                        }).starts_with("(");
+            const std::string printed = said.end();
+            CHECK(printed == "");
+            StderrCapture by_others(folder);
+            const cv::Mat expected = by_opencv(bytes);
+            by_others.end();
+            differ += !read.empty() && !same(read, three_of(expected));
+        }
+        CAPTURE(form.inside, form.progressive, form.arithmetic);
+        CHECK(differ == 0);
+        CHECK(refused < 100);
+    }
+}
+
+TEST_CASE("codecs: a JPEG whose end stands in a comment is refused", "[io]") {
+    Bytes file = jpeg_of(jpeg_forms[4]);
+    const Bytes scan{0xff, 0xda}, comment{0xff, 0xfe, 0, 4, 0xff, 0xd9};
+    const auto second = std::search(std::search(file.begin(), file.end(), scan.begin(), scan.end()) + 2, file.end(),
+                                    scan.begin(), scan.end());
+    REQUIRE(second != file.end());
+    file.insert(file.erase(second, file.end()), comment.begin(), comment.end());
+    check_says([&] { io::read_jpeg("a.jpg", file); }, {"a.jpg: is damaged"});
+}
+
+TEST_CASE("codecs: Radiance pictures have the floats that OpenCV reads, and it reads ours", "[io]") {
+    for (const cv::Size size :
+         {cv::Size(7, 3), cv::Size(8, 3), cv::Size(300, 20), cv::Size(32767, 2), cv::Size(32768, 2)})
+        for (const bool smooth : {true, false}) {
+            CAPTURE(size, smooth);
+            cv::Mat bgr(size, CV_32FC3);
+            if (smooth)
+                steps(CV_8UC3, size).convertTo(bgr, CV_32F, 1 / 255.0);
+            else
+                for (auto& pixel : cv::Mat_<cv::Vec3f>(bgr))
+                    for (int c = 0; c < 3; ++c) // of all exponents, with nothing among them
+                        pixel[c] = std::ldexp(static_cast<float>(noise(1)[0]), noise(1)[0] % 3 ? noise(1)[0] - 136 : 0);
+            cv::min(bgr, 1e38, bgr);
+            Bytes file;
+            REQUIRE(cv::imencode(".hdr", bgr, file));
+            const cv::Mat expected = by_opencv(file);
+            CHECK(same(*io::read_radiance("a.hdr", file), expected));
+            const Bytes ours = io::radiance_bytes(bgr);
+            CHECK(same(by_opencv(ours), expected));
+            CHECK(same(*io::read_radiance("a.hdr", ours), expected));
+            CHECK(static_cast<double>(ours.size()) < 1.01 * static_cast<double>(file.size()));
+        }
+}
+
+TEST_CASE("codecs: a Radiance picture without runs is read, and one that is damaged is refused", "[io]") {
+    const std::string head = "#?RADIANCE\n# by hand\nEXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 8\n";
+    Bytes flat(head.begin(), head.end());
+    const Bytes pixels = noise(4 * 16);
+    flat.insert(flat.end(), pixels.begin(), pixels.end());
+    CHECK(same(*io::read_radiance("a.hdr", flat), by_opencv(flat)));
+
+    Bytes runs;
+    REQUIRE(cv::imencode(".hdr", cv::Mat(steps(CV_8UC3)), runs));
+    const std::string text(runs.begin(), runs.end());
+    for (const Bytes& whole : {flat, runs})
+        for (std::size_t size = 10; size < whole.size(); ++size) {
+            const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+            CHECK(refusal([&] { io::read_radiance("a.hdr", cut); }).starts_with("a.hdr: "));
+        }
+    for (const auto& [what, with] :
+         {std::pair{"rgbe\n", "xyze\n"}, {"-Y", "+Y"}, {"+X 37", "+X 38"}, {"+X 37", "+X 0"}}) {
+        std::string changed = text;
+        changed.replace(text.find(what), std::strlen(what), with);
+        check_says([&] { io::read_radiance("a.hdr", Bytes(changed.begin(), changed.end())); }, {"a.hdr: "});
+    }
+    for (int round = 0; round < 500; ++round) {
+        Bytes bytes = runs;
+        bytes[60 + std::size_t{noise(1)[0]}] = noise(1)[0];
+        cv::Mat read, expected;
+        refusal([&] { read = *io::read_radiance("a.hdr", bytes); });
+        try {
+            expected = by_opencv(bytes);
+        } catch (const cv::Exception&) {
+        }
+        CHECK(same(read, expected));
+    }
+}
+
+TEST_CASE("codecs: TIFFs of palettes, inks and planes have the pixels that OpenCV reads", "[io]") {
+    const TempFolder folder;
+    for (const TiffKind& kind :
+         {TiffKind{PHOTOMETRIC_PALETTE, 1, 8}, TiffKind{PHOTOMETRIC_MINISWHITE, 1, 8},
+          TiffKind{PHOTOMETRIC_MINISBLACK, 2, 8}, TiffKind{PHOTOMETRIC_MINISBLACK, 2, 16},
+          TiffKind{PHOTOMETRIC_SEPARATED, 4, 8}, TiffKind{PHOTOMETRIC_YCBCR, 3, 8}, TiffKind{PHOTOMETRIC_CIELAB, 3, 8},
+          TiffKind{PHOTOMETRIC_RGB, 3, 8, PLANARCONFIG_SEPARATE},
+          TiffKind{PHOTOMETRIC_RGB, 4, 8, PLANARCONFIG_SEPARATE}})
+        for (int orientation = 1; orientation <= 8; ++orientation) {
+            CAPTURE(kind.photometric, kind.samples, kind.bits, kind.planes, orientation);
+            const Bytes file = tiff_of_noise(folder / "a.tif", kind, orientation);
+            const cv::Mat expected = by_opencv(file);
+            REQUIRE(!expected.empty());
+            CHECK(same(*io::read_tiff("a.tif", file), expected));
+        }
+}
+
+TEST_CASE("codecs: OpenCV reads the PNG and JPEG that are written, which are as short as its own", "[io]") {
+    for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1, CV_16UC3, CV_16UC4}) {
+        CAPTURE(type);
+        const cv::Mat codes = steps(type);
+        Bytes theirs;
+        REQUIRE(cv::imencode(".png", codes, theirs));
+        for (const Bytes& file :
+             {io::png_bytes(codes), io::png_bytes(codes, {.exif = {'I', 'I', 42, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0}})}) {
+            CHECK(same(by_opencv(file), codes));
+            CHECK(same(*io::read_png("a.png", file), codes));
+        }
+        CHECK(io::png_bytes(codes).size() <= theirs.size());
+    }
+    for (const int quality : {50, 95}) {
+        const cv::Mat codes = steps(CV_8UC3);
+        Bytes theirs;
+        REQUIRE(cv::imencode(".jpg", codes, theirs, {cv::IMWRITE_JPEG_QUALITY, quality}));
+        const Bytes file = io::jpeg_bytes(codes, {}, quality);
+        CHECK(same(by_opencv(file), by_opencv(theirs)));
+        CHECK(file.size() <= theirs.size());
+    }
+}
