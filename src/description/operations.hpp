@@ -51,7 +51,7 @@ Operation operation_of() {
                        static_cast<const Call*>(call)->run(stored, launch);
                    }};
     if (LensArguments lens; std::ranges::count(made.options, Kind::lens, &Option::kind) > 0)
-        describe_lens(List(&lens, made.lens), lens);
+        describe(List(&lens, made.lens), lens);
     return made;
 }
 
