@@ -145,15 +145,7 @@ const char* no_surfaces(const CameraFindings& found) {
 }
 
 const char* name_of(DepthBits bits) {
-    switch (bits) {
-    case DepthBits::d16:
-        return "16-bit integer";
-    case DepthBits::d24:
-        return "24-bit integer";
-    case DepthBits::d32f:
-        return "32-bit float";
-    }
-    return "unknown";
+    return bits == DepthBits::d16 ? "16-bit integer" : bits == DepthBits::d24 ? "24-bit integer" : "32-bit float";
 }
 
 // Degrees across and down between the rays at the middles of opposite edges; none under an orthographic camera.
@@ -361,10 +353,8 @@ int inspect(const InspectArguments& options) {
 
 std::function<int()> configure_inspect(CLI::App& app) {
     const auto options = std::make_shared<InspectArguments>();
-    app.add_option("DEPTH", options->file, "depth image: EXR, 16-bit PNG, TIFF, PFM or NPY")
-        ->type_name("DEPTH")
-        ->required()
-        ->group("Input");
+    add_option(app, "Input", "DEPTH", "DEPTH", options->file, "depth image: EXR, 16-bit PNG, TIFF, PFM or NPY")
+        ->required();
     add_camera_options(app, options->camera, "also show what this camera file makes of the values");
     add_channel_option(app, options->channel);
     app.add_flag("--json", options->json, "print one JSON object")->group("Report");
