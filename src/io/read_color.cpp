@@ -6,7 +6,6 @@
 #include "io/formats/metadata.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -111,14 +110,12 @@ PictureFile read_hdr(const std::filesystem::path& file, const io::Bytes& bytes) 
         io::check_size(file, width, height);
         io::check_holds(file, {static_cast<int>(width), static_cast<int>(height)}, 1, bytes.size(), pixels_a_byte);
     }
-    return {.image = io::decode_with_opencv(file, bytes), .icc = {}, .exif = {}};
+    return {.image = io::decode_with_opencv(file, bytes)};
 }
 
 PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& options) {
     if (io::begins_like_exr(file))
-        return {.image = io::read_exr_floats(file, exr_channels(file, options), "colours", options.windows),
-                .icc = {},
-                .exif = {}};
+        return {.image = io::read_exr_floats(file, exr_channels(file, options), "colours", options.windows)};
     const io::Bytes bytes = io::read_image_file(file);
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 10));
     if (!options.layer.empty())
@@ -131,7 +128,7 @@ PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& op
     if (!image)
         refuse(file, "is no picture, or its beginning is damaged; "
                      "pictures are read from .exr, .jpg, .png, .tif, .hdr, .npy and .pfm");
-    PictureFile picture{.image = *image, .icc = {}, .exif = {}};
+    PictureFile picture{.image = *image};
     if (begin.starts_with("\x89PNG"))
         io::read_png_metadata(bytes, picture);
     else if (begin.starts_with("II") || begin.starts_with("MM"))

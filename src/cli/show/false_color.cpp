@@ -55,7 +55,7 @@ cv::Mat floats(const cv::Mat& image, double factor = 1) {
 
 // Values, and what is known of a channel of this name.
 Viewed values_called(const std::string& channel, const cv::Mat& values) {
-    Viewed viewed{.kind = Kind::values, .image = values, .name = channel, .unit = {}};
+    Viewed viewed{.kind = Kind::values, .image = values, .name = channel};
     for (const Known& each : known)
         if (channel == each.channel) {
             viewed.unit = each.unit;
@@ -65,22 +65,18 @@ Viewed values_called(const std::string& channel, const cv::Mat& values) {
 }
 
 Viewed values_of(const fs::path& file, const std::string& channel) {
-    const DepthFile read = read_depth(file, {.channel = channel, .packing = {}});
+    const DepthFile read = read_depth(file, {.channel = channel});
     return values_called(read.channel, floats(read.values));
 }
 
 Viewed normals_of(const fs::path& file, const std::string& layer) {
-    return {.kind = Kind::normals,
-            .image = read_normals(file, layer),
-            .name = layer.empty() ? "normals" : layer,
-            .unit = {}};
+    return {.kind = Kind::normals, .image = read_normals(file, layer), .name = layer.empty() ? "normals" : layer};
 }
 
 Viewed picture_in(const fs::path& file, const std::string& layer) {
     return {.kind = Kind::picture,
-            .image = read_picture(file, {.layer = layer, .encoding = {}, .windows = {}}).color,
-            .name = layer.empty() ? "R, G, B" : layer,
-            .unit = {}};
+            .image = read_picture(file, {.layer = layer}).color,
+            .name = layer.empty() ? "R, G, B" : layer};
 }
 
 // What `read` gives, or nothing where the file has no such thing.
@@ -173,8 +169,7 @@ Viewed from_plain(const fs::path& file, const std::string& wanted) {
                 .image = floats(*image),
                 .name = image->depth() == CV_8U    ? "codes of 8 bits"
                         : image->depth() == CV_16U ? "codes of 16 bits"
-                                                   : "stored values",
-                .unit = {}};
+                                                   : "stored values"};
     if (any_negative(*image))
         if (auto normals = if_any([&] { return normals_of(file, ""); }))
             return *normals;

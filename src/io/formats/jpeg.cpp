@@ -100,12 +100,6 @@ std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const By
         cut_short();
     check_holds(file, size, 1, bytes.size() - at, arithmetic ? std::nullopt : std::optional(expansion::jpeg));
     picture.image = decode_with_opencv(file, bytes);
-    if (picture.image.channels() == 1) { // a grey photograph is a picture, too
-        const cv::Mat grey[] = {picture.image, picture.image, picture.image};
-        cv::Mat all;
-        cv::merge(grey, 3, all);
-        picture.image = all;
-    }
     return picture;
 }
 
