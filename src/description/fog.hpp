@@ -16,8 +16,7 @@ void describe(const Visitor& v, Options& o) {
     v("max_opacity", o.max_opacity, between(0, 1), "no pixel is fogged more than this");
     v("height_falloff", o.height_falloff, from(0),
       "height fog: of the density, exp(−X · h) is left at a height h above the reference, X being this value, per "
-      "scene "
-      "unit. Needs the camera's view matrix");
+      "scene unit. Needs the camera's view matrix");
     v("reference_height", o.reference_height, any_number, "height in the world where the fog has its full density");
     v("up", o.up, Three::direction, "the world's up axis, of any length");
     v("sky", o.sky, {"fog", "keep"}, "the background: infinitely far away, or left alone");

@@ -27,6 +27,12 @@ struct Said {
     std::optional<int> rows = {};              ///< above and below a row that its result depends on; none: all of them
 };
 
+/// A call of one result and without arguments has nothing but options.
+template <typename Visitor, typename Call>
+requires(!Call::said.arguments[0] && !Call::said.results) void describe(const Visitor& v, Call& call) {
+    describe(v, call.options);
+}
+
 struct Size {
     int width, height;
 };
