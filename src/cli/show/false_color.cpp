@@ -79,24 +79,12 @@ Viewed picture_in(const fs::path& file, const std::string& layer) {
             .name = layer.empty() ? "R, G, B" : layer};
 }
 
-// What `read` gives, or nothing where the file has no such thing.
-template <typename Read>
-std::optional<Viewed> if_any(const Read& read) {
-    try {
-        return read();
-    } catch (const io::UnansweredRead&) {
-        throw;
-    } catch (const Error&) {
-        return std::nullopt;
-    }
-}
-
 Viewed from_exr(const fs::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
     if (!wanted.empty()) {
         if (has(channels, wanted + ".R"))
             return picture_in(file, wanted);
         if (has(channels, wanted + ".X"))
-            if (auto normals = if_any([&] { return normals_of(file, wanted); }))
+            if (auto normals = io::if_any([&] { return normals_of(file, wanted); }))
                 return *normals;
         if (has(channels, wanted + ".X") && !has(channels, wanted))
             io::refuse(file,
@@ -112,9 +100,9 @@ Viewed from_exr(const fs::path& file, const std::vector<Channel>& channels, cons
         return normals_of(file, "N");
     if (!io::depth_channels(file).empty())
         return values_of(file, "");
-    if (auto picture = if_any([&] { return picture_in(file, ""); }))
+    if (auto picture = io::if_any([&] { return picture_in(file, ""); }))
         return *picture;
-    if (auto normals = if_any([&] { return normals_of(file, ""); }))
+    if (auto normals = io::if_any([&] { return normals_of(file, ""); }))
         return *normals;
     if (channels.size() == 1)
         return values_of(file, channels.front().name);
@@ -171,7 +159,7 @@ Viewed from_plain(const fs::path& file, const std::string& wanted) {
                         : image->depth() == CV_16U ? "codes of 16 bits"
                                                    : "stored values"};
     if (any_negative(*image))
-        if (auto normals = if_any([&] { return normals_of(file, ""); }))
+        if (auto normals = io::if_any([&] { return normals_of(file, ""); }))
             return *normals;
     return picture_in(file, "");
 }
