@@ -42,9 +42,8 @@ struct Type {
     nb::dlpack::dtype dtype;
 };
 
+// In the order of Element.
 const std::array<Type, 5> types{
-    // in the order of Element
-
     {{Element::u8, "uint8", nb::dtype<std::uint8_t>()},
      {Element::u16, "uint16", nb::dtype<std::uint16_t>()},
      {Element::u32, "uint32", nb::dtype<std::uint32_t>()},
