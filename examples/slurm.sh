@@ -24,7 +24,7 @@
 #
 # Frames that are there and up to date are kept (--resume), so any task can be requeued or submitted again:
 #   scontrol requeue JOB_TASK; sbatch --array=7,12 slurm.sh 1-240 10 ...
-# 120 seconds before the time limit the task finishes the frame in flight and requeues itself. `scancel` ends it after
+# 120 seconds before the time limit the task finishes its frame and requeues itself. `scancel` ends it after
 # that frame, too, if Slurm's KillWait is long enough. The exit code is fathom's: 1 if a frame failed, 143 if stopped.
 
 fail() {

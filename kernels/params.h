@@ -213,7 +213,7 @@ typedef struct {
 } tap_params;
 PARAMS(tap_params, 56)
 
-// How positions lie around a pixel, for the occlusion kernels. See CentreRays in src/camera/centre_rays.hpp.
+// How positions lie around a pixel, for the occlusion kernels. See CentreRays in src/camera/rays.hpp.
 typedef struct {
     float direction[3][3]; // of the ray through pixel (x, y): rows x, y, z; columns multiply (x, y, 1)
     float step[3][2];      // what one pixel to the right and one down adds: to the direction (perspective), to the

@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "seen.hpp"
 
-#include "camera/world_rays.hpp"
+#include "camera/rays.hpp"
 #include "operations/parameters.hpp"
 
 #include <fathom/linearize.hpp>

@@ -232,6 +232,10 @@ TEST_CASE("lens: a distance along a ray becomes one depth", "[lens]") {
     CHECK(same(static_cast<double>(circle.lens_depth), -3, 1e-12));
     CHECK(std::abs(at(circle, 4)) < 1e-12);
     CHECK(same(static_cast<double>(circle.k), 0.018 * 480 / 7, 1e-12));
+    // Surfaces before z = 0 are in front of the lens, too.
+    CHECK(std::abs(at(circle_of_confusion({.f_stop = 2, .focus = -1, .sensor_mm = 36}, moved), -1)) < 1e-12);
+    CHECK_THROWS_WITH(circle_of_confusion({.f_stop = 2, .focus = -3, .sensor_mm = 36}, moved),
+                      "focus = -3 must lie in front of the lens, which is at depth -3");
 }
 
 TEST_CASE("lens: what is no lens is refused in one line", "[lens]") {

@@ -1,7 +1,7 @@
 // normals against analytic scenes: planes at every tilt under every kind of camera, spheres, boxes and whole scenes, for each
 // method; quantised and noisy depth; images that are all edges.
 
-#include "camera/centre_rays.hpp"
+#include "camera/rays.hpp"
 #include "catch.hpp"
 #include "operations/normals.hpp"
 #include "regimes/normal_bound.hpp"

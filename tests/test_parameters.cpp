@@ -1,6 +1,6 @@
 // From a camera and options to the kernels' structs: pure functions, no device.
 
-#include "camera/world_rays.hpp"
+#include "camera/rays.hpp"
 #include "catch.hpp"
 #include "operations/parameters.hpp"
 

@@ -9,7 +9,7 @@ endif()
 add_executable(fathom_tests places.cpp)
 set_property(TARGET fathom_tests APPEND PROPERTY LINK_DEPENDS ${objects})
 find_package(fmt REQUIRED)
-set(checked fathom_cli fathom_io fathom_sequence fathom_camera_file fathom fathom_camera)
+set(checked fathom_cli fathom_shot fathom_io fathom_sequence fathom_camera_file fathom fathom_camera)
 list(TRANSFORM checked REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE archives)
 target_link_options(fathom_tests PRIVATE LINKER:--whole-archive ${archives} LINKER:--no-whole-archive)
 target_link_libraries(fathom_tests PRIVATE ${objects}

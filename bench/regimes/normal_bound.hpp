@@ -2,7 +2,7 @@
 
 // What `normals_slope_error` and the bound of stored depth's error do to a plane's normal.
 
-#include "camera/centre_rays.hpp"
+#include "camera/rays.hpp"
 #include "operations/inverse_depth.hpp"
 
 #include <fathom/fathom.hpp>

@@ -4,7 +4,6 @@
 #include <exception>
 #include <functional>
 #include <memory>
-#include <utility>
 
 /// Many frames in a row: while one is computed, the next are read and the last are written.
 namespace fathom {

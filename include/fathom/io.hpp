@@ -36,13 +36,13 @@ struct ReadOptions {
 /// Reads a depth image. The content decides what it is, not the extension.
 ///
 /// OpenEXR: any part, scan lines or tiles, half, float or uint; the display window, NaN where the data window does not
-/// reach, or the data window. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V, *.Depth, *.ZDepth, *.Z, Y, or the only one
-/// there is; X, Y and Z side by side are a position. PNG: 16-bit grey. TIFF: one channel of 16-bit or 32-bit integers, half
-/// or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit grey, R, G, B (and an alpha that is left
-/// out) and R, G, B, A with the packing that says so: R, G, B come back in B, G, R order, with the bgr8_ storage of that
-/// packing, and R, G, B, A as floats from 0 to 1. NPY (NumPy): rows and columns of floats or integers, of any byte order; what
-/// has 64 bits is rounded to 32. Codes of more than 24 bits are refused, unless they are said to lie in the
-/// high bits.
+/// reach, or the data window. Without a name the first of these channels is taken, in all parts: Z, *.Depth.Z, V, *.Depth.V,
+/// *.Depth, *.ZDepth, *.Z, Y, or the only one there is; X, Y and Z side by side are a position. PNG: 16-bit grey. TIFF: one
+/// channel of 16-bit or 32-bit integers, half or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit
+/// grey, R, G, B (and an alpha that is left out) and R, G, B, A with the packing that says so: R, G, B come back in B, G, R
+/// order, with the bgr8_ storage of that packing, and R, G, B, A as floats from 0 to 1. NPY (NumPy): rows and columns of floats
+/// or integers, of any byte order; what has 64 bits is rounded to 32. Codes of more than 24 bits are refused, unless they are
+/// said to lie in the high bits.
 /// Throws: Error for a file that is missing, empty, a folder, damaged, cut short, incomplete, deep, or of any other type.
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options = {});
 

@@ -24,17 +24,17 @@
 /// showed a region then shows one no more. A call that throws std::invalid_argument leaves every matrix as it was.
 /// Positions and normals are x, y, z. Pictures are B, G, R, and A with alpha multiplied in.
 ///
-/// On a CPU device results are computed in a cv::Mat's memory, and no matrix is copied. Such a call returns when its
-/// results are there.
-/// A cv::UMat in the context of the device, as `opencv_device` gives it, is read and written in its own buffer on any
-/// device.
-/// If all matrices of a call are such, it does not wait for its kernels, as the form on images does not: OpenCV's next
-/// step does, or reading the result. A cv::UMat that is a cv::Mat's memory makes it wait.
-/// Otherwise a cv::UMat is mapped and treated as a cv::Mat, with the same bits: on a device of another context, while
-/// OpenCV uses no OpenCL, and while a cv::Mat holds it mapped.
-/// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size, and for a result that is asked
-/// for without a matrix, or has one without being asked for. What OpenCV cannot
-/// allocate or map is a cv::Exception.
+/// On a CPU device results are computed in a cv::Mat's memory, and no matrix is copied. Such a call returns when its results
+/// are there.
+///
+/// A cv::UMat in the context of the device, as `opencv_device` gives it, is read and written in its own buffer on any device.
+/// If all matrices of a call are such, it does not wait for its kernels, as the form on images does not: OpenCV's next step
+/// does, or reading the result. A cv::UMat that is a cv::Mat's memory makes it wait. Otherwise a cv::UMat is mapped and treated
+/// as a cv::Mat, with the same bits: on a device of another context, while OpenCV uses no OpenCL, and while a cv::Mat holds it
+/// mapped.
+///
+/// Throws: as the form on images, and std::invalid_argument for a matrix of another type or size, and for a result that is
+/// asked for without a matrix, or has one without being asked for. What OpenCV cannot allocate or map is a cv::Exception.
 namespace fathom {
 #pragma GCC visibility push(default)
 

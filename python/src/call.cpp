@@ -42,6 +42,7 @@ struct Type {
     nb::dlpack::dtype dtype;
 };
 
+// In the order of Element.
 const std::array<Type, 5> types{
     {{Element::u8, "uint8", nb::dtype<std::uint8_t>()},
      {Element::u16, "uint16", nb::dtype<std::uint16_t>()},
@@ -54,10 +55,7 @@ const std::array<Type, 5> types{
 }
 
 const Type& type_of(Element element) {
-    for (const Type& type : types)
-        if (type.element == element)
-            return type;
-    throw std::invalid_argument("an element that Python does not know");
+    return types[static_cast<std::size_t>(element)];
 }
 
 std::string type_name(nb::dlpack::dtype dtype) {
@@ -82,20 +80,14 @@ std::vector<std::size_t> sides_of(const Array& array) {
 }
 
 std::string device_name(int type) {
-    switch (type) {
-    case nb::device::cuda::value:
-        return "cuda";
-    case nb::device::opencl::value:
-        return "opencl";
-    case nb::device::vulkan::value:
-        return "vulkan";
-    case nb::device::metal::value:
-        return "metal";
-    case nb::device::rocm::value:
-        return "rocm";
-    default:
-        return "DLPack type " + std::to_string(type);
-    }
+    for (const auto& [known, name] : {std::pair(nb::device::cuda::value, "cuda"),
+                                      {nb::device::opencl::value, "opencl"},
+                                      {nb::device::vulkan::value, "vulkan"},
+                                      {nb::device::metal::value, "metal"},
+                                      {nb::device::rocm::value, "rocm"}})
+        if (type == known)
+            return name;
+    return "DLPack type " + std::to_string(type);
 }
 
 // Refuses what lies in another memory than the CPU's before it is asked for, and what is not said by the memory alone.
@@ -281,9 +273,9 @@ struct HostImage {
     const void* data;
 
     HostDepth depth(Storage storage) const {
-        const std::size_t row = layout.row_stride > 0
-                                    ? layout.row_stride
-                                    : static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
+        const std::size_t row =
+            layout.row_stride > 0 ? layout.row_stride
+                                  : static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
         return {data, layout.width, layout.height, row * element_bytes(element), storage};
     }
 };
@@ -324,10 +316,6 @@ nb::object new_array(Element element, const Layout& layout) {
                     nb::rv_policy::reference);
 }
 
-bool is_depth_packing(const std::optional<Packing>& packing, Packing wanted) {
-    return packing && *packing == wanted;
-}
-
 // How elements of this type are read: as `said`, as the camera's packing says, or as their type says.
 Storage storage_of(Element element, int channels, const Word<Storage>& said, const std::optional<Packing>& packing,
                    const char* argument) {
@@ -353,18 +341,17 @@ Storage storage_of(Element element, int channels, const Word<Storage>& said, con
                              {Storage::uint8, Packing::uint8},
                              {Storage::rgb8_red_low, Packing::rgb_red_low},
                              {Storage::rgb8_red_high, Packing::rgb_red_high}})
-        if (fits(rule.storage) && (!rule.packing || is_depth_packing(packing, *rule.packing)))
+        if (fits(rule.storage) && (!rule.packing || packing == rule.packing))
             return rule.storage;
     if (element == Element::u8 && (channels == 1 || channels == 3))
         refuse(argument, holds + ", which may be a picture; say how depth is packed by storage=" +
                              (channels == 1 ? "'uint8'"
-                                                    : "'rgb8-red-low', 'rgb8-red-high' or, as OpenCV reads "
-                                                      "files, 'bgr8-red-low', 'bgr8-red-high'") +
+                                            : "'rgb8-red-low', 'rgb8-red-high' or, as OpenCV reads "
+                                              "files, 'bgr8-red-low', 'bgr8-red-high'") +
                              ", or by the camera's packing");
-    refuse(argument, holds + "; depth has one channel, or three of uint8" +
-                         (element == Element::u8 && channels == 4
-                              ? ", as array[..., :3] makes it of a picture with alpha"
-                              : ""));
+    refuse(argument,
+           holds + "; depth has one channel, or three of uint8" +
+               (element == Element::u8 && channels == 4 ? ", as array[..., :3] makes it of a picture with alpha" : ""));
 }
 
 // Kernels read and write elements at multiples of their size.
@@ -395,7 +382,7 @@ nb::tuple shape_of(const Image& image) {
     return nb::make_tuple(image.height(), image.width(), image.channels());
 }
 
-std::string device_name_of(const DeviceChoice& choice, const char* argument) {
+std::string device_name_of(const DeviceOption& choice, const char* argument) {
     const nb::handle given = choice.given;
     std::string wanted;
     if (!given.is_valid() || given.is_none() || nb::try_cast(given, wanted))
@@ -413,7 +400,7 @@ std::string device_name_of(const DeviceChoice& choice, const char* argument) {
                          "\"gpu\", or a part of a name");
 }
 
-Device device_of(const DeviceChoice& choice) {
+Device device_of(const DeviceOption& choice) {
     if (nb::isinstance<Device>(choice.given))
         return nb::cast<Device>(choice.given);
     const std::string wanted = device_name_of(choice, "device");
@@ -489,7 +476,7 @@ nb::object new_floats(const Layout& layout, float*& data) {
     return array;
 }
 
-Call::Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceChoice& device)
+Call::Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceOption& device)
     : camera_(camera), storage_(storage), makes_images_(is_image(depth.given)) {
     last_run = {};
     const bool chosen = device.given.is_valid() && !device.given.is_none();
@@ -579,18 +566,6 @@ Image Call::result(nb::handle target, const char* argument, Element element, Lay
     return fetches_.back().image;
 }
 
-namespace {
-
-// Names of C++ as Python has them.
-std::string in_python(std::string message) {
-    constexpr std::string_view ours = "the colour";
-    for (std::size_t at; (at = message.find(ours)) != message.npos;)
-        message.replace(at, ours.size(), "color");
-    return message;
-}
-
-} // namespace
-
 thread_local Seconds Call::last_run;
 
 void Call::add_to_last_run(const Seconds& more) {
@@ -613,11 +588,7 @@ void Call::run(const std::function<void()>& operation) {
             device_.finish(); // arrays go when this call ends
         } catch (const std::exception&) {
         }
-        try {
-            throw;
-        } catch (const std::invalid_argument& error) {
-            throw std::invalid_argument(in_python(error.what()));
-        }
+        throw;
     }
 }
 

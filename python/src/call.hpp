@@ -11,7 +11,6 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,6 +28,7 @@ struct DeviceImage {
 
 /// An argument that holds pixels: an array, or a `fathom.Image`.
 struct Pixels {
+    static constexpr auto annotation = nb::detail::const_name("fathom._operations.Array | Image");
     nb::object given;
     explicit operator bool() const { return given.is_valid() && !given.is_none(); }
 };
@@ -43,11 +43,13 @@ struct BackDepth {
 
 /// The same, for what is written.
 struct Target {
+    static constexpr auto annotation = nb::detail::const_name("fathom._operations.Array | Image | tuple");
     nb::object given;
 };
 
 /// `device=`: None, a `fathom.Device`, or what `Device::open` takes.
-struct DeviceChoice {
+struct DeviceOption {
+    static constexpr auto annotation = nb::detail::const_name("Device | DeviceInfo | str | int");
     nb::object given;
 };
 
@@ -55,10 +57,10 @@ struct DeviceChoice {
 enum class Holds { depth, picture, numbers };
 
 /// What `Device::open` takes, of anything but a `fathom.Device`.
-std::string device_name_of(const DeviceChoice& choice, const char* argument);
+std::string device_name_of(const DeviceOption& choice, const char* argument);
 
 /// The device that is meant. One that was opened by its name is opened once.
-Device device_of(const DeviceChoice& choice);
+Device device_of(const DeviceOption& choice);
 
 /// Uploads an array; shares it on a CPU device.
 DeviceImage to_device(const Pixels& array, const Device& device);
@@ -101,7 +103,7 @@ Seconds seconds_since(const Seconds& start);
 class Call {
 public:
     /// `operation` stands in messages.
-    Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceChoice& device);
+    Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceOption& device);
 
     ~Call();
     Call(const Call&) = delete;
@@ -154,24 +156,3 @@ private:
 };
 
 } // namespace fathom::python
-
-namespace nanobind::detail {
-
-/// Takes any object: what is wrong with it, the operation says.
-#define FATHOM_TAKES_ANY_OBJECT(TYPE, NAME)                                                                            \
-    template <>                                                                                                        \
-    struct type_caster<TYPE> {                                                                                         \
-        NB_TYPE_CASTER(TYPE, const_name(NAME))                                                                         \
-        bool from_python(handle source, std::uint8_t, cleanup_list*) noexcept {                                        \
-            value.given = borrow(source);                                                                              \
-            return true;                                                                                               \
-        }                                                                                                              \
-    };
-
-FATHOM_TAKES_ANY_OBJECT(fathom::python::Pixels, "fathom._operations.Array | Image")
-FATHOM_TAKES_ANY_OBJECT(fathom::python::Target, "fathom._operations.Array | Image | tuple")
-FATHOM_TAKES_ANY_OBJECT(fathom::python::DeviceChoice, "Device | DeviceInfo | str | int")
-
-#undef FATHOM_TAKES_ANY_OBJECT
-
-} // namespace nanobind::detail

@@ -1,5 +1,6 @@
 // fathom.Camera: the keys of the camera file as keyword arguments, and the importers.
 #include "camera.hpp"
+#include "bindings.hpp"
 
 #include "unlocked.hpp"
 #include "words.hpp"
@@ -265,10 +266,11 @@ void CameraObject::doubt(const HostDepth& stored, const char* argument) const {
 }
 
 void bind_camera(nb::module_& module) {
-    const auto warning = nb::steal(PyErr_NewExceptionWithDoc(
-        "fathom.CameraWarning",
-        "A camera that can be used, but that hardly anybody means, by itself or for its depth. Each camera is told once.",
-        PyExc_UserWarning, nullptr));
+    const auto warning =
+        nb::steal(PyErr_NewExceptionWithDoc("fathom.CameraWarning",
+                                            "A camera that can be used, but that hardly anybody means, by itself or "
+                                            "for its depth. Each camera is told once.",
+                                            PyExc_UserWarning, nullptr));
     module.attr("CameraWarning") = warning;
     nb::class_<CameraObject>(module, "Camera", R"(What stored depth means: projection, size, encoding, pose.
 
@@ -307,8 +309,7 @@ ROS counts integers in millimetres and floats in metres. depth: the depth's file
 
 Raises fathom.Error, one line with the file's name.)")
         .def_static(
-            "from_json",
-            [](const std::string& text) { return doubted(camera_of_text(text, source), source); },
+            "from_json", [](const std::string& text) { return doubted(camera_of_text(text, source), source); },
             nb::arg("text"), "The camera of a camera file's text.")
         .def("for_view_depth", &CameraObject::for_view_depth,
              "The same camera for view depth, as `linearize` makes it: normals(linearize(depth, c), "

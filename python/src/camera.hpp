@@ -46,6 +46,4 @@ private:
     mutable Camera last_; // read and written under the interpreter's lock
 };
 
-void bind_camera(nb::module_& module);
-
 } // namespace fathom::python

@@ -1,5 +1,5 @@
 // fathom.check: what is probably wrong with a camera and its depth.
-#include "check.hpp"
+#include "bindings.hpp"
 
 #include "call.hpp"
 #include "unlocked.hpp"

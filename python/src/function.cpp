@@ -1,5 +1,5 @@
 // A built-in function around one of nanobind's: it has a signature, and words for arguments that do not fit.
-#include "function.hpp"
+#include "bindings.hpp"
 
 #include <string>
 

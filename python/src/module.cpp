@@ -1,9 +1,7 @@
 // The module fathom._fathom: devices, images and exceptions. Operations and cameras have files of their own.
+#include "bindings.hpp"
 #include "call.hpp"
 #include "camera.hpp"
-#include "check.hpp"
-#include "function.hpp"
-#include "operations.hpp"
 #include "unlocked.hpp"
 
 #include <fathom/device.hpp>
@@ -61,11 +59,11 @@ rows, and 0 stands for what is fastest.
 Raises NoDevice naming what is there, and ValueError.)")
         .def(
             "__init__",
-            [](Device* self, const DeviceChoice& choice, const Word<Arithmetic>& arithmetic, int vector_width,
+            [](Device* self, const DeviceOption& choice, const Word<Arithmetic>& arithmetic, int vector_width,
                int group_size, std::size_t memory_budget) {
                 DeviceOptions options{
                     .vector_width = vector_width, .group_size = group_size, .memory_budget = memory_budget};
-                arithmetic.set(options.arithmetic, "arithmetic");
+                options.arithmetic = arithmetic.get("arithmetic").value_or(options.arithmetic);
                 const std::string wanted = device_name_of(choice, "wanted");
                 const Unlocked released;
                 new (self) Device(Device::open(wanted, options));
@@ -118,7 +116,7 @@ arrays, are no `out`. Operations on an Image give Images.
 numpy.asarray(image) and DLPack wait for the image, and copy it.)")
         .def(
             "__init__",
-            [](DeviceImage* self, const Pixels& array, const DeviceChoice& device) {
+            [](DeviceImage* self, const Pixels& array, const DeviceOption& device) {
                 new (self) DeviceImage(to_device(array, device_of(device)));
             },
             nb::arg("array"), nb::arg("device") = nb::none())

@@ -1,5 +1,5 @@
 // The operations, as their descriptions have them: arguments, results, types and words.
-#include "operations.hpp"
+#include "bindings.hpp"
 
 #include "call.hpp"
 #include "keywords.hpp"
@@ -38,7 +38,7 @@ using nb::arg;
 struct Common {
     Word<Storage> storage;
     Target out;
-    DeviceChoice device;
+    DeviceOption device;
 
     // The last to take arguments.
     explicit Common(Keywords& keywords)
@@ -231,7 +231,7 @@ const Bound& bound(const description::Operation& operation) {
 }
 
 nb::object fill_invalid_of(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage,
-                           const Target& out, const DeviceChoice& device) {
+                           const Target& out, const DeviceOption& device) {
     Call call(depth, camera, storage, device);
     const Image& image = call.depth().image;
     const Image result =
@@ -241,7 +241,7 @@ nb::object fill_invalid_of(const Pixels& depth, const CameraObject& camera, cons
 }
 
 double depth_at_of(const Pixels& depth, const CameraObject& camera, int x, int y, const Word<Storage>& storage,
-                   const DeviceChoice& device) {
+                   const DeviceOption& device) {
     Call call(depth, camera, storage, device);
     double z = 0;
     call.run([&] { z = depth_at(call.depth(), x, y); });
@@ -274,7 +274,7 @@ nb::object upsample_along_edges_of(const Pixels& depth, const Pixels& color) {
 
 // What the same call costs in C++: seconds, and those of them that the calling thread works. python/tests compares.
 Seconds seconds_of_linearize(const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& depth, const CameraObject& camera,
-                             const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& out, const DeviceChoice& choice) {
+                             const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& out, const DeviceOption& choice) {
     const Device device = device_of(choice);
     const Layout layout{static_cast<int>(depth.shape(1)), static_cast<int>(depth.shape(0))};
     const Camera& of_size = camera.for_size(layout.width, layout.height);

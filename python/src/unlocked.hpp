@@ -21,7 +21,4 @@ private:
     PyThreadState* state_;
 };
 
-/// Lets the interpreter's end wait.
-void bind_end(nanobind::module_& module);
-
 } // namespace fathom::python

@@ -1,14 +1,16 @@
 #pragma once
 
+#include "description/range.hpp"
+
 #include <fathom/device.hpp>
 #include <fathom/image.hpp>
 
 #include <nanobind/nanobind.h>
 
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
 
 /// Finite choices as Python has them: the words of the program, in the order of the enumerators.
@@ -43,46 +45,37 @@ inline std::string text_of(const nb::str& text) {
 /// What a caller gave for a finite choice: any object, as long as nobody asks what it means.
 template <typename Choice>
 struct Word {
+    static constexpr auto annotation = words<Choice>;
     nb::object given;
 
     bool is_given() const { return given.is_valid() && !given.is_none(); }
 
-    /// Leaves the choice as it is if none was given.
     /// Throws: std::invalid_argument naming the argument, what was given, and all words.
-    void set(Choice& choice, const char* argument) const {
-        if (!is_given())
-            return;
-        const std::string_view literal = words<Choice>.text;
-        std::vector<std::string_view> known;
-        for (std::size_t at = literal.find('\''); at != literal.npos;) {
-            const std::size_t end = literal.find('\'', at + 1);
-            known.push_back(literal.substr(at + 1, end - at - 1));
-            at = literal.find('\'', end + 1);
-        }
-        std::string list;
-        for (std::size_t i = 0; i < known.size(); ++i) {
-            if (nb::isinstance<nb::str>(given) && text_of(nb::borrow<nb::str>(given)) == known[i]) {
-                choice = static_cast<Choice>(i);
-                return;
-            }
-            list += (i == 0 ? "" : i + 1 == known.size() ? " or " : ", ") + std::string(known[i]);
-        }
-        throw std::invalid_argument(std::string(argument) + " = " + text_of(nb::repr(given)) + " is unknown; it is " +
-                                    list);
-    }
-
     std::optional<Choice> get(const char* argument) const {
-        Choice choice{};
-        set(choice, argument);
-        return is_given() ? std::optional(choice) : std::nullopt;
+        if (!is_given())
+            return std::nullopt;
+        std::vector<std::string> known;
+        std::istringstream type(words<Choice>.text);
+        for (std::string before, word; std::getline(type, before, '\'') && std::getline(type, word, '\'');)
+            known.push_back(word);
+        if (nb::isinstance<nb::str>(given))
+            for (std::size_t i = 0; i < known.size(); ++i)
+                if (text_of(nb::borrow<nb::str>(given)) == known[i])
+                    return static_cast<Choice>(i);
+        throw std::invalid_argument(std::string(argument) + " = " + text_of(nb::repr(given)) + " is unknown; it is " +
+                                    description::in_words(known));
     }
 };
 
 } // namespace fathom::python
 
-template <typename Choice>
-struct nanobind::detail::type_caster<fathom::python::Word<Choice>> {
-    NB_TYPE_CASTER(fathom::python::Word<Choice>, fathom::python::words<Choice>)
+/// Takes any object: what is wrong with it, the operation says.
+template <typename Argument>
+requires requires {
+    Argument::annotation;
+}
+struct nanobind::detail::type_caster<Argument> {
+    NB_TYPE_CASTER(Argument, Argument::annotation)
 
     bool from_python(handle source, std::uint8_t, cleanup_list*) noexcept {
         value.given = borrow(source);

@@ -27,7 +27,9 @@ def values(option):
         return [(choice, True) for choice in option["choices"]] + [("no such word", False)]
     if option["kind"] in ("flag", "result"):
         return [(True, True), (False, True)]
-    if option["kind"] == "number" and "least" in option:
+    if "values" in option:
+        return [(int(value), True) for value in option["values"]] + [(int(max(option["values"])) + 1, False)]
+    if option["kind"] == "number":
         least, most = option["least"], option["most"]  # a word where there is none
         step = 1 if option["whole"] else 0.25
         made = [(math.nan, False)] if not option["whole"] else []
@@ -35,6 +37,7 @@ def values(option):
             made += [(least - step, False), (least, not option["least_excluded"]), (least + step, True)]
         if isinstance(most, (int, float)):
             made += [(most + step, False), (most, not option["most_excluded"])]
+        made += [(option["beside"], True)] if "beside" in option else []
         return [(int(v), fits) if option["whole"] else (v, fits) for v, fits in made]
     return []
 

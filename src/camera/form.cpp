@@ -130,10 +130,6 @@ std::uint32_t half_bits(const char* name, float value) {
     return Eigen::numext::bit_cast<std::uint16_t>(half);
 }
 
-bool is_float(Storage storage) {
-    return storage == Storage::float32 || storage == Storage::float16;
-}
-
 // The end of the depth range at which the far plane lies.
 bool far_is_low(const Camera& camera) {
     if (camera.encoding == Encoding::linear || camera.encoding == Encoding::pseudo_linear)

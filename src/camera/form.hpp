@@ -4,6 +4,10 @@
 
 namespace fathom {
 
+inline bool is_float(Storage storage) {
+    return storage == Storage::float32 || storage == Storage::float16;
+}
+
 /// Does decoding need the lengths of the camera's rays?
 bool is_along_ray(const DepthForm& form);
 

@@ -5,7 +5,7 @@
 
 #include "camera/inverse_depth_error.hpp"
 
-#include "camera/centre_rays.hpp"
+#include "camera/rays.hpp"
 
 #include <algorithm>
 #include <cmath>

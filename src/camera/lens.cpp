@@ -5,7 +5,7 @@
 
 #include <fathom/lens.hpp>
 
-#include "camera/centre_rays.hpp"
+#include "camera/rays.hpp"
 #include "description/check.hpp"
 #include "description/lens.hpp"
 #include "require.hpp"
@@ -53,7 +53,7 @@ PixelScale scale_of(const CentreRays& rays, const Camera& camera) {
 }
 
 Optics optics(const Lens& lens, const Camera& camera) {
-    describe_lens(description::Check{}, lens);
+    describe_optics(description::Check{}, lens);
     Optics result{centre_rays(camera_rays(camera)), 0, 0, 0, false};
     const Real unit = lens.mm_per_unit, number = lens.f_stop;
     result.image_scale = scale_of(result.rays, camera).x;

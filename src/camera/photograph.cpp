@@ -87,9 +87,9 @@ std::vector<float> upsample_along_edges(const HostFloats& depth, const HostFloat
         require(image.data && image.width > 0 && image.height > 0, name, " has no pixels");
     };
     check("the depth", depth);
-    check("the colour", color);
+    check("color", color);
     require(depth.channels == 1, "the depth has ", depth.channels, " channels; it must have one");
-    require(color.channels == 3 || color.channels == 4, "the colour has ", color.channels,
+    require(color.channels == 3 || color.channels == 4, "color has ", color.channels,
             " channels; it must have 3, or 4 with an alpha");
     const EdgeUpsampling upsampling(depth, color);
     std::vector<float> result(static_cast<std::size_t>(color.width) * static_cast<std::size_t>(color.height));

@@ -46,15 +46,7 @@ long double surface_depth(const Camera& camera, Storage storage, double x, doubl
 } // namespace
 
 Storage storage_of(DepthBits bits) {
-    switch (bits) {
-    case DepthBits::d16:
-        return Storage::uint16;
-    case DepthBits::d24:
-        return Storage::uint24;
-    case DepthBits::d32f:
-        return Storage::float32;
-    }
-    return Storage::float32;
+    return bits == DepthBits::d16 ? Storage::uint16 : bits == DepthBits::d24 ? Storage::uint24 : Storage::float32;
 }
 
 double depth_spacing(const Camera& camera, DepthBits bits, double x, double y, double z) {

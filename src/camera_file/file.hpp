@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -49,6 +50,18 @@ class UnansweredRead : public Error {
 public:
     using Error::Error;
 };
+
+/// What `read` gives, or nothing where the file has no such thing.
+template <typename Read>
+auto if_any(const Read& read) -> std::optional<decltype(read())> {
+    try {
+        return read();
+    } catch (const UnansweredRead&) {
+        throw;
+    } catch (const Error&) {
+        return std::nullopt;
+    }
+}
 
 /// Refuses a file that cannot be read for a reason of the system. Throws: UnansweredRead unless it is forbidden or not there.
 [[noreturn]] void refuse_read(const std::filesystem::path& file, int error);

@@ -6,8 +6,6 @@
 #include "json_object.hpp"
 #include "presets.hpp"
 
-#include <fathom/error.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

@@ -22,8 +22,7 @@ void describe(const Visitor& v, Options& o) {
       "circles");
     v("max_error", in<&MaxError::value>(o.quality), above(0).or_infinite(),
       "rms error of colours from 0 to 1, instead of a quality: takes the fastest quality whose measured error is at "
-      "most this "
-      "in every scene of docs/performance.md",
+      "most this in every scene of docs/performance.md",
       "none");
     v("sky", o.sky, {"blur", "sharp", "exclude"},
       "blur: the background is infinitely far; sharp: it is in focus; exclude: it is left out like invalid pixels");

@@ -10,11 +10,10 @@ struct LensArguments;
 
 namespace fathom::description {
 
-/// A lens, or a struct with the same members that leaves more of them to the camera file.
+/// What a lens has beside its focus, or a struct with the same members that leaves more of them to the camera file. The focus of
+/// a `Lens` has to lie in front of the camera centre only, which is below 0 where the centre lies behind z = 0.
 template <typename Visitor, typename Lens>
-void describe_lens(const Visitor& v, Lens& lens) {
-    v("focus", lens.focus, above(0).or_infinite(), "depth that is sharp: distance along the view axis, scene units",
-      "\"focus_distance\" of the camera file");
+void describe_optics(const Visitor& v, Lens& lens) {
     v("f_stop", lens.f_stop, above(0).or_infinite(), "focal length over the diameter of the aperture",
       "\"f_stop\" of the camera file");
     v("focal_length_mm", lens.focal_length_mm, above(0), "focal length",
@@ -26,7 +25,9 @@ void describe_lens(const Visitor& v, Lens& lens) {
 
 template <typename Visitor, Is<LensArguments> Arguments>
 void describe(const Visitor& v, Arguments& lens) {
-    describe_lens(v, lens);
+    v("focus", lens.focus, above(0).or_infinite(), "depth that is sharp: distance along the view axis, scene units",
+      "\"focus_distance\" of the camera file");
+    describe_optics(v, lens);
 }
 
 /// A circle of confusion, which a lens may stand for.

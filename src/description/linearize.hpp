@@ -33,11 +33,6 @@ Example:
     void run(const StoredDepth& stored, const Launch& launch) const { linearize(stored, result, options, launch); }
 };
 
-template <typename Visitor, Is<LinearizeCall> Call>
-void describe(const Visitor& v, Call& call) {
-    describe(v, call.options);
-}
-
 template <typename Visitor>
 void describe_results(const Visitor& v, LinearizeCall& call, const StoredDepth& stored) {
     v("result", call.result, true, floats(stored, 1), lengths("Z"),

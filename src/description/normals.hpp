@@ -12,12 +12,10 @@ template <typename Visitor, Is<NormalsOptions> Options>
 void describe(const Visitor& v, Options& o) {
     v("method", in<NormalMethod>(o.method), {"automatic", "neighbours", "least-squares"},
       "how slopes are found: from neighbours on the same surface, or from a plane fitted to a window, for quantised "
-      "depth "
-      "(least-squares). automatic fits for depth of 16 bits and fewer and for noise");
+      "depth (least-squares). automatic fits for depth of 16 bits and fewer and for noise");
     v("max_error", in<&MaxError::value>(o.method), above(0).or_infinite(),
       "mean error in degrees, instead of a method: takes the fastest method whose measured error is at most this in "
-      "every "
-      "scene of docs/performance.md",
+      "every scene of docs/performance.md",
       "none");
     v("noise", o.noise, from_to_less_than(0, 1),
       "standard deviation of a sensor's noise over the depth, such as 9e-4: planes are fitted to wider windows");
@@ -46,11 +44,6 @@ Example:
 
     void run(const StoredDepth& stored, const Launch& launch) const { normals(stored, result, options, launch); }
 };
-
-template <typename Visitor, Is<NormalsCall> Call>
-void describe(const Visitor& v, Call& call) {
-    describe(v, call.options);
-}
 
 template <typename Visitor>
 void describe_results(const Visitor& v, NormalsCall& call, const StoredDepth& stored) {

@@ -58,7 +58,7 @@ Operation operation_of() {
             return fathom::reach(tile, static_cast<const Call*>(call)->options);
         };
     if (LensArguments lens; std::ranges::count(made.options, Kind::lens, &Option::kind) > 0)
-        describe_lens(List(&lens, made.lens), lens);
+        describe(List(&lens, made.lens), lens);
     return made;
 }
 

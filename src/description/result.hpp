@@ -26,6 +26,12 @@ struct Said {
     bool first_alone = false;                  ///< is the first of them given without the struct if it is all there is?
 };
 
+/// A call of one result and without arguments has nothing but options.
+template <typename Visitor, typename Call>
+requires(!Call::said.arguments[0] && !Call::said.results) void describe(const Visitor& v, Call& call) {
+    describe(v, call.options);
+}
+
 struct Size {
     int width, height;
 };

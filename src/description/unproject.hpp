@@ -13,8 +13,7 @@ void describe(const Visitor& v, Options& o) {
       "axes of the positions: the camera's, or the world's, which need the camera's view matrix");
     v("origin", o.origin, Three::finite,
       "the point of the world that positions are counted from. A point in the scene keeps floats exact far away from "
-      "the "
-      "world's origin");
+      "the world's origin");
     v("channels", o.channels, one_of(3.0, 4.0), "x, y and z, and with 4 also w: 1, or 0 where there is no position");
     v("background", o.background, {"inf", "decode", "nan"},
       "background pixels have no position (inf or nan), or lie on the far plane (decode)");
@@ -37,11 +36,6 @@ Example:
 
     void run(const StoredDepth& stored, const Launch& launch) const { unproject(stored, result, options, launch); }
 };
-
-template <typename Visitor, Is<UnprojectCall> Call>
-void describe(const Visitor& v, Call& call) {
-    describe(v, call.options);
-}
 
 template <typename Visitor>
 void describe_results(const Visitor& v, UnprojectCall& call, const StoredDepth& stored) {

@@ -27,10 +27,6 @@ constexpr double many_far = 0.001;    // the same for one value that is farther 
 
 using Doubt = std::optional<std::string>;
 
-bool holds_floats(Storage storage) {
-    return storage == Storage::float32 || storage == Storage::float16;
-}
-
 StoredStatistics statistics_of(const Subject& subject) {
     return statistics_of_parts(subject.storage, [&](const auto& visit) {
         subject.each([&](const HostDepth& values, const HostFloats&) { visit(values); });
@@ -189,7 +185,7 @@ std::string reason(const Subject& subject, const StoredStatistics& found) {
         return "none of its values is finite; is it the right file, or the right --channel?";
     if (count_of(StoredKind::missing, camera, subject) == found.pixels)
         return text("all of its values are ", number(found.min), ", which the camera says was not measured");
-    if (!is_metric(camera.encoding) && holds_floats(subject.storage) &&
+    if (!is_metric(camera.encoding) && is_float(subject.storage) &&
         found.percentiles[3] > static_cast<double>(form.highest))
         return text(values, ", and \"", to_string(camera.encoding), "\" depth lies in ",
                     number(static_cast<double>(form.lowest)), " to ", number(static_cast<double>(form.highest)),
@@ -221,7 +217,7 @@ Doubt invalid_doubt(const Subject& subject) {
 Doubt unit_doubt(const Subject& subject, bool distances) {
     const Look& look = subject.look;
     const Camera& camera = subject.camera;
-    const bool floats = holds_floats(subject.storage);
+    const bool floats = is_float(subject.storage);
     if (look.surfaces() == 0)
         return std::nullopt;
     if (distances && !floats && camera.scale == 1 && look.nearest >= many_units)
@@ -294,7 +290,7 @@ std::vector<std::string> doubts(const Subject& subject) {
         return {"no pixel has a depth: " + reason(subject, statistics_of(subject))};
     const Camera& camera = subject.camera;
     const bool distances = camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance,
-               float_distances = distances && holds_floats(subject.storage);
+               float_distances = distances && is_float(subject.storage);
     std::vector<std::string> said;
     const auto add = [&](const Doubt& doubt) {
         if (doubt)

@@ -1,6 +1,7 @@
 // What a depth image holds, and what its camera makes of it.
 #include <fathom/findings.hpp>
 
+#include "camera/form.hpp"
 #include "doubts/stored_values.hpp"
 #include "require.hpp"
 #include "text.hpp"
@@ -46,9 +47,7 @@ std::vector<RangePoint> range_of(const Camera& given, std::optional<DepthBits> b
     const Camera camera = bits ? of_buffer(given) : given;
     const Storage storage = bits ? storage_of(*bits) : image;
     const DepthForm form = depth_form(camera, storage);
-    const bool is_float = storage == Storage::float32 || storage == Storage::float16;
-    const bool float_image = image == Storage::float32 || image == Storage::float16;
-    if (float_image && is_metric(camera.encoding))
+    if (is_float(image) && is_metric(camera.encoding))
         return {}; // the range of metric floats has no end
     const double lowest = form.lowest, highest = form.highest, half_way = (lowest + highest) / 2;
     const double x = camera.width / 2.0, y = camera.height / 2.0;
@@ -67,7 +66,7 @@ std::vector<RangePoint> range_of(const Camera& given, std::optional<DepthBits> b
         std::swap(near_end, far_end);
         std::swap(near_end.name, far_end.name);
     }
-    return {near_end, point("middle", is_float ? half_way : std::floor(half_way)), far_end};
+    return {near_end, point("middle", is_float(storage) ? half_way : std::floor(half_way)), far_end};
 }
 
 // The nearest, the median and the farthest surface of a decoded image.

@@ -1,6 +1,7 @@
 // What stored depth could be, from how it varies over planes, its range and the values that stand apart.
 #include <fathom/ranking.hpp>
 
+#include "camera/form.hpp"
 #include "doubts/plane_fits.hpp"
 #include "doubts/stored_values.hpp"
 #include "require.hpp"
@@ -367,7 +368,7 @@ Findings findings_of(const HostDepth& stored, std::vector<std::string>& evidence
     Values& values = found.values;
     values.width = stored.width;
     values.height = stored.height;
-    values.is_float = stored.storage == Storage::float32 || stored.storage == Storage::float16;
+    values.is_float = is_float(stored.storage);
     values.largest_code = storage_max(stored.storage);
     visit_values(stored, [&](float value, std::uint32_t) {
         found.infinite |= std::isinf(value);
@@ -457,7 +458,7 @@ std::vector<Guess> plausible_guesses(const Findings& found) {
 
 const char* to_string(Family family) {
     constexpr std::array names{"window-affine", "planar", "radial", "inverse", "other"};
-    return names[static_cast<std::size_t>(family)];
+    return names.at(static_cast<std::size_t>(family));
 }
 
 Ranking rank_encodings(const HostDepth& stored) {

@@ -6,7 +6,6 @@
 
 #include <opencv2/core.hpp>
 
-#include <algorithm>
 #include <cmath>
 
 namespace fathom {

@@ -14,7 +14,6 @@
 #include <initializer_list>
 #include <new>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -90,7 +89,7 @@ Bytes read_image_file(const std::filesystem::path& file);
 /// A picture as its file holds it, and what the file says about it.
 struct PictureFile {
     cv::Mat image;                              ///< 8 or 16 bits or floats; B, G, R and perhaps an alpha
-    Bytes icc, exif;                            ///< empty where there is none
+    Bytes icc = {}, exif = {};                  ///< empty where there is none
     std::optional<ColorEncoding> encoding = {}; ///< where the file says so without a profile
     std::optional<bool> straight_alpha = {};    ///< likewise
     bool has_more = false;                      ///< Exif data that is not read

@@ -18,24 +18,14 @@
 namespace fathom::io {
 namespace {
 
+constexpr int depths[] = {CV_8U, CV_16U, CV_32S, CV_16F, CV_32F}; // in the order of Element
+
 template <typename Matrix>
 Element element_of(const Matrix& matrix) {
-    switch (matrix.depth()) {
-    case CV_8U:
-        return Element::u8;
-    case CV_16U:
-        return Element::u16;
-    case CV_32S:
-        return Element::u32;
-    case CV_16F:
-        return Element::f16;
-    case CV_32F:
-        return Element::f32;
-    default:
-        throw std::invalid_argument(
-            text("matrix: type ", cv::typeToString(matrix.type()),
-                 "; must be CV_32F, CV_16F, CV_16U, CV_32S or CV_8U with interleaved channels"));
-    }
+    const auto* depth = std::ranges::find(depths, matrix.depth());
+    require(depth != std::end(depths), "matrix: type ", cv::typeToString(matrix.type()),
+            "; must be CV_32F, CV_16F, CV_16U, CV_32S or CV_8U with interleaved channels");
+    return static_cast<Element>(depth - depths);
 }
 
 template <typename Matrix>
@@ -127,6 +117,10 @@ std::string size_and_type(cv::Size size, int type) {
 }
 
 } // namespace
+
+int mat_type(Element element, int channels) {
+    return CV_MAKETYPE(depths[static_cast<std::size_t>(element)], channels);
+}
 
 std::optional<Image> image_in(const Device& device, const cv::UMat& umat, cv::AccessFlag access) {
     const Layout layout = layout_of(umat);

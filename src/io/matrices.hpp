@@ -10,6 +10,9 @@
 
 namespace fathom::io {
 
+/// The type of a matrix that holds such an image.
+int mat_type(Element element, int channels);
+
 /// The image in a cv::UMat's own memory, if the device can work there: OpenCV keeps it in a buffer of the device's
 /// context, and no cv::Mat holds it mapped.
 /// Throws: std::invalid_argument for a matrix that is no image.

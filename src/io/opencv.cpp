@@ -55,22 +55,6 @@ Image stored_image(Matrices& matrices, cv::InputArray array) {
 
 } // namespace
 
-int io::mat_type(Element element, int channels) {
-    switch (element) {
-    case Element::u8:
-        return CV_8UC(channels);
-    case Element::u16:
-        return CV_16UC(channels);
-    case Element::u32:
-        return CV_32SC(channels);
-    case Element::f16:
-        return CV_16FC(channels);
-    case Element::f32:
-        break;
-    }
-    return CV_32FC(channels);
-}
-
 StoredDepth io::stored_depth(Matrices& matrices, cv::InputArray array, Camera camera, std::optional<Storage> storage) {
     const Image image = stored_image(matrices, array);
     if (camera.width == 0 && camera.height == 0) {

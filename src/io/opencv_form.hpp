@@ -14,9 +14,6 @@
 /// The form on matrices of any operation: include/fathom/opencv.hpp declares them, and CMake defines each by `form`.
 namespace fathom::io {
 
-/// The type of a matrix that holds such an image.
-int mat_type(Element element, int channels);
-
 StoredDepth stored_depth(Matrices& matrices, cv::InputArray array, Camera camera, std::optional<Storage> storage);
 
 /// The call whose options these are.

@@ -101,9 +101,7 @@ cv::Mat as_floats(const cv::Mat& image) {
 
 PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& options) {
     if (io::begins_like_exr(file))
-        return {.image = io::read_exr_floats(file, exr_channels(file, options), "colours", options.windows),
-                .icc = {},
-                .exif = {}};
+        return {.image = io::read_exr_floats(file, exr_channels(file, options), "colours", options.windows)};
     const io::Bytes bytes = io::read_image_file(file);
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 10));
     if (!options.layer.empty())
@@ -116,7 +114,7 @@ PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& op
     if (!image)
         refuse(file, "is no picture, or its beginning is damaged; "
                      "pictures are read from .exr, .jpg, .png, .tif, .hdr, .npy and .pfm");
-    PictureFile picture{.image = *image, .icc = {}, .exif = {}};
+    PictureFile picture{.image = *image};
     if (begin.starts_with("\x89PNG"))
         io::read_png_metadata(bytes, picture);
     else if (begin.starts_with("II") || begin.starts_with("MM"))

@@ -2,6 +2,7 @@
 
 #include "operations/cheapest.hpp"
 
+#include "description/check.hpp"
 #include "operations/parameters.hpp"
 #include "operations/ssao/pixel_lattice.hpp"
 #include "require.hpp"
@@ -101,7 +102,7 @@ const char* to_string(Operation operation) {
 }
 
 MeasuredMethod cheapest_method(Operation operation, const Tile& tile, double max_error) {
-    check_enum("operation", operation, operations);
+    description::Check{}("operation", operation, {"ssao", "dof", "normals"});
     require(max_error > 0, "max_error = ", max_error, " must be greater than 0");
     std::vector<MeasuredMethod> list = measured_for(measured_methods(), to_string(operation), storage_of(tile));
     const PixelLattice half = pixel_lattice(tile, 2);

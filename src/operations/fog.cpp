@@ -2,8 +2,7 @@
 
 #include <fathom/fog.hpp>
 
-#include "camera/centre_rays.hpp"
-#include "camera/world_rays.hpp"
+#include "camera/rays.hpp"
 #include "description/check.hpp"
 #include "description/fog.hpp"
 #include "operations/parameters.hpp"
@@ -24,7 +23,7 @@ constexpr Real nothing = -1e6L;
 
 void check(const StoredDepth& stored, const Image& color, const FogOptions& options) {
     check_stored(stored);
-    check_picture(stored, {"the colour", color});
+    check_picture(stored, {"color", color});
     describe(description::Check{}, options);
     require(options.height_falloff == 0 || stored.camera.view,
             "height fog needs the camera's view matrix, and it has none");
@@ -76,7 +75,7 @@ void fog(const StoredDepth& stored, const Image& color, const Image& result, con
          const Launch& launch) {
     check(stored, color, options);
     check_result(stored, {"the result", result}, color.element(), {color.width(), color.height(), color.channels()},
-                 {{"the stored depth", stored.image}, {"the colour", color}});
+                 {{"the stored depth", stored.image}, {"color", color}});
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
@@ -91,8 +90,7 @@ void fog(const StoredDepth& stored, const Image& color, const Image& result, con
                                    {"START", options.start > 0},
                                    {"PREMULTIPLIED", options.alpha == FogAlpha::premultiplied}});
     const runtime::Launched launched(device, launch);
-    const auto vectors = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
-    runtime::launch(device, runtime::kernel(device, "fog", defines), {vectors, static_cast<std::size_t>(height)},
+    runtime::launch(device, runtime::kernel(device, "fog", defines), range_of(width, height, vector_width),
                     stored.image, color, result, grid_parameters(stored, result, 0, width),
                     params::source_params{color.offset(), to_u32(color.row_stride()), to_u32(color.channels())},
                     depth_parameters(form, stored.storage, Background::inf, arithmetic),

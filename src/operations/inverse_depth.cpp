@@ -36,8 +36,7 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const 
     runtime::Defines defines = decoder_defines(form, view, stored.storage, vector_width, false);
     defines.emplace_back("PERSPECTIVE", rays.perspective);
     runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", defines);
-    const auto vectors = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
-    runtime::launch(device, kernel, {vectors, static_cast<std::size_t>(padded.height)}, stored.image, result,
+    runtime::launch(device, kernel, range_of(width, padded.height, vector_width), stored.image, result,
                     grid_parameters(stored, result, 0, width),
                     depth_parameters(form, stored.storage, background, arithmetic), ray_parameters(view, arithmetic));
     return result;

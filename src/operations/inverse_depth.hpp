@@ -1,7 +1,7 @@
 #pragma once
 
-#include "camera/centre_rays.hpp"
 #include "camera/inverse_depth_error.hpp"
+#include "camera/rays.hpp"
 
 #include "params.h"
 #include "runtime/scratch.hpp"

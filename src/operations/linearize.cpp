@@ -19,8 +19,7 @@ void run(const StoredDepth& stored, const Image& result, const LinearizeOptions&
     const Rays view = is_along_ray(form) ? camera_rays(stored.camera) : Rays{};
     runtime::Kernel& kernel =
         runtime::kernel(device, "linearize", decoder_defines(form, view, stored.storage, vector_width, stream));
-    const auto columns = static_cast<std::size_t>((end - begin + vector_width - 1) / vector_width);
-    runtime::launch(device, kernel, {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
+    runtime::launch(device, kernel, range_of(end - begin, result.height(), vector_width), stored.image, result,
                     grid_parameters(stored, result, begin, end),
                     depth_parameters(form, stored.storage, options.background, arithmetic),
                     ray_parameters(view, arithmetic));

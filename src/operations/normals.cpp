@@ -2,7 +2,6 @@
 
 #include "operations/normals.hpp"
 
-#include "camera/world_rays.hpp"
 #include "description/check.hpp"
 #include "description/normals.hpp"
 #include "operations/cheapest.hpp"
@@ -128,14 +127,13 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
                                    {"PERSPECTIVE", rays.perspective},
                                    {"CHANNELS", options.channels},
                                    {"RADIUS", fitted ? window_radius(rays, options.noise) : 0}};
-    const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::Kernel& kernel = runtime::kernel(device, "normals", defines);
     const params::normal_params parameters =
         normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options);
     over_inverse_depth(stored, rays, Background::nan, reach(stored, options).rows, "normals", result,
                        [&](const Image& depth, const Image& made, const params::grid_params& grid) {
-                           runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth,
-                                           made, grid, parameters);
+                           runtime::launch(device, kernel, range_of(width, made.height(), vector_width), depth, made,
+                                           grid, parameters);
                        });
     launched.done();
 }

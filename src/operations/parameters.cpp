@@ -20,21 +20,10 @@ namespace {
 constexpr std::size_t streaming_bytes = std::size_t{16} << 20;
 
 int storage_define(Storage storage) {
-    switch (storage) {
-    case Storage::float32:
-        return STORAGE_FLOAT32;
-    case Storage::float16:
-        return STORAGE_FLOAT16;
-    case Storage::uint8:
-        return STORAGE_UINT8;
-    case Storage::uint16:
-        return STORAGE_UINT16;
-    case Storage::uint24:
-    case Storage::uint24_high:
-        return STORAGE_UINT24;
-    default:
-        return STORAGE_RGB8;
-    }
+    static constexpr int defines[] = {STORAGE_FLOAT32, STORAGE_FLOAT16, STORAGE_UINT8,
+                                      STORAGE_UINT16,  STORAGE_UINT24,  STORAGE_UINT24}; // in the order of Storage
+    const auto index = static_cast<std::size_t>(storage);
+    return index < std::size(defines) ? defines[index] : STORAGE_RGB8;
 }
 
 static_assert(static_cast<int>(Form::reciprocal) == FORM_RECIPROCAL &&
@@ -97,23 +86,13 @@ struct Elements {
     Element element;
     int count;
 
-    const char* name() const {
-        switch (element) {
-        case Element::u8:
-            return count == 1 ? " byte" : " bytes";
-        case Element::u16:
-            return count == 1 ? " 16-bit integer" : " 16-bit integers";
-        case Element::u32:
-            return count == 1 ? " 32-bit integer" : " 32-bit integers";
-        case Element::f16:
-            return count == 1 ? " half" : " halves";
-        case Element::f32:
-            break;
-        }
-        return count == 1 ? " float" : " floats";
-    }
     friend std::ostream& operator<<(std::ostream& stream, const Elements& elements) {
-        return stream << elements.count << elements.name();
+        static constexpr const char* names[][2] = {{" byte", " bytes"},
+                                                   {" 16-bit integer", " 16-bit integers"},
+                                                   {" 32-bit integer", " 32-bit integers"},
+                                                   {" half", " halves"},
+                                                   {" float", " floats"}}; // in the order of Element
+        return stream << elements.count << names[static_cast<std::size_t>(elements.element)][elements.count != 1];
     }
 };
 
@@ -190,15 +169,6 @@ params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic) {
     return p;
 }
 
-void check_enum(const char* option, int value, std::span<const char* const> names) {
-    if (value >= 0 && static_cast<std::size_t>(value) < names.size())
-        return;
-    std::string known;
-    for (std::size_t i = 0; i < names.size(); ++i)
-        known += text(i == 0 ? "" : i + 1 == names.size() ? " or " : ", ", names[i]);
-    throw std::invalid_argument(text(option, " = ", value, " is none of its type's values: ", known));
-}
-
 void check_stored(const StoredDepth& stored) {
     const Image& image = stored.image;
     if (!image)
@@ -254,22 +224,32 @@ bool check_asked(bool asked, const NamedImage& result) {
     return asked;
 }
 
+void check_results(const StoredDepth& stored, const std::vector<description::Result>& results,
+                   std::vector<NamedImage> others) {
+    others.push_back({"the stored depth", stored.image});
+    for (const description::Result& result : results) {
+        const NamedImage named{result.name, *result.image};
+        if (!check_asked(result.wanted, named))
+            continue;
+        check_result(stored, named, result.shape.element, result.shape.layout, others);
+        others.push_back(named);
+    }
+}
+
+void make_results(const StoredDepth& stored, const std::vector<description::Result>& results) {
+    for (const description::Result& result : results)
+        if (result.wanted)
+            *result.image = Image(stored.image.device(), result.shape.element, result.shape.layout);
+}
+
 void check_result(const StoredDepth& stored, const Image& result, int channels) {
     check_result(stored, {"the result", result}, Element::f32, {stored.image.width(), stored.image.height(), channels},
                  {{"the stored depth", stored.image}});
 }
 
 int element_define(Element element) {
-    switch (element) {
-    case Element::f16:
-        return ELEMENT_HALF;
-    case Element::u16:
-        return ELEMENT_U16;
-    case Element::u8:
-        return ELEMENT_U8;
-    default:
-        return ELEMENT_FLOAT;
-    }
+    static constexpr int none = -1, defines[] = {ELEMENT_U8, ELEMENT_U16, none, ELEMENT_HALF, ELEMENT_FLOAT};
+    return defines[static_cast<std::size_t>(element)];
 }
 
 params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "description/result.hpp"
 #include "params.h"
 #include "runtime/launch.hpp"
 
@@ -51,6 +52,14 @@ bool check_asked(bool asked, const NamedImage& result);
 void check_result(const StoredDepth& stored, const NamedImage& result, Element element, const Layout& shape,
                   const std::vector<NamedImage>& others = {});
 
+/// The same for each of several results that is asked for. Each is another one's other.
+/// Throws: as `check_asked`, too.
+void check_results(const StoredDepth& stored, const std::vector<description::Result>& results,
+                   std::vector<NamedImage> others);
+
+/// An image for each that is asked for.
+void make_results(const StoredDepth& stored, const std::vector<description::Result>& results);
+
 /// The same for a result that has the size of the stored depth, a float in each channel, and may not share memory with
 /// it.
 void check_result(const StoredDepth& stored, const Image& result, int channels);
@@ -61,14 +70,6 @@ void check_device(const StoredDepth& stored, const NamedImage& other);
 /// Is it a picture of the depth's size: three channels, or four with an alpha?
 /// Throws: std::invalid_argument naming the picture, what it is and what it must be.
 void check_picture(const StoredDepth& stored, const NamedImage& picture);
-
-/// Is the value one of its type's, whose names are given from 0 on?
-/// Throws: std::invalid_argument naming the option, the value and the names.
-void check_enum(const char* option, int value, std::span<const char* const> names);
-template <typename Enum, std::size_t count>
-void check_enum(const char* option, Enum value, const char* const (&names)[count]) {
-    check_enum(option, static_cast<int>(value), std::span<const char* const>(names));
-}
 
 /// A picture's element, as kernels are built for it: ELEMENT of params.h.
 int element_define(Element element);
@@ -81,6 +82,11 @@ params::place_params place_parameters(const Image& image);
 
 /// The device's vector width, or the largest that is no wider than that many columns.
 int vector_width_for(const Device& device, int columns);
+
+/// What a kernel runs over whose work items make so many columns each.
+inline runtime::Range range_of(int width, int height, int vector_width = 1) {
+    return {static_cast<std::size_t>((width - 1) / vector_width + 1), static_cast<std::size_t>(height)};
+}
 
 /// Should a result be written past the cache? Only aligned rows can be, and only large images gain.
 bool worth_streaming(const Image& result, int vector_width);

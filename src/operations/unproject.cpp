@@ -2,7 +2,7 @@
 
 #include <fathom/unproject.hpp>
 
-#include "camera/world_rays.hpp"
+#include "camera/rays.hpp"
 #include "description/check.hpp"
 #include "description/unproject.hpp"
 #include "operations/parameters.hpp"
@@ -35,9 +35,8 @@ void unproject(const StoredDepth& stored, const Image& result, const UnprojectOp
     const int vector_width = vector_width_for(device, width);
     auto defines = decoder_defines(form, view, stored.storage, vector_width, worth_streaming(result, vector_width));
     defines.emplace_back("CHANNELS", options.channels);
-    const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::launch(device, runtime::kernel(device, "unproject", defines),
-                    {columns, static_cast<std::size_t>(result.height())}, stored.image, result,
+                    range_of(width, result.height(), vector_width), stored.image, result,
                     grid_parameters(stored, result, 0, width),
                     depth_parameters(form, stored.storage, options.background, arithmetic),
                     ray_parameters(view, arithmetic), ray_parameters(target, arithmetic));

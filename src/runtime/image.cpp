@@ -78,15 +78,8 @@ std::shared_ptr<_cl_mem> runtime::shared(cl_mem buffer) {
 }
 
 std::size_t element_bytes(Element element) {
-    switch (element) {
-    case Element::u8:
-        return 1;
-    case Element::u16:
-    case Element::f16:
-        return 2;
-    default:
-        return 4;
-    }
+    static constexpr std::size_t bytes[] = {1, 2, 4, 2, 4}; // of u8, u16, u32, f16, f32
+    return bytes[static_cast<std::size_t>(element)];
 }
 
 Element element_of(Storage storage) {

@@ -3,7 +3,6 @@
 #include "params.h"
 #include "runtime/program.hpp"
 #include "runtime/state.hpp"
-#include "text.hpp"
 
 #include <fathom/image.hpp>
 
@@ -17,18 +16,9 @@ struct Range {
 };
 
 inline std::string argument_type(const Image& image) {
-    switch (image.element()) {
-    case Element::u8:
-        return "uchar*";
-    case Element::u16:
-    case Element::f16:
-        return "ushort*";
-    case Element::u32:
-        return "uint*";
-    case Element::f32:
-        return "float*";
-    }
-    return "?";
+    static constexpr const char* types[] = {"uchar*", "ushort*", "uint*", "ushort*",
+                                            "float*"}; // in the order of Element
+    return types[static_cast<std::size_t>(image.element())];
 }
 template <typename Params>
 std::string argument_type(const Params& params) {

@@ -2,7 +2,6 @@
 
 #include <fathom/probe.hpp>
 
-#include <cstdint>
 #include <vector>
 
 namespace fathom::runtime {

@@ -2,14 +2,11 @@
 #include "inputs.hpp"
 
 #include "camera_file/file.hpp"
-#include "sequence/frame_pattern.hpp"
 #include "terminal/exit.hpp"
 
 #include <fathom/error.hpp>
 
 #include <fmt/format.h>
-
-#include <filesystem>
 
 namespace fathom::cli {
 
@@ -30,17 +27,11 @@ void Inputs::add(const std::string& argument) const {
     if (io::is_folder(argument)) {
         add_files(argument, sequence::depth_files_in(argument));
     } else if (const auto pattern = FramePattern::in(argument); pattern && !io::is_there(argument)) {
-        there_.push_back(pattern->files());
-        if (there_.back().empty())
+        const std::map<Frame, std::string> files = pattern->files();
+        if (files.empty())
             throw Error(argument + ": no frame of this name is there; check the folder, and how many figures the "
                                    "numbers have (%04d and #### mean four)");
-        const std::size_t source = there_.size() - 1;
-        if (frames)
-            for (const Frame frame : *frames)
-                all_.push_back({pattern->name(frame), frame, source});
-        else
-            for (const auto& [frame, file] : there_.back())
-                all_.push_back({file, frame, source});
+        add_sequence(*pattern, files);
     } else if (sequence::has_glob(argument) && !io::is_there(argument)) {
         add_files(argument, sequence::matching_files(argument));
     } else {
@@ -60,19 +51,21 @@ void Inputs::add_files(const std::string& argument, const std::vector<std::strin
         throw UsageError(fmt::format("--frames: {} holds more than one sequence; give the name of one, as in "
                                      "shot.####.exr",
                                      argument));
-    const std::size_t source = there_.size();
-    there_.emplace_back();
     if (common)
-        there_.back() = common->second;
+        return add_sequence(common->first, common->second);
+    for (const std::string& file : files)
+        all_.push_back({file, frame_of(file), there_.size()});
+    there_.emplace_back();
+}
+
+void Inputs::add_sequence(const FramePattern& pattern, const std::map<Frame, std::string>& files) const {
     if (frames)
         for (const Frame frame : *frames)
-            all_.push_back({common->first.name(frame), frame, source});
-    else if (common)
-        for (const auto& [frame, file] : common->second)
-            all_.push_back({file, frame, source});
+            all_.push_back({pattern.name(frame), frame, there_.size()});
     else
-        for (const std::string& file : files)
-            all_.push_back({file, frame_of(file), source});
+        for (const auto& [frame, file] : files)
+            all_.push_back({file, frame, there_.size()});
+    there_.push_back(files);
 }
 
 std::optional<Frame> frame_of(const std::string& file) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "sequence/frame_range.hpp"
+#include "sequence/frame_pattern.hpp"
 
 #include <cstddef>
 #include <map>
@@ -43,6 +43,7 @@ public:
 private:
     void add(const std::string& argument) const;
     void add_files(const std::string& argument, const std::vector<std::string>& files) const;
+    void add_sequence(const sequence::FramePattern& pattern, const std::map<Frame, std::string>& files) const;
 
     mutable std::vector<Input> all_;
     mutable std::vector<std::map<Frame, std::string>> there_; ///< of each source

@@ -6,6 +6,7 @@
 
 #include "camera_file/edit_distance.hpp"
 #include "camera_file/file.hpp"
+#include "description/range.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>
@@ -95,10 +96,7 @@ std::string nearest(std::string_view name, const std::vector<std::string>& known
 }
 
 std::string one_of(const std::vector<std::string>& names) {
-    std::string text;
-    for (std::size_t i = 0; i < names.size(); ++i)
-        text += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
-    return text;
+    return description::in_words(names);
 }
 
 std::string in_words(const Look& look) {

@@ -48,20 +48,14 @@ int convert(const CameraArguments& options) {
 
 std::function<int()> configure_camera(CLI::App& app) {
     const auto options = std::make_shared<CameraArguments>();
-    app.add_option("FILE", options->camera.file,
-                   "camera file, glTF, transforms.json, OpenCV or ROS calibration,\nCOLMAP folder, or EXR")
-        ->type_name("FILE")
-        ->required()
-        ->group("Input");
-    app.add_option("--preset", options->camera.preset,
-                   "what the values of the depth mean where FILE does not say it:\n"
-                   "a source (fathom presets), or keys as in encoding=view-z")
-        ->type_name("NAME[:KEY=VALUE,...]")
-        ->group("Input");
+    add_option(app, "Input", "FILE", "FILE", options->camera.file,
+               "camera file, glTF, transforms.json, OpenCV or ROS calibration,\nCOLMAP folder, or EXR")
+        ->required();
+    add_option(app, "Input", "--preset", "NAME[:KEY=VALUE,...]", options->camera.preset,
+               "what the values of the depth mean where FILE does not say it:\n"
+               "a source (fathom presets), or keys as in encoding=view-z");
     add_import_options(app, options->camera);
-    app.add_option("-o,--output", options->output, "camera file to write (default: print it)")
-        ->type_name("OUT.json")
-        ->group("Output");
+    add_option(app, "Output", "-o,--output", "OUT.json", options->output, "camera file to write (default: print it)");
     app.add_flag("--strict", options->strict, "take warnings for errors")->group("Report");
     return [options] { return convert(*options); };
 }

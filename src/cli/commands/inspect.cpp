@@ -62,16 +62,9 @@ std::optional<Packing> found_packing(const std::string& file) {
     std::optional<Packing> found;
     for (const Packing packing :
          {Packing::rgb_red_low, Packing::rgb_red_high, Packing::rgba_red_low, Packing::rgba_red_high}) {
-        DepthFile depth;
-        try {
-            depth = read_depth(file, {.packing = packing});
-        } catch (const io::UnansweredRead&) {
-            throw;
-        } catch (const Error&) { // the image has no such channels
-            continue;
-        }
-        if (!rank_encodings(on_host(depth.values, depth.storage)).family)
-            continue;
+        const auto depth = io::if_any([&] { return read_depth(file, {.packing = packing}); });
+        if (!depth || !rank_encodings(on_host(depth->values, depth->storage)).family)
+            continue; // the image has no such channels, or no such values
         if (found)
             return std::nullopt;
         found = packing;
@@ -80,16 +73,10 @@ std::optional<Packing> found_packing(const std::string& file) {
 }
 
 DepthFile read_without_camera(const InspectArguments& options, std::optional<Packing>& packing) {
-    try {
-        return read_depth(options.file, {.channel = options.channel});
-    } catch (const io::UnansweredRead&) {
-        throw;
-    } catch (const Error&) {
-        packing = options.channel.empty() ? found_packing(options.file) : std::nullopt;
-        if (!packing)
-            throw;
-        return read_depth(options.file, {.packing = packing});
-    }
+    if (auto depth = io::if_any([&] { return read_depth(options.file, {.channel = options.channel}); }))
+        return *depth;
+    packing = options.channel.empty() ? found_packing(options.file) : std::nullopt;
+    return read_depth(options.file, {.channel = options.channel, .packing = packing});
 }
 
 // The camera that was given, or that of the header. One that leaves the values open or cannot be used describes nothing.
@@ -141,15 +128,7 @@ const char* no_surfaces(const CameraFindings& found) {
 }
 
 const char* name_of(DepthBits bits) {
-    switch (bits) {
-    case DepthBits::d16:
-        return "16-bit integer";
-    case DepthBits::d24:
-        return "24-bit integer";
-    case DepthBits::d32f:
-        return "32-bit float";
-    }
-    return "unknown";
+    return bits == DepthBits::d16 ? "16-bit integer" : bits == DepthBits::d24 ? "24-bit integer" : "32-bit float";
 }
 
 // Degrees across and down between the rays at the middles of opposite edges; none under an orthographic camera.
@@ -169,20 +148,15 @@ std::optional<std::array<double, 2>> field_of_view(const CameraFindings& found) 
 nlohmann::ordered_json as_json(const CameraFindings& found) {
     const auto view = field_of_view(found);
     nlohmann::ordered_json range, surfaces, attainable;
-    for (const RangePoint& point : found.range) {
-        range[point.name] = {{"stored", json_number(point.stored)}, {"z", json_number(point.z)}};
-        if (point.spacing) {
-            range[point.name]["spacing"] = json_number(*point.spacing);
-            range[point.name]["error_bound"] = json_number(*point.error_bound);
-        }
-    }
-    for (const SurfacePoint& surface : found.surfaces) {
-        surfaces[surface.name] = {{"z", json_number(surface.z)}, {"x", surface.x}, {"y", surface.y}};
-        if (surface.spacing) {
-            surfaces[surface.name]["spacing"] = json_number(*surface.spacing);
-            surfaces[surface.name]["error_bound"] = json_number(*surface.error_bound);
-        }
-    }
+    const auto add = [](nlohmann::ordered_json& points, const auto& point, nlohmann::ordered_json place) {
+        if (point.spacing)
+            place.update({{"spacing", json_number(*point.spacing)}, {"error_bound", json_number(*point.error_bound)}});
+        points[point.name] = std::move(place);
+    };
+    for (const RangePoint& point : found.range)
+        add(range, point, {{"stored", json_number(point.stored)}, {"z", json_number(point.z)}});
+    for (const SurfacePoint& surface : found.surfaces)
+        add(surfaces, surface, {{"z", json_number(surface.z)}, {"x", surface.x}, {"y", surface.y}});
     for (const auto& [place, z] : found.attainable)
         attainable[place] = json_number(z);
     return {{"encoding", to_string(found.camera.encoding)},
@@ -357,10 +331,8 @@ int inspect(const InspectArguments& options) {
 
 std::function<int()> configure_inspect(CLI::App& app) {
     const auto options = std::make_shared<InspectArguments>();
-    app.add_option("DEPTH", options->file, "depth image: EXR, 16-bit PNG, TIFF, PFM or NPY")
-        ->type_name("DEPTH")
-        ->required()
-        ->group("Input");
+    add_option(app, "Input", "DEPTH", "DEPTH", options->file, "depth image: EXR, 16-bit PNG, TIFF, PFM or NPY")
+        ->required();
     add_camera_options(app, options->camera, "also show what this camera file makes of the values");
     add_channel_option(app, options->channel);
     app.add_flag("--json", options->json, "print one JSON object")->group("Report");

@@ -21,7 +21,8 @@ const char* to_string(description::Kind kind) {
     return names[static_cast<std::size_t>(kind)];
 }
 
-nlohmann::ordered_json as_json(const Option& option, const std::vector<Option>& others) {
+nlohmann::ordered_json as_json(const description::Operation& operation, const Option& option,
+                               const std::vector<Option>& others) {
     nlohmann::ordered_json json{{"name", option.name},
                                 {"program", spelled(option)},
                                 {"kind", to_string(option.kind)},
@@ -29,18 +30,31 @@ nlohmann::ordered_json as_json(const Option& option, const std::vector<Option>& 
                                 {"words", option.words}};
     json["default"] = option.by_default ? nlohmann::ordered_json(*option.by_default) : nlohmann::ordered_json();
     json["choices"] = option.choices;
-    if (option.kind == Option::Kind::number && !option.range.few[0]) {
+    if (option.range.few[0]) {
+        for (const std::optional<double>& number : option.range.few)
+            if (number)
+                json["values"].push_back(*number);
+    } else if (option.kind == Option::Kind::number) {
         json["whole"] = option.range.whole;
         json["least"] = json_number(option.range.least);
         json["least_excluded"] = option.range.least_excluded;
         json["most"] = json_number(option.range.most);
         json["most_excluded"] = option.range.most_excluded;
         json["infinite"] = option.range.infinite;
+        if (option.range.beside)
+            json["beside"] = *option.range.beside;
     }
-    json["excludes"] = nlohmann::ordered_json::array();
+    json["needs"] = json["excludes"] = nlohmann::ordered_json::array();
+    const std::string_view name = option.name;
+    for (const auto& [one, other] : operation.needing)
+        if (one && one == name)
+            json["needs"].push_back(other);
     for (const Option& other : others)
-        if (option.excludes(other) && std::string_view(option.name) != other.name)
+        if (option.excludes(other) && name != other.name)
             json["excludes"].push_back(other.name);
+    for (const auto& [one, other] : operation.excluding)
+        if (one && (one == name || other == name))
+            json["excludes"].push_back(one == name ? other : one);
     return json;
 }
 
@@ -62,7 +76,7 @@ void print_operations(bool in_json) {
             fmt::print("{}: {}\n", operation.name, operation.summary);
         for (const std::vector<Option>* listed : {&operation.lens, &operation.options})
             for (const Option& option : *listed) {
-                options.push_back(as_json(option, *listed));
+                options.push_back(as_json(operation, option, *listed));
                 if (!in_json)
                     fmt::print("    {:<18} {}{}\n", option.name, option.accepted(),
                                option.by_default ? "; default: " + *option.by_default : "; required");

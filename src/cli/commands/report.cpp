@@ -235,30 +235,21 @@ int report(const ReportArguments& options) {
 
 std::function<int()> configure_report(CLI::App& app) {
     auto options = std::make_shared<ReportArguments>();
-    app.add_option("OUT", options->files[output_role].arguments,
-                   "results: files, a folder, or 'ao.####.exr', 'ao.%04d.exr' or 'ao.*.exr'")
-        ->type_name("OUT")
-        ->required()
-        ->group("Input");
-    app.add_option("--log", options->logs, "what --log of the command wrote: inputs, times, warnings, camera")
-        ->type_name("FILE")
-        ->group("Input");
-    app.add_option("--input", options->files[input_role].arguments,
-                   "images to compare the results with: as OUT (default: those of\nthe log)")
-        ->type_name("IMAGE")
-        ->group("Input");
-    app.add_option("--depth", options->files[depth_role].arguments,
-                   "depth images to show beside them (default: those of the log)")
-        ->type_name("DEPTH")
-        ->group("Input");
-    app.add_option("--channel", options->channel, "EXR channel or layer of the results, as for fathom show")
-        ->type_name("NAME")
-        ->group("Input");
-    app.add_option("-o,--output", options->page, "page to write")->type_name("PAGE.html")->required()->group("Output");
+    add_option(app, "Input", "OUT", "OUT", options->files[output_role].arguments,
+               "results: files, a folder, or 'ao.####.exr', 'ao.%04d.exr' or 'ao.*.exr'")
+        ->required();
+    add_option(app, "Input", "--log", "FILE", options->logs,
+               "what --log of the command wrote: inputs, times, warnings, camera");
+    add_option(app, "Input", "--input", "IMAGE", options->files[input_role].arguments,
+               "images to compare the results with: as OUT (default: those of\nthe log)");
+    add_option(app, "Input", "--depth", "DEPTH", options->files[depth_role].arguments,
+               "depth images to show beside them (default: those of the log)");
+    add_option(app, "Input", "--channel", "NAME", options->channel,
+               "EXR channel or layer of the results, as for fathom show");
+    add_option(app, "Output", "-o,--output", "PAGE.html", options->page, "page to write")->required();
     add_map_option(app, options->map);
-    app.add_option("--title", options->title, "heading of the page (default: the name of the results)")
-        ->type_name("TEXT")
-        ->group("Output");
+    add_option(app, "Output", "--title", "TEXT", options->title,
+               "heading of the page (default: the name of the results)");
     app.add_flag("--json", options->json, "print a line of JSON")->group("Report");
     return [options] { return report(*options); };
 }

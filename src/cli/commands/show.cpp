@@ -167,20 +167,14 @@ bool take_range(const std::string& text, RangeWish& wish) {
 
 std::function<int()> configure_show(CLI::App& app) {
     auto options = std::make_shared<ShowArguments>();
-    app.add_option("FILE", options->files.arguments,
-                   "results or depth images: EXR, PNG, TIFF, PFM, NPY, PGM or HDR.\nAlso a folder, or "
-                   "'ao.####.exr', 'ao.%04d.exr' or 'ao.*.exr'")
-        ->type_name("FILE")
-        ->required()
-        ->group("Input");
-    app.add_option("--channel", options->channel,
-                   "EXR channel or layer to show (default: the result's own, or\nnormals, depth, a picture)")
-        ->type_name("NAME")
-        ->group("Input");
-    app.add_option("-o,--output", options->output,
-                   "PNG to write, a folder, or ao.####.png\n(default: FILE with .show.png for its extension)")
-        ->type_name("PICTURE.png")
-        ->group("Output");
+    add_option(app, "Input", "FILE", "FILE", options->files.arguments,
+               "results or depth images: EXR, PNG, TIFF, PFM, NPY, PGM or HDR.\nAlso a folder, or "
+               "'ao.####.exr', 'ao.%04d.exr' or 'ao.*.exr'")
+        ->required();
+    add_option(app, "Input", "--channel", "NAME", options->channel,
+               "EXR channel or layer to show (default: the result's own, or\nnormals, depth, a picture)");
+    add_option(app, "Output", "-o,--output", "PICTURE.png", options->output,
+               "PNG to write, a folder, or ao.####.png\n(default: FILE with .show.png for its extension)");
     app.add_option("--range", "values at the ends of the map (default: the least and the\ngreatest, without rare ones)")
         ->type_name("MIN:MAX")
         ->check(CLI::Validator(
@@ -196,15 +190,13 @@ std::function<int()> configure_show(CLI::App& app) {
             if (text == to_string(scale))
                 options->range.scale = scale;
     };
-    app.add_option_function<std::string>("--scale", set_scale,
-                                         "between them: linear, by the logarithm, or by 1 / value\n(default: auto, the "
-                                         "one that uses the colours most "
-                                         "evenly)")
-        ->type_name("auto|linear|log|inverse")
-        ->check(is_one_of({"auto", "linear", "log", "inverse"}))
-        ->group("Output");
+    add_option(app, "Output", "--scale", "auto|linear|log|inverse", set_scale,
+               "between them: linear, by the logarithm, or by 1 / value\n(default: auto, the "
+               "one that uses the colours most "
+               "evenly)")
+        ->check(is_one_of({"auto", "linear", "log", "inverse"}));
     add_map_option(app, options->map);
-    app.add_option("--unit", options->unit, "unit of the values, for the legend")->type_name("NAME")->group("Output");
+    add_option(app, "Output", "--unit", "NAME", options->unit, "unit of the values, for the legend");
     app.add_flag_callback(
            "--no-legend", [options] { options->legend = false; }, "the picture alone, a pixel for each pixel")
         ->group("Output");

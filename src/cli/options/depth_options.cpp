@@ -79,46 +79,36 @@ CLI::Option* add_numbers_option(CLI::App& app, const char* name, const char* for
 }
 
 void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description) {
-    app.add_option("--camera", camera.file, description)->type_name("FILE")->group("Input");
-    app.add_option("--preset", camera.preset,
-                   "the source of the depth, and what it or the camera leaves open, as in\n"
-                   "carla:fov_x_deg=90 (fathom presets) or encoding=view-z")
-        ->type_name("NAME[:KEY=VALUE,...]")
-        ->group("Input");
+    add_option(app, "Input", "--camera", "FILE", camera.file, description);
+    add_option(app, "Input", "--preset", "NAME[:KEY=VALUE,...]", camera.preset,
+               "the source of the depth, and what it or the camera leaves open, as in\n"
+               "carla:fov_x_deg=90 (fathom presets) or encoding=view-z");
     add_import_options(app, camera);
 }
 
 void add_import_options(CLI::App& app, CameraOption& camera) {
-    app.add_option("--image", camera.image, "whose camera of COLMAP or transforms.json")
-        ->type_name("NAME")
-        ->group("Input");
-    app.add_option("--node", camera.node, "which camera of glTF")->type_name("NAME|INDEX")->group("Input");
+    add_option(app, "Input", "--image", "NAME", camera.image, "whose camera of COLMAP or transforms.json");
+    add_option(app, "Input", "--node", "NAME|INDEX", camera.node, "which camera of glTF");
     app.add_flag("--undistorted", camera.undistorted,
                  "the depth has been undistorted: take P of ROS, or the matrix of\nOpenCV without its distortion")
         ->group("Input");
 }
 
 void add_channel_option(CLI::App& app, std::string& channel) {
-    app.add_option("--channel", channel,
-                   "EXR channel that holds the depth\n(default: Z, *.Depth.Z, V, *.Depth.V, *.Depth, *.ZDepth, *.Z, "
-                   "Y,\nor the only one)")
-        ->type_name("NAME")
-        ->group("Input");
+    add_option(app, "Input", "--channel", "NAME", channel,
+               "EXR channel that holds the depth\n(default: Z, *.Depth.Z, V, *.Depth.V, *.Depth, *.ZDepth, *.Z, "
+               "Y,\nor the only one)");
 }
 
 void add_device_options(CLI::App& app, DeviceOption& device) {
-    app.add_option("--device", device.wanted,
-                   "where to compute: cpu, gpu, or an index or part of a name\n"
-                   "as `fathom devices` lists them (default: a GPU if there is one)")
-        ->type_name("DEVICE")
-        ->group("Device");
-    app.add_option("--threads", device.threads,
-                   "how many threads work at once: those of a CPU device (PoCL), or\nthose that read and write "
-                   "(default: all cores)")
-        ->type_name("N")
+    add_option(app, "Device", "--device", "DEVICE", device.wanted,
+               "where to compute: cpu, gpu, or an index or part of a name\n"
+               "as `fathom devices` lists them (default: a GPU if there is one)");
+    add_option(app, "Device", "--threads", "N", device.threads,
+               "how many threads work at once: those of a CPU device (PoCL), or\nthose that read and write "
+               "(default: all cores)")
         ->check(is_a_number("whole number from 1 to 4096",
-                            [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }))
-        ->group("Device");
+                            [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }));
 }
 
 namespace {
@@ -131,12 +121,10 @@ void add_frame_options(CLI::App& app, DepthOptions& options) {
             throw CLI::ValidationError("--frames", error.what());
         }
     };
-    app.add_option_function<std::string>("--frames", take,
-                                         "frames of shot.####.exr, as in 1-240, 1-240x2 (every second),\n"
-                                         "1-240y2 (the others), 1-240:4 (x4, x3, x2, x1) or 1-9,20\n"
-                                         "(default: those that are there)")
-        ->type_name("RANGE")
-        ->group("Frames");
+    add_option(app, "Frames", "--frames", "RANGE", take,
+               "frames of shot.####.exr, as in 1-240, 1-240x2 (every second),\n"
+               "1-240y2 (the others), 1-240:4 (x4, x3, x2, x1) or 1-9,20\n"
+               "(default: those that are there)");
     add_enum_option(app, "--missing", options.inputs.missing,
                     {{"error", Missing::error}, {"skip", Missing::skip}, {"hold", Missing::hold}},
                     "a frame without its files is an error (default), is left out\n"
@@ -146,20 +134,18 @@ void add_frame_options(CLI::App& app, DepthOptions& options) {
 }
 
 void add_run_options(CLI::App& app, DepthOptions& options) {
-    app.add_option_function<std::string>(
-           "--memory", [&options](const std::string& text) { options.memory = *bytes_of(text); },
-           "memory that the images of all inputs in work may take, and as\n"
-           "much for an operation beside them, as in 8G or 500M. Large images\n"
-           "are done in bands then (default: a quarter of the machine's for\n"
-           "the images)")
-        ->type_name("SIZE")
+    add_option(
+        app, "Device", "--memory", "SIZE", [&options](const std::string& text) { options.memory = *bytes_of(text); },
+        "memory that the images of all inputs in work may take, and as\n"
+        "much for an operation beside them, as in 8G or 500M. Large images\n"
+        "are done in bands then (default: a quarter of the machine's for\n"
+        "the images)")
         ->check(CLI::Validator(
             [](std::string& text) {
                 return bytes_of(text) ? std::string()
                                       : "'" + text + "' will not do; it is a number above 0 and K, M, G or T, as in 8G";
             },
-            ""))
-        ->group("Device");
+            ""));
     add_enum_option(
         app, "--progress", options.progress,
         {{"auto", ProgressKind::automatic}, {"openjd", ProgressKind::openjd}, {"off", ProgressKind::off}},
@@ -179,12 +165,10 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
                 given.push_back({option->get_name(), option->results(), option->get_group() == "Input"});
         return given;
     };
-    app.add_option("DEPTH", options.inputs.arguments,
-                   "depth images: EXR, 16-bit PNG, TIFF, PFM or NPY. Also a folder,\n"
-                   "or 'shot.####.exr', 'shot.%04d.exr' or 'shot.*.exr'")
-        ->type_name("DEPTH")
-        ->required()
-        ->group("Input");
+    add_option(app, "Input", "DEPTH", "DEPTH", options.inputs.arguments,
+               "depth images: EXR, 16-bit PNG, TIFF, PFM or NPY. Also a folder,\n"
+               "or 'shot.####.exr', 'shot.%04d.exr' or 'shot.*.exr'")
+        ->required();
     options.camera.inputs = [&options]() -> const std::vector<Input>& { return options.inputs.all(); };
     add_camera_options(app, options.camera,
                        "camera file, glTF, transforms.json, OpenCV or ROS calibration,\n"
@@ -195,25 +179,19 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     std::vector<std::string> formats;
     for (const std::string& extension : product.extensions)
         formats.push_back(extension.substr(1));
-    app.add_option("-o,--output", options.output,
-                   "file to write (" + CLI::detail::join(product.extensions, " ") +
-                       "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr")
-        ->type_name("OUT")
-        ->required()
-        ->group("Output");
-    app.add_option_function<std::string>(
-           "--format", [&options](const std::string& format) { options.format = "." + format; },
-           "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() + ")")
-        ->type_name("TYPE")
-        ->check(is_one_of(formats))
-        ->group("Output");
+    add_option(app, "Output", "-o,--output", "OUT", options.output,
+               "file to write (" + CLI::detail::join(product.extensions, " ") +
+                   "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr")
+        ->required();
+    add_option(
+        app, "Output", "--format", "TYPE", [&options](const std::string& format) { options.format = "." + format; },
+        "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() + ")")
+        ->check(is_one_of(formats));
     if (!product.png_scale)
-        app.add_option_function<double>(
-               "--png-scale", [&options](double scale) { options.png_scale = scale; },
-               "write .png as round(value × S × 65535), 16 bits")
-            ->type_name("S")
-            ->check(is_a_number("number above 0", [](double scale) { return scale > 0; }))
-            ->group("Output");
+        add_option(
+            app, "Output", "--png-scale", "S", [&options](double scale) { options.png_scale = scale; },
+            "write .png as round(value × S × 65535), 16 bits")
+            ->check(is_a_number("number above 0", [](double scale) { return scale > 0; }));
 
     app.add_flag("--append", options.append,
                  "write a copy of the input EXR that has the result beside its own\nchannels")
@@ -240,12 +218,10 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
                  "keep what is finished: results say what made them, and a frame\nis made only if that changed "
                  "(docs/sequences.md)")
         ->group("Frames");
-    app.add_option(
-           "--log", options.log,
-           "append lines of JSON to FILE: one for this run, and one for each\nframe with its times and warnings. - is "
-           "stdout, in place of other lines")
-        ->type_name("FILE")
-        ->group("Report");
+    add_option(
+        app, "Report", "--log", "FILE", options.log,
+        "append lines of JSON to FILE: one for this run, and one for each\nframe with its times and warnings. - is "
+        "stdout, in place of other lines");
     add_run_options(app, options);
 
     add_device_options(app, options.device);

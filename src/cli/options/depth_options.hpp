@@ -6,10 +6,25 @@
 
 #include <functional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace fathom::cli {
+
+/// Adds an option to a group of the help. `target`: what it sets, or what is called with its text or its number.
+template <typename Target>
+CLI::Option* add_option(CLI::App& app, const char* group, const char* name, const std::string& type, Target&& target,
+                        const std::string& words) {
+    CLI::Option* option;
+    if constexpr (std::is_invocable_v<Target, std::string>)
+        option = app.add_option_function<std::string>(name, target, words);
+    else if constexpr (std::is_invocable_v<Target, double>)
+        option = app.add_option_function<double>(name, target, words);
+    else
+        option = app.add_option(name, target, words);
+    return option->type_name(type)->group(group);
+}
 
 /// Adds the options of `DepthOptions` for what comes out.
 void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product);

@@ -170,16 +170,12 @@ std::vector<std::string> lens_doubts(const LensArguments& lens, const CircleOfCo
     const bool told = lens.focus && !lens.focus_at && !lens.focus_along && std::isfinite(*lens.focus);
     if (said.empty() && told && look.surfaces() > 0 && (circle.k != 0 || circle.g != 0)) {
         const auto nearest = static_cast<double>(look.nearest), farthest = static_cast<double>(look.farthest);
-        if (*lens.focus > 2 * farthest && look.background == 0)
+        const bool behind = *lens.focus > 2 * farthest && look.background == 0;
+        if (behind || *lens.focus < nearest / 2)
             said.push_back(
-                fmt::format("the focus of {} lies behind everything: depths run from {:.4g} to {:.4g}; --focus-at "
+                fmt::format("the focus of {} lies {} everything: depths run from {:.4g} to {:.4g}; --focus-at "
                             "X,Y focuses on what a pixel shows",
-                            number(*lens.focus), nearest, farthest));
-        if (*lens.focus < nearest / 2)
-            said.push_back(
-                fmt::format("the focus of {} lies before everything: depths run from {:.4g} to {:.4g}; --focus-at "
-                            "X,Y focuses on what a pixel shows",
-                            number(*lens.focus), nearest, farthest));
+                            number(*lens.focus), behind ? "behind" : "before", nearest, farthest));
     }
     return said;
 }

@@ -45,27 +45,21 @@ Product picture_product(const std::string& layer) {
 }
 
 void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what) {
-    app.add_option(
-           "--color", options.color,
-           what + ": EXR, JPEG, PNG, TIFF, HDR or PFM.\nIt has the depth's size (relative depth: its ratio of sides)")
-        ->type_name("IMAGE")
-        ->required()
-        ->group("Input");
-    app.add_option("--color-layer", options.color_layer,
-                   "EXR layer that holds the picture\n(default: R, G, B, or *.Combined, *.beauty, or the only one)")
-        ->type_name("NAME")
-        ->group("Input");
-    app.add_option_function<std::string>(
-           "--color-space",
-           [&options](const std::string& text) {
-               if (text != "auto")
-                   options.encoding = text == "srgb" ? ColorEncoding::srgb : ColorEncoding::linear;
-           },
-           "how the picture counts light. auto (default): JPEG and integers\n"
-           "are sRGB unless the file says linear, floats are linear")
-        ->type_name("auto|linear|srgb")
-        ->check(is_one_of({"auto", "linear", "srgb"}))
-        ->group("Input");
+    add_option(app, "Input", "--color", "IMAGE", options.color,
+               what +
+                   ": EXR, JPEG, PNG, TIFF, HDR or PFM.\nIt has the depth's size (relative depth: its ratio of sides)")
+        ->required();
+    add_option(app, "Input", "--color-layer", "NAME", options.color_layer,
+               "EXR layer that holds the picture\n(default: R, G, B, or *.Combined, *.beauty, or the only one)");
+    add_option(
+        app, "Input", "--color-space", "auto|linear|srgb",
+        [&options](const std::string& text) {
+            if (text != "auto")
+                options.encoding = text == "srgb" ? ColorEncoding::srgb : ColorEncoding::linear;
+        },
+        "how the picture counts light. auto (default): JPEG and integers\n"
+        "are sRGB unless the file says linear, floats are linear")
+        ->check(is_one_of({"auto", "linear", "srgb"}));
 }
 
 void use_picture(More& more, const PictureOptions& options) {

@@ -20,26 +20,22 @@ constexpr const char* relative_group = "Relative depth";
 } // namespace
 
 void add_relative_options(CLI::App& app, RelativeOptions& relative) {
-    CLI::Option* order =
-        app.add_option_function<std::string>(
-               "--relative",
-               [&relative](const std::string& text) {
-                   relative.order = text == "high-is-near" ? RelativeOrder::high_is_near : RelativeOrder::low_is_near;
-               },
-               "the depth has no unit and needs no camera: 8 or 16 bits, or\n"
-               "floats, as neural networks give it. Says which values are near")
-            ->type_name("high-is-near|low-is-near")
-            ->check(is_one_of({"high-is-near", "low-is-near"}))
-            ->group(relative_group);
+    CLI::Option* order = add_option(
+                             app, relative_group, "--relative", "high-is-near|low-is-near",
+                             [&relative](const std::string& text) {
+                                 relative.order =
+                                     text == "high-is-near" ? RelativeOrder::high_is_near : RelativeOrder::low_is_near;
+                             },
+                             "the depth has no unit and needs no camera: 8 or 16 bits, or\n"
+                             "floats, as neural networks give it. Says which values are near")
+                             ->check(is_one_of({"high-is-near", "low-is-near"}));
     for (const char* other : {"--camera", "--preset", "--image", "--node", "--undistorted", "--focus", "--focus-along",
                               "--f-stop", "--focal-length-mm", "--sensor-mm", "--mm-per-unit", "--circle"})
         order->excludes(other);
-    app.add_option("--blur-px", relative.blur_px,
-                   "circle, in pixels, where the depth is 1 more or less than at\nthe focus, of 0 to 1")
-        ->type_name("N")
+    add_option(app, relative_group, "--blur-px", "N", relative.blur_px,
+               "circle, in pixels, where the depth is 1 more or less than at\nthe focus, of 0 to 1")
         ->check(is_a_number("number from 0", [](double n) { return n >= 0; }))
-        ->needs(order)
-        ->group(relative_group);
+        ->needs(order);
     add_numbers_option(
         app, "--focus-range", "A,B", 2, [](const auto& n) { return n[0] >= 0 && n[0] <= n[1] && n[1] <= 1; },
         [&relative](const auto& n) {

@@ -4,6 +4,8 @@
 // Source: HTML standard, 4.12.1.3, Restrictions for contents of script elements.
 #include "page.hpp"
 
+#include <fmt/format.h>
+
 #include <map>
 #include <string_view>
 
@@ -16,19 +18,10 @@ std::string escaped(const std::string& json) {
     std::string text;
     text.reserve(json.size());
     for (const char c : json)
-        switch (c) {
-        case '<':
-            text += "\\u003c";
-            break;
-        case '>':
-            text += "\\u003e";
-            break;
-        case '&':
-            text += "\\u0026";
-            break;
-        default:
+        if (c == '<' || c == '>' || c == '&')
+            text += fmt::format("\\u{:04x}", static_cast<int>(c));
+        else
             text += c;
-        }
     return text;
 }
 

@@ -136,7 +136,11 @@
   }
 
   // ---- Legends and histograms.
-  const gradient = (colors) => `linear-gradient(to right, ${colors.join(", ")})`;
+  const key_of = (color, text) => {
+    const swatch = make("i");
+    swatch.style.background = color;
+    return make("span", {}, swatch, text);
+  };
 
   function histogram_of(counts, width) {
     const height = 96, bottom = 4, top = 20, most = Math.max(...counts, 1);
@@ -162,7 +166,7 @@
         section.append(make("img", { src: frame.images.depth, alt: `Depth of frame ${label(frame)} in false colour` }));
       if (found && found.histogram) section.append(make("div", { class: "histogram-place" }));
       const bar = make("div", { class: "bar" });
-      bar.style.background = gradient(layer.colors);
+      bar.style.background = `linear-gradient(to right, ${layer.colors.join(", ")})`;
       const ticks = layer.ticks.map((tick) => {
         const span = make("span", {}, tick.label);
         span.style.left = `${100 * tick.place}%`;
@@ -170,13 +174,8 @@
       });
       section.append(bar, make("div", { class: "ticks" }, ticks));
       if (found) {
-        const mark = (color, text) => {
-          const swatch = make("i");
-          swatch.style.background = color;
-          return make("span", {}, swatch, text);
-        };
-        const marks = [mark(data.marks.invalid, `${number(found.invalid)} invalid (${percent(found.invalid, found.pixels)})`)];
-        if (found.background) marks.push(mark(data.marks.background, `${percent(found.background, found.pixels)} background`));
+        const marks = [key_of(data.marks.invalid, `${number(found.invalid)} invalid (${percent(found.invalid, found.pixels)})`)];
+        if (found.background) marks.push(key_of(data.marks.background, `${percent(found.background, found.pixels)} background`));
         if (is_number(found.least)) marks.push(make("span", {}, `${short(found.least)} to ${short(found.greatest)}`));
         section.append(make("div", { class: "marks" }, marks));
       }
@@ -237,25 +236,18 @@
     return { svg, x, y, step, base: height - bottom, point: (i) => { now.setAttribute("x1", x(i)); now.setAttribute("x2", x(i)); }, finish: () => svg.append(now) };
   }
 
-  const key_of = (color, text) => {
-    const swatch = make("i");
-    swatch.style.background = color;
-    return make("span", {}, swatch, text);
-  };
-
-  // A line through the frames that have a value, parted where some have none.
-  function line_path(at, values) {
+  // A line through the frames that have a value, parted where some have none. What stands alone is a dot.
+  function draw_line(at, values, color) {
     let path = "", drawn = false;
     values.forEach((value, i) => {
       if (is_number(value)) path += `${drawn ? "L" : "M"}${at.x(i).toFixed(1)} ${at.y(value).toFixed(1)}`;
       drawn = is_number(value);
     });
-    return path;
-  }
-
-  function dots(at, values, color) {
-    const alone = values.map((value, i) => is_number(value) && !is_number(values[i - 1]) && !is_number(values[i + 1]) ? i : -1).filter((i) => i >= 0);
-    return alone.map((i) => make("rect", { x: at.x(i) - 2, y: at.y(values[i]) - 2, width: 4, height: 4, fill: color }));
+    at.svg.append(make("path", { d: path, fill: "none", stroke: color, "stroke-width": 2, "stroke-linejoin": "round" }));
+    values.forEach((value, i) => {
+      if (is_number(value) && !is_number(values[i - 1]) && !is_number(values[i + 1]))
+        at.svg.append(make("rect", { x: at.x(i) - 2, y: at.y(value) - 2, width: 4, height: 4, fill: color }));
+    });
   }
 
   const charts = [];
@@ -327,7 +319,7 @@
       (frame) => series.map(({ name, values }, s) => key_of(colors[s % 3], `${name} ${is_number(values[frames.indexOf(frame)]) ? number(values[frames.indexOf(frame)]) : "–"}`)),
       (width) => {
         const at = plot(width, 0, most || 1, most ? `Invalid pixels: at most ${number(most)}` : "Invalid pixels: none in any frame");
-        series.forEach(({ values }, s) => at.svg.append(make("path", { d: line_path(at, values), fill: "none", stroke: colors[s % 3], "stroke-width": 2, "stroke-linejoin": "round" }), ...dots(at, values, colors[s % 3])));
+        series.forEach(({ values }, s) => draw_line(at, values, colors[s % 3]));
         return at;
       });
   }
@@ -353,7 +345,7 @@
           if (is_number(value)) band += `M${(at.x(i) - bar / 2).toFixed(2)} ${at.y(value).toFixed(2)}h${bar.toFixed(2)}V${(at.y(high[i]) - 0.5).toFixed(2)}h${(-bar).toFixed(2)}z`;
         });
         at.svg.append(make("path", { d: band, fill: "var(--series-soft)" }));
-        at.svg.append(make("path", { d: line_path(at, middle), fill: "none", stroke: "var(--series)", "stroke-width": 2, "stroke-linejoin": "round" }), ...dots(at, middle, "var(--series)"));
+        draw_line(at, middle, "var(--series)");
         return at;
       });
   }

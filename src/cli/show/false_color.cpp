@@ -54,7 +54,7 @@ cv::Mat floats(const cv::Mat& image, double factor = 1) {
 
 // Values, and what is known of a channel of this name.
 Viewed values_called(const std::string& channel, const cv::Mat& values) {
-    Viewed viewed{.kind = Kind::values, .image = values, .name = channel, .unit = {}};
+    Viewed viewed{.kind = Kind::values, .image = values, .name = channel};
     for (const Known& each : known)
         if (channel == each.channel) {
             viewed.unit = each.unit;
@@ -64,34 +64,18 @@ Viewed values_called(const std::string& channel, const cv::Mat& values) {
 }
 
 Viewed values_of(const fs::path& file, const std::string& channel) {
-    const DepthFile read = read_depth(file, {.channel = channel, .packing = {}});
+    const DepthFile read = read_depth(file, {.channel = channel});
     return values_called(read.channel, floats(read.values));
 }
 
 Viewed normals_of(const fs::path& file, const std::string& layer) {
-    return {.kind = Kind::normals,
-            .image = read_normals(file, layer),
-            .name = layer.empty() ? "normals" : layer,
-            .unit = {}};
+    return {.kind = Kind::normals, .image = read_normals(file, layer), .name = layer.empty() ? "normals" : layer};
 }
 
 Viewed picture_in(const fs::path& file, const std::string& layer) {
     return {.kind = Kind::picture,
-            .image = read_picture(file, {.layer = layer, .encoding = {}, .windows = {}}).color,
-            .name = layer.empty() ? "R, G, B" : layer,
-            .unit = {}};
-}
-
-// What `read` gives, or nothing where the file has no such thing.
-template <typename Read>
-std::optional<Viewed> if_any(const Read& read) {
-    try {
-        return read();
-    } catch (const io::UnansweredRead&) {
-        throw;
-    } catch (const Error&) {
-        return std::nullopt;
-    }
+            .image = read_picture(file, {.layer = layer}).color,
+            .name = layer.empty() ? "R, G, B" : layer};
 }
 
 Viewed from_exr(const fs::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
@@ -99,7 +83,7 @@ Viewed from_exr(const fs::path& file, const std::vector<Channel>& channels, cons
         if (has(channels, wanted + ".R"))
             return picture_in(file, wanted);
         if (has(channels, wanted + ".X"))
-            if (auto normals = if_any([&] { return normals_of(file, wanted); }))
+            if (auto normals = io::if_any([&] { return normals_of(file, wanted); }))
                 return *normals;
         if (has(channels, wanted + ".X") && !has(channels, wanted))
             io::refuse(file,
@@ -115,9 +99,9 @@ Viewed from_exr(const fs::path& file, const std::vector<Channel>& channels, cons
         return normals_of(file, "N");
     if (!io::depth_channels(file).empty())
         return values_of(file, "");
-    if (auto picture = if_any([&] { return picture_in(file, ""); }))
+    if (auto picture = io::if_any([&] { return picture_in(file, ""); }))
         return *picture;
-    if (auto normals = if_any([&] { return normals_of(file, ""); }))
+    if (auto normals = io::if_any([&] { return normals_of(file, ""); }))
         return *normals;
     if (channels.size() == 1)
         return values_of(file, channels.front().name);
@@ -172,10 +156,9 @@ Viewed from_plain(const fs::path& file, const std::string& wanted) {
                 .image = floats(*image),
                 .name = image->depth() == CV_8U    ? "codes of 8 bits"
                         : image->depth() == CV_16U ? "codes of 16 bits"
-                                                   : "stored values",
-                .unit = {}};
+                                                   : "stored values"};
     if (any_negative(*image))
-        if (auto normals = if_any([&] { return normals_of(file, ""); }))
+        if (auto normals = io::if_any([&] { return normals_of(file, ""); }))
             return *normals;
     return picture_in(file, "");
 }

@@ -19,8 +19,8 @@ struct Viewed {
 
     Kind kind = Kind::values;
     cv::Mat image;            ///< CV_32FC1 values; CV_32FC3 vectors x, y, z; CV_32FC3 or 4 in linear light, B, G, R
-    std::string name;         ///< of the channel or the layer; of files without names what the values are
-    std::string unit;         ///< where the name says it; otherwise empty
+    std::string name = {};    ///< of the channel or the layer; of files without names what the values are
+    std::string unit = {};    ///< where the name says it; otherwise empty
     bool from_0_to_1 = false; ///< does the name say so?
 };
 

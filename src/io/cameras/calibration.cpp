@@ -4,6 +4,7 @@
 // as image_geometry has them), REP 118 (integers are millimetres, 0 is not measured; floats are metres, NaN is not).
 #include "camera_formats.hpp"
 
+#include "camera/form.hpp"
 #include "camera_file/file.hpp"
 
 #include <yaml-cpp/yaml.h>
@@ -173,9 +174,8 @@ Imported import_ros(const fs::path& file, const YAML::Node& map, const ImportOpt
     if (out.height > 0)
         imported.keys["height"] = std::max(1, out.height / out.down);
     if (options.storage) {
-        const bool floats = *options.storage == Storage::float32 || *options.storage == Storage::float16;
         imported.otherwise = {{"encoding", "view-z"}};
-        if (!floats)
+        if (!is_float(*options.storage))
             imported.otherwise.update({{"scale", 0.001}, {"missing", 0}});
     }
     return imported;

@@ -12,7 +12,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <sstream>
 
 namespace fs = std::filesystem;

@@ -457,13 +457,8 @@ Imported import_exr(const fs::path& file) {
 bool exr_has_camera(const fs::path& file) {
     if (!is_file(file) || !begins_like_exr(file))
         return false;
-    try {
-        return imported(file).has_value();
-    } catch (const UnansweredRead&) {
-        throw;
-    } catch (const Error&) {
-        return true; // it has one that cannot be used, and says why
-    }
+    const auto found = if_any([&] { return imported(file); });
+    return !found || found->has_value(); // one that cannot be used says why
 }
 
 } // namespace fathom::io

@@ -7,8 +7,6 @@
 #include "io/formats.hpp"
 #include "io/rows.hpp"
 
-#include <fathom/error.hpp>
-
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>

@@ -65,19 +65,9 @@ private:
 };
 
 Imf::Compression compression_of(ExrCompression compression) {
-    switch (compression) {
-    case ExrCompression::none:
-        return Imf::NO_COMPRESSION;
-    case ExrCompression::zips:
-        return Imf::ZIPS_COMPRESSION;
-    case ExrCompression::piz:
-        return Imf::PIZ_COMPRESSION;
-    case ExrCompression::dwaa:
-        return Imf::DWAA_COMPRESSION;
-    case ExrCompression::zip:
-        break;
-    }
-    return Imf::ZIP_COMPRESSION;
+    static constexpr Imf::Compression compressions[] = {
+        Imf::NO_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::ZIP_COMPRESSION, Imf::PIZ_COMPRESSION, Imf::DWAA_COMPRESSION};
+    return compressions[static_cast<std::size_t>(compression)];
 }
 
 // Of zlib. Its lowest level writes depth and occlusion in 0.7 times the time of OpenEXR's own, 4. Rendered frames get no

@@ -3,9 +3,7 @@
 #include "metadata.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
-#include <initializer_list>
 #include <string_view>
 
 namespace fathom::io {

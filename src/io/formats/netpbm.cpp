@@ -4,13 +4,10 @@
 // Source: Debevec's PFM notes; netpbm's pgm(5).
 #include "io/formats.hpp"
 
-#include <fathom/error.hpp>
-
 #include <opencv2/core.hpp>
 
 #include <algorithm>
 #include <charconv>
-#include <cstdint>
 #include <cstring>
 #include <string_view>
 

@@ -16,9 +16,10 @@ namespace {
 
 constexpr std::string_view magic = "\x93NUMPY";
 
+struct Type;
+
 struct Layout {
-    char kind = 0;             ///< 'f', 'u' or 'i', as NumPy names them
-    std::size_t bytes = 0;     ///< of an element
+    const Type* type = nullptr;
     bool little_endian = true; ///< the order of these bytes
     bool columns_first = false;
     int rows = 0, cols = 0, channels = 1;
@@ -43,19 +44,6 @@ std::string_view value_of(const std::filesystem::path& file, std::string_view he
         }
     }
     refuse(file, "is a NumPy array without \"" + key + "\" in its header; it is damaged, save it again");
-}
-
-void read_type(const std::filesystem::path& file, std::string_view text, Layout& layout) {
-    const std::string type(text.substr(0, text.find_first_of(",}")));
-    const bool known = text.size() > 4 && (text[0] == '\'' || text[0] == '"') && text[4] == text[0] &&
-                       std::string_view("<>=|").find(text[1]) != std::string_view::npos;
-    const std::string_view name = known ? text.substr(2, 2) : "";
-    static constexpr std::string_view types[] = {"f2", "f4", "f8", "u1", "u2", "u4", "u8", "i1", "i2", "i4", "i8"};
-    if (std::ranges::find(types, name) == std::end(types))
-        refuse(file, "is a NumPy array of " + type + "; save floats, or integers (array.astype(\"float32\"))");
-    layout.kind = name[0];
-    layout.bytes = static_cast<std::size_t>(name[1] - '0');
-    layout.little_endian = text[1] == '<' || (text[1] != '>' && is_little_endian);
 }
 
 void read_shape(const std::filesystem::path& file, std::string_view text, Layout& layout) {
@@ -106,54 +94,65 @@ cv::Mat converted(const Layout& layout, const unsigned char* data, int type, con
 }
 
 /// Integers of 8, 16 or 32 bits, which hold all that was stored.
-template <typename Element, typename Held>
-cv::Mat integers(const std::filesystem::path& file, const Layout& layout, const unsigned char* data, int type) {
-    return converted<Element, Held>(layout, data, type, [&](Element value, int x, int y) {
-        if (std::cmp_less(value, 0) || std::cmp_greater(value, std::numeric_limits<std::make_unsigned_t<Held>>::max()))
-            refuse(file, "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " + std::to_string(value) +
-                             ", which is no depth of 32 bits; save floats (array.astype(\"float32\"))");
-        return static_cast<Held>(value);
-    });
+template <typename Element, typename Held, int depth>
+cv::Mat integers(const std::filesystem::path& file, const Layout& layout, const unsigned char* data) {
+    return converted<Element, Held>(
+        layout, data, CV_MAKETYPE(depth, layout.channels), [&](Element value, int x, int y) {
+            if (std::cmp_less(value, 0) ||
+                std::cmp_greater(value, std::numeric_limits<std::make_unsigned_t<Held>>::max()))
+                refuse(file, "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " +
+                                 std::to_string(value) +
+                                 ", which is no depth of 32 bits; save floats (array.astype(\"float32\"))");
+            return static_cast<Held>(value);
+        });
 }
 
-/// One number for a type.
-constexpr std::size_t type_code(char kind, std::size_t bytes) {
-    return static_cast<std::size_t>(kind) * 16 + bytes;
+/// Floats, doubles of which are rounded.
+template <typename Element>
+cv::Mat floats(const std::filesystem::path&, const Layout& layout, const unsigned char* data) {
+    return converted<Element, float>(layout, data, CV_32FC(layout.channels),
+                                     [](Element value, int, int) { return static_cast<float>(value); });
 }
 
-cv::Mat image_of(const std::filesystem::path& file, const Layout& layout, const unsigned char* data) {
-    const auto same = [](auto value, int, int) { return value; };
-    const int n = layout.channels;
-    switch (type_code(layout.kind, layout.bytes)) {
-    case type_code('f', 2): {
-        const cv::Mat halves = converted<std::uint16_t, std::uint16_t>(layout, data, CV_16FC(n), same);
-        cv::Mat floats;
-        if (n > 1) // of a picture
-            halves.convertTo(floats, CV_32F);
-        return n > 1 ? floats : halves;
-    }
-    case type_code('f', 4):
-        return converted<float, float>(layout, data, CV_32FC(n), same);
-    case type_code('f', 8):
-        return converted<double, float>(layout, data, CV_32FC(n),
-                                        [](double value, int, int) { return static_cast<float>(value); });
-    case type_code('u', 1):
-        return integers<std::uint8_t, std::uint8_t>(file, layout, data, CV_8UC(n));
-    case type_code('i', 1):
-        return integers<std::int8_t, std::uint8_t>(file, layout, data, CV_8UC(n));
-    case type_code('u', 2):
-        return integers<std::uint16_t, std::uint16_t>(file, layout, data, CV_16UC(n));
-    case type_code('i', 2):
-        return integers<std::int16_t, std::uint16_t>(file, layout, data, CV_16UC(n));
-    case type_code('u', 4):
-        return integers<std::uint32_t, std::int32_t>(file, layout, data, CV_32SC(n));
-    case type_code('i', 4):
-        return integers<std::int32_t, std::int32_t>(file, layout, data, CV_32SC(n));
-    case type_code('u', 8):
-        return integers<std::uint64_t, std::int32_t>(file, layout, data, CV_32SC(n));
-    default:
-        return integers<std::int64_t, std::int32_t>(file, layout, data, CV_32SC(n));
-    }
+/// Half floats of depth as they are; those of a picture as floats.
+cv::Mat halves(const std::filesystem::path&, const Layout& layout, const unsigned char* data) {
+    const cv::Mat held = converted<std::uint16_t, std::uint16_t>(layout, data, CV_16FC(layout.channels),
+                                                                 [](std::uint16_t bits, int, int) { return bits; });
+    cv::Mat floats;
+    if (layout.channels > 1)
+        held.convertTo(floats, CV_32F);
+    return layout.channels > 1 ? floats : held;
+}
+
+/// A type of elements, as NumPy names it: a letter and the number of bytes.
+struct Type {
+    std::string_view name;
+    cv::Mat (*read)(const std::filesystem::path& file, const Layout& layout, const unsigned char* data);
+
+    std::size_t bytes() const { return static_cast<std::size_t>(name[1] - '0'); }
+};
+constexpr Type types[] = {{"f2", halves},
+                          {"f4", floats<float>},
+                          {"f8", floats<double>},
+                          {"u1", integers<std::uint8_t, std::uint8_t, CV_8U>},
+                          {"u2", integers<std::uint16_t, std::uint16_t, CV_16U>},
+                          {"u4", integers<std::uint32_t, std::int32_t, CV_32S>},
+                          {"u8", integers<std::uint64_t, std::int32_t, CV_32S>},
+                          {"i1", integers<std::int8_t, std::uint8_t, CV_8U>},
+                          {"i2", integers<std::int16_t, std::uint16_t, CV_16U>},
+                          {"i4", integers<std::int32_t, std::int32_t, CV_32S>},
+                          {"i8", integers<std::int64_t, std::int32_t, CV_32S>}};
+
+void read_type(const std::filesystem::path& file, std::string_view text, Layout& layout) {
+    const std::string type(text.substr(0, text.find_first_of(",}")));
+    const bool known = text.size() > 4 && (text[0] == '\'' || text[0] == '"') && text[4] == text[0] &&
+                       std::string_view("<>=|").find(text[1]) != std::string_view::npos;
+    const std::string_view name = known ? text.substr(2, 2) : "";
+    const Type* found = std::ranges::find(types, name, &Type::name);
+    if (found == std::end(types))
+        refuse(file, "is a NumPy array of " + type + "; save floats, or integers (array.astype(\"float32\"))");
+    layout.type = found;
+    layout.little_endian = text[1] == '<' || (text[1] != '>' && is_little_endian);
 }
 
 } // namespace
@@ -181,10 +180,10 @@ std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& 
     layout.columns_first = value_of(file, header, "fortran_order").starts_with("True");
     at += length;
     const auto needed = layout.place(layout.rows - 1, layout.cols - 1, layout.channels - 1) + 1;
-    if ((bytes.size() - at) / layout.bytes < needed)
+    if ((bytes.size() - at) / layout.type->bytes() < needed)
         refuse(file, "ends too early: " + described(cv::Size(layout.cols, layout.rows)) + " pixels do not fit into " +
                          std::to_string(bytes.size()) + " bytes; write or copy it again");
-    return image_of(file, layout, bytes.data() + at);
+    return layout.type->read(file, layout, bytes.data() + at);
 }
 
 Bytes npy_bytes(const cv::Mat& image, bool is_color) {

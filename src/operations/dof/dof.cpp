@@ -37,14 +37,14 @@ void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored,
             "the clean plate's depth is ", depth.width(), " x ", depth.height(), " pixels, the clean plate ",
             stored.image.width(), " x ", stored.image.height());
     require(clean_plate.color.channels() == color.channels(), "the clean plate has ", clean_plate.color.channels(),
-            " channels, the colour ", color.channels());
+            " channels, color ", color.channels());
     require(clean_plate.depth.x == stored.x && clean_plate.depth.y == stored.y,
             "the clean plate's depth is of another region than the depth");
 }
 
 void check(const StoredDepth& stored, const Image& color, const DofOptions& options) {
     check_stored(stored);
-    check_picture(stored, {"the colour", color});
+    check_picture(stored, {"color", color});
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);
     describe(description::Check{}, options);
@@ -454,7 +454,7 @@ void check_dof_result(const StoredDepth& stored, const Image& color, const Image
     const Image none;
     check_result(stored, {"the result", result}, color.element(), {color.width(), color.height(), color.channels()},
                  {{"the stored depth", stored.image},
-                  {"the colour", color},
+                  {"color", color},
                   {"the clean plate", options.clean_plate ? options.clean_plate->color : none},
                   {"the clean plate's depth", options.clean_plate ? options.clean_plate->depth.image : none}});
 }

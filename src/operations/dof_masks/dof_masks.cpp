@@ -12,7 +12,6 @@
 #include "operations/dof_masks/near_field.hpp"
 #include "operations/inverse_depth.hpp"
 #include "operations/parameters.hpp"
-#include "require.hpp"
 #include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 
@@ -30,38 +29,9 @@ void check(const CircleOfConfusion& coc, const DofMasksOptions& options, const D
     describe(description::Check{}, options);
 }
 
-// One of the results: is it asked for, and how large is it?
-struct Result {
-    bool asked;
-    const char* name;
-    Image DofMasks::*image;
-    Layout layout;
-};
-
-std::vector<Result> results_of(const StoredDepth& stored, const DofMasksOptions& options) {
-    const int width = stored.image.width(), height = stored.image.height(), tile = options.tile_px;
-    const Layout pixels{width, height}, tiles{(width - 1) / tile + 1, (height - 1) / tile + 1};
-    return {{true, "coc", &DofMasks::coc, pixels},
-            {options.near_weight, "near_weight", &DofMasks::near_weight, pixels},
-            {options.focus_weight, "focus_weight", &DofMasks::focus_weight, pixels},
-            {options.far_weight, "far_weight", &DofMasks::far_weight, pixels},
-            {options.max_near_coc, "max_near_coc", &DofMasks::max_near_coc, pixels},
-            {options.near_alpha, "near_alpha", &DofMasks::near_alpha, pixels},
-            {options.disocclusion, "disocclusion", &DofMasks::disocclusion, pixels},
-            {options.mixed_pixels, "mixed_pixels", &DofMasks::mixed_pixels, pixels},
-            {options.tile_min_coc, "tile_min_coc", &DofMasks::tile_min_coc, tiles},
-            {options.tile_max_coc, "tile_max_coc", &DofMasks::tile_max_coc, tiles}};
-}
-
-void check_results(const StoredDepth& stored, const DofMasks& given, const std::vector<Result>& results) {
-    std::vector<NamedImage> others{{"the stored depth", stored.image}};
-    for (const Result& result : results) {
-        const NamedImage named{result.name, given.*result.image};
-        if (!check_asked(result.asked, named))
-            continue;
-        check_result(stored, named, Element::f32, result.layout, others);
-        others.push_back(named);
-    }
+void check_results(const StoredDepth& stored, const DofMasks& given, const DofMasksOptions& options) {
+    description::DofMasksCall call{.options = options, .results = given};
+    check_results(stored, description::results_of(call, stored), {});
 }
 
 // A kernel that computes circles from stored depth, and what it reads them with.
@@ -99,9 +69,7 @@ struct CircleKernel {
 void circles_and_weights(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
                          const DepthForm& form, const DofMasks& masks) {
     const CircleKernel kernel(stored, form, coc, options);
-    const runtime::Range range{
-        static_cast<std::size_t>((stored.image.width() + kernel.vector_width - 1) / kernel.vector_width),
-        static_cast<std::size_t>(stored.image.height())};
+    const runtime::Range range = range_of(stored.image.width(), stored.image.height(), kernel.vector_width);
     const auto streams = [&](const Image& image) { return worth_streaming(image, kernel.vector_width); };
     const Image &near = masks.near_weight, &focus = masks.focus_weight, &far = masks.far_weight;
     const runtime::Defines weights{{"WEIGHTS", static_cast<bool>(near)}};
@@ -162,10 +130,10 @@ float widest_coc(const StoredDepth& stored, const CircleOfConfusion& circle, con
 void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
                const DofMasksOptions& options, const Launch& launch) {
     const DepthForm form = checked_form(stored, coc, options);
-    check_results(stored, results, results_of(stored, options));
+    check_results(stored, results, options);
     const runtime::Launched launched(stored.image.device(), launch);
     const std::vector<Band> weighed = bands_of_weights(stored, options);
-    if (options.mixed_pixels) // before the others: it may refuse the budget, and then nothing is written
+    if (options.mixed_pixels) // before the others: where it refuses the budget, no result has been written
         mixed_pixels(stored, results.mixed_pixels);
     circles_and_asked_weights(stored, coc, options, form, results);
     near_field(stored, options, results, weighed);
@@ -175,12 +143,10 @@ void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleO
 DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
                    const Launch& launch) {
     checked_form(stored, coc, options);
-    DofMasks masks;
-    for (const Result& result : results_of(stored, options))
-        if (result.asked)
-            masks.*result.image = Image(stored.image.device(), Element::f32, result.layout);
-    dof_masks(stored, masks, coc, options, launch);
-    return masks;
+    description::DofMasksCall call{.options = options};
+    make_results(stored, description::results_of(call, stored));
+    dof_masks(stored, call.results, coc, options, launch);
+    return call.results;
 }
 
 Reach reach(const Tile& tile, const DofMasksOptions& options, double widest_coc_px) {

@@ -2,7 +2,7 @@
 
 #include "operations/dof_masks/mixed_pixels.hpp"
 
-#include "camera/centre_rays.hpp"
+#include "camera/rays.hpp"
 #include "operations/inverse_depth.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/scratch.hpp"
@@ -22,7 +22,6 @@ void mixed_pixels(const StoredDepth& stored, const Image& result) {
     const auto& moving = rays.perspective ? rays.direction : rays.origin;
     const auto least = static_cast<float>(mixed_pixels_min_widths * std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
     const int vector_width = vector_width_for(device, width);
-    const auto columns = static_cast<std::size_t>((width + vector_width - 1) / vector_width);
     runtime::Kernel& kernel = runtime::kernel(device, "mixed_pixels", {{"V", vector_width}, {"STREAM", 0}});
     const params::mixed_params parameters{error.constant,
                                           error.linear,
@@ -33,8 +32,8 @@ void mixed_pixels(const StoredDepth& stored, const Image& result) {
     // Where the far plane is finite its depth is averaged like any other.
     over_inverse_depth(stored, rays, Background::decode, mixed_pixels_reach, "mixed_pixels", result,
                        [&](const Image& depth, const Image& made, const params::grid_params& grid) {
-                           runtime::launch(device, kernel, {columns, static_cast<std::size_t>(made.height())}, depth,
-                                           made, grid, parameters);
+                           runtime::launch(device, kernel, range_of(width, made.height(), vector_width), depth, made,
+                                           grid, parameters);
                        });
 }
 

@@ -33,10 +33,6 @@ bool needs_weights(const DofMasksOptions& options) {
     return options.near_alpha || options.disocclusion;
 }
 
-runtime::Range range_of(int width, int height, int vector_width = 1) {
-    return {static_cast<std::size_t>(parts(width, vector_width)), static_cast<std::size_t>(height)};
-}
-
 // The least of each square of so many pixels, or tiles, across; and the greatest, if there is an image for it.
 void find_extremes(const Image& from, int across, const Image& least, const Image& greatest = {}) {
     params::near_field_params p{};

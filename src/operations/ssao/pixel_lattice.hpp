@@ -1,6 +1,6 @@
 #pragma once
 
-#include "camera/centre_rays.hpp"
+#include "camera/rays.hpp"
 
 #include <fathom/image.hpp>
 

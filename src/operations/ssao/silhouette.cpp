@@ -42,9 +42,8 @@ Image silhouette_thickness(runtime::Scratch& scratch, const Image& depth, const 
         device,
         runtime::kernel(device, "silhouette",
                         {{"EVERY", lattice.every}, {"V", vector_width}, {"STREAM", 0}, {"PERSPECTIVE", perspective}}),
-        {static_cast<std::size_t>((lattice.width + vector_width - 1) / vector_width),
-         static_cast<std::size_t>(lattice.height)},
-        depth, result, grid, occlusion, silhouette_parameters(occlusion));
+        range_of(lattice.width, lattice.height, vector_width), depth, result, grid, occlusion,
+        silhouette_parameters(occlusion));
     return result;
 }
 

@@ -83,37 +83,29 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
                 "normals in the world need the camera's view matrix, and it has none");
     }
     if (options.region) {
-        const Region& r = *options.region;
-        require(r.x >= 0 && r.y >= 0 && r.width > 0 && r.height > 0 && r.x <= stored.image.width() - r.width &&
-                    r.y <= stored.image.height() - r.height,
-                "region ", ImageSize{r.width, r.height}, " at (", r.x, ", ", r.y, ") does not lie in ",
-                ImageSize{stored.image.width(), stored.image.height()}, " pixels");
+        const auto& [x, y, region_width, region_height] = *options.region;
+        static_cast<void>(stored.image.region(x, y, region_width, region_height)); // throws if it does not fit
     }
 }
 
 std::vector<Wanted> wanted(const SsaoOptions& options, const Occlusion& results) {
-    std::vector<Wanted> all{{Output::visibility, "visibility", results.visibility}};
+    std::vector<Wanted> all{{Output::visibility, results.visibility}};
     if (options.confidence)
-        all.push_back({Output::confidence, "confidence", results.confidence});
+        all.push_back({Output::confidence, results.confidence});
     if (options.bent_normal)
-        all.push_back({Output::bent_normal, "bent_normal", results.bent_normal});
+        all.push_back({Output::bent_normal, results.bent_normal});
     return all;
 }
 
-void check_results(const StoredDepth& stored, const SsaoOptions& options, const std::vector<Wanted>& results) {
+void check_results(const StoredDepth& stored, const Occlusion& given, const SsaoOptions& options) {
     const Image none;
     const auto* back = thickness_as<StoredDepth>(options);
     const auto* map = thickness_as<Image>(options);
-    std::vector<NamedImage> others{{"the stored depth", stored.image},
-                                   {"the second layer", back ? back->image : none},
-                                   {"the thickness map", map ? *map : none},
-                                   {"the normals", options.normals}};
-    const Region region = region_of(stored, options);
-    for (const Wanted& result : results) {
-        check_result(stored, {result.name, result.image}, Element::f32,
-                     {region.width, region.height, channels_of(result.output)}, others);
-        others.push_back({result.name, result.image});
-    }
+    description::SsaoCall call{.options = options, .results = given};
+    check_results(stored, description::results_of(call, stored),
+                  {{"the second layer", back ? back->image : none},
+                   {"the thickness map", map ? *map : none},
+                   {"the normals", options.normals}});
 }
 
 } // namespace
@@ -123,10 +115,8 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
     check(stored, radius, options);
     if (std::holds_alternative<MaxError>(options.sampling))
         return ssao(stored, results, radius, chosen(stored, options), launch);
-    check_asked(options.bent_normal, {"bent_normal", results.bent_normal});
-    check_asked(options.confidence, {"confidence", results.confidence});
-    const std::vector<Wanted> results_wanted = wanted(options, results);
-    check_results(stored, options, results_wanted);
+    check_results(stored, results, options);
+    const std::vector<Wanted> all_wanted = wanted(options, results);
     const Device& device = stored.image.device();
     const Region region = region_of(stored, options);
     const int width = stored.image.width();
@@ -146,12 +136,9 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
             here.normals = options.normals.region(rows.x, rows.y, rows.width, rows.height);
         if (const auto* back = thickness_as<StoredDepth>(options))
             here.thickness = part_of(*back, rows);
-        std::vector<Image> parts;
-        for (const Wanted& result : results_wanted)
-            parts.push_back(result.image.region(0, band.begin - region.y, region.width, band.end - band.begin));
-        std::vector<Wanted> wanted_here;
-        for (std::size_t i = 0; i < parts.size(); ++i)
-            wanted_here.push_back({results_wanted[i].output, results_wanted[i].name, parts[i]});
+        std::vector<Wanted> wanted_here = all_wanted;
+        for (Wanted& result : wanted_here)
+            result.image = result.image.region(0, band.begin - region.y, region.width, band.end - band.begin);
         occlude(workspace, part_of(stored, rows), radius, here, wanted_here);
     }
     launched.done();
@@ -159,16 +146,10 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
 
 Occlusion ssao(const StoredDepth& stored, double radius, const SsaoOptions& options, const Launch& launch) {
     check(stored, radius, options);
-    const Region region = region_of(stored, options);
-    const auto image = [&](Output output, bool asked) {
-        const Layout layout{region.width, region.height, channels_of(output)};
-        return asked ? Image(stored.image.device(), Element::f32, layout) : Image();
-    };
-    const Occlusion results{.visibility = image(Output::visibility, true),
-                            .bent_normal = image(Output::bent_normal, options.bent_normal),
-                            .confidence = image(Output::confidence, options.confidence)};
-    ssao(stored, results, radius, options, launch);
-    return results;
+    description::SsaoCall call{.options = options};
+    make_results(stored, description::results_of(call, stored));
+    ssao(stored, call.results, radius, options, launch);
+    return call.results;
 }
 
 } // namespace fathom

@@ -93,11 +93,10 @@ enum class Output { visibility, confidence, bent_normal };
 
 int channels_of(Output output);
 
-/// What is asked for, where it goes, and how messages name it.
+/// What is asked for, and where it goes.
 struct Wanted {
     Output output;
-    const char* name;
-    const Image& image;
+    Image image;
 };
 
 /// Where the result of the filter goes: the region's columns, from its first row on.

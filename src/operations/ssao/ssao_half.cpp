@@ -58,19 +58,15 @@ void half_resolution(Call& call, const Image& depth, const std::vector<Wanted>& 
     const int first = std::clamp((region.y - call.lattice.y) / 2 - 1, 0, rows - 1);
     const int last = std::clamp((region.y + region.height - call.lattice.y) / 2 + 2, first + 1, rows);
     const Region needed{0, first, call.lattice.width, last - first};
-    std::vector<Image> found;
-    for (const Wanted& result : results)
-        found.push_back(
-            call.scratch.image(Element::f32, {call.lattice.width, call.lattice.height, channels_of(result.output)}));
-    std::vector<Image> parts;
-    for (const Image& image : found)
-        parts.push_back(image.region(needed.x, needed.y, needed.width, needed.height));
-    std::vector<Wanted> halves;
-    for (std::size_t i = 0; i < found.size(); ++i)
-        halves.push_back({results[i].output, results[i].name, parts[i]});
+    std::vector<Wanted> found, halves;
+    for (const Wanted& result : results) {
+        const Layout layout{call.lattice.width, call.lattice.height, channels_of(result.output)};
+        found.push_back({result.output, call.scratch.image(Element::f32, layout)});
+        halves.push_back({result.output, found.back().image.region(0, first, layout.width, needed.height)});
+    }
     add_up(call, planes, halves, needed);
     for (std::size_t i = 0; i < found.size(); ++i)
-        upsample(call, depth, found[i], results[i].output, results[i].image, region);
+        upsample(call, depth, found[i].image, results[i].output, results[i].image, region);
 }
 
 // Which blocks of the camera's image are computed at all pixels, see kernels/ssao/blocks.h.

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "runtime/launch.hpp"
-
 #include <fathom/ssao.hpp>
 
 #include <variant>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "camera/centre_rays.hpp"
+#include "camera/rays.hpp"
 #include "operations/inverse_depth.hpp"
 #include "operations/ssao/pixel_lattice.hpp"
 #include "operations/ssao/slices.hpp"

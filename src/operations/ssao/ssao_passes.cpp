@@ -143,7 +143,7 @@ void add_up(Call& call, const Planes& planes, const std::vector<Wanted>& results
         const int until = next == last ? end : std::min(4 * (next - 1) - offset, end);
         if (until <= filtered)
             continue;
-        for (const auto& [output, name, result] : results)
+        for (const auto& [output, result] : results)
             filter(call, planes, sums, here, output,
                    result.region(0, filtered - region.y, region.width, until - filtered),
                    {region.x, filtered, region.width, until - filtered});

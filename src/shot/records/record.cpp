@@ -7,8 +7,6 @@
 #include "runtime/context.hpp"
 #include "runtime/program.hpp"
 
-#include <fathom/opencl.hpp>
-
 #include <fmt/format.h>
 
 #include <algorithm>

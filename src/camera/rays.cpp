@@ -3,8 +3,12 @@
 //   n·(O(x, y) + w D) = c  ⇒  w = (c − n·O(x, y)) / n·D                       orthographic rays
 // The ray O + w D is that of Lenaerts, part 2; the planes follow. Operations that compare depths take 1/w under a
 // perspective and w under an orthographic projection.
+//   position = view⁻¹ (O + w D)                                                in the world
 
-#include "camera/centre_rays.hpp"
+#include "camera/rays.hpp"
+
+#include "camera/matrix.hpp"
+#include "require.hpp"
 
 namespace fathom {
 
@@ -21,6 +25,18 @@ CentreRays centre_rays(const Rays& rays) {
         result.origin.leftCols<2>().setZero();
     }
     return result;
+}
+
+Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::Vector3d& origin) {
+    require(view.allFinite() && view.row(3) == Eigen::RowVector4d(0, 0, 0, 1),
+            "the view matrix must be finite with a fourth row of 0 0 0 1");
+    require(origin.allFinite(), "origin = (", origin.transpose(), ") must be finite");
+    const auto inverse = checked_inverse(view.cast<long double>(), "the view matrix");
+    Rays world = rays;
+    world.direction = inverse.topLeftCorner<3, 3>() * rays.direction;
+    world.origin = inverse.topLeftCorner<3, 3>() * rays.origin;
+    world.origin.col(2) += inverse.topRightCorner<3, 1>() - origin.cast<long double>();
+    return world;
 }
 
 } // namespace fathom
