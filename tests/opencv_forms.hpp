@@ -1,5 +1,7 @@
 #pragma once
 
+#include "matrices.hpp"
+
 #include <fathom/opencv.hpp>
 
 #include <opencv2/core.hpp>
@@ -12,13 +14,10 @@
 /// Every operation on OpenCV's matrices, with what it has to give.
 namespace fathom::opencv_forms {
 
+using test::same;
+
 inline Camera camera() {
     return {.projection = perspective(1.0, 1.5, {0.5, 100}), .width = 30, .height = 20};
-}
-
-inline bool same(const cv::Mat& a, const cv::Mat& b) {
-    return a.type() == b.type() && a.size() == b.size() && a.isContinuous() && b.isContinuous() &&
-           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
 }
 
 inline constexpr CircleOfConfusion lens{6, 12};
