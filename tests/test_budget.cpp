@@ -30,14 +30,13 @@ struct Scene {
                                 ? perspective(1.2, 1.2 * width / height, {0.1, 100})
                                 : orthographic({-2, 2, -2.0 * height / width, 2.0 * height / width}, {0.1, 100});
         camera.encoding = Encoding::view_z;
-        for (int y = 0; y < height; ++y) {
+        for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const int step = x / 37 % 3 + y / 29 % 2 + (x / 51 + y / 97) % 4;
                 const bool hole = (x * 31 + y * 17) % 997 == 0;
                 const double z = 3.0 - 1.2 * y / height + 0.02 * step + 1e-4 * ((x * 7 + y * 13) % 11);
                 depth.push_back(hole ? std::nanf("") : static_cast<float>(z));
             }
-        }
     }
 
     StoredDepth stored(const Device& device) const {
@@ -103,7 +102,7 @@ TEST_CASE("ssao: a sphere covers the rows that it is said to", "[ssao][budget]")
                                                             : Eigen::Vector3d(origin * pixel + direction.col(2) * w);
             const double rows = rows_of_sphere(rays, radius, pixel.y(), rays.perspective ? 1 / w : -w);
             double most = 0;
-            for (int i = 0; i < 360; ++i) {
+            for (int i = 0; i < 360; ++i)
                 for (int j = 0; j <= 180; ++j) {
                     const double a = std::numbers::pi * i / 180, b = std::numbers::pi * j / 180;
                     const Eigen::Vector3d point =
@@ -111,7 +110,6 @@ TEST_CASE("ssao: a sphere covers the rows that it is said to", "[ssao][budget]")
                         radius * Eigen::Vector3d(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b));
                     most = std::max(most, std::abs(row_of(point) - pixel.y()));
                 }
-            }
             CHECK(most <= rows * (1 + 1e-9));
             tightest = std::min(tightest, most / rows);
         }

@@ -200,12 +200,11 @@ TEST_CASE("dof_masks: circles from the window encoding of a perspective are with
 }
 
 TEST_CASE("dof_masks: circles from oblique depth are within their bound", "[dof_masks][exact]") {
-    for (const Eigen::Vector4d& tilt : {Eigen::Vector4d(0.1, -0.2, -1, -2), Eigen::Vector4d(0.6, 0.5, -0.7, -1.2)}) {
+    for (const Eigen::Vector4d& tilt : {Eigen::Vector4d(0.1, -0.2, -1, -2), Eigen::Vector4d(0.6, 0.5, -0.7, -1.2)})
         check("circles, oblique " + std::to_string(tilt[0]),
               everywhere("oblique", [&](DepthSpan span, Convention convention) {
                   return oracle::oblique_perspective(tilt, span, convention);
               }));
-    }
 }
 
 TEST_CASE("dof_masks: circles under an orthographic projection are within their bound", "[dof_masks][exact]") {
@@ -550,7 +549,7 @@ TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thous
         const std::vector<float> got = masks_of(values, camera, circle).circle;
         double worst = 0;
         int rows = 0;
-        for (int y = 0; y < height; ++y) {
+        for (int y = 0; y < height; ++y)
             for (int x = 0; x + 1 < width; ++x) {
                 const auto at = static_cast<std::size_t>(y * width + x);
                 const auto left = static_cast<double>(got[at]), right = static_cast<double>(got[at + 1]);
@@ -561,7 +560,6 @@ TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thous
                 worst = std::max(worst, std::abs(crossing - line));
                 ++rows;
             }
-        }
         std::printf("slanted plane, %-18s focus off its line by at most %.2e px in %d rows\n", name, worst, rows);
         CHECK(rows == height);
         CHECK(worst < 1e-3);

@@ -718,7 +718,7 @@ TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][camera
                               {"Arnold, columns", "worldToNDC", screen, false, false, ""},
                               {"OpenImageIO", "worldToScreen", screen, true, true, ""},
                               {"-z ahead", "worldToNDC", documented, true, true, "z"}};
-    for (const Layout& layout : layouts) {
+    for (const Layout& layout : layouts)
         for (const double away : {1.0, 0.0, 2e4}) { // without a translation both layouts are affine
             INFO(layout.name << ", translation times " << away);
             World world(9);
@@ -735,7 +735,6 @@ TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][camera
             CHECK(made.camera.projection.convention.view_axes == ViewAxes::opengl);
             check_sees(camera_for(made, 64, 48), world.points(pixel), floats);
         }
-    }
 }
 
 TEST_CASE("cameras: lens shift, windows and parallel projections of EXR headers", "[io][cameras]") {
@@ -852,7 +851,7 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
     const Matrix4d place = world.to_camera.inverse();
     // Redshift writes the place for row vectors, as a matrix or as text, its z ahead; degrees, or radians as
     // documented.
-    for (const bool text : {false, true}) {
+    for (const bool text : {false, true})
         for (const bool left : {false, true}) {
             const Matrix4d ahead = place * flipped(left ? "xz" : "z");
             const fs::path file = put_exr(folder / "redshift.exr", [&](Imf::Header& header) {
@@ -874,7 +873,6 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
             CHECK(made.lens.f_stop == 4.0);
             CHECK(made.lens.focus == 7.0);
         }
-    }
 
     // Arnold with worldToCamera and the film back alone: 36 mm, which is 1.417 inches
     for (const float aperture : {36.f, 1.4173228f}) {

@@ -144,7 +144,7 @@ struct PlaneErrors {
 void judge_plane(const scene::Rendered& truth, const Camera& camera, const Result& result, int reach,
                  PlaneErrors& errors) {
     const regimes::NormalBound promise(camera);
-    for (int y = reach; y < camera.height - reach; ++y) {
+    for (int y = reach; y < camera.height - reach; ++y)
         for (int x = reach; x < camera.width - reach; ++x) {
             bool inside = true;
             for (int dy = -reach; dy <= reach; ++dy)
@@ -158,7 +158,6 @@ void judge_plane(const scene::Rendered& truth, const Camera& camera, const Resul
             errors.share = std::max(errors.share, off / promise.degrees(x, y, truth.z[i], truth.normal[i]));
             ++errors.pixels;
         }
-    }
 }
 
 } // namespace
@@ -167,7 +166,7 @@ TEST_CASE("normals: planes at tilts up to 85 degrees under every camera", "[norm
     std::printf("normals of planes, worst error in degrees (fraction of normals_slope_error's promise)\n");
     for (const Subject& subject : cameras()) {
         PlaneErrors neighbours, least_squares;
-        for (const double tilt : {0.0, 30.0, 60.0, 75.0, 85.0}) {
+        for (const double tilt : {0.0, 30.0, 60.0, 75.0, 85.0})
             for (const double around : {0.0, 77.0, 200.0}) {
                 // The scene's world has the OpenGL axes, the result the projection's own.
                 const Vector3d normal(std::sin(tilt * degree) * std::cos(around * degree),
@@ -183,7 +182,6 @@ TEST_CASE("normals: planes at tilts up to 85 degrees under every camera", "[norm
                 judge_plane(truth, subject.camera, nearest, normals_reach_neighbours, neighbours);
                 judge_plane(truth, subject.camera, fitted, normals_reach_least_squares, least_squares);
             }
-        }
         std::printf("  %-22s neighbours %.2e (%.3f)   least squares %.2e   %ld pixels\n", subject.name,
                     neighbours.worst, neighbours.share, least_squares.worst, neighbours.pixels);
         INFO(subject.name);
@@ -207,7 +205,7 @@ struct Score {
 Score score(const Result& result, const scene::Rendered& truth) {
     double sum = 0;
     long pixels = 0, good = 0;
-    for (int y = 0; y < truth.height; ++y) {
+    for (int y = 0; y < truth.height; ++y)
         for (int x = 0; x < truth.width; ++x) {
             const auto i = static_cast<std::size_t>(y * truth.width + x);
             if (!std::isfinite(truth.z[i]))
@@ -217,7 +215,6 @@ Score score(const Result& result, const scene::Rendered& truth) {
             good += off <= 1;
             ++pixels;
         }
-    }
     return {sum / static_cast<double>(pixels), 100 * static_cast<double>(good) / static_cast<double>(pixels)};
 }
 
@@ -334,13 +331,12 @@ scene::Rendered tilted_plane(const Camera& camera, double tilt) {
 Vector3d brute_force(const std::vector<float>& depth, const Camera& camera, int x, int y, int radius) {
     Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
     Vector3d sums = Vector3d::Zero();
-    for (int v = y - radius; v <= y + radius; ++v) {
+    for (int v = y - radius; v <= y + radius; ++v)
         for (int u = x - radius; u <= x + radius; ++u) {
             const Vector3d terms(u - x, v - y, 1);
             squares += terms * terms.transpose();
             sums += terms / static_cast<double>(depth[static_cast<std::size_t>(v * camera.width + u)]);
         }
-    }
     const Vector3d plane = squares.ldlt().solve(sums);
     const double f = 540 / std::tan(0.45), a = plane[0], b = plane[1];
     const double c = plane[2] + a * (0.5 * camera.width - x - 0.5) + b * (0.5 * camera.height - y - 0.5);
@@ -392,14 +388,13 @@ TEST_CASE("normals: noise has every pixel of a plane's wide window count", "[nor
         const Result result = normals_of(stored_of(depth, camera), {.noise = noise});
         double worst = 0;
         long same = 0, pixels = 0;
-        for (int y = radius; y < camera.height - radius; ++y) {
+        for (int y = radius; y < camera.height - radius; ++y)
             for (int x = radius; x < camera.width - radius; ++x) {
                 const double off = angle_deg(result.at(x, y), brute_force(depth, camera, x, y, radius));
                 worst = std::max(worst, off);
                 same += off <= drawn_deg;
                 ++pixels;
             }
-        }
         const double fraction = static_cast<double>(same) / static_cast<double>(pixels);
         std::printf("normals with noise %g: window of radius %d, %.2f %% as by brute force, worst %.3f degrees\n",
                     noise, radius, 100 * fraction, worst);
@@ -421,8 +416,8 @@ std::vector<std::uint8_t> near_edges(const scene::Rendered& truth) {
             for (int u = std::max(x - near_px, 0); u <= std::min(x + near_px, width - 1); ++u)
                 near[static_cast<std::size_t>(v * width + u)] = 1;
     };
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
             for (const auto& [u, v] : {std::pair{x + 1, y}, {x, y + 1}}) {
                 if (u == width || v == height)
                     continue;
@@ -434,8 +429,6 @@ std::vector<std::uint8_t> near_edges(const scene::Rendered& truth) {
                     mark(u, v);
                 }
             }
-        }
-    }
     return near;
 }
 
@@ -447,7 +440,7 @@ struct Parts {
 Parts parts(const Result& result, const scene::Rendered& truth, const std::vector<std::uint8_t>& near) {
     double sums[2] = {};
     long counts[2] = {};
-    for (int y = 0; y < truth.height; ++y) {
+    for (int y = 0; y < truth.height; ++y)
         for (int x = 0; x < truth.width; ++x) {
             const auto i = static_cast<std::size_t>(y * truth.width + x);
             if (!std::isfinite(truth.z[i]))
@@ -455,7 +448,6 @@ Parts parts(const Result& result, const scene::Rendered& truth, const std::vecto
             sums[near[i]] += angle_deg(result.at(x, y), truth.normal[i]);
             ++counts[near[i]];
         }
-    }
     return {sums[0] / static_cast<double>(counts[0]), sums[1] / static_cast<double>(counts[1])};
 }
 
@@ -566,7 +558,7 @@ TEST_CASE("normals: view depth gives those of the stored depth", "[normals]") {
 
 TEST_CASE("stability: normals of images that are all border", "[normals][stability]") {
     for (const auto& [width, height] :
-         {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {3, 1}, {1, 2}, {17, 2}, {16, 16}, {33, 5}}) {
+         {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {3, 1}, {1, 2}, {17, 2}, {16, 16}, {33, 5}})
         for (const bool is_orthographic : {false, true}) {
             const Camera camera =
                 camera_of(is_orthographic ? orthographic({-2, 2, -2, 2}, {0.1, 100}) : perspective(1.0, 1, {0.1, 100}),
@@ -581,17 +573,15 @@ TEST_CASE("stability: normals of images that are all border", "[normals][stabili
                 const Result aslant = normals_of(stored_of(slanted.stored, camera), options);
                 CHECK(well_formed(across));
                 CHECK(well_formed(aslant));
-                for (int y = 0; y < height; ++y) {
+                for (int y = 0; y < height; ++y)
                     for (int x = 0; x < width; ++x) {
                         CHECK(angle_deg(across.at(x, y), {0, 0, 1}) < 0.01);
                         CHECK(aslant.validity(x, y) == 1);
                         if (width > 1 && height > 1)
                             CHECK(angle_deg(aslant.at(x, y), slanted.normal.front()) < 0.01);
                     }
-                }
             }
         }
-    }
 }
 
 TEST_CASE("stability: normals beside invalid pixels", "[normals][stability]") {
@@ -619,13 +609,12 @@ TEST_CASE("stability: normals beside invalid pixels", "[normals][stability]") {
                 const Result result = normals_of(stored_of(holed, camera), options);
                 CHECK(well_formed(result));
                 double worst = 0;
-                for (int y = 0; y < height; ++y) {
+                for (int y = 0; y < height; ++y)
                     for (int x = 0; x < width; ++x) {
                         REQUIRE(result.validity(x, y) == (there(x, y) ? 1.0f : 0.0f));
                         if (there(x, y) && (there(x - 1, y) || there(x + 1, y)) && (there(x, y - 1) || there(x, y + 1)))
                             worst = std::max(worst, angle_deg(result.at(x, y), normal));
                     }
-                }
                 CHECK(worst < 0.02);
             }
             const Result sky = normals_of(stored_of(std::vector<float>(holed.size(), none), camera));
@@ -671,7 +660,7 @@ TEST_CASE("stability: normals at a step, a crease and a bar one pixel wide", "[n
                           far = scene::render({scene::Plane{{0, 0, -5}, {-0.2, 0.4, 1}}}, camera);
     const auto joined = [&](auto from_near) {
         scene::Rendered both = far;
-        for (int y = 0; y < 24; ++y) {
+        for (int y = 0; y < 24; ++y)
             for (int x = 0; x < 32; ++x) {
                 const auto i = static_cast<std::size_t>(y * 32 + x);
                 if (from_near(x, y)) {
@@ -679,7 +668,6 @@ TEST_CASE("stability: normals at a step, a crease and a bar one pixel wide", "[n
                     both.normal[i] = near.normal[i];
                 }
             }
-        }
         return both;
     };
     for (const NormalsOptions& options : each_method) {

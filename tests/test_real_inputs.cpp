@@ -98,14 +98,13 @@ Buffer read_buffer(const std::string& name) {
 /// The stored value, 0 to 1, that the rasteriser's own z has at every pixel.
 cv::Mat stored_of_truth(const Buffer& buffer) {
     cv::Mat stored(buffer.z.size(), CV_64F, cv::Scalar(std::nan("")));
-    for (int y = 0; y < stored.rows; ++y) {
+    for (int y = 0; y < stored.rows; ++y)
         for (int x = 0; x < stored.cols; ++x) {
             const float z = buffer.z.at<float>(y, x);
             if (!std::isnan(z))
                 stored.at<double>(y, x) =
                     static_cast<double>(stored_depth(buffer.camera, Storage::float32, x + 0.5, y + 0.5, z));
         }
-    }
     return stored;
 }
 
@@ -152,7 +151,7 @@ Errors judge(const Device& device, const Buffer& buffer) {
     unproject(device, buffer.depth.values, buffer.camera, positions);
     const cv::Mat stored = stored_of_truth(buffer);
     Errors errors;
-    for (int y = 0; y < z.rows; ++y) {
+    for (int y = 0; y < z.rows; ++y)
         for (int x = 0; x < z.cols; ++x) {
             INFO(buffer.name << " at " << x << ", " << y);
             const float truth = buffer.z.at<float>(y, x), decoded = z.at<float>(y, x);
@@ -180,7 +179,6 @@ Errors judge(const Device& device, const Buffer& buffer) {
             errors.position.add(away);
             errors.position_share.add(away / position_bound);
         }
-    }
     return errors;
 }
 
@@ -218,7 +216,7 @@ TEST_CASE("real: pseudo-linear depth is off by what its bound says, and always t
     cv::Mat z;
     linearize(cpu(), buffer.depth.values, buffer.camera, z);
     double largest = 0, smallest = 0;
-    for (int y = 0; y < z.rows; ++y) {
+    for (int y = 0; y < z.rows; ++y)
         for (int x = 0; x < z.cols; ++x) {
             const double truth = buffer.z.at<float>(y, x);
             if (std::isnan(truth))
@@ -226,7 +224,6 @@ TEST_CASE("real: pseudo-linear depth is off by what its bound says, and always t
             largest = std::max(largest, z.at<float>(y, x) / truth - 1);
             smallest = std::min(smallest, z.at<float>(y, x) / truth - 1);
         }
-    }
     std::cout << "pseudo-linear: from " << smallest << " to " << largest << " of z; the bound is "
               << pseudo_linear_relative << '\n';
     // A harmonic mean is below the arithmetic one; noise comes from the depth's interpolation and from the truth's.
@@ -279,7 +276,7 @@ std::vector<Hit> compare_blender(const fs::path& folder) {
     const bool perspective = camera.projection.is_perspective();
     const double pixel = 2 / (static_cast<double>(camera.projection.matrix(0, 0)) * camera.width);
     std::vector<Hit> hits;
-    for (int y = 0; y < depth.rows; ++y) {
+    for (int y = 0; y < depth.rows; ++y)
         for (int x = 0; x < depth.cols; ++x) {
             const auto& ours = positions.at<cv::Vec3f>(y, x);
             const Vector3d theirs(truth[0].at<float>(y, x), truth[1].at<float>(y, x), truth[2].at<float>(y, x));
@@ -289,7 +286,6 @@ std::vector<Hit> compare_blender(const fs::path& folder) {
             hits.push_back(
                 {std::abs(z - depth.at<float>(y, x)) / size, error / size, error / (perspective ? pixel * z : pixel)});
         }
-    }
     return hits;
 }
 
@@ -328,7 +324,7 @@ TEST_CASE("real: the scanned room decodes from 3.77 to 8.07 with its five empty 
     std::vector<cv::Point> empty;
     Spread error;
     float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
-    for (int y = 0; y < z.rows; ++y) {
+    for (int y = 0; y < z.rows; ++y)
         for (int x = 0; x < z.cols; ++x) {
             const float decoded = z.at<float>(y, x);
             const double stored = file.values.at<float>(y, x);
@@ -341,7 +337,6 @@ TEST_CASE("real: the scanned room decodes from 3.77 to 8.07 with its five empty 
             farthest = std::max(farthest, decoded);
             error.add(std::abs(decoded / (near * far / (far - stored * (far - near))) - 1));
         }
-    }
     std::cout << "habitat room: " << nearest << " to " << farthest << ", worst " << error.worst() / rounding
               << " roundings\n";
     CHECK(file.channel == "Z");
@@ -373,7 +368,7 @@ TEST_CASE("real: the studio's depth is read through its odd data window", "[real
     REQUIRE(depth.values.cols == display.max.x - display.min.x + 1);
     REQUIRE(depth.values.rows == display.max.y - display.min.y + 1);
     int inside = 0, outside = 0, different = 0, finite = 0;
-    for (int y = 0; y < depth.values.rows; ++y) {
+    for (int y = 0; y < depth.values.rows; ++y)
         for (int x = 0; x < depth.values.cols; ++x) {
             const int there_x = x + display.min.x, there_y = y + display.min.y;
             const auto bits = depth.values.at<std::uint16_t>(y, x);
@@ -387,7 +382,6 @@ TEST_CASE("real: the studio's depth is read through its odd data window", "[real
                 finite += value.isFinite();
             }
         }
-    }
     std::cout << "studio EXR: " << inside << " pixels in the data window, " << outside << " outside, " << finite
               << " finite\n";
     CHECK(different == 0);

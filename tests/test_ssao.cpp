@@ -62,13 +62,13 @@ TEST_CASE("ssao: a plane is open at every tilt under five cameras", "[ssao]") {
         sampling_of(ways.back().second).slices = slices;
     }
     std::printf("ssao of planes, largest difference from 1\n");
-    for (auto& [way, options] : ways) {
+    for (auto& [way, options] : ways)
         for (const double thickness : {0.25, oracle::infinite}) {
             options.thickness = thickness;
             double worst = 0;
             long pixels = 0;
             std::string where;
-            for (const double tilt : {0.0, 30.0, 60.0, 75.0, 80.0}) {
+            for (const double tilt : {0.0, 30.0, 60.0, 75.0, 80.0})
                 for (const double towards : {0.3, 2.5}) {
                     const auto plane = oracle::open_plane(tilt * degree, towards);
                     for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
@@ -88,13 +88,11 @@ TEST_CASE("ssao: a plane is open at every tilt under five cameras", "[ssao]") {
                         }
                     }
                 }
-            }
             std::printf("  %-9s thickness %-5.3g worst %.2e  %s\n", way.c_str(), thickness, worst, where.c_str());
             INFO(way << ", thickness " << thickness << ": " << where);
             CHECK(pixels > 500000);
             CHECK(worst <= plane_error);
         }
-    }
 }
 
 namespace {
@@ -127,26 +125,24 @@ std::vector<Sample> samples_of(const scene::Scene& scene, const Camera& camera, 
     constexpr int every = 7;
     const Eigen::Matrix4d to_world = scene::to_world(camera);
     std::vector<Sample> samples;
-    for (int y = every / 2; y < height; y += every) {
+    for (int y = every / 2; y < height; y += every)
         for (int x = every / 2; x < width; x += every) {
             const std::size_t i = index(x, y);
             if (!std::isfinite(image.z[i]))
                 continue;
             const Vector3d position = (to_world * image.position[i].homogeneous()).head<3>();
             bool whole = true;
-            for (int axis = 0; axis < 3 && whole; ++axis) {
+            for (int axis = 0; axis < 3 && whole; ++axis)
                 for (const double sign : {-1.0, 1.0}) {
                     const Vector3d aside = to_world.topLeftCorner<3, 3>().col(axis) * (sign * looks_to);
                     const Vector2d pixel = oracle::pixel_of(camera, position + aside);
                     whole &= pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width && pixel.y() <= height;
                 }
-            }
             if (whole) {
                 const Vector3d normal = to_world.topLeftCorner<3, 3>() * image.normal[i];
                 samples.push_back({x, y, oracle::visibility(scene, position, normal, looks_to, 64, 32)});
             }
         }
-    }
     return samples;
 }
 
@@ -196,7 +192,7 @@ std::pair<double, double> bars_of(const std::string& scene, const std::string& c
 
 TEST_CASE("ssao: height fields agree with rays under five cameras", "[ssao]") {
     std::printf("ssao of height fields, root of the mean square error (bias): balanced | accurate, pixels\n");
-    for (const auto& [name, known] : height_fields()) {
+    for (const auto& [name, known] : height_fields())
         for (const auto& [camera_name, camera] : oracle::views(placement_of(known))) {
             const auto image = scene::render(known.scene, camera);
             const auto samples = samples_of(known.scene, camera, image);
@@ -221,7 +217,6 @@ TEST_CASE("ssao: height fields agree with rays under five cameras", "[ssao]") {
             CHECK(rmse[0] <= balanced);
             CHECK(rmse[1] <= accurate);
         }
-    }
 }
 
 namespace {
@@ -285,7 +280,7 @@ TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
          {std::pair<const char*, Projection>{"perspective", perspective(1.0, 1, {0.5, 500})},
           {"orthographic", orthographic({-2, 2, -2, 2}, {0.5, 500})}}) {
         const Room room = ::room(projection, side, side);
-        for (const int slices : {2, 4}) {
+        for (const int slices : {2, 4})
             for (const auto& [samples, thickness] :
                  {std::pair{8, 0.125}, {8, oracle::infinite}, {256, 0.125}, {256, oracle::infinite}}) {
                 SsaoCall options = options_of(0.5, Quality::balanced, thickness);
@@ -307,7 +302,6 @@ TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
                     CHECK(off.mean <= symmetry_error);
                 }
             }
-        }
     }
 }
 

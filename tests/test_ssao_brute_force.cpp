@@ -145,7 +145,7 @@ TEST_CASE("ssao: brute force needs a quarter of its slices", "[ssao]") {
 TEST_CASE("ssao: brute force over all slices and pixels, two radii", "[ssao]") {
     std::printf("ssao and brute force at a thickness of a quarter of the radius: root of the mean square error (mean, "
                 "99%%; without the worst 2%%), fast | balanced | accurate\n");
-    for (const char* name : {"room", "spheres", "corridor", "railings", "terrain"}) {
+    for (const char* name : {"room", "spheres", "corridor", "railings", "terrain"})
         for (const auto& [camera_name, is_orthographic] : cameras) {
             const Seen seen(scene::named(name), camera_of(name, is_orthographic, 960, 540));
             for (const double share : {0.05, 0.4}) {
@@ -170,7 +170,6 @@ TEST_CASE("ssao: brute force over all slices and pixels, two radii", "[ssao]") {
                 }
             }
         }
-    }
 }
 
 /// Measured and 5% more. Where the first sample's surface is followed towards the pixel, `accurate` is off by 0.17.
@@ -246,7 +245,7 @@ std::pair<double, double> thickness_bars_of(const std::string& scene, const std:
 TEST_CASE("ssao: brute force at every thickness, balanced and with many slices and samples", "[ssao]") {
     std::printf("ssao and brute force, thickness in radii: root of the mean square error (mean, 99%%), balanced | many "
                 "slices and samples, no jitter\n");
-    for (const char* name : {"room", "railings"}) {
+    for (const char* name : {"room", "railings"})
         for (const auto& [camera_name, is_orthographic] : cameras) {
             const Seen seen(scene::named(name), camera_of(name, is_orthographic, 480, 270));
             for (const double thickness : {0.05, 0.25, 1.0, oracle::infinite}) {
@@ -269,5 +268,4 @@ TEST_CASE("ssao: brute force at every thickness, balanced and with many slices a
                 CHECK(many.rmse <= bar);
             }
         }
-    }
 }

@@ -76,14 +76,13 @@ TEST_CASE("ssao at half resolution: a plane is open at every tilt under five cam
             for (const Quality quality : qualities) {
                 const auto got = visibility_of(stored_of(truth.stored, camera), half(1, quality));
                 double off = 0;
-                for (int y = 0; y < height; ++y) {
+                for (int y = 0; y < height; ++y)
                     for (int x = 0; x < width; ++x) {
                         if (!whole_around(truth, x, y, 8))
                             continue;
                         ++pixels;
                         off = std::max(off, std::abs(static_cast<double>(got[index(x, y)]) - 1));
                     }
-                }
                 INFO(name << ", tilt " << tilt << ", quality " << static_cast<int>(quality));
                 CHECK(off <= ssao_plane_error);
                 worst = std::max(worst, off);
@@ -97,8 +96,8 @@ TEST_CASE("ssao at half resolution: a plane is open at every tilt under five cam
 TEST_CASE("ssao at half resolution: strips of a plane two or three pixels wide are open", "[ssao][half]") {
     for (const Camera& camera : cameras()) {
         const auto plane = scene::render({scene::Plane{{0, 0, -4}, {0.5, 0.3, 1}}}, camera).stored;
-        for (const int wide : {2, 3}) {
-            for (int phase = 0; phase < 8; ++phase) {
+        for (const int wide : {2, 3})
+            for (int phase = 0; phase < 8; ++phase)
                 for (const bool columns : {false, true}) {
                     std::vector<float> values(plane.size(), 1); // the background
                     for (int y = 0; y < height; ++y)
@@ -113,8 +112,6 @@ TEST_CASE("ssao at half resolution: strips of a plane two or three pixels wide a
                     INFO(name_of(camera) << ", " << wide << " pixels, phase " << phase << (columns ? ", upright" : ""));
                     CHECK(least >= 1 - ssao_plane_error);
                 }
-            }
-        }
     }
 }
 
@@ -138,14 +135,13 @@ TEST_CASE("ssao at half resolution: nothing leaks over an edge", "[ssao][half]")
         const auto got = visibility_of(stored_of(image.stored, camera), options);
         double least = 1, darkest = 1;
         long open = 0;
-        for (std::size_t i = 0; i < got.size(); ++i) {
+        for (std::size_t i = 0; i < got.size(); ++i)
             if (is_open(image.z[i])) {
                 ++open;
                 least = std::min(least, static_cast<double>(got[i]));
             } else if (std::isfinite(image.z[i])) {
                 darkest = std::min(darkest, static_cast<double>(got[i]));
             }
-        }
         std::printf("%s at half resolution: least visibility of %ld open pixels %.5f, of the others %.2f\n", what, open,
                     least, darkest);
         INFO(what);
@@ -177,7 +173,7 @@ TEST_CASE("ssao at half resolution: what no pixel beside it tells about is open,
 
 TEST_CASE("ssao at half resolution: images of every small size, at even and odd places", "[ssao][half]") {
     for (const auto& [across, down] :
-         {std::pair{1, 1}, {1, 2}, {2, 1}, {1, 57}, {57, 1}, {3, 3}, {2, 5}, {17, 3}, {65, 31}}) {
+         {std::pair{1, 1}, {1, 2}, {2, 1}, {1, 57}, {57, 1}, {3, 3}, {2, 5}, {17, 3}, {65, 31}})
         for (const Camera& camera : cameras(across + 1, down + 1)) {
             const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera).stored;
             const auto room = scene::render(scene::room(), camera).stored;
@@ -198,7 +194,6 @@ TEST_CASE("ssao at half resolution: images of every small size, at even and odd 
                 }
             }
         }
-    }
 }
 
 namespace {

@@ -103,7 +103,7 @@ Regime highlights(const Device& device) {
         regime.panel(washed_out)
             .curve(one_sum)
             .points.push_back(summed_at_once(std::pow(10.0, power), dark, static_cast<int>(diameter)));
-    for (const Way& way : ways) {
+    for (const Way& way : ways)
         for (double power = 0; power <= 32; power += power < 12 ? 1 : 2) {
             const double bright = std::pow(10.0, power);
             const Picture picture(
@@ -111,18 +111,16 @@ Regime highlights(const Device& device) {
                 [&](int x, int y) { return std::abs(x - half) < 2 && std::abs(y - half) < 2 ? bright : dark; });
             const auto got = picture.blurred(device, way.quality);
             double worst = 0, sum = 0;
-            for (int y = 0; y < side; ++y) {
+            for (int y = 0; y < side; ++y)
                 for (int x = 0; x < side; ++x) {
                     const double value = got[static_cast<std::size_t>(y * side + x)];
                     if (std::hypot(x - half, y - half) > 0.6 * diameter + 12)
                         worst = std::max(worst, std::abs(value / dark - 1));
                     sum += value - dark;
                 }
-            }
             regime.panel(washed_out).curve(way.name).points.push_back({bright, worst});
             regime.panel(energy).curve(way.name).points.push_back({bright, std::abs(sum / (9 * (bright - dark)) - 1)});
         }
-    }
     regime.boundaries = {
         {washed_out, "balanced", 1e-3, 0, none, "derived: 2^-24 of a running sum of what is below four"},
         {washed_out, one_sum, 1e-3, 10, 100, "derived: 2^-24 of a running sum"},

@@ -22,12 +22,11 @@ Camera camera(int width, int height) {
 
 std::vector<float> depth(int width, int height) {
     std::vector<float> values;
-    for (int y = 0; y < height; ++y) {
+    for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const double hills = 0.9 + 0.03 * std::sin(x * 0.31) * std::cos(y * 0.23);
             values.push_back(static_cast<float>(x > width / 2 ? hills + 0.04 : hills));
         }
-    }
     values.front() = std::numeric_limits<float>::quiet_NaN();
     values.back() = 1;
     return values;
@@ -91,10 +90,9 @@ std::vector<Image> images(const DofMasks& results) {
     std::vector<Image> all;
     for (const Image* image : {&results.coc, &results.near_weight, &results.focus_weight, &results.far_weight,
                                &results.max_near_coc, &results.near_alpha, &results.disocclusion, &results.mixed_pixels,
-                               &results.tile_min_coc, &results.tile_max_coc}) {
+                               &results.tile_min_coc, &results.tile_max_coc})
         if (*image)
             all.push_back(*image);
-    }
     return all;
 }
 
