@@ -248,6 +248,7 @@ TEST_CASE("program: real inputs of every kind", "[real]") {
     const cv::Mat z = fathom::read_depth(folder / "out/room.exr").values;
     CHECK(largest_finite(z) == Approx(8.07).margin(0.005));
     CHECK(-largest_finite(-z) == Approx(3.77).margin(0.005));
+    CHECK(cv::countNonZero(z == std::numeric_limits<float>::infinity()) == 5); // holes of the scan
 
     for (const std::string name :
          {"persp16.depth.png", "d3d32f.depth.tif", "median32f.depth.tif", "ortho_oblique24.depth.tif"}) {
