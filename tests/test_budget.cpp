@@ -44,6 +44,34 @@ struct Scene {
     }
 };
 
+// All masks of the near field, or some, in images of their own or in the middle of others, which differ in their rows.
+std::vector<Image> near_field_masks(const StoredDepth& stored, const CircleOfConfusion& lens,
+                                    const DofMasksOptions& options, bool inside) {
+    const Device& device = stored.image.device();
+    DofMasks masks;
+    std::vector<Image> all;
+    const auto add = [&](bool asked, Image DofMasks::*mask) {
+        if (!asked)
+            return;
+        const int width = stored.image.width(), height = stored.image.height();
+        const int margin = inside ? 1 + 2 * static_cast<int>(all.size()) : 0;
+        masks.*mask = Image(device, Element::f32, {width + 2 * margin, height + 2 * margin})
+                          .region(margin, margin, width, height);
+        all.push_back(masks.*mask);
+    };
+    add(true, &DofMasks::coc);
+    add(options.near_weight, &DofMasks::near_weight);
+    add(options.focus_weight, &DofMasks::focus_weight);
+    add(options.far_weight, &DofMasks::far_weight);
+    add(options.max_near_coc, &DofMasks::max_near_coc);
+    add(options.near_alpha, &DofMasks::near_alpha);
+    add(options.disocclusion, &DofMasks::disocclusion);
+    add(options.mixed_pixels, &DofMasks::mixed_pixels);
+    dof_masks(stored, masks, lens, options);
+    device.finish();
+    return all;
+}
+
 } // namespace
 
 TEST_CASE("bands of rows that reach differently are of one height, and keep to their budget", "[bands][budget]") {
@@ -119,38 +147,6 @@ TEST_CASE("ssao: a sphere covers the rows that it is said to", "[ssao][budget]")
     const CentreRays rays = centre_rays(camera_rays(cameras[0]));
     CHECK(std::isinf(rows_of_sphere(rays, 2, 150, 1)));
 }
-
-namespace {
-
-// All masks of the near field, or some, in images of their own or in the middle of others, which differ in their rows.
-std::vector<Image> near_field_masks(const StoredDepth& stored, const CircleOfConfusion& lens,
-                                    const DofMasksOptions& options, bool inside) {
-    const Device& device = stored.image.device();
-    DofMasks masks;
-    std::vector<Image> all;
-    const auto add = [&](bool asked, Image DofMasks::*mask) {
-        if (!asked)
-            return;
-        const int width = stored.image.width(), height = stored.image.height();
-        const int margin = inside ? 1 + 2 * static_cast<int>(all.size()) : 0;
-        masks.*mask = Image(device, Element::f32, {width + 2 * margin, height + 2 * margin})
-                          .region(margin, margin, width, height);
-        all.push_back(masks.*mask);
-    };
-    add(true, &DofMasks::coc);
-    add(options.near_weight, &DofMasks::near_weight);
-    add(options.focus_weight, &DofMasks::focus_weight);
-    add(options.far_weight, &DofMasks::far_weight);
-    add(options.max_near_coc, &DofMasks::max_near_coc);
-    add(options.near_alpha, &DofMasks::near_alpha);
-    add(options.disocclusion, &DofMasks::disocclusion);
-    add(options.mixed_pixels, &DofMasks::mixed_pixels);
-    dof_masks(stored, masks, lens, options);
-    device.finish();
-    return all;
-}
-
-} // namespace
 
 TEST_CASE("near field: the least budget is one row of blocks, and does not grow with the discs",
           "[near_field][dof_masks][budget]") {

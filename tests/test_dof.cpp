@@ -176,6 +176,88 @@ void check(const Off& off, bool promised, double largest, double rms) {
     CHECK(off.rms() <= (promised ? dof_edge_rms_error : rms));
 }
 
+/// A scene of slopes with its horizon in row 0.
+struct Outdoors {
+    std::vector<lens_blur::Slope> layers;
+    static constexpr int half = 64, above = 72, below = 80;
+
+    Picture picture() const {
+        const auto front = [this](int x, int y) -> const lens_blur::Slope& {
+            return *std::ranges::find_if(layers,
+                                         [&](const auto& l) { return l.here(x + 0.5 - half, y + 0.5 - above); });
+        };
+        return Picture(
+            2 * half, above + below,
+            [&](int x, int y) { return front(x, y).circle + front(x, y).each_row * (y + 0.5 - above); },
+            [&](int x, int y) { return front(x, y).color; });
+    }
+};
+
+/// Some pixels on both sides of column 0, in rows from `top` to before `bottom`, and what the lens makes of them.
+struct Rim {
+    int top, bottom;
+    std::vector<std::pair<std::pair<int, int>, double>> truth = {};
+
+    void look_at(const Outdoors& scene) {
+        for (int y = top; y < bottom; y += 3)
+            for (int x = -14; x < 14; x += 2)
+                truth.push_back({{x, y}, lens_blur::light(scene.layers, {}, x + 0.5, y + 0.5)});
+    }
+    Off judge(const std::vector<float>& got) const {
+        Off off;
+        for (const auto& [at, light] : truth)
+            off.add(first_channel(got, 2 * Outdoors::half, at.first + Outdoors::half, at.second + Outdoors::above) -
+                    light);
+        return off;
+    }
+};
+
+/// Along one axis, of a disc cut into columns of a pixel: a pixel of the image is a square. Nearly r^2/4 + 1/12.
+double variance_of_disc(double radius) {
+    double sum = 0;
+    for (int x = 1; x <= radius + 1; ++x)
+        sum += 2 * x * x * (half_plane((x + 0.5) / radius) - half_plane((x - 0.5) / radius));
+    return sum;
+}
+
+/// A picture and its depth as a clean plate; the images use the memory of the picture.
+CleanPlate clean_plate_of(const Picture& picture, const Device& device = default_device()) {
+    const Layout pixels{picture.width, picture.height};
+    return {Image::from_host(device, Element::f32, picture.color.data(), {pixels.width, pixels.height, 3}),
+            {Image::from_host(device, Element::f32, picture.depth.data(), pixels),
+             camera_of(picture.width, picture.height)}};
+}
+
+/// A stack blurred with a clean plate that shows what lies behind its first layer.
+std::vector<float> with_clean_plate(const Stack& stack, bool across, DofOptions options) {
+    const Picture clean_plate = Stack{{stack.layers.begin() + 1, stack.layers.end()}, stack.half}.picture(across);
+    options.clean_plate = clean_plate_of(clean_plate);
+    return blurred(stack.picture(across), options);
+}
+
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+
+/// A picture with every circle from -30 to 30 pixels, sky, invalid pixels, edges and highlights.
+Picture mixed(int width = 150, int height = 70) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> any(0, 1);
+    Picture picture(
+        width, height,
+        [&](int x, int y) {
+            return (x / 20 + y / 15) % 3 == 0 ? -15 + 0.1 * x : (x / 20 + y / 15) % 3 == 1 ? 0.2 * y : 30 - 0.1 * x;
+        },
+        [&](int, int) { return any(random); });
+    const auto at = [&](int x, int y) { return static_cast<std::size_t>(y * width + x); };
+    for (int y = 5; y < 9 && y < height; ++y)
+        for (int x = 20; x < 27 && x < width; ++x)
+            picture.depth[at(x, y)] = x < 23 ? inf : not_a_number;
+    for (int i = 0; i < 3 && width > 60 && height > 30; ++i) {
+        picture.color[3 * at(40, 30) + static_cast<std::size_t>(i)] = 1e4f;
+        picture.color[3 * at(60, 20) + static_cast<std::size_t>(i)] = i == 1 ? not_a_number : inf;
+    }
+    return picture;
+}
+
 } // namespace
 
 TEST_CASE("dof: the truth by quadrature is the formula's", "[dof]") {
@@ -372,46 +454,6 @@ TEST_CASE("dof: a pole before an edge is known to be off, less so if accurate", 
         CHECK(rms.at({Quality::accurate, width}) < rms.at({Quality::balanced, width}));
 }
 
-namespace {
-
-/// A scene of slopes with its horizon in row 0.
-struct Outdoors {
-    std::vector<lens_blur::Slope> layers;
-    static constexpr int half = 64, above = 72, below = 80;
-
-    Picture picture() const {
-        const auto front = [this](int x, int y) -> const lens_blur::Slope& {
-            return *std::ranges::find_if(layers,
-                                         [&](const auto& l) { return l.here(x + 0.5 - half, y + 0.5 - above); });
-        };
-        return Picture(
-            2 * half, above + below,
-            [&](int x, int y) { return front(x, y).circle + front(x, y).each_row * (y + 0.5 - above); },
-            [&](int x, int y) { return front(x, y).color; });
-    }
-};
-
-/// Some pixels on both sides of column 0, in rows from `top` to before `bottom`, and what the lens makes of them.
-struct Rim {
-    int top, bottom;
-    std::vector<std::pair<std::pair<int, int>, double>> truth = {};
-
-    void look_at(const Outdoors& scene) {
-        for (int y = top; y < bottom; y += 3)
-            for (int x = -14; x < 14; x += 2)
-                truth.push_back({{x, y}, lens_blur::light(scene.layers, {}, x + 0.5, y + 0.5)});
-    }
-    Off judge(const std::vector<float>& got) const {
-        Off off;
-        for (const auto& [at, light] : truth)
-            off.add(first_channel(got, 2 * Outdoors::half, at.first + Outdoors::half, at.second + Outdoors::above) -
-                    light);
-        return off;
-    }
-};
-
-} // namespace
-
 // What lies straight behind a blurred object is hidden, and a sky has so large a circle that it reaches everywhere: it must
 // not shine through the floor before it.
 TEST_CASE("dof: no far sky shows where a near object hides the floor before it", "[dof]") {
@@ -447,37 +489,6 @@ TEST_CASE("dof: no far sky shows where a near object hides the floor before it",
         }
     }
 }
-
-namespace {
-
-/// Along one axis, of a disc cut into columns of a pixel: a pixel of the image is a square. Nearly r^2/4 + 1/12.
-double variance_of_disc(double radius) {
-    double sum = 0;
-    for (int x = 1; x <= radius + 1; ++x)
-        sum += 2 * x * x * (half_plane((x + 0.5) / radius) - half_plane((x - 0.5) / radius));
-    return sum;
-}
-
-} // namespace
-
-namespace {
-
-/// A picture and its depth as a clean plate; the images use the memory of the picture.
-CleanPlate clean_plate_of(const Picture& picture, const Device& device = default_device()) {
-    const Layout pixels{picture.width, picture.height};
-    return {Image::from_host(device, Element::f32, picture.color.data(), {pixels.width, pixels.height, 3}),
-            {Image::from_host(device, Element::f32, picture.depth.data(), pixels),
-             camera_of(picture.width, picture.height)}};
-}
-
-/// A stack blurred with a clean plate that shows what lies behind its first layer.
-std::vector<float> with_clean_plate(const Stack& stack, bool across, DofOptions options) {
-    const Picture clean_plate = Stack{{stack.layers.begin() + 1, stack.layers.end()}, stack.half}.picture(across);
-    options.clean_plate = clean_plate_of(clean_plate);
-    return blurred(stack.picture(across), options);
-}
-
-} // namespace
 
 TEST_CASE("dof: what a blurred foreground hides is the clean plate's, where there is one", "[dof]") {
     const auto stripes = [](double x) { return 0.5 + 0.5 * std::sin(0.7 * x); };
@@ -651,33 +662,6 @@ TEST_CASE("dof: plain, sloping and bent images", "[dof]") {
         CHECK(bend.largest <= (quality != Quality::fast ? 5e-3 : 2e-2));
     }
 }
-
-namespace {
-
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
-
-/// A picture with every circle from -30 to 30 pixels, sky, invalid pixels, edges and highlights.
-Picture mixed(int width = 150, int height = 70) {
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> any(0, 1);
-    Picture picture(
-        width, height,
-        [&](int x, int y) {
-            return (x / 20 + y / 15) % 3 == 0 ? -15 + 0.1 * x : (x / 20 + y / 15) % 3 == 1 ? 0.2 * y : 30 - 0.1 * x;
-        },
-        [&](int, int) { return any(random); });
-    const auto at = [&](int x, int y) { return static_cast<std::size_t>(y * width + x); };
-    for (int y = 5; y < 9 && y < height; ++y)
-        for (int x = 20; x < 27 && x < width; ++x)
-            picture.depth[at(x, y)] = x < 23 ? inf : not_a_number;
-    for (int i = 0; i < 3 && width > 60 && height > 30; ++i) {
-        picture.color[3 * at(40, 30) + static_cast<std::size_t>(i)] = 1e4f;
-        picture.color[3 * at(60, 20) + static_cast<std::size_t>(i)] = i == 1 ? not_a_number : inf;
-    }
-    return picture;
-}
-
-} // namespace
 
 TEST_CASE("dof: a tile with a halo equals the whole, though a circle lies in a layer of larger ones", "[dof]") {
     constexpr int width = 48, height = 760, most = 512;

@@ -1,7 +1,6 @@
 // Images in memory that others laid out: any offset and row stride, sub-buffers, host memory, and queues of either
 // kind.
 // Depth is decoded to the bits that it gives in images of its own, and nothing is written beside them.
-#include "catch.hpp"
 #include "own_context.hpp"
 
 #include <fathom/fathom.hpp>

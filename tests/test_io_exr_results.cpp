@@ -1,5 +1,4 @@
 // Results as OpenEXR: the header of the file that they belong to, its windows, and its channels beside the new ones.
-#include "catch.hpp"
 #include "exr_files.hpp"
 #include "program.hpp"
 

@@ -1,5 +1,4 @@
 // Normals out of files: which layers and pictures are normals, in which order and range, and what is refused.
-#include "catch.hpp"
 #include "io_files.hpp"
 
 #include <fathom/io.hpp>

@@ -1,5 +1,4 @@
 // The pages: camera files in them are read, C++ in them is compiled as an example, and their links lead somewhere.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "places.hpp"
 

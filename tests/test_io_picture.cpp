@@ -1,5 +1,4 @@
 // Pictures as light: transfer curves against IEC 61966-2-1, alpha, orientation, and what files say about themselves.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "matrices.hpp"
 

@@ -1,5 +1,4 @@
 // Sources of depth by name. The truth is each source's own formula, written down here once more, at one pixel.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "places.hpp"
 

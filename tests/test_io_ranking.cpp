@@ -1,5 +1,4 @@
 // What values could be, where nobody says it. The truth is each input's own description, or the formula that made it.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "places.hpp"
 #include "real_inputs.hpp"

@@ -1,5 +1,4 @@
 // Depth out of PNG, TIFF, PFM and PGM: which types are depth, and that their values come back untouched.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "matrices.hpp"
 #include "real_inputs.hpp"

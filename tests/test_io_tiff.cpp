@@ -1,5 +1,4 @@
 // TIFF in the forms that other programs write: tiles and strips, compressed or not, either byte order, BigTIFF, turned.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "matrices.hpp"
 #include "tiff_files.hpp"

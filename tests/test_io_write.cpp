@@ -1,5 +1,4 @@
 // Results into files: every format holds what it was given, and whatever goes wrong leaves nothing behind.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "matrices.hpp"
 

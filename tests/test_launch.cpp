@@ -1,5 +1,4 @@
 // The last parameter of every operation: events before it, an event after it, and its queue.
-#include "catch.hpp"
 #include "images.hpp"
 #include "own_context.hpp"
 

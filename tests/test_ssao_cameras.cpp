@@ -7,7 +7,6 @@
 #include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/ssao.hpp>
 
 using namespace fathom;
 using Eigen::Vector2d;

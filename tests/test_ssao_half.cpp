@@ -10,7 +10,6 @@
 #include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/ssao.hpp>
 
 using namespace fathom;
 using namespace fathom::images;
@@ -63,6 +62,109 @@ bool whole_around(const scene::Rendered& image, int x, int y, int around) {
                 return false;
     return true;
 }
+
+// What rounding alone may do: it moves a tap in a thousand to the next of a side's 31 sectors, in one slice of two.
+constexpr double rounding_mean = 2e-5, rounding_worst = 1.0 / 31;
+
+/// The camera of every second pixel of every second row: pixel i + ½ of its image is 2 i + ½ of the other's.
+Camera half_camera(const Camera& camera) {
+    Camera half = camera;
+    half.width = (camera.width + 1) / 2;
+    half.height = (camera.height + 1) / 2;
+    const auto row = [](int from, int to) {
+        const long double scale = 0.5L * from / to;
+        return std::pair(scale, scale - 1 + 0.5L / to);
+    };
+    const auto [scale_x, shift_x] = row(camera.width, half.width);
+    const auto [scale_y, shift_y] = row(camera.height, half.height);
+    Projection::Matrix& matrix = half.projection.matrix;
+    matrix.row(0) = (scale_x * matrix.row(0) + shift_x * matrix.row(3)).eval();
+    matrix.row(1) = (scale_y * matrix.row(1) - shift_y * matrix.row(3)).eval(); // rows grow downwards
+    return half;
+}
+
+/// Every second pixel of every second row.
+std::vector<float> picked(const std::vector<float>& values, int channels = 1) {
+    std::vector<float> result;
+    for (int y = 0; y < height; y += 2)
+        for (int x = 0; x < width; x += 2)
+            for (int c = 0; c < channels; ++c)
+                result.push_back(
+                    values[static_cast<std::size_t>(channels) * index(x, y) + static_cast<std::size_t>(c)]);
+    return result;
+}
+
+/// What the options of one call point at, for all pixels or for those that are picked.
+struct Inputs {
+    std::vector<float> depth, normals, thicknesses, back;
+    Camera camera;
+    StoredDepth stored, behind;
+    Image normal_image, map;
+
+    Inputs(const Inputs&) = delete;
+    explicit Inputs(const Camera& from) : camera(from) {
+        const auto image = scene::render(scene::room(), camera);
+        depth = pierced_room(camera);
+        for (std::size_t i = 0; i < depth.size(); ++i) {
+            for (int c = 0; c < 3; ++c)
+                normals.push_back(static_cast<float>(image.normal[i][c]));
+            thicknesses.push_back(i % width < width / 2 ? 2.0f : 0.02f);
+            const double z = image.z[i] + (i / width % 3 == 0 ? 3 : 0.3);
+            back.push_back(
+                static_cast<float>(std::isfinite(z) ? stored_depth(camera, Storage::float32, 0.5, 0.5, z) : 1));
+        }
+        upload();
+    }
+    /// Those that are picked of `all`.
+    Inputs(const Inputs& all, const Camera& half)
+        : depth(picked(all.depth)), normals(picked(all.normals, 3)), thicknesses(picked(all.thicknesses)),
+          back(picked(all.back)), camera(half) {
+        upload();
+    }
+    void upload() {
+        stored = stored_of(depth, camera);
+        behind = stored_of(back, camera);
+        const Device& device = stored.image.device();
+        normal_image = Image::from_host(device, Element::f32, normals.data(), {camera.width, camera.height, 3});
+        map = Image::from_host(device, Element::f32, thicknesses.data(), {camera.width, camera.height});
+    }
+};
+
+using Change = std::function<void(SsaoCall&, const Inputs&)>;
+const std::pair<const char*, Change> changes[] = {
+    {"fast", [](auto& o, const auto&) { sampling_of(o).quality = Quality::fast; }},
+    {"accurate", [](auto& o, const auto&) { sampling_of(o).quality = Quality::accurate; }},
+    {"border clamp", [](auto& o, const auto&) { o.border = Border::clamp; }},
+    {"falloff", [](auto& o, const auto&) { o.falloff = 1; }},
+    {"infinite thickness", [](auto& o, const auto&) { o.thickness = oracle::infinite; }},
+    {"thickness map", [](auto& o, const Inputs& in) { o.thickness = in.map; }},
+    {"thickness from the silhouette", [](auto& o, const auto&) { o.thickness = Silhouette{}; }},
+    {"back layer", [](auto& o, const Inputs& in) { o.thickness = in.behind; }},
+    {"seed", [](auto& o, const auto&) { o.seed = 5; }},
+};
+
+constexpr double large = 0.4; // radius, in widths of the image
+
+/// Half resolution at a large radius: the preset's own number of samples, or more.
+struct Way {
+    const char* name;
+    Quality quality;
+    int samples;
+    double aim; ///< root of the mean square
+};
+constexpr Way ways[] = {{"fast, 16 samples", Quality::fast, 16, 0.06},
+                        {"balanced, 64 samples", Quality::balanced, 64, 0.03},
+                        {"accurate, 60 samples", Quality::accurate, 60, 0.01}};
+
+/// Measured and 5% more where the aim is missed: a fault to mend, not a promise.
+struct Pinned {
+    const char* scene;
+    bool is_orthographic;
+    double bars[3];
+};
+constexpr Pinned pinned[] = {{"room", false, {0.06, 0.03, 0.0159}},
+                             {"room", true, {0.0888, 0.03, 0.0156}},
+                             {"railings", false, {0.0911, 0.0386, 0.0360}}};
 
 } // namespace
 
@@ -196,90 +298,6 @@ TEST_CASE("ssao at half resolution: images of every small size, at even and odd 
         }
 }
 
-namespace {
-
-// What rounding alone may do: it moves a tap in a thousand to the next of a side's 31 sectors, in one slice of two.
-constexpr double rounding_mean = 2e-5, rounding_worst = 1.0 / 31;
-
-/// The camera of every second pixel of every second row: pixel i + ½ of its image is 2 i + ½ of the other's.
-Camera half_camera(const Camera& camera) {
-    Camera half = camera;
-    half.width = (camera.width + 1) / 2;
-    half.height = (camera.height + 1) / 2;
-    const auto row = [](int from, int to) {
-        const long double scale = 0.5L * from / to;
-        return std::pair(scale, scale - 1 + 0.5L / to);
-    };
-    const auto [scale_x, shift_x] = row(camera.width, half.width);
-    const auto [scale_y, shift_y] = row(camera.height, half.height);
-    Projection::Matrix& matrix = half.projection.matrix;
-    matrix.row(0) = (scale_x * matrix.row(0) + shift_x * matrix.row(3)).eval();
-    matrix.row(1) = (scale_y * matrix.row(1) - shift_y * matrix.row(3)).eval(); // rows grow downwards
-    return half;
-}
-
-/// Every second pixel of every second row.
-std::vector<float> picked(const std::vector<float>& values, int channels = 1) {
-    std::vector<float> result;
-    for (int y = 0; y < height; y += 2)
-        for (int x = 0; x < width; x += 2)
-            for (int c = 0; c < channels; ++c)
-                result.push_back(
-                    values[static_cast<std::size_t>(channels) * index(x, y) + static_cast<std::size_t>(c)]);
-    return result;
-}
-
-/// What the options of one call point at, for all pixels or for those that are picked.
-struct Inputs {
-    std::vector<float> depth, normals, thicknesses, back;
-    Camera camera;
-    StoredDepth stored, behind;
-    Image normal_image, map;
-
-    Inputs(const Inputs&) = delete;
-    explicit Inputs(const Camera& from) : camera(from) {
-        const auto image = scene::render(scene::room(), camera);
-        depth = pierced_room(camera);
-        for (std::size_t i = 0; i < depth.size(); ++i) {
-            for (int c = 0; c < 3; ++c)
-                normals.push_back(static_cast<float>(image.normal[i][c]));
-            thicknesses.push_back(i % width < width / 2 ? 2.0f : 0.02f);
-            const double z = image.z[i] + (i / width % 3 == 0 ? 3 : 0.3);
-            back.push_back(
-                static_cast<float>(std::isfinite(z) ? stored_depth(camera, Storage::float32, 0.5, 0.5, z) : 1));
-        }
-        upload();
-    }
-    /// Those that are picked of `all`.
-    Inputs(const Inputs& all, const Camera& half)
-        : depth(picked(all.depth)), normals(picked(all.normals, 3)), thicknesses(picked(all.thicknesses)),
-          back(picked(all.back)), camera(half) {
-        upload();
-    }
-    void upload() {
-        stored = stored_of(depth, camera);
-        behind = stored_of(back, camera);
-        const Device& device = stored.image.device();
-        normal_image = Image::from_host(device, Element::f32, normals.data(), {camera.width, camera.height, 3});
-        map = Image::from_host(device, Element::f32, thicknesses.data(), {camera.width, camera.height});
-    }
-};
-
-using Change = std::function<void(SsaoCall&, const Inputs&)>;
-const std::pair<const char*, Change> changes[] = {
-    {"fast", [](auto& o, const auto&) { sampling_of(o).quality = Quality::fast; }},
-    {"accurate", [](auto& o, const auto&) { sampling_of(o).quality = Quality::accurate; }},
-    {"border clamp", [](auto& o, const auto&) { o.border = Border::clamp; }},
-    {"falloff", [](auto& o, const auto&) { o.falloff = 1; }},
-    {"infinite thickness", [](auto& o, const auto&) { o.thickness = oracle::infinite; }},
-    {"thickness map", [](auto& o, const Inputs& in) { o.thickness = in.map; }},
-    {"thickness from the silhouette", [](auto& o, const auto&) { o.thickness = Silhouette{}; }},
-    {"back layer", [](auto& o, const Inputs& in) { o.thickness = in.behind; }},
-    {"seed", [](auto& o, const auto&) { o.seed = 5; }},
-};
-
-} // namespace
-
 // With given normals: those from depth come from all pixels.
 TEST_CASE("ssao at half resolution: every second pixel has what its image alone has, for every option",
           "[ssao][half]") {
@@ -337,33 +355,6 @@ TEST_CASE("ssao at half resolution: a noisy plane within its tolerance is open",
     CHECK(few_least < 1 - ssao_plane_error);
     CHECK(none_least < 0.9);
 }
-
-namespace {
-
-constexpr double large = 0.4; // radius, in widths of the image
-
-/// Half resolution at a large radius: the preset's own number of samples, or more.
-struct Way {
-    const char* name;
-    Quality quality;
-    int samples;
-    double aim; ///< root of the mean square
-};
-constexpr Way ways[] = {{"fast, 16 samples", Quality::fast, 16, 0.06},
-                        {"balanced, 64 samples", Quality::balanced, 64, 0.03},
-                        {"accurate, 60 samples", Quality::accurate, 60, 0.01}};
-
-/// Measured and 5% more where the aim is missed: a fault to mend, not a promise.
-struct Pinned {
-    const char* scene;
-    bool is_orthographic;
-    double bars[3];
-};
-constexpr Pinned pinned[] = {{"room", false, {0.06, 0.03, 0.0159}},
-                             {"room", true, {0.0888, 0.03, 0.0156}},
-                             {"railings", false, {0.0911, 0.0386, 0.0360}}};
-
-} // namespace
 
 TEST_CASE("ssao at half resolution: brute force for a radius of 40 % of the width", "[ssao][half]") {
     std::printf(

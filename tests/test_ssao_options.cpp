@@ -10,7 +10,6 @@
 #include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/ssao.hpp>
 
 using namespace fathom;
 using namespace fathom::images;
@@ -117,6 +116,59 @@ double angle_deg(const Vector3d& a, const Vector3d& b) {
     return std::atan2(a.cross(b).norm(), a.dot(b)) / degree;
 }
 
+constexpr double bent_plane_deg[] = {2.1, 1.7, 0.15}; // fast, balanced, accurate: measured 1.94, 1.56, 0.142
+// Where rays say how far it bends: measured 0.92 and 8.4, at the rim of a bowl, for balanced; 0.46 and 2.3 for accurate.
+constexpr double bent_mean_deg[] = {1, 1, 0.5}, bent_worst_deg[] = {9, 9, 2.5};
+
+/// Mean direction of the rays that are open, weighted by the cosine: what a bent normal is.
+Vector3d mean_open(const scene::Scene& scene, const Vector3d& position, const Vector3d& normal, double radius) {
+    constexpr int side = 48;
+    const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
+    Vector3d sum = Vector3d::Zero();
+    for (int i = 0; i < side; ++i)
+        for (int j = 0; j < 2 * side; ++j) {
+            const double share = (i + 0.5) / side, azimuth = std::numbers::pi * (j + 0.5) / side;
+            const Vector3d ray = std::sqrt(share) * (std::cos(azimuth) * across + std::sin(azimuth) * along) +
+                                 std::sqrt(1 - share) * normal;
+            if (!scene::blocked(scene, position, ray, radius))
+                sum += ray;
+        }
+    return sum.normalized();
+}
+
+Vector3d vector_at(const std::vector<float>& values, std::size_t i) {
+    return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+}
+
+// Root of the mean square error. 0.004 is aimed at for accurate: measured 0.0083. Without jitter the radius grows from
+// slice to slice, and with it the azimuth: measured 0.0332.
+struct FalloffWay {
+    const char* name;
+    Quality quality;
+    int slices;
+    double bar;
+};
+constexpr FalloffWay falloff_ways[] = {{"balanced", Quality::balanced, 0, 0.0112},
+                                       {"accurate", Quality::accurate, 0, 0.0088},
+                                       {"32 slices, no jitter", Quality::accurate, 32, 0.0349}};
+
+// A sphere blocks nothing of its own sky. Measured, with its normals and with those of its depth, at pixels of the rim that
+// see it edge-on.
+constexpr double sphere_worst[] = {0.0001, 0.1075}, sphere_mean[] = {0.0001, 0.0001};
+
+// How far the mean may move: the jitter of 19481 pixels with one slice each averages out to this. Measured 0.0012.
+constexpr double seed_mean = 0.002;
+
+/// What is said when options are refused; empty when they are not.
+std::string refusal(const StoredDepth& stored, const SsaoCall& options) {
+    try {
+        ssao(stored, options);
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return {};
+}
+
 } // namespace
 
 TEST_CASE("ssao: every output marks invalid pixels", "[ssao]") {
@@ -159,34 +211,6 @@ TEST_CASE("ssao: every output marks invalid pixels", "[ssao]") {
             }
     }
 }
-
-namespace {
-
-constexpr double bent_plane_deg[] = {2.1, 1.7, 0.15}; // fast, balanced, accurate: measured 1.94, 1.56, 0.142
-// Where rays say how far it bends: measured 0.92 and 8.4, at the rim of a bowl, for balanced; 0.46 and 2.3 for accurate.
-constexpr double bent_mean_deg[] = {1, 1, 0.5}, bent_worst_deg[] = {9, 9, 2.5};
-
-/// Mean direction of the rays that are open, weighted by the cosine: what a bent normal is.
-Vector3d mean_open(const scene::Scene& scene, const Vector3d& position, const Vector3d& normal, double radius) {
-    constexpr int side = 48;
-    const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
-    Vector3d sum = Vector3d::Zero();
-    for (int i = 0; i < side; ++i)
-        for (int j = 0; j < 2 * side; ++j) {
-            const double share = (i + 0.5) / side, azimuth = std::numbers::pi * (j + 0.5) / side;
-            const Vector3d ray = std::sqrt(share) * (std::cos(azimuth) * across + std::sin(azimuth) * along) +
-                                 std::sqrt(1 - share) * normal;
-            if (!scene::blocked(scene, position, ray, radius))
-                sum += ray;
-        }
-    return sum.normalized();
-}
-
-Vector3d vector_at(const std::vector<float>& values, std::size_t i) {
-    return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
-}
-
-} // namespace
 
 TEST_CASE("ssao: the bent normal of an open plane is its normal", "[ssao]") {
     std::printf("bent normals of open planes, largest angle to the normal\n");
@@ -255,22 +279,6 @@ TEST_CASE("ssao: the bent normal is the cosine-weighted mean of the open directi
             }
         }
 }
-
-namespace {
-
-// Root of the mean square error. 0.004 is aimed at for accurate: measured 0.0083. Without jitter the radius grows from
-// slice to slice, and with it the azimuth: measured 0.0332.
-struct FalloffWay {
-    const char* name;
-    Quality quality;
-    int slices;
-    double bar;
-};
-constexpr FalloffWay falloff_ways[] = {{"balanced", Quality::balanced, 0, 0.0112},
-                                       {"accurate", Quality::accurate, 0, 0.0088},
-                                       {"32 slices, no jitter", Quality::accurate, 32, 0.0349}};
-
-} // namespace
 
 TEST_CASE("ssao: falloff is the mean over radii", "[ssao]") {
     std::printf(
@@ -481,14 +489,6 @@ TEST_CASE("ssao: a clamped border is the image with its border repeated", "[ssao
     }
 }
 
-namespace {
-
-// A sphere blocks nothing of its own sky. Measured, with its normals and with those of its depth, at pixels of the rim that
-// see it edge-on.
-constexpr double sphere_worst[] = {0.0001, 0.1075}, sphere_mean[] = {0.0001, 0.0001};
-
-} // namespace
-
 TEST_CASE("ssao: a lone sphere is open", "[ssao]") {
     const auto sphere = scene::Scene{scene::Sphere{{0, 0, 0}, 2}};
     std::printf("ssao of a lone sphere: with its normals | without\n");
@@ -550,13 +550,6 @@ TEST_CASE("ssao: a device without double gives the same", "[ssao]") {
     }
 }
 
-namespace {
-
-// How far the mean may move: the jitter of 19481 pixels with one slice each averages out to this. Measured 0.0012.
-constexpr double seed_mean = 0.002;
-
-} // namespace
-
 TEST_CASE("ssao: a seed turns the noise and leaves the mean", "[ssao]") {
     std::printf("ssao with another seed, root of the mean square difference\n");
     for (const auto& [name, camera] : cameras()) {
@@ -594,20 +587,6 @@ TEST_CASE("ssao: images of the caller's that do not fit are refused", "[ssao]") 
     refused({.visibility = visibility, .bent_normal = visibility, .confidence = {}}, {.bent_normal = true},
             "bent_normal holds 1 float a pixel; it must hold 3 floats");
 }
-
-namespace {
-
-/// What is said when options are refused; empty when they are not.
-std::string refusal(const StoredDepth& stored, const SsaoCall& options) {
-    try {
-        ssao(stored, options);
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return {};
-}
-
-} // namespace
 
 TEST_CASE("ssao: refuses what does not fit in one line that names it", "[ssao]") {
     const Seen seen(scene::room(), cameras().front().second);

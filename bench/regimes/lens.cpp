@@ -50,6 +50,20 @@ double two_edges_off(const Device& device, Quality quality, double diameter) {
     return largest;
 }
 
+// A row that a highlight of three pixels stands in, summed from its start: what is left of it where a window of a disc's
+// chord has only what is dark. Each sum is rounded to 2^-24 of itself.
+Point summed_at_once(double bright, double dark, int chord) {
+    std::vector<float> sums{0};
+    for (int x = 0; x < 64; ++x)
+        sums.push_back(sums.back() + static_cast<float>(x < 3 ? bright : dark));
+    Point point{bright, 0, 2 * 0x1p-24 * (3 * bright + 64 * dark) * 64 / (chord * dark)};
+    for (std::size_t x = 4; x + static_cast<std::size_t>(chord) < sums.size(); ++x) {
+        const double mean = static_cast<double>(sums[x + static_cast<std::size_t>(chord)] - sums[x]) / chord;
+        point.error = std::max(point.error, std::abs(mean / dark - 1));
+    }
+    return point;
+}
+
 } // namespace
 
 Regime aperture(const Device& device) {
@@ -76,24 +90,6 @@ Regime aperture(const Device& device) {
     };
     return regime;
 }
-
-namespace {
-
-// A row that a highlight of three pixels stands in, summed from its start: what is left of it where a window of a disc's
-// chord has only what is dark. Each sum is rounded to 2^-24 of itself.
-Point summed_at_once(double bright, double dark, int chord) {
-    std::vector<float> sums{0};
-    for (int x = 0; x < 64; ++x)
-        sums.push_back(sums.back() + static_cast<float>(x < 3 ? bright : dark));
-    Point point{bright, 0, 2 * 0x1p-24 * (3 * bright + 64 * dark) * 64 / (chord * dark)};
-    for (std::size_t x = 4; x + static_cast<std::size_t>(chord) < sums.size(); ++x) {
-        const double mean = static_cast<double>(sums[x + static_cast<std::size_t>(chord)] - sums[x]) / chord;
-        point.error = std::max(point.error, std::abs(mean / dark - 1));
-    }
-    return point;
-}
-
-} // namespace
 
 Regime highlights(const Device& device) {
     Regime regime{"highlights", "brightness of a highlight; 0.001 beside it"};

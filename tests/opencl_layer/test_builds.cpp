@@ -1,5 +1,4 @@
 // How often programs are built: once for a context, whoever asks for them.
-#include "catch.hpp"
 #include "layer.hpp"
 #include "operations.hpp"
 #include "own_context.hpp"

@@ -1,5 +1,4 @@
 // A failure of every call to OpenCL that can fail, one after the other, in every operation.
-#include "catch.hpp"
 #include "faults.hpp"
 #include "layer.hpp"
 #include "operations.hpp"

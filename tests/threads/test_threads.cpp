@@ -1,5 +1,4 @@
 // Many threads, one or two devices: every call gives the bits that it gives alone.
-#include "catch.hpp"
 #include "faults.hpp"
 #include "operations.hpp"
 #include "own_context.hpp"

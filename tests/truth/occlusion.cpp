@@ -80,24 +80,6 @@ auto turn(const Function& f, int count, int halvings) {
     return sum;
 }
 
-} // namespace
-
-double visibility(const Scene& scene, const Vector3d& position, const Vector3d& normal, double radius, int azimuths,
-                  int samples) {
-    const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
-    const auto at = [&](double azimuth) {
-        const Vector3d outward = std::cos(azimuth) * across + std::sin(azimuth) * along;
-        return open_share(
-            [&](double polar) {
-                return !blocked(scene, position, std::cos(polar) * normal + std::sin(polar) * outward, radius);
-            },
-            samples);
-    };
-    return turn(at, azimuths, 10) / (2 * std::numbers::pi);
-}
-
-namespace {
-
 /// In a slice, seen from the point: first along the side's tangent, then towards the camera.
 struct Column {
     Vector2d front, direction; ///< direction of unit length, away from the camera
@@ -377,6 +359,20 @@ double visibility_of(const Sight& sight, const Centre& centre, const ScreenOptio
 }
 
 } // namespace
+
+double visibility(const Scene& scene, const Vector3d& position, const Vector3d& normal, double radius, int azimuths,
+                  int samples) {
+    const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
+    const auto at = [&](double azimuth) {
+        const Vector3d outward = std::cos(azimuth) * across + std::sin(azimuth) * along;
+        return open_share(
+            [&](double polar) {
+                return !blocked(scene, position, std::cos(polar) * normal + std::sin(polar) * outward, radius);
+            },
+            samples);
+    };
+    return turn(at, azimuths, 10) / (2 * std::numbers::pi);
+}
 
 Sight::Sight(const Camera& camera) {
     const Caster caster({}, camera);
