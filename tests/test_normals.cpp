@@ -545,8 +545,7 @@ TEST_CASE("normals: view depth gives those of the stored depth", "[normals]") {
 }
 
 TEST_CASE("stability: normals of images that are all border", "[normals][stability]") {
-    for (const auto& [width, height] :
-         {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {3, 1}, {1, 2}, {17, 2}, {16, 16}, {33, 5}})
+    for (const auto& [width, height] : {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {17, 2}, {33, 5}})
         for (const bool is_orthographic : {false, true}) {
             const Camera camera =
                 camera_of(is_orthographic ? orthographic({-2, 2, -2, 2}, {0.1, 100}) : perspective(1.0, 1, {0.1, 100}),

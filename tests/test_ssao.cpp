@@ -23,8 +23,6 @@ constexpr double plane_error = ssao_plane_error;
 constexpr double symmetry_error = 1e-6; // on average: rounding. Of a pixel, a sector of 31
 constexpr double looks_to = 1;          // radius of the rays in height fields, about 20 pixels
 
-const char* const quality_names[] = {"fast", "balanced", "accurate"};
-
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
 }
@@ -195,7 +193,7 @@ const std::pair<const char*, Places> turns[] = {
 
 TEST_CASE("ssao: a plane is open at every tilt under five cameras", "[ssao]") {
     std::vector<std::pair<std::string, SsaoCall>> ways;
-    for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate})
+    for (const Quality quality : qualities)
         ways.push_back({quality_names[static_cast<int>(quality)], options_of(1, quality)});
     for (const int slices : {1, 2, 3}) {
         ways.push_back({std::to_string(slices) + " slices", options_of(1, Quality::balanced)});

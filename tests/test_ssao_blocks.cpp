@@ -15,8 +15,6 @@ using namespace fathom::images;
 namespace {
 
 constexpr int width = 400, height = 300, block = 64, seam = 10;
-constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
-constexpr const char* names[] = {"fast", "balanced", "accurate"};
 constexpr int half_samples[] = {16, 48, 36}; // as src/operations/ssao/ssao_method.cpp has them
 
 std::size_t index(int x, int y, int row = width) {
@@ -88,9 +86,9 @@ TEST_CASE(
         const auto all = visibility_of(stored, whole(quality, yard_radius(quality)));
         const auto few = visibility_of(stored, half(quality, yard_radius(quality)));
         const Kinds kinds = kinds_of(got, all, few);
-        INFO(names[static_cast<int>(quality)]);
+        INFO(quality_names[static_cast<int>(quality)]);
         std::printf("ssao in blocks, %s: %ld pixels of all, %ld of half resolution, %ld between them\n",
-                    names[static_cast<int>(quality)], kinds.whole, kinds.half, kinds.neither);
+                    quality_names[static_cast<int>(quality)], kinds.whole, kinds.half, kinds.neither);
         CHECK(kinds.whole > 1000);
         CHECK(kinds.half > 1000);
         double worst = 0; // beyond the two results, and beyond the steepest passage from one to the other
@@ -159,7 +157,7 @@ TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blo
                     ++beside;
                     differ += !same_bits(got[index(x, y)], all[index(x, y)]);
                 }
-            INFO(what << ", " << names[static_cast<int>(quality)]);
+            INFO(what << ", " << quality_names[static_cast<int>(quality)]);
             CHECK(beside > 50);
             CHECK(differ == 0);
             CHECK(kinds.half > 5000); // the bare part
@@ -230,8 +228,8 @@ TEST_CASE("ssao in blocks: a camera that moves sees no block pop", "[ssao][block
         }
         std::printf(
             "ssao in blocks, %s: 24 frames, %ld changes of a block, which change its middle by at most %.4f rms\n",
-            names[static_cast<int>(quality)], changed_blocks, worst);
-        INFO(names[static_cast<int>(quality)]);
+            quality_names[static_cast<int>(quality)], changed_blocks, worst);
+        INFO(quality_names[static_cast<int>(quality)]);
         CHECK(changed_blocks > 0);
         CHECK(worst <= bars[static_cast<int>(quality)]);
     }

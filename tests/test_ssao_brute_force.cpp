@@ -15,8 +15,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr const char* quality_names[] = {"fast", "balanced", "accurate"};
-
 /// A scene as a camera stores it, with its true normals.
 struct Seen {
     Camera camera;
@@ -185,7 +183,7 @@ TEST_CASE("ssao: brute force over all slices and pixels, two radii", "[ssao]") {
                 const auto allowed = bars_of(name, camera_name, share);
                 std::printf("  %-8s %-12s %2.0f%% of the width", name, camera_name, 100 * share);
                 std::vector<Off> off;
-                for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
+                for (const Quality quality : qualities) {
                     SsaoCall options = options_of(radius);
                     options.thickness = radius / 4;
                     sampling_of(options).quality = quality;

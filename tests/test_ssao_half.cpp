@@ -17,7 +17,6 @@ using namespace fathom::images;
 namespace {
 
 constexpr int width = 161, height = 121;
-constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
 
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);

@@ -175,7 +175,7 @@ TEST_CASE("ssao: every output marks invalid pixels", "[ssao]") {
     for (const auto& [name, camera] : cameras()) {
         Seen room(scene::room(), camera);
         pierce(room);
-        for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate})
+        for (const Quality quality : qualities)
             for (const bool half : {false, true}) {
                 SsaoCall options = options_of(0.5, quality);
                 if (half)
@@ -218,7 +218,7 @@ TEST_CASE("ssao: the bent normal of an open plane is its normal", "[ssao]") {
         const auto plane = oracle::open_plane(tilt * degree, 0.7);
         for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
             const Seen seen(plane.scene, camera);
-            for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
+            for (const Quality quality : qualities) {
                 SsaoCall options = options_of(1, quality);
                 options.bent_normal = true;
                 const auto bent = floats(ssao(seen.stored, options).bent_normal);
@@ -537,7 +537,7 @@ TEST_CASE("ssao: a device without double gives the same", "[ssao]") {
                     camera_of(perspective(1.0, 4.0 / 3, {0.5, infinity, DepthOrder::reversed}, Convention::vulkan()))});
     for (const auto& [name, camera] : list) {
         Seen room(scene::room(), camera);
-        for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
+        for (const Quality quality : qualities) {
             const SsaoCall options = options_of(0.5, quality);
             room.upload();
             const auto expected = room.visibility(options);
@@ -554,7 +554,7 @@ TEST_CASE("ssao: a seed turns the noise and leaves the mean", "[ssao]") {
     std::printf("ssao with another seed, root of the mean square difference\n");
     for (const auto& [name, camera] : cameras()) {
         const Seen room(scene::room(), camera);
-        for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
+        for (const Quality quality : qualities) {
             SsaoCall options = options_of(0.5, quality);
             const auto first = room.visibility(options);
             for (const std::uint32_t seed : {1u, 2u, 12345u, 4294967295u}) {

@@ -20,7 +20,6 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr double plane_error = ssao_plane_error;
 constexpr double quantised_plane_error = 0.02; // of a plane in few bits of depth
 
-constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
 constexpr double thicknesses[] = {0.1, oracle::infinite};
 
 template <typename Value>
