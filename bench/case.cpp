@@ -18,13 +18,12 @@ std::size_t size_of(const Camera& camera) {
 
 std::vector<float> patches(int width, int height) {
     std::vector<float> color;
-    for (int y = 0; y < height; ++y) {
+    for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const auto patch = static_cast<unsigned>((y / 12) * 7919 + (x / 16) * 104729);
             for (const unsigned factor : {2654435761u, 2246822519u, 3266489917u})
                 color.push_back(static_cast<float>((patch * factor) >> 8) * 0x1p-24f);
         }
-    }
     return color;
 }
 

@@ -171,12 +171,11 @@ void add_streams(std::vector<Method>& list) {
                             return on.floats(1);
                         }});
         for (const auto& [name, method] : {std::pair{"neighbours", NormalMethod::neighbours},
-                                           std::pair{"least squares", NormalMethod::least_squares}}) {
+                                           std::pair{"least squares", NormalMethod::least_squares}})
             list.push_back({"normals", name, Kind::library, storage, "spread", [storage, method = method](Case& on) {
                                 normals(on.stored(storage), on.floats(3), {.method = method});
                                 return on.floats(3);
                             }});
-        }
     }
     list.push_back({"unproject", "fathom", Kind::library, Storage::float32, "spread", [](Case& on) {
                         unproject(on.stored(), on.floats(3), {.background = Background::decode});

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "matrices.hpp"
+
 #include <fathom/opencv.hpp>
 
 #include <opencv2/core.hpp>
@@ -12,13 +14,10 @@
 /// Every operation on OpenCV's matrices, with what it has to give.
 namespace fathom::opencv_forms {
 
+using test::same;
+
 inline Camera camera() {
     return {.projection = perspective(1.0, 1.5, {0.5, 100}), .width = 30, .height = 20};
-}
-
-inline bool same(const cv::Mat& a, const cv::Mat& b) {
-    return a.type() == b.type() && a.size() == b.size() && a.isContinuous() && b.isContinuous() &&
-           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
 }
 
 inline constexpr CircleOfConfusion lens{6, 12};
@@ -68,47 +67,36 @@ struct Given {
 inline std::vector<Given> forms(const Device& device, const Device& truth, const cv::Mat& stored,
                                 const cv::Mat& color) {
     const StoredDepth depth{to_device(truth, stored), camera()};
+    using In = cv::InputArray;
+    using Out = cv::OutputArray;
     const Camera seen = camera();
     const DofMasks masks =
         dof_masks(depth, lens, {.focus_weight = true, .mixed_pixels = true, .tile_px = 7, .tile_max_coc = true});
     const Occlusion occlusion = ssao(depth, 0.5, {.bent_normal = true, .confidence = true});
     return {
-        {"linearize", to_mat(linearize(depth).image),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) { linearize(device, s, seen, r); }},
-        {"unproject", to_mat(unproject(depth)),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) { unproject(device, s, seen, r); }},
+        {"linearize", to_mat(linearize(depth).image), [=](In s, In, Out r) { linearize(device, s, seen, r); }},
+        {"unproject", to_mat(unproject(depth)), [=](In s, In, Out r) { unproject(device, s, seen, r); }},
         {"unproject, 4 channels", to_mat(unproject(depth, {.channels = 4})),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) { unproject(device, s, seen, r, {.channels = 4}); }},
-        {"normals", to_mat(normals(depth)),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) { normals(device, s, seen, r); }},
-        {"ssao", to_mat(occlusion.visibility),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) { ssao(device, s, seen, 0.5, r); }},
+         [=](In s, In, Out r) { unproject(device, s, seen, r, {.channels = 4}); }},
+        {"normals", to_mat(normals(depth)), [=](In s, In, Out r) { normals(device, s, seen, r); }},
+        {"ssao", to_mat(occlusion.visibility), [=](In s, In, Out r) { ssao(device, s, seen, 0.5, r); }},
         {"bent normals", to_mat(occlusion.bent_normal),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) {
-             ssao(device, s, seen, 0.5, {.bent_normal = r}, {.bent_normal = true});
-         }},
+         [=](In s, In, Out r) { ssao(device, s, seen, 0.5, {.bent_normal = r}, {.bent_normal = true}); }},
         {"confidence", to_mat(occlusion.confidence),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) {
-             ssao(device, s, seen, 0.5, {.confidence = r}, {.confidence = true});
-         }},
-        {"coc", to_mat(masks.coc),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) { dof_masks(device, s, seen, lens, {.coc = r}); }},
+         [=](In s, In, Out r) { ssao(device, s, seen, 0.5, {.confidence = r}, {.confidence = true}); }},
+        {"coc", to_mat(masks.coc), [=](In s, In, Out r) { dof_masks(device, s, seen, lens, {.coc = r}); }},
         {"focus weight", to_mat(masks.focus_weight),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) {
-             dof_masks(device, s, seen, lens, {.focus_weight = r}, {.focus_weight = true});
-         }},
+         [=](In s, In, Out r) { dof_masks(device, s, seen, lens, {.focus_weight = r}, {.focus_weight = true}); }},
         {"mixed pixels", to_mat(masks.mixed_pixels),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) {
-             dof_masks(device, s, seen, lens, {.mixed_pixels = r}, {.mixed_pixels = true});
-         }},
+         [=](In s, In, Out r) { dof_masks(device, s, seen, lens, {.mixed_pixels = r}, {.mixed_pixels = true}); }},
         {"tiles", to_mat(masks.tile_max_coc),
-         [=](cv::InputArray s, cv::InputArray, cv::OutputArray r) {
+         [=](In s, In, Out r) {
              dof_masks(device, s, seen, lens, {.tile_max_coc = r}, {.tile_px = 7, .tile_max_coc = true});
          }},
         {"dof", to_mat(dof(depth, to_device(truth, color), lens)),
-         [=](cv::InputArray s, cv::InputArray c, cv::OutputArray r) { dof(device, s, seen, c, lens, r); }},
+         [=](In s, In c, Out r) { dof(device, s, seen, c, lens, r); }},
         {"fog", to_mat(fog(depth, to_device(truth, color), fog_of({0.2, 0.5, 1}))),
-         [=](cv::InputArray s, cv::InputArray c, cv::OutputArray r) {
+         [=](In s, In c, Out r) {
              fog(device, s, seen, c, r, fog_of({0.2, 0.5, 1}));
          }},
     };

@@ -1,6 +1,7 @@
 #pragma once
 
-#include "catch.hpp"
+#include "io_files.hpp"
+#include "matrices.hpp"
 #include "places.hpp"
 
 #include <fathom/io.hpp>
@@ -18,7 +19,6 @@
 /// The program `fathom` as a person starts it, and small inputs for it.
 namespace fathom::test {
 
-namespace fs = std::filesystem;
 using Arguments = std::vector<std::string>;
 
 inline Arguments joined(Arguments arguments, const Arguments& more) {
@@ -29,29 +29,19 @@ inline Arguments joined(Arguments arguments, const Arguments& more) {
 inline constexpr unsigned patience_s = 120; // a run that takes longer hangs
 
 /// A folder of its own for each test: inputs lie in it, results belong into out/.
-class Folder {
+class Folder : TempFolder {
 public:
-    Folder() {
-        std::string name = (fs::temp_directory_path() / "fathom-test-XXXXXX").string();
-        path_ = mkdtemp(name.data());
-        fs::create_directory(path_ / "out");
-    }
-    ~Folder() { fs::remove_all(path_); }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
+    Folder() { fs::create_directory(path() / "out"); }
 
-    std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+    std::string operator/(const std::string& name) const { return (path() / name).string(); }
 
     std::vector<std::string> results() const {
         std::vector<std::string> names;
-        for (const auto& entry : fs::recursive_directory_iterator(path_ / "out"))
+        for (const auto& entry : fs::recursive_directory_iterator(path() / "out"))
             names.push_back(entry.path().filename().string());
         std::sort(names.begin(), names.end());
         return names;
     }
-
-private:
-    fs::path path_;
 };
 
 inline std::string content(const fs::path& file) {
@@ -248,16 +238,6 @@ inline std::string depth_file(const Folder& folder, const std::string& name, con
 /// What a file's channel holds, untouched.
 inline cv::Mat channel(const std::string& file, const std::string& name = {}) {
     return read_depth(file, {.channel = name, .packing = {}}).values;
-}
-
-/// Bit for bit.
-inline bool same(const cv::Mat& a, const cv::Mat& b) {
-    if (a.size() != b.size() || a.type() != b.type())
-        return false;
-    for (int y = 0; y < a.rows; ++y)
-        if (std::memcmp(a.ptr(y), b.ptr(y), static_cast<std::size_t>(a.cols) * a.elemSize()) != 0)
-            return false;
-    return true;
 }
 
 } // namespace fathom::test

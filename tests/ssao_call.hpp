@@ -14,6 +14,10 @@ struct SsaoCall : fathom::SsaoOptions {
     double radius = 0;
 };
 
+inline constexpr fathom::Quality qualities[] = {fathom::Quality::fast, fathom::Quality::balanced,
+                                                fathom::Quality::accurate};
+inline constexpr const char* quality_names[] = {"fast", "balanced", "accurate"};
+
 /// Of options that have no tolerance.
 inline fathom::Sampling& sampling_of(fathom::SsaoOptions& options) {
     return std::get<fathom::Sampling>(options.sampling);

@@ -92,8 +92,8 @@ std::vector<Subject> of_every_encoding() {
 std::vector<Subject> everywhere(const char* what, const std::function<Subject(DepthSpan, Convention)>& make) {
     constexpr double nears[] = {0.1, 1e-6, 3.7, 1e3, 0.01};
     std::vector<Subject> subjects;
-    for (const auto& [name, convention] : conventions) {
-        for (const DepthOrder order : orders) {
+    for (const auto& [name, convention] : conventions)
+        for (const DepthOrder order : orders)
             for (std::size_t i = 0; i <= std::size(ratios); ++i) {
                 const bool infinite = i == std::size(ratios);
                 const double near = nears[i % std::size(nears)];
@@ -101,8 +101,6 @@ std::vector<Subject> everywhere(const char* what, const std::function<Subject(De
                 const DepthSpan span{near, far, order};
                 subjects.push_back(named(make(span, convention), text_of(what, name, span)));
             }
-        }
-    }
     return subjects;
 }
 

@@ -51,8 +51,8 @@ Figure5 lengyel(double degrees, double distance, double far) {
 TEST_CASE("Lengyel: Figure 5 is eq. 19, clamped where a C_z <= -2", "[articles]") {
     double worst = 0;
     int clamped = 0, below = 0;
-    for (const double far : {figure_5_far, 40.0, infinity}) {
-        for (double degrees = 0; degrees <= 88; degrees += 2) {
+    for (const double far : {figure_5_far, 40.0, infinity})
+        for (double degrees = 0; degrees <= 88; degrees += 2)
             for (const double part : {0.001, 0.05, 0.1, 0.25, 0.4, 0.6, 0.9}) {
                 const double distance = part * (far == infinity ? 1 : far);
                 if (far != infinity && !leaves_something(degrees, part))
@@ -78,8 +78,6 @@ TEST_CASE("Lengyel: Figure 5 is eq. 19, clamped where a C_z <= -2", "[articles]"
                 if (condition > 0)
                     REQUIRE((std::isinf(far) || std::abs(attainable_depth(camera, 2, 2) / far - 1) <= 1e-9));
             }
-        }
-    }
     REQUIRE(depth_at_infinity(30, 0.1) == Approx(0.705).margin(1e-3)); // the example of docs/research/articles.md
     REQUIRE(depth_at_infinity(60, 0.1) == Approx(0.200).margin(1e-3));
     REQUIRE(clamped > 50);
@@ -149,7 +147,7 @@ TEST_CASE("Goldberg: derivatives are constant for z/w, smooth for linear depth, 
     const DepthPicture linear = rasterise(triangles, screen, DepthWriter::linear);
     std::size_t at = 0;
     double least_second = infinity, greatest_second = 0;
-    for (int row = 0; row < screen.height; ++row) {
+    for (int row = 0; row < screen.height; ++row)
         for (int column = 0; column < screen.width; ++column, ++at) {
             REQUIRE(usual.triangle[at] >= 0);
             const double x = column + 0.5, y = row + 0.5;
@@ -163,7 +161,6 @@ TEST_CASE("Goldberg: derivatives are constant for z/w, smooth for linear depth, 
             least_second = std::min(least_second, second);
             greatest_second = std::max(greatest_second, second);
         }
-    }
     REQUIRE(worst_usual <= same);
     REQUIRE(worst_linear <= same);
     REQUIRE(greatest_second > 50 * least_second);

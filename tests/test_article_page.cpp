@@ -91,10 +91,9 @@ TEST_CASE("pages: every test that the articles' page names exists, and it names 
     const std::regex name_of_test("[A-Za-z]+: .+");
     std::istringstream parts(page);
     std::string part;
-    for (bool code = false; std::getline(parts, part, '`'); code = !code) {
+    for (bool code = false; std::getline(parts, part, '`'); code = !code)
         if (code && std::regex_match(part, name_of_test))
             named.insert(part);
-    }
     REQUIRE(named.size() >= 20);
     for (const std::string& name : named) {
         INFO("docs/research/articles.md names a test that does not exist: " << name);
@@ -113,10 +112,9 @@ TEST_CASE("pages: every pattern of tests in the documentation finds a test", "[p
     const std::regex command("fathom_tests \"([^\"]+)\"");
     int patterns = 0;
     std::vector<std::filesystem::path> pages{root / "README.md"};
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / "docs")) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / "docs"))
         if (entry.path().extension() == ".md")
             pages.push_back(entry.path());
-    }
     for (const auto& file : pages) {
         const std::string page = text_of(file);
         for (std::sregex_iterator found(page.begin(), page.end(), command), end; found != end; ++found) {

@@ -52,7 +52,7 @@ std::vector<Kind> kinds() {
     for (const auto& [name, convention] : {std::pair{"OpenGL", Convention::opengl()},
                                            {"Direct3D", Convention::direct3d()},
                                            {"Vulkan", Convention::vulkan()},
-                                           {"0..1", zero_to_one}}) {
+                                           {"0..1", zero_to_one}})
         for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
             const std::string is = std::string(name) + (order == DepthOrder::reversed ? " reversed" : "");
             all.push_back({is, perspective(centred, {0.5, 100, order}, convention)});
@@ -60,7 +60,6 @@ std::vector<Kind> kinds() {
             all.push_back({is + " infinite", perspective(off_centre, {0.5, infinity, order}, convention)});
             all.push_back({is + " orthographic", orthographic({-9, 12, -7, 8}, {0.5, 100, order}, convention)});
         }
-    }
     return all;
 }
 
@@ -149,7 +148,7 @@ TEST_CASE("Popov: what is not depth may be computed at the corners and interpola
         const Real bx = -p(2, 0) / (p(0, 0) * p(2, 3)), by = -p(2, 1) / (p(1, 1) * p(2, 3));
         return bx * (x + p(0, 2)) + by * (y + p(1, 2)) + p(2, 2) / p(2, 3);
     };
-    for (const Real x : {0.5L, 40.0L, 160.5L}) {
+    for (const Real x : {0.5L, 40.0L, 160.5L})
         for (const Real y : {0.5L, 77.5L}) {
             const Real s = x / camera.width, t = y / camera.height;
             const Real b = (1 - t) * ((1 - s) * b_of_clip(-1, 1) + s * b_of_clip(1, 1)) +
@@ -161,7 +160,6 @@ TEST_CASE("Popov: what is not depth may be computed at the corners and interpola
                 REQUIRE(std::abs(ours / z - 1) <= constants_tolerance * 64); // κ of these points is below 64
             }
         }
-    }
 }
 
 TEST_CASE("Popov: the programs of listing 1 give the depth behind a fragment, with the sign of eq. 9 turned",
@@ -172,8 +170,8 @@ TEST_CASE("Popov: the programs of listing 1 give the depth behind a fragment, wi
     const Convention zero_to_one{ClipZ::zero_to_one, ClipY::up, ViewAxes::opengl};
     const std::array<Point, 3> triangle{Point(-1, -1, -4), Point(2, -0.5L, -7), Point(0, 1, -5)};
     Real worst = 0;
-    for (const Convention& convention : {Convention::opengl(), zero_to_one}) {
-        for (const FrustumEdges& edges : {centred, off_centre}) {
+    for (const Convention& convention : {Convention::opengl(), zero_to_one})
+        for (const FrustumEdges& edges : {centred, off_centre})
             for (const bool oblique : {false, true}) {
                 const Projection plain = perspective(edges, {0.5, 100}, convention);
                 const Projection p = oblique ? with_oblique_near_plane(plain, {0.3, 0.2, -0.9, -2}) : plain;
@@ -207,8 +205,6 @@ TEST_CASE("Popov: the programs of listing 1 give the depth behind a fragment, wi
                     REQUIRE(std::abs(as_printed / truth - 1) > 0.5L);
                 }
             }
-        }
-    }
     std::cout << "Popov: listing 1 with eq. 8 and the turned eq. 9, worst relative error " << worst << "\n";
 }
 
@@ -238,8 +234,8 @@ TEST_CASE("Lengyel: the new row is eq. 14 with the corner of eq. 15", "[articles
     // For n = 0.5, f = 100 and the edges l, r, b, t; M₄ is 0 0 −1 0.
     const double n = 0.5, f = 100;
     Real worst = 0;
-    for (const FrustumEdges& edges : {centred, off_centre}) {
-        for (const double far : {f, infinity}) {
+    for (const FrustumEdges& edges : {centred, off_centre})
+        for (const double far : {f, infinity})
             for (const Eigen::Vector4d& plane :
                  {Eigen::Vector4d(0.3, 0.2, -0.9, -2), Eigen::Vector4d(-0.6, 0.1, -0.4, -3),
                   Eigen::Vector4d(0.2, -0.7, -0.7, -1), Eigen::Vector4d(0, 0, -1, -4)}) {
@@ -259,8 +255,6 @@ TEST_CASE("Lengyel: the new row is eq. 14 with the corner of eq. 15", "[articles
                     REQUIRE(std::abs(ours(3) + 2 * f * d / (f - d)) <= constants_tolerance * 16);
                 }
             }
-        }
-    }
     std::cout << "Lengyel: eq. 14 and 15, worst relative difference of the row " << worst << "\n";
 }
 
@@ -337,7 +331,7 @@ TEST_CASE("Lengyel: the depth attainable in a direction", "[articles]") {
     //   1/z_far(D) = 1/f − N·(D_Q − D)/δ          where the far plane cuts the ray; never, when that is ≤ 0
     //   v(z, D) = v_n + (v_f − v_n)(N·D − δ/z)/(N·D_Q − δ/f)      the clip value of depth z
     Real worst_far = 0, worst_value = 0;
-    for (const double far : {100.0, infinity}) {
+    for (const double far : {100.0, infinity})
         for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
             const Projection plain = perspective(off_centre, {0.5, far, order});
             const Rays ray = camera_rays(camera_of(plain));
@@ -373,7 +367,6 @@ TEST_CASE("Lengyel: the depth attainable in a direction", "[articles]") {
                 }
             }
         }
-    }
     std::cout << "Lengyel: attainable depth, worst relative error " << worst_far << "; stored value " << worst_value
               << "\n";
 }
@@ -479,12 +472,11 @@ TEST_CASE("Goldberg: z times w is linear at vertices only, and the bound holds i
         for (int triangle = 0; triangle < 50; ++triangle) {
             const Real middle = std::uniform_real_distribution(1.0, ratio)(random);
             const Point depths(1, ratio, middle);
-            for (int i = 0; i <= 40; ++i) {
+            for (int i = 0; i <= 40; ++i)
                 for (int j = 0; i + j <= 40; ++j) {
                     const Point weights(i / 40.0L, j / 40.0L, (40 - i - j) / 40.0L);
                     worst = std::max(worst, error_at(depths, weights));
                 }
-            }
         }
         // Where the true depth is the geometric mean of both ends: 1/√r = a + (1 − a)/r.
         const Real r = ratio, a = (1 / std::sqrt(r) - 1 / r) / (1 - 1 / r);
@@ -552,7 +544,7 @@ TEST_CASE("Lenaerts: a position lies on the pixel's ray, perspective or parallel
             } else {
                 REQUIRE(ray.direction.leftCols<2>().isZero(0)); // one direction
             }
-            for (const double x : {0.5, 20.0, 63.5}) {
+            for (const double x : {0.5, 20.0, 63.5})
                 for (const double y : {0.5, 31.5}) {
                     const Point pixel(x, y, 1);
                     for (const double z : {0.5, 7.0, 100.0}) {
@@ -571,7 +563,6 @@ TEST_CASE("Lenaerts: a position lies on the pixel's ray, perspective or parallel
                         REQUIRE(error <= 0x1p-46L); // the view matrix was inverted in double here
                     }
                 }
-            }
         }
     }
     std::cout << "Lenaerts: worst relative difference of a position, view " << worst_view << ", world " << worst_world
@@ -608,7 +599,7 @@ TEST_CASE("Lenaerts: his depth and his corner rays are ours", "[articles]") {
                 return (1 - t) * ((1 - s) * at[0] + s * at[1]) + t * ((1 - s) * at[2] + s * at[3]);
             };
             INFO(kind.name << ", shift " << shift);
-            for (const double x : {0.5, 20.0, 63.5}) {
+            for (const double x : {0.5, 20.0, 63.5})
                 for (const double stored : {0.125, 0.5, 0.75}) {
                     const Real z_ndc = 2 * Real{stored} - 1, s = x / Real{64}, t = 0.25L;
                     const Real z = -(z_ndc * m(3, 3) - m(3, 2)) / (z_ndc * m(2, 3) - m(2, 2));
@@ -619,7 +610,6 @@ TEST_CASE("Lenaerts: his depth and his corner rays are ours", "[articles]") {
                     worst = std::max(worst, (position - his).norm() / his.norm());
                     REQUIRE((position - his).norm() <= position_tolerance * 16 * his.norm());
                 }
-            }
         }
     }
     std::cout << "Lenaerts: corner origins and rays, worst relative difference of a position " << worst << "\n";

@@ -33,7 +33,7 @@ bench::View seen(const char* name, const scene::Scene& scene, double fov_y, cons
 // Blocks of many heights between streets, and spheres on some of them, from above.
 scene::Scene town() {
     scene::Scene scene{scene::Plane{{0, 0, 0}, {0, 1, 0}}};
-    for (int row = 0; row < 7; ++row) {
+    for (int row = 0; row < 7; ++row)
         for (int column = -4; column <= 4; ++column) {
             const double tall = 0.3 + 0.45 * ((row * 5 + column * column * 3) % 7);
             const double x = 2.1 * column + 0.4 * (row % 3), z = -2 - 2.4 * row;
@@ -41,7 +41,6 @@ scene::Scene town() {
             if ((row + column) % 3 == 0)
                 scene.push_back(scene::Sphere{{x, tall + 0.35, z}, 0.35});
         }
-    }
     return scene;
 }
 

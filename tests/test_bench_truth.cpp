@@ -44,14 +44,13 @@ double worst_edge_error(bool is_orthographic, double diameter) {
 TEST_CASE("bench: the lens through a scene blurs an edge as the closed form does", "[bench]") {
     // An edge cuts about √N of the cells that N rays stand for, whose errors add up like random ones: N^(1/4) rays of N.
     const double allowed = 1.5 * std::pow(1024, -0.75);
-    for (const bool is_orthographic : {false, true}) {
+    for (const bool is_orthographic : {false, true})
         for (const double diameter : {2.0, 12.0, 30.0}) {
             const double worst = worst_edge_error(is_orthographic, diameter);
             std::printf("%s, circle of %.0f pixels: worst %.5f of the step (allowed %.5f)\n",
                         is_orthographic ? "orthographic rays" : "perspective", diameter, worst, allowed);
             CHECK(worst <= allowed);
         }
-    }
 }
 
 // The town's horizon once showed the lens an infinite ground, of which the picture ends at the far plane.

@@ -30,14 +30,13 @@ struct Scene {
                                 ? perspective(1.2, 1.2 * width / height, {0.1, 100})
                                 : orthographic({-2, 2, -2.0 * height / width, 2.0 * height / width}, {0.1, 100});
         camera.encoding = Encoding::view_z;
-        for (int y = 0; y < height; ++y) {
+        for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const int step = x / 37 % 3 + y / 29 % 2 + (x / 51 + y / 97) % 4;
                 const bool hole = (x * 31 + y * 17) % 997 == 0;
                 const double z = 3.0 - 1.2 * y / height + 0.02 * step + 1e-4 * ((x * 7 + y * 13) % 11);
                 depth.push_back(hole ? std::nanf("") : static_cast<float>(z));
             }
-        }
     }
 
     StoredDepth stored(const Device& device) const {
@@ -103,7 +102,7 @@ TEST_CASE("ssao: a sphere covers the rows that it is said to", "[ssao][budget]")
                                                             : Eigen::Vector3d(origin * pixel + direction.col(2) * w);
             const double rows = rows_of_sphere(rays, radius, pixel.y(), rays.perspective ? 1 / w : -w);
             double most = 0;
-            for (int i = 0; i < 360; ++i) {
+            for (int i = 0; i < 360; ++i)
                 for (int j = 0; j <= 180; ++j) {
                     const double a = std::numbers::pi * i / 180, b = std::numbers::pi * j / 180;
                     const Eigen::Vector3d point =
@@ -111,7 +110,6 @@ TEST_CASE("ssao: a sphere covers the rows that it is said to", "[ssao][budget]")
                         radius * Eigen::Vector3d(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b));
                     most = std::max(most, std::abs(row_of(point) - pixel.y()));
                 }
-            }
             CHECK(most <= rows * (1 + 1e-9));
             tightest = std::min(tightest, most / rows);
         }
@@ -122,38 +120,6 @@ TEST_CASE("ssao: a sphere covers the rows that it is said to", "[ssao][budget]")
     CHECK(std::isinf(rows_of_sphere(rays, 2, 150, 1)));
 }
 
-namespace {
-
-// All masks of the near field, or some, in images of their own or in the middle of others, which differ in their rows.
-std::vector<Image> near_field_masks(const StoredDepth& stored, const CircleOfConfusion& lens,
-                                    const DofMasksOptions& options, bool inside) {
-    const Device& device = stored.image.device();
-    DofMasks masks;
-    std::vector<Image> all;
-    const auto add = [&](bool asked, Image DofMasks::*mask) {
-        if (!asked)
-            return;
-        const int width = stored.image.width(), height = stored.image.height();
-        const int margin = inside ? 1 + 2 * static_cast<int>(all.size()) : 0;
-        masks.*mask = Image(device, Element::f32, {width + 2 * margin, height + 2 * margin})
-                          .region(margin, margin, width, height);
-        all.push_back(masks.*mask);
-    };
-    add(true, &DofMasks::coc);
-    add(options.near_weight, &DofMasks::near_weight);
-    add(options.focus_weight, &DofMasks::focus_weight);
-    add(options.far_weight, &DofMasks::far_weight);
-    add(options.max_near_coc, &DofMasks::max_near_coc);
-    add(options.near_alpha, &DofMasks::near_alpha);
-    add(options.disocclusion, &DofMasks::disocclusion);
-    add(options.mixed_pixels, &DofMasks::mixed_pixels);
-    dof_masks(stored, masks, lens, options);
-    device.finish();
-    return all;
-}
-
-} // namespace
-
 TEST_CASE("near field: the least budget is one row of blocks, and does not grow with the discs",
           "[near_field][dof_masks][budget]") {
     constexpr int width = 45, height = 1100;
@@ -163,15 +129,14 @@ TEST_CASE("near field: the least budget is one row of blocks, and does not grow 
         .near_weight = true, .focus_weight = true, .far_weight = true, .near_alpha = true, .disocclusion = true};
     for (const double k : {10.0, 1200.0}) { // discs of up to 4 and 460 pixels
         const CircleOfConfusion lens{.k = k, .g = 2.4 * k};
-        const auto masks = [&](const Device& device) {
-            return near_field_masks(scene.stored(device), lens, options, true);
-        };
-        const std::vector<Image> whole = masks(device_with(0));
+        const auto masks = [&](const Device& device) { return dof_masks(scene.stored(device), lens, options); };
+        const DofMasks whole = masks(device_with(0));
         for (const int vector_width : {16, 4}) {
             const Device device = device_with(weights + tables, vector_width);
-            const std::vector<Image> got = masks(device);
-            for (std::size_t i = 0; i < got.size(); ++i)
-                CHECK(same_bits(floats(got[i]), floats(whole[i])));
+            const DofMasks got = masks(device);
+            for (const auto mask : {&DofMasks::coc, &DofMasks::near_weight, &DofMasks::focus_weight,
+                                    &DofMasks::far_weight, &DofMasks::near_alpha, &DofMasks::disocclusion})
+                CHECK(same_bits(floats(got.*mask), floats(whole.*mask)));
             CHECK(device.state().most_scratch_bytes <= weights + tables);
         }
         CHECK_THROWS_WITH(

@@ -139,7 +139,7 @@ TEST_CASE("max_error: errors are those of the storage, or the worst of any") {
 }
 
 TEST_CASE("max_error: the library chooses by its table") {
-    for (const Operation operation : {Operation::ssao, Operation::dof, Operation::normals}) {
+    for (const Operation operation : {Operation::ssao, Operation::dof, Operation::normals})
         for (const Storage storage : {Storage::float32, Storage::uint16}) {
             const std::vector<MeasuredMethod> list =
                 measured_for(measured_methods(), to_string(operation), to_string(storage));
@@ -154,7 +154,6 @@ TEST_CASE("max_error: the library chooses by its table") {
                 CHECK(found.ns_per_pixel <= each.ns_per_pixel);
             }
         }
-    }
 }
 
 TEST_CASE("max_error: depth of 16 bits is judged as such in floats too") {

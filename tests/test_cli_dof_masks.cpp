@@ -186,21 +186,6 @@ TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
         output, {"--focus", "1", "--f-stop", "2", "--focal-length-mm", "50", "--mm-per-unit", "10"}));
 }
 
-TEST_CASE("dof-masks program: several inputs go into a folder") {
-    const Scene scene;
-    const std::string other = depth_file(scene.folder, "other.png", scene.depth);
-    const auto ask = [&](const Arguments& more) {
-        return run(joined({"dof-masks", scene.input, other, "--camera", scene.camera, "-o", scene.folder / "out/masks",
-                           "--circle", "20,60"},
-                          more));
-    };
-    check_refused(ask({"--format", "png"}), 2, "--mask");
-    check_done(ask({}));
-    check_done(ask({"--format", "png", "--mask", "near"}));
-    CHECK(scene.folder.results() ==
-          std::vector<std::string>{"frame.exr", "frame.png", "masks", "other.exr", "other.png"});
-}
-
 TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
     const Scene scene;
     const std::string output = scene.folder / "out/masks.exr";
@@ -282,13 +267,4 @@ TEST_CASE("dof-masks program: the near field and tiles go into files of their ow
     check_refused(scene.with_lens(other, {"--max-near-coc", file("t.png")}), 2, ".png");
     check_refused(scene.with_lens(other, {"--near-alpha", other}), 2, "--near-alpha");
     CHECK(!fs::exists(other));
-}
-
-TEST_CASE("dof-masks program: --help has examples, every option and the exit codes") {
-    const Outcome outcome = check_done({"dof-masks", "--help"});
-    for (const char* text :
-         {"Usage: fathom dof-masks DEPTH", "Example:\n  fathom dof-masks ", "Exit codes:", "--focus X|inf",
-          "--focus-at X,Y", "--focus-along X,Y,D", "--f-stop X|inf", "--mm-per-unit X", "--circle K,G",
-          "--sky blur|sharp|exclude", "--mask coc|near|focus|far", "--tile-px N"})
-        CHECK(contains(outcome.out, text));
 }

@@ -1,5 +1,4 @@
 // OpenEXR files that other programs made: what OpenImageIO's oiiotool says of a file's header it says of a result's, too.
-#include "catch.hpp"
 #include "program.hpp"
 #include "real_inputs.hpp"
 

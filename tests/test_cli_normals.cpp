@@ -45,14 +45,13 @@ TEST_CASE("normals program: writes what the library computes, in every format") 
     }
     const cv::Mat codes = cv::imread(sphere.folder / "out/n.png", cv::IMREAD_UNCHANGED);
     REQUIRE(codes.type() == CV_16UC3);
-    for (int y = 0; y < height; ++y) {
+    for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const auto n = truth.at<cv::Vec3f>(y, x);
             const auto bgr = codes.at<cv::Vec3w>(y, x);
             for (int i = 0; i < 3; ++i)
                 REQUIRE(bgr[2 - i] == (n == cv::Vec3f(0, 0, 0) ? 0 : std::lround((0.5 * n[i] + 0.5) * 65535)));
         }
-    }
 }
 
 TEST_CASE("normals program: every option reaches the library") {

@@ -103,27 +103,6 @@ int check_library(const Options& defaults, const std::function<void(const Option
     return checked;
 }
 
-} // namespace
-
-TEST_CASE("options: the library accepts what is described, and nothing else") {
-    const Scene scene;
-    const CircleOfConfusion circle = circle_of_confusion({.f_stop = 2, .focus = 5, .sensor_mm = 36}, scene.camera);
-    int checked = 0;
-    checked += check_library<LinearizeOptions>({}, [&](const auto& o) { linearize(scene.stored, o); });
-    checked += check_library<UnprojectOptions>({}, [&](const auto& o) { unproject(scene.stored, o); });
-    checked += check_library<NormalsOptions>({}, [&](const auto& o) { normals(scene.stored, o); });
-    checked += check_library<description::SsaoCall>({.radius = 1},
-                                                    [&](const auto& o) { ssao(scene.stored, o.radius, o.options); });
-    checked += check_library<DofMasksOptions>({}, [&](const auto& o) { dof_masks(scene.stored, circle, o); });
-    checked += check_library<DofOptions>({}, [&](const auto& o) { dof(scene.stored, scene.picture, circle, o); });
-    checked += check_library<FogOptions>({.density = 1}, [&](const auto& o) { fog(scene.stored, scene.picture, o); });
-    scene.stored.image.device().finish(); // PoCL crashes where a program ends while a kernel is still being compiled
-    std::cout << "options: the library checked " << checked << " values\n";
-    CHECK(checked > 100);
-}
-
-namespace {
-
 std::vector<Option> options_with_lens(const description::Operation& operation) {
     std::vector<Option> all = operation.lens;
     all.insert(all.end(), operation.options.begin(), operation.options.end());
@@ -161,6 +140,23 @@ std::string range_in(const std::string& comment) {
 }
 
 } // namespace
+
+TEST_CASE("options: the library accepts what is described, and nothing else") {
+    const Scene scene;
+    const CircleOfConfusion circle = circle_of_confusion({.f_stop = 2, .focus = 5, .sensor_mm = 36}, scene.camera);
+    int checked = 0;
+    checked += check_library<LinearizeOptions>({}, [&](const auto& o) { linearize(scene.stored, o); });
+    checked += check_library<UnprojectOptions>({}, [&](const auto& o) { unproject(scene.stored, o); });
+    checked += check_library<NormalsOptions>({}, [&](const auto& o) { normals(scene.stored, o); });
+    checked += check_library<description::SsaoCall>({.radius = 1},
+                                                    [&](const auto& o) { ssao(scene.stored, o.radius, o.options); });
+    checked += check_library<DofMasksOptions>({}, [&](const auto& o) { dof_masks(scene.stored, circle, o); });
+    checked += check_library<DofOptions>({}, [&](const auto& o) { dof(scene.stored, scene.picture, circle, o); });
+    checked += check_library<FogOptions>({.density = 1}, [&](const auto& o) { fog(scene.stored, scene.picture, o); });
+    scene.stored.image.device().finish(); // PoCL crashes where a program ends while a kernel is still being compiled
+    std::cout << "options: the library checked " << checked << " values\n";
+    CHECK(checked > 100);
+}
 
 TEST_CASE("options: a range that a header says is the one that is described") {
     int compared = 0;

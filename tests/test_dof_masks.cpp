@@ -182,6 +182,46 @@ void check(const std::string& label, const std::vector<Subject>& subjects) {
     }
 }
 
+Camera window_camera(int width, int height, DepthSpan span = {0.1, 100}) {
+    Camera camera{
+        .projection = perspective(1.0, static_cast<double>(width) / height, span), .width = width, .height = height};
+    return camera;
+}
+
+const Device& cpu() {
+    return oracle::device();
+}
+
+struct Planes {
+    std::vector<float> circle, near, focus, far;
+};
+
+Planes download(const DofMasks& masks) {
+    using images::floats;
+    return {floats(masks.coc), floats(masks.near_weight), floats(masks.focus_weight), floats(masks.far_weight)};
+}
+
+Planes all_weights(const StoredDepth& stored, const CircleOfConfusion& coc, DofMasksOptions options = {}) {
+    options.near_weight = options.focus_weight = options.far_weight = true;
+    return download(dof_masks(stored, coc, options));
+}
+
+Planes masks_of(std::vector<float>& values, const Camera& camera, const CircleOfConfusion& coc,
+                const DofMasksOptions& options = {}) {
+    const Layout layout{camera.width, camera.height};
+    return all_weights({Image::from_host(cpu(), Element::f32, values.data(), layout), camera}, coc, options);
+}
+
+std::string message_of(const CircleOfConfusion& coc, const DofMasksOptions& options, const Camera& camera) {
+    std::vector<float> values(static_cast<std::size_t>(camera.width * camera.height), 0.5f);
+    try {
+        masks_of(values, camera, coc, options);
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
 } // namespace
 
 TEST_CASE("dof_masks: circles from the window encoding of a perspective are within their bound", "[dof_masks][exact]") {
@@ -200,12 +240,11 @@ TEST_CASE("dof_masks: circles from the window encoding of a perspective are with
 }
 
 TEST_CASE("dof_masks: circles from oblique depth are within their bound", "[dof_masks][exact]") {
-    for (const Eigen::Vector4d& tilt : {Eigen::Vector4d(0.1, -0.2, -1, -2), Eigen::Vector4d(0.6, 0.5, -0.7, -1.2)}) {
+    for (const Eigen::Vector4d& tilt : {Eigen::Vector4d(0.1, -0.2, -1, -2), Eigen::Vector4d(0.6, 0.5, -0.7, -1.2)})
         check("circles, oblique " + std::to_string(tilt[0]),
               everywhere("oblique", [&](DepthSpan span, Convention convention) {
                   return oracle::oblique_perspective(tilt, span, convention);
               }));
-    }
 }
 
 TEST_CASE("dof_masks: circles under an orthographic projection are within their bound", "[dof_masks][exact]") {
@@ -318,50 +357,6 @@ TEST_CASE("dof_masks: circles from integer codes and halves are within their bou
         }
     }
 }
-
-namespace {
-
-Camera window_camera(int width, int height, DepthSpan span = {0.1, 100}) {
-    Camera camera{
-        .projection = perspective(1.0, static_cast<double>(width) / height, span), .width = width, .height = height};
-    return camera;
-}
-
-const Device& cpu() {
-    return oracle::device();
-}
-
-struct Planes {
-    std::vector<float> circle, near, focus, far;
-};
-
-Planes download(const DofMasks& masks) {
-    using images::floats;
-    return {floats(masks.coc), floats(masks.near_weight), floats(masks.focus_weight), floats(masks.far_weight)};
-}
-
-Planes all_weights(const StoredDepth& stored, const CircleOfConfusion& coc, DofMasksOptions options = {}) {
-    options.near_weight = options.focus_weight = options.far_weight = true;
-    return download(dof_masks(stored, coc, options));
-}
-
-Planes masks_of(std::vector<float>& values, const Camera& camera, const CircleOfConfusion& coc,
-                const DofMasksOptions& options = {}) {
-    const Layout layout{camera.width, camera.height};
-    return all_weights({Image::from_host(cpu(), Element::f32, values.data(), layout), camera}, coc, options);
-}
-
-std::string message_of(const CircleOfConfusion& coc, const DofMasksOptions& options, const Camera& camera) {
-    std::vector<float> values(static_cast<std::size_t>(camera.width * camera.height), 0.5f);
-    try {
-        masks_of(values, camera, coc, options);
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return "accepted";
-}
-
-} // namespace
 
 TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[dof_masks]") {
     const CircleOfConfusion circle{20.3, 137, 0, false};
@@ -527,44 +522,6 @@ TEST_CASE("dof_masks: one scene through other cameras has one map", "[dof_masks]
         std::printf("one scene, %-20s k = %.4f px, worst %.2e px, %.3f of what storing moves it\n", other.name, first_k,
                     worst_px, worst);
         CHECK(worst <= 1);
-    }
-}
-
-TEST_CASE("dof_masks: the focus of a slanted plane is a straight line to a thousandth of a pixel", "[dof_masks]") {
-    const int width = 160, height = 120;
-    const auto reversed = DepthOrder::reversed;
-    const std::pair<const char*, Projection> cameras[] = {
-        {"reversed infinite", perspective(1.0, 4.0 / 3, {0.1, infinity, reversed}, Convention::direct3d())},
-        {"standard", perspective(1.0, 4.0 / 3, {1, 50})},
-        {"oblique", with_oblique_near_plane(perspective(1.0, 4.0 / 3, {0.5, 50}), {0.2, 0.1, -1, -0.6})},
-    };
-    for (const auto& [name, projection] : cameras) {
-        Camera camera{.projection = projection, .width = width, .height = height};
-        const double a = 0.16 / width, b = 0.05 / height, one = 0.03, focus = 8.3; // 1/z = a x + b y + one
-        const CircleOfConfusion circle = circle_of_confusion({.f_stop = 1.4, .focus = focus, .sensor_mm = 36}, camera);
-        std::vector<float> values;
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x)
-                values.push_back(static_cast<float>(stored_depth(camera, Storage::float32, x + 0.5, y + 0.5,
-                                                                 1 / (a * (x + 0.5) + b * (y + 0.5) + one))));
-        const std::vector<float> got = masks_of(values, camera, circle).circle;
-        double worst = 0;
-        int rows = 0;
-        for (int y = 0; y < height; ++y) {
-            for (int x = 0; x + 1 < width; ++x) {
-                const auto at = static_cast<std::size_t>(y * width + x);
-                const auto left = static_cast<double>(got[at]), right = static_cast<double>(got[at + 1]);
-                if (!(left > 0 && right <= 0))
-                    continue;
-                const double crossing = x + 0.5 + left / (left - right);
-                const double line = (1 / focus - b * (y + 0.5) - one) / a;
-                worst = std::max(worst, std::abs(crossing - line));
-                ++rows;
-            }
-        }
-        std::printf("slanted plane, %-18s focus off its line by at most %.2e px in %d rows\n", name, worst, rows);
-        CHECK(rows == height);
-        CHECK(worst < 1e-3);
     }
 }
 

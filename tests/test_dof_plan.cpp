@@ -73,8 +73,8 @@ TEST_CASE("dof plan: of round apertures each layer's circle and an offset are as
 TEST_CASE("dof plan: spans add up to the aperture, which is upside down before the focus") {
     constexpr Quality exact = Quality::accurate;
     double worst = 0;
-    for (const Aperture& shape : {Aperture{}, Aperture{3, 0}, Aperture{5, 17}, Aperture{6, 0}, Aperture{64, 1}}) {
-        for (const double circle : {1.5, 2.0, 3.7, 9.0, 20.0, 31.0, 40.0, 97.0}) {
+    for (const Aperture& shape : {Aperture{}, Aperture{3, 0}, Aperture{5, 17}, Aperture{6, 0}, Aperture{64, 1}})
+        for (const double circle : {1.5, 2.0, 3.7, 9.0, 20.0, 31.0, 40.0, 97.0})
             for (const int pitch : {1, 2, 4}) {
                 const ApertureSpans behind = aperture_spans(shape, circle, 1, true, pitch, exact);
                 const ApertureSpans before = aperture_spans(shape, -circle, 1, true, pitch, exact);
@@ -104,16 +104,14 @@ TEST_CASE("dof plan: spans add up to the aperture, which is upside down before t
                     REQUIRE((line != flipped.end() && line->second == share));
                 }
             }
-        }
-    }
     std::printf("dof, apertures as spans: area off by at most %.4f\n", worst);
 }
 
 // Where a pixel lies in its strip's row adds (pitch^2 - 1) / 12.
 TEST_CASE("dof plan: strips of several rows have the variance of the circle, however their spans are rounded") {
     double worst = 0, worst_center = 0;
-    for (const auto& [shape, across, up] : {std::tuple{Aperture{}, 0.25, 0.25}, {Aperture{0, 0, 2}, 0.0625, 0.25}}) {
-        for (const double circle : {13.0, -20.5, 25.0, -31.0, 44.0}) {
+    for (const auto& [shape, across, up] : {std::tuple{Aperture{}, 0.25, 0.25}, {Aperture{0, 0, 2}, 0.0625, 0.25}})
+        for (const double circle : {13.0, -20.5, 25.0, -31.0, 44.0})
             for (const int pitch : {1, 2, 4}) {
                 const double radius = std::abs(circle) / 2;
                 if (radius < 5 * pitch)
@@ -142,8 +140,6 @@ TEST_CASE("dof plan: strips of several rows have the variance of the circle, how
                 CHECK(off(x_square, across) < 0.02);
                 CHECK(off(y_square, up) < 0.02);
             }
-        }
-    }
     std::printf("dof plan, strips: variance off by at most %.4f, centre by %.4f pixels\n", worst, worst_center);
 }
 
@@ -151,11 +147,10 @@ TEST_CASE("dof plan: strips of several rows have the variance of the circle, how
 // interpolation between two cells, 1/6 of a cell's and 1/12.
 TEST_CASE("dof plan: cells have the variance of the circle, whichever of the rows at once they are for") {
     double worst = 0;
-    for (const auto& [shape, across, up] : {std::tuple{Aperture{}, 0.25, 0.25},
-                                            {Aperture{6, 10}, 2.5 / 12, 2.5 / 12},
-                                            {Aperture{0, 0, 2}, 0.0625, 0.25}}) {
-        for (const int cell : {2, 4, 8}) {
-            for (const double circle : {32.0 * cell, -41.0 * cell}) {
+    for (const auto& [shape, across, up] :
+         {std::tuple{Aperture{}, 0.25, 0.25}, {Aperture{6, 10}, 2.5 / 12, 2.5 / 12}, {Aperture{0, 0, 2}, 0.0625, 0.25}})
+        for (const int cell : {2, 4, 8})
+            for (const double circle : {32.0 * cell, -41.0 * cell})
                 for (const int rows : {2, 4}) {
                     const ApertureCells cells = aperture_cells(shape, circle, 1, true, cell, rows);
                     const double radius = std::abs(circle) / 2;
@@ -186,9 +181,6 @@ TEST_CASE("dof plan: cells have the variance of the circle, whichever of the row
                         CHECK(std::abs(y_sum / sum) < 1e-3);
                     }
                 }
-            }
-        }
-    }
     std::printf("dof, apertures over cells: variance off by at most %.4f\n", worst);
     CHECK(worst < 0.005); // 16 lines a row of cells
 }
@@ -267,13 +259,12 @@ TEST_CASE("dof plan: what lies behind is summed within reach of where something 
             for (const Entry& entry : entries(plan, pass))
                 (pass.fill ? filled : rest).insert({entry.x, entry.y});
         CHECK(filled.size() + rest.size() == tiles.size());
-        for (int y = 0; y < down; ++y) {
+        for (int y = 0; y < down; ++y)
             for (int x = 0; x < across; ++x) {
                 const bool near = (x == 2 || x == 1 + 2 * half) && std::abs(y - 5) <= rows;
                 CHECK(filled.contains({x, y}) == near);
                 CHECK(rest.contains({x, y}) == !near);
             }
-        }
     }
 }
 
@@ -321,7 +312,7 @@ TEST_CASE("dof plan: layers over cells share launches") {
 
 TEST_CASE("dof plan: a tile's layers come front to back, each once, within the memory that there is") {
     std::minstd_rand random(7);
-    for (const auto& [across, down] : {std::pair{5, 40}, {30, 135}, {120, 90}}) {
+    for (const auto& [across, down] : {std::pair{5, 40}, {30, 135}, {120, 90}})
         for (const Quality quality : {Quality::fast, Quality::balanced}) {
             const LayerScale scale = layer_scale(layer_spacing(quality, {}), 512);
             std::vector<TileBits> tiles(static_cast<std::size_t>(across * down));
@@ -360,7 +351,6 @@ TEST_CASE("dof plan: a tile's layers come front to back, each once, within the m
             CHECK(plan.strip_elements <= layer_floats);
             CHECK(plan.cell_elements <= layer_floats);
         }
-    }
 }
 
 TEST_CASE("dof plan: a tile sees what is hidden if its aperture reaches the half of a tile that hides it") {
@@ -376,14 +366,13 @@ TEST_CASE("dof plan: a tile sees what is hidden if its aperture reaches the half
             put(hiding, 10 * across + static_cast<std::size_t>(half), layer);
             const auto seeing = tiles_seeing(hiding, across, {.aperture = {}, .scale = scale});
             const int halves = (4 * rows + 15) / 16; // that a radius of 8 x rows reaches
-            for (int y = 0; y < down; ++y) {
+            for (int y = 0; y < down; ++y)
                 for (int x = 0; x < across / 2; ++x) {
                     const bool near = std::min(std::abs(2 * x - half), std::abs(2 * x + 1 - half)) <= halves;
                     INFO("layer " << layer - scale.middle << ", half " << half << ", tile " << x << ", " << y);
                     CHECK((seeing[static_cast<std::size_t>(y * across / 2 + x)] != 0) ==
                           (near && std::abs(y - 10) <= rows));
                 }
-            }
         }
     }
 }
@@ -425,7 +414,7 @@ TEST_CASE("dof plan: what a pixel reads grows no faster than its circle, and is 
 
 TEST_CASE("dof plan: parts of pixels add up to the aperture, each with its own middle") {
     double worst = 0;
-    for (const Aperture& shape : {Aperture{}, Aperture{3, 0}, Aperture{5, 17}, Aperture{6, 0}}) {
+    for (const Aperture& shape : {Aperture{}, Aperture{3, 0}, Aperture{5, 17}, Aperture{6, 0}})
         for (const double circle : {1.2, 2.0, 5.0, 15.0}) {
             double sum = 0, u = 0, v = 0, square = 0;
             for (const auto& tap : aperture_taps(shape, circle, 1, true)) {
@@ -442,7 +431,6 @@ TEST_CASE("dof plan: parts of pixels add up to the aperture, each with its own m
             if (shape.blades == 0) // the disc's, less what each part has around its own middle
                 CHECK(std::abs(square - 0.5) < 0.02);
         }
-    }
     std::printf("dof plan, parts of pixels: sum and moments off by %.1e\n", worst);
     // Half a line, of 64 a part and 7 parts a pixel, of a triangle's lower side: 1.73/1.3 of its area, half way down.
     CHECK(worst < 0.5 / (64 * 7 * 0.6) * (1.73 / 1.3) * 0.5);
@@ -473,7 +461,7 @@ TEST_CASE("dof plan: half-planes have the share and the moment that they are fou
             const double n_x = (x * c - y * s) / length, n_y = (x * s + y * c) / length;
             long all = 0, inside = 0;
             double moment_x = 0, moment_y = 0;
-            for (int i = 0; i < 1000; ++i) {
+            for (int i = 0; i < 1000; ++i)
                 for (int j = 0; j < 1000; ++j) {
                     const double px = (2 * i + 1) / 1000.0 - 1, py = (2 * j + 1) / 1000.0 - 1;
                     if (py > 0.5 || std::abs(px) * std::sqrt(3.0) > py + 1)
@@ -485,7 +473,6 @@ TEST_CASE("dof plan: half-planes have the share and the moment that they are fou
                     moment_x += px;
                     moment_y += py;
                 }
-            }
             const auto whole = static_cast<double>(all);
             off_share =
                 std::max(off_share, std::abs(static_cast<double>(inside) / whole - static_cast<double>(f) / 255));

@@ -5,14 +5,7 @@
 #include <fathom/doubts.hpp>
 #include <fathom/error.hpp>
 
-#include <chrono>
-#include <cmath>
-#include <cstdint>
-#include <iostream>
-#include <limits>
 #include <locale>
-#include <string>
-#include <vector>
 
 using namespace fathom;
 

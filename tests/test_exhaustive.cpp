@@ -76,7 +76,7 @@ void every_code(const Subject& subject, Storage storage, int width) {
     std::mutex mutex;
     const auto judge_rows = [&](int begin, int end) {
         Outcome mine[2];
-        for (int row = begin; row < end; ++row) {
+        for (int row = begin; row < end; ++row)
             for (int column = 0; column < width; ++column) {
                 const auto at =
                     static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
@@ -96,7 +96,6 @@ void every_code(const Subject& subject, Storage storage, int width) {
                         ++mine[i].worst.checked;
                 }
             }
-        }
         const std::lock_guard lock(mutex);
         for (std::size_t i = 0; i < 2; ++i) {
             outcomes[i].worst.add(mine[i].worst);

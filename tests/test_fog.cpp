@@ -223,15 +223,6 @@ TEST_CASE("fog: a screen that is turned from the view axis loses nothing, nor do
     check_error("turned screen", worst);
 }
 
-TEST_CASE("fog: a device without double has the same accuracy", "[fog]") {
-    double worst = 0;
-    for (const double pitch : {0.0, 0.4, -0.4})
-        for (const FogOptions& fog : {FogOptions{.density = 0.05}, height_fog(0.1, 0.4, 2)})
-            worst = std::max(worst, worst_error(view_of(true, 35, 13, view_matrix(2, pitch, 0.1)), fog, 4, 3,
-                                                Arithmetic::two_float));
-    check_error("two floats", worst);
-}
-
 TEST_CASE("fog: the opacity ends, and a straight alpha does not weigh the fog", "[fog]") {
     FogOptions fog{.density = 0.2, .max_opacity = 0.6, .fog_color = {2, 0.1, 0}};
     const View view = view_of(true, 35, 13, view_matrix(2, 0.2, 0));

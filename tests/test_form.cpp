@@ -81,7 +81,7 @@ TEST_CASE("form: every kind of camera gets the simplest exact one", "[form]") {
         {"tilt", tilted(perspective(edges, {0.1, 1000})), Form::rational, rational},
         {"centre ahead", moved, Form::rational, "z is a quotient of two affine functions of the stored value"},
     };
-    for (const Expected& expected : cases) {
+    for (const Expected& expected : cases)
         for (const bool rounded : {false, true}) {
             const Projection p = rounded ? in_floats(expected.projection) : expected.projection;
             for (const Storage storage : {Storage::float32, Storage::uint16, Storage::uint24}) {
@@ -92,7 +92,6 @@ TEST_CASE("form: every kind of camera gets the simplest exact one", "[form]") {
                 REQUIRE(form.reason == expected.reason);
             }
         }
-    }
 }
 
 TEST_CASE("form: matrices that a real program wrote in floats", "[form]") {
@@ -207,12 +206,11 @@ TEST_CASE("form: stored_depth is the inverse of view_depth", "[form]") {
     for (const Projection& p :
          {plain, perspective(edges, {0.5, 100, DepthOrder::reversed}, Convention::direct3d()),
           perspective(edges, {0.5, infinity}), with_oblique_near_plane(plain, {0.1, 0.1, -1, -0.6}), box,
-          with_oblique_near_plane(box, {0.1, 0.1, -1, -0.6}), tilted(plain)}) {
+          with_oblique_near_plane(box, {0.1, 0.1, -1, -0.6}), tilted(plain)})
         for (const std::array<double, 2> range : {std::array{0.0, 1.0}, {1.0, 0.0}, {0.125, 0.5}}) {
             cameras.push_back(camera_of(p, 161, 121));
             cameras.back().depth_range = range;
         }
-    }
     for (const Encoding encoding :
          {Encoding::view_z, Encoding::ray_distance, Encoding::linear, Encoding::logarithmic, Encoding::exponential,
           Encoding::median, Encoding::pseudo_linear, Encoding::inverse, Encoding::inverse_range}) {
@@ -225,10 +223,10 @@ TEST_CASE("form: stored_depth is the inverse of view_depth", "[form]") {
     cameras.push_back(encoded(Encoding::ray_distance, tilted(plain)));
 
     Real worst = 0;
-    for (const Camera& camera : cameras) {
+    for (const Camera& camera : cameras)
         for (const Storage storage : {Storage::float32, Storage::uint16, Storage::uint24}) {
             const DepthForm form = depth_form(camera, storage);
-            for (const double z : {0.75, 2.0, 10.0, 60.0, 99.0}) {
+            for (const double z : {0.75, 2.0, 10.0, 60.0, 99.0})
                 for (const double x : {0.5, 130.5}) {
                     const auto stored = static_cast<double>(stored_depth(camera, storage, x, 90.5, z));
                     const Real back = view_depth(camera, storage, x, 90.5, stored);
@@ -241,9 +239,7 @@ TEST_CASE("form: stored_depth is the inverse of view_depth", "[form]") {
                     REQUIRE(error <= step + z * inverse_tolerance);
                     worst = std::max(worst, error / (step + z * inverse_tolerance));
                 }
-            }
         }
-    }
     std::cout << "form: " << cameras.size() << " cameras; worst error of view_depth(stored_depth(z)) " << worst
               << " steps of a double\n";
 }

@@ -37,12 +37,6 @@ cv::Mat picture(int channels) {
     return color;
 }
 
-cv::Mat plane(const cv::Mat& image, int c) {
-    cv::Mat plane;
-    cv::extractChannel(image, plane, c);
-    return plane;
-}
-
 } // namespace
 
 TEST_CASE("bgr: a CARLA PNG is the same depth through fathom_io, OpenCV and the program", "[io]") {

@@ -1,5 +1,4 @@
 // The camera file: every key means what docs/camera.md says, and every mistake is named.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "real_inputs.hpp"
 

@@ -1,6 +1,5 @@
 // Cameras of other programs' files: world points that each format's own formula puts on a pixel come back from that
 // pixel.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "places.hpp"
 
@@ -141,6 +140,61 @@ Matrix4d flipped(const char* axes) { // diag(1, -1, -1, 1) for "yz"
     for (; *axes; ++axes)
         matrix(*axes - 'x', *axes - 'x') = -1;
     return matrix;
+}
+
+struct Colmap {
+    std::string cameras, images;
+    template <typename Number>
+    static void add(std::string& to, Number number) {
+        to.append(reinterpret_cast<const char*>(&number), sizeof number);
+    }
+    void camera(std::uint32_t id, std::int32_t model, const std::vector<double>& parameters) {
+        add(cameras, id);
+        add(cameras, model);
+        add(cameras, std::uint64_t{640});
+        add(cameras, std::uint64_t{480});
+        for (const double each : parameters)
+            add(cameras, each);
+    }
+    void image(std::uint32_t camera, const std::string& name, const Eigen::Quaterniond& q, const Vector3d& t) {
+        add(images, std::uint32_t{9});
+        for (const double each : {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()})
+            add(images, each);
+        add(images, camera);
+        images += name + '\0';
+        add(images, std::uint64_t{2}); // two points
+        images.append(48, 'p');
+    }
+    static std::string counted(std::uint64_t count, const std::string& rest) {
+        std::string all;
+        add(all, count);
+        return all + rest;
+    }
+};
+
+/// An EXR file with depth and the attributes that are given.
+fs::path put_exr(const fs::path& file, const std::function<void(Imf::Header&)>& attributes, int width = 64,
+                 int height = 48) {
+    Imf::Header header(width, height);
+    header.channels().insert("Z", Imf::Channel(Imf::FLOAT));
+    attributes(header);
+    std::vector<float> z(static_cast<std::size_t>(width * height), 5.f);
+    Imf::FrameBuffer frame;
+    frame.insert("Z",
+                 Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(z.data()), 4, 4 * static_cast<std::size_t>(width)));
+    Imf::OutputFile exr(file.c_str(), header);
+    exr.setFrameBuffer(frame);
+    exr.writePixels(height);
+    return file;
+}
+
+/// A matrix for column vectors as OpenEXR documents it, for row vectors, or as it stands.
+Imath::M44f written(const Matrix4d& matrix, bool for_rows) {
+    Imath::M44f m;
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j)
+            m[i][j] = static_cast<float>(for_rows ? matrix(j, i) : matrix(i, j));
+    return m;
 }
 
 } // namespace
@@ -516,40 +570,6 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
     damaged(saved(none), "image_width: 640", "image_width: -640", {"width", "whole number"});
 }
 
-namespace {
-
-struct Colmap {
-    std::string cameras, images;
-    template <typename Number>
-    static void add(std::string& to, Number number) {
-        to.append(reinterpret_cast<const char*>(&number), sizeof number);
-    }
-    void camera(std::uint32_t id, std::int32_t model, const std::vector<double>& parameters) {
-        add(cameras, id);
-        add(cameras, model);
-        add(cameras, std::uint64_t{640});
-        add(cameras, std::uint64_t{480});
-        for (const double each : parameters)
-            add(cameras, each);
-    }
-    void image(std::uint32_t camera, const std::string& name, const Eigen::Quaterniond& q, const Vector3d& t) {
-        add(images, std::uint32_t{9});
-        for (const double each : {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()})
-            add(images, each);
-        add(images, camera);
-        images += name + '\0';
-        add(images, std::uint64_t{2}); // two points
-        images.append(48, 'p');
-    }
-    static std::string counted(std::uint64_t count, const std::string& rest) {
-        std::string all;
-        add(all, count);
-        return all + rest;
-    }
-};
-
-} // namespace
-
 TEST_CASE("cameras: COLMAP's binary and text files", "[io][cameras]") {
     const TempFolder folder;
     World world(8);
@@ -658,35 +678,6 @@ TEST_CASE("cameras: COLMAP's damaged files", "[io][cameras]") {
     text("1 PINHOLE 640 480 500 510 322 238\n", {"images.txt", "ID QW QX"});
 }
 
-namespace {
-
-/// An EXR file with depth and the attributes that are given.
-fs::path put_exr(const fs::path& file, const std::function<void(Imf::Header&)>& attributes, int width = 64,
-                 int height = 48) {
-    Imf::Header header(width, height);
-    header.channels().insert("Z", Imf::Channel(Imf::FLOAT));
-    attributes(header);
-    std::vector<float> z(static_cast<std::size_t>(width * height), 5.f);
-    Imf::FrameBuffer frame;
-    frame.insert("Z",
-                 Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(z.data()), 4, 4 * static_cast<std::size_t>(width)));
-    Imf::OutputFile exr(file.c_str(), header);
-    exr.setFrameBuffer(frame);
-    exr.writePixels(height);
-    return file;
-}
-
-/// A matrix for column vectors as OpenEXR documents it, for row vectors, or as it stands.
-Imath::M44f written(const Matrix4d& matrix, bool for_rows) {
-    Imath::M44f m;
-    for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j)
-            m[i][j] = static_cast<float>(for_rows ? matrix(j, i) : matrix(i, j));
-    return m;
-}
-
-} // namespace
-
 TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][cameras]") {
     const TempFolder folder;
     const double width = 64, height = 48, fx = 70, fy = 70, cx = 30, cy = 26;
@@ -718,7 +709,7 @@ TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][camera
                               {"Arnold, columns", "worldToNDC", screen, false, false, ""},
                               {"OpenImageIO", "worldToScreen", screen, true, true, ""},
                               {"-z ahead", "worldToNDC", documented, true, true, "z"}};
-    for (const Layout& layout : layouts) {
+    for (const Layout& layout : layouts)
         for (const double away : {1.0, 0.0, 2e4}) { // without a translation both layouts are affine
             INFO(layout.name << ", translation times " << away);
             World world(9);
@@ -735,7 +726,6 @@ TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][camera
             CHECK(made.camera.projection.convention.view_axes == ViewAxes::opengl);
             check_sees(camera_for(made, 64, 48), world.points(pixel), floats);
         }
-    }
 }
 
 TEST_CASE("cameras: lens shift, windows and parallel projections of EXR headers", "[io][cameras]") {
@@ -852,7 +842,7 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
     const Matrix4d place = world.to_camera.inverse();
     // Redshift writes the place for row vectors, as a matrix or as text, its z ahead; degrees, or radians as
     // documented.
-    for (const bool text : {false, true}) {
+    for (const bool text : {false, true})
         for (const bool left : {false, true}) {
             const Matrix4d ahead = place * flipped(left ? "xz" : "z");
             const fs::path file = put_exr(folder / "redshift.exr", [&](Imf::Header& header) {
@@ -874,7 +864,6 @@ TEST_CASE("cameras: V-Ray's, Redshift's and Arnold's attributes of EXR headers",
             CHECK(made.lens.f_stop == 4.0);
             CHECK(made.lens.focus == 7.0);
         }
-    }
 
     // Arnold with worldToCamera and the film back alone: 36 mm, which is 1.417 inches
     for (const float aperture : {36.f, 1.4173228f}) {

@@ -1,5 +1,4 @@
 // Files that are missing, cut short or damaged: one line that says so, nothing else on stderr, no crash.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "places.hpp"
 

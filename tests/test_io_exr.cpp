@@ -1,5 +1,4 @@
 // Depth out of OpenEXR files: which channel, which window, which of them are refused.
-#include "catch.hpp"
 #include "exr_files.hpp"
 #include "io_files.hpp"
 #include "real_inputs.hpp"

@@ -1,6 +1,5 @@
 // Names of frames: what stands for a number, how the number is written, and which files on disk have such a name. And the
 // values that a file gives to frames.
-#include "catch.hpp"
 #include "io_files.hpp"
 
 #include "sequence/frame_pattern.hpp"

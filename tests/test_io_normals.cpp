@@ -1,5 +1,4 @@
 // Normals out of files: which layers and pictures are normals, in which order and range, and what is refused.
-#include "catch.hpp"
 #include "io_files.hpp"
 
 #include <fathom/io.hpp>
@@ -80,7 +79,7 @@ TEST_CASE("read normals: pictures of them hold half of n and a half, black where
     for (const int type : {CV_8UC3, CV_16UC3, CV_8UC4, CV_16UC4}) {
         const double largest = CV_MAT_DEPTH(type) == CV_8U ? 255 : 65535;
         cv::Mat codes(normals.size(), type, cv::Scalar::all(largest));
-        for (int x = 0; x < normals.cols; ++x) {
+        for (int x = 0; x < normals.cols; ++x)
             for (int i = 0; i < 3; ++i) {
                 const auto n = normals.at<cv::Vec3f>(0, x);
                 const long code = n == cv::Vec3f(0, 0, 0) ? 0 : std::lround((0.5 * n[i] + 0.5) * largest);
@@ -89,7 +88,6 @@ TEST_CASE("read normals: pictures of them hold half of n and a half, black where
                 else
                     codes.ptr<ushort>(0)[x * codes.channels() + 2 - i] = static_cast<ushort>(code);
             }
-        }
         Bytes bytes;
         REQUIRE(cv::imencode(".png", codes, bytes));
         const fs::path file = put(folder / "n.png", bytes);

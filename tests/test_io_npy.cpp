@@ -1,5 +1,4 @@
 // NumPy's arrays, written by the format's documentation (numpy.lib.format), byte for byte; and point clouds, read back.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "program.hpp"
 
@@ -78,6 +77,24 @@ void check_type(const TempFolder& folder, const std::string& type, Storage stora
             }
 }
 
+/// A picture of any type of array, in both orders of the axes, without and with an alpha.
+template <typename Element>
+void check_picture(const TempFolder& folder, const std::string& type, float largest, auto&&... as_element) {
+    for (const bool fortran : {false, true})
+        for (const int channels : {3, 4}) {
+            INFO(type << (fortran ? ", columns first, " : ", ") << channels << " channels");
+            const cv::Mat color =
+                read_color(put(folder / "a.npy", array<Element>(type, false, fortran, channels, 1, as_element...)));
+            REQUIRE(color.type() == CV_32FC(channels));
+            for (int y = 0; y < rows; ++y)
+                for (int x = 0; x < cols; ++x)
+                    for (int c = 0; c < channels; ++c) {
+                        const int of_file = c == 3 ? 3 : 2 - c; // which holds R, G, B, A; OpenCV's are B, G, R, A
+                        CHECK(color.ptr<float>(y, x)[c] == static_cast<float>(truth(y, x, of_file)) / largest);
+                    }
+        }
+}
+
 } // namespace
 
 TEST_CASE("npy: every type, byte order and order of axes", "[io]") {
@@ -113,28 +130,6 @@ TEST_CASE("npy: a float64 is the nearest float, and axes of one element are left
         CHECK(std::isinf(values.at<float>(0, 1)));
     }
 }
-
-namespace {
-
-/// A picture of any type of array, in both orders of the axes, without and with an alpha.
-template <typename Element>
-void check_picture(const TempFolder& folder, const std::string& type, float largest, auto&&... as_element) {
-    for (const bool fortran : {false, true})
-        for (const int channels : {3, 4}) {
-            INFO(type << (fortran ? ", columns first, " : ", ") << channels << " channels");
-            const cv::Mat color =
-                read_color(put(folder / "a.npy", array<Element>(type, false, fortran, channels, 1, as_element...)));
-            REQUIRE(color.type() == CV_32FC(channels));
-            for (int y = 0; y < rows; ++y)
-                for (int x = 0; x < cols; ++x)
-                    for (int c = 0; c < channels; ++c) {
-                        const int of_file = c == 3 ? 3 : 2 - c; // which holds R, G, B, A; OpenCV's are B, G, R, A
-                        CHECK(color.ptr<float>(y, x)[c] == static_cast<float>(truth(y, x, of_file)) / largest);
-                    }
-        }
-}
-
-} // namespace
 
 TEST_CASE("npy: pictures and normals have channels in the order of the array", "[io]") {
     const TempFolder folder;

@@ -1,5 +1,4 @@
 // The pages: camera files in them are read, C++ in them is compiled as an example, and their links lead somewhere.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "places.hpp"
 
@@ -52,12 +51,11 @@ std::vector<std::string> blocks(const std::string& text, const std::string& lang
 // A heading's anchor, as GitHub makes it: small letters, figures, _ and -; a space is a -.
 std::string anchor_of(const std::string& heading) {
     std::string anchor;
-    for (const char c : heading) {
+    for (const char c : heading)
         if (c == ' ')
             anchor += '-';
         else if (std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_')
             anchor += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    }
     return anchor;
 }
 
@@ -122,19 +120,18 @@ TEST_CASE("pages: all C++ in them stands in a file of examples/", "[io]") {
         if (entry.path().extension() == ".cpp")
             examples.push_back(text_of(entry.path()));
     std::size_t count = 0;
-    for (const fs::path& page : pages()) {
+    for (const fs::path& page : pages())
         for (const std::string& code : blocks(text_of(page), "cpp")) {
             INFO(page.native() << ":\n" << code);
             CHECK(std::ranges::any_of(examples, [&](const std::string& e) { return contains(e, code); }));
             ++count;
         }
-    }
     CHECK(count >= 2);
 }
 
 TEST_CASE("pages: every link within the project leads to a file and a heading", "[io]") {
     std::size_t count = 0;
-    for (const fs::path& page : pages()) {
+    for (const fs::path& page : pages())
         for (const std::string& link : all(text_of(page), "\\]\\(([^)\\s]+)\\)")) {
             if (link.starts_with("http"))
                 continue;
@@ -146,6 +143,5 @@ TEST_CASE("pages: every link within the project leads to a file and a heading", 
                 CHECK(anchors(target).contains(link.substr(hash + 1)));
             ++count;
         }
-    }
     CHECK(count > 100);
 }

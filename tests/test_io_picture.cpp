@@ -1,6 +1,6 @@
 // Pictures as light: transfer curves against IEC 61966-2-1, alpha, orientation, and what files say about themselves.
-#include "catch.hpp"
 #include "io_files.hpp"
+#include "matrices.hpp"
 
 #include <fathom/io.hpp>
 #include <fathom/picture.hpp>
@@ -100,10 +100,6 @@ Bytes iccp(const Bytes& icc) {
     compress(compressed.data(), &size, icc.data(), icc.size());
     content.insert(content.end(), compressed.begin(), compressed.begin() + static_cast<std::ptrdiff_t>(size));
     return content;
-}
-
-bool same(const cv::Mat& a, const cv::Mat& b) {
-    return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0;
 }
 
 template <typename Code>

@@ -1,5 +1,4 @@
 // What values could be, where nobody says it. The truth is each input's own description, or the formula that made it.
-#include "catch.hpp"
 #include "io_files.hpp"
 #include "places.hpp"
 #include "real_inputs.hpp"
@@ -66,6 +65,10 @@ struct Seen {
     int width, height;
     double focal_px;
     std::vector<double> z, along_ray;
+    double nearest = 0, farthest = 0;
+
+    /// From 0 for the farthest to 1 for the nearest, as relative depth has it.
+    double relative(double depth) const { return (1 / depth - 1 / farthest) / (1 / nearest - 1 / farthest); }
 };
 
 Seen seen(const scene::Scene& scene, double fov_x_deg, int width = 320, int height = 240) {
@@ -76,6 +79,8 @@ Seen seen(const scene::Scene& scene, double fov_x_deg, int width = 320, int heig
     camera.height = height;
     const scene::Rendered image = scene::render(scene, camera);
     Seen result{width, height, width / (2 * tangent), image.z, {}};
+    result.nearest = *std::ranges::min_element(image.z);
+    result.farthest = *std::ranges::max_element(image.z);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const double dx = (x + 0.5 - width / 2.0) / result.focal_px,
@@ -85,31 +90,54 @@ Seen seen(const scene::Scene& scene, double fov_x_deg, int width = 320, int heig
     return result;
 }
 
+/// A pixel of it.
+struct Place {
+    const Seen& seen;
+    std::size_t i;
+    double z, along_ray;
+};
+
 /// A source of depth: its formula, as the source's documentation has it.
 struct Source {
     const char* name;
     Family truth;
     std::function<DepthFile(const Seen&)> stored;
 };
+using Value = std::function<double(const Place&)>;
 
 template <typename Element>
-DepthFile image_of(const Seen& seen, int type, Storage storage, const std::function<double(std::size_t)>& value) {
+DepthFile image_of(const Seen& seen, int type, Storage storage, const Value& value) {
     cv::Mat image(seen.height, seen.width, type);
     for (std::size_t i = 0; i < seen.z.size(); ++i)
-        image.ptr<Element>(0)[i] = static_cast<Element>(value(i));
+        image.ptr<Element>(0)[i] = static_cast<Element>(value({seen, i, seen.z[i], seen.along_ray[i]}));
     return {image, storage, {}};
 }
 
-DepthFile floats(const Seen& seen, const std::function<double(std::size_t)>& value) {
-    return image_of<float>(seen, CV_32FC1, Storage::float32, value);
+Source floats(const char* name, Family truth, const Value& value) {
+    return {name, truth,
+            [value](const Seen& seen) { return image_of<float>(seen, CV_32FC1, Storage::float32, value); }};
 }
 
 /// Codes of 16 bits; what is above them is `above`.
-DepthFile codes(const Seen& seen, const std::function<double(std::size_t)>& value, double above) {
-    return image_of<std::uint16_t>(seen, CV_16UC1, Storage::uint16, [&](std::size_t i) {
-        const double code = std::round(value(i));
-        return code > 65535 || std::isnan(code) ? above : code;
-    });
+Source codes(const char* name, Family truth, double above, const Value& value) {
+    return {name, truth, [above, value](const Seen& seen) {
+                const Value again = value; // which may draw random numbers
+                return image_of<std::uint16_t>(seen, CV_16UC1, Storage::uint16, [&](const Place& p) {
+                    const double code = std::round(again(p));
+                    return code > 65535 || std::isnan(code) ? above : code;
+                });
+            }};
+}
+
+/// Four channels of 8 bits of a PNG, B first, that are read back as the packing says.
+Source packed(const char* name, Family truth, Packing packing, const std::function<cv::Vec4b(double z)>& bytes) {
+    return {name, truth, [packing, bytes](const Seen& seen) {
+                cv::Mat bgra(seen.height, seen.width, CV_8UC4);
+                std::ranges::transform(seen.z, bgra.ptr<cv::Vec4b>(0), bytes);
+                const TempFolder folder;
+                cv::imwrite((folder / "depth.png").string(), bgra);
+                return read_depth(folder / "depth.png", {.packing = packing});
+            }};
 }
 
 /// One pixel in thirty is not measured.
@@ -121,71 +149,43 @@ double window(double z, double near, double far) {
     return z < far ? (1 / near - 1 / z) / (1 / near - 1 / far) : 1;
 }
 
-/// A file of four channels of 8 bits, read back as the packing says.
-DepthFile packed(const cv::Mat& bgra, Packing packing) {
-    const TempFolder folder;
-    const auto file = folder / "depth.png";
-    cv::imwrite(file.string(), bgra);
-    return read_depth(file, {.packing = packing});
+std::uint8_t byte(unsigned code, int n) {
+    return static_cast<std::uint8_t>(code >> (8 * n));
 }
 
 const std::vector<Source>& sources() {
     static const std::vector<Source> all{
-        {"CARLA, 24 bits in R, G and B", Family::planar,
-         [](const Seen& seen) {
-             cv::Mat bgra(seen.height, seen.width, CV_8UC4);
-             for (std::size_t i = 0; i < seen.z.size(); ++i) {
-                 const auto code = static_cast<unsigned>(std::round(std::min(seen.z[i] / 1000, 1.0) * 16777215));
-                 const auto byte = [&](int n) { return static_cast<std::uint8_t>(code >> (8 * n)); };
-                 bgra.ptr<cv::Vec4b>(0)[i] = {byte(2), byte(1), byte(0), 255};
-             }
-             return packed(bgra, Packing::rgb_red_low);
-         }},
-        {"Kinect, millimetres with holes", Family::planar,
-         [](const Seen& seen) {
-             return codes(
-                 seen, [&](std::size_t i) { return is_hole(i) ? 0 : 1000 * seen.z[i]; }, 0);
-         }},
-        {"Isaac Sim, distance_to_camera", Family::radial,
-         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return seen.along_ray[i]; }); }},
-        {"AirSim, DepthPerspective", Family::radial,
-         [](const Seen& seen) {
-             return floats(seen, [&](std::size_t i) { return std::min(seen.along_ray[i], 65504.0); });
-         }},
-        {"Mitsuba 2, 0 where nothing is", Family::radial,
-         [](const Seen& seen) {
-             return floats(seen, [&](std::size_t i) { return std::isinf(seen.along_ray[i]) ? 0 : seen.along_ray[i]; });
-         }},
-        {"Habitat-sim, metres", Family::planar,
-         [](const Seen& seen) {
-             return floats(seen, [&](std::size_t i) { return std::isinf(seen.z[i]) ? 0 : seen.z[i]; });
-         }},
-        {"stereo disparity, 256 steps a pixel, with holes", Family::inverse,
-         [](const Seen& seen) {
-             return codes(
-                 seen, [&](std::size_t i) { return is_hole(i) ? 0 : 256 * 0.2 * seen.focal_px / seen.z[i]; }, 0);
-         }},
+        packed("CARLA, 24 bits in R, G and B", Family::planar, Packing::rgb_red_low,
+               [](double z) {
+                   const auto code = static_cast<unsigned>(std::round(std::min(z / 1000, 1.0) * 16777215));
+                   return cv::Vec4b(byte(code, 2), byte(code, 1), byte(code, 0), 255);
+               }),
+        codes("Kinect, millimetres with holes", Family::planar, 0,
+              [](const Place& p) { return is_hole(p.i) ? 0 : 1000 * p.z; }),
+        floats("Isaac Sim, distance_to_camera", Family::radial, [](const Place& p) { return p.along_ray; }),
+        floats("AirSim, DepthPerspective", Family::radial,
+               [](const Place& p) { return std::min(p.along_ray, 65504.0); }),
+        floats("Mitsuba 2, 0 where nothing is", Family::radial,
+               [](const Place& p) { return std::isinf(p.along_ray) ? 0 : p.along_ray; }),
+        floats("Habitat-sim, metres", Family::planar, [](const Place& p) { return std::isinf(p.z) ? 0 : p.z; }),
+        codes("stereo disparity, 256 steps a pixel, with holes", Family::inverse, 0,
+              [](const Place& p) { return is_hole(p.i) ? 0 : 256 * 0.2 * p.seen.focal_px / p.z; }),
         {"MuJoCo's depth buffer, 24 bits", Family::window_affine,
          [](const Seen& seen) {
-             return image_of<std::uint32_t>(seen, CV_32SC1, Storage::uint24, [&](std::size_t i) {
-                 return std::round(16777215 * window(seen.z[i], 0.1, 50));
-             });
+             return image_of<std::uint32_t>(seen, CV_32SC1, Storage::uint24,
+                                            [](const Place& p) { return std::round(16777215 * window(p.z, 0.1, 50)); });
          }},
-        {"three.js, packDepthToRGBA", Family::window_affine,
-         [](const Seen& seen) {
-             cv::Mat bgra(seen.height, seen.width, CV_8UC4);
-             for (std::size_t i = 0; i < seen.z.size(); ++i) {
-                 const double v = window(seen.z[i], 0.1, 100);
-                 const auto code = v >= 1 ? 0xffffffU : static_cast<unsigned>(v * 0x1p24);
-                 const auto byte = [&](int n) { return static_cast<std::uint8_t>(code >> (8 * n)); };
-                 bgra.ptr<cv::Vec4b>(0)[i] = {byte(0), byte(1), byte(2), static_cast<std::uint8_t>(v >= 1 ? 255 : 0)};
-             }
-             return packed(bgra, Packing::rgba_red_high);
-         }},
+        packed("three.js, packDepthToRGBA", Family::window_affine, Packing::rgba_red_high,
+               [](double z) {
+                   const double v = window(z, 0.1, 100);
+                   const auto code = v >= 1 ? 0xffffffU : static_cast<unsigned>(v * 0x1p24);
+                   return cv::Vec4b(byte(code, 0), byte(code, 1), byte(code, 2), v >= 1 ? 255 : 0);
+               }),
         {"Hypersim, half floats", Family::radial,
          [](const Seen& seen) {
-             DepthFile depth =
-                 floats(seen, [&](std::size_t i) { return std::isinf(seen.along_ray[i]) ? NAN : seen.along_ray[i]; });
+             const DepthFile depth = image_of<float>(seen, CV_32FC1, Storage::float32, [](const Place& p) {
+                 return std::isinf(p.along_ray) ? NAN : p.along_ray;
+             });
              cv::Mat half;
              depth.values.convertTo(half, CV_16F);
              return DepthFile{half, Storage::float16, {}};
@@ -197,81 +197,36 @@ const std::vector<Source>& sources() {
 /// More sources, of which some look like others.
 const std::vector<Source>& more_sources() {
     static const std::vector<Source> all{
-        {"Virtual KITTI 2, centimetres", Family::planar,
-         [](const Seen& seen) {
-             return codes(
-                 seen, [&](std::size_t i) { return 100 * seen.z[i]; }, 65535);
-         }},
-        {"a reversed buffer without a far plane", Family::window_affine,
-         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return 0.1 / seen.z[i]; }); }},
-        {"Nuke's depth.Z", Family::inverse,
-         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return 1 / seen.z[i]; }); }},
-        {"Middlebury's disparity, infinite holes", Family::inverse,
-         [](const Seen& seen) {
-             return floats(seen, [&](std::size_t i) {
-                 return is_hole(i) ? static_cast<double>(infinity) : 0.5 * seen.focal_px / seen.z[i] - 2;
-             });
-         }},
-        {"Habitat-lab, 0 to 1", Family::planar,
-         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return std::min(seen.z[i] / 10, 1.0); }); }},
-        {"linear from a near plane at 0.5", Family::planar,
-         [](const Seen& seen) {
-             return floats(seen, [&](std::size_t i) { return std::clamp((seen.z[i] - 0.5) / 49.5, 0.0, 1.0); });
-         }},
-        {"V-Ray's Z, near is white", Family::planar,
-         [](const Seen& seen) {
-             return floats(seen, [&](std::size_t i) { return std::clamp((50 - seen.z[i]) / 49.5, 0.0, 1.0); });
-         }},
-        {"a 16-bit depth buffer", Family::window_affine,
-         [](const Seen& seen) {
-             return codes(
-                 seen, [&](std::size_t i) { return 65535 * window(seen.z[i], 0.1, 100); }, 65535);
-         }},
-        {"a depth buffer of floats", Family::window_affine,
-         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return window(seen.z[i], 0.1, 100); }); }},
-        {"Blender's Z", Family::planar,
-         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return std::min(seen.z[i], 1e10); }); }},
-        {"logarithmic depth", Family::other,
-         [](const Seen& seen) {
-             return floats(seen,
-                           [&](std::size_t i) { return std::min(std::log(seen.z[i] + 1) / std::log(101.0), 1.0); });
-         }},
-        {"exponential depth", Family::other,
-         [](const Seen& seen) {
-             return floats(seen,
-                           [&](std::size_t i) { return std::min(std::log(seen.z[i] / 0.1) / std::log(1000.0), 1.0); });
-         }},
-        {"median depth", Family::other,
-         [](const Seen& seen) {
-             return floats(seen,
-                           [&](std::size_t i) { return std::isinf(seen.z[i]) ? 1 : seen.z[i] / (seen.z[i] + 3); });
-         }},
-        {"relative depth, A + B/z", Family::inverse,
-         [](const Seen& seen) { return floats(seen, [&](std::size_t i) { return 3 + 7 / seen.z[i]; }); }},
-        {"relative depth, 0 to 1", Family::inverse,
-         [](const Seen& seen) {
-             const double nearest = *std::ranges::min_element(seen.z), farthest = *std::ranges::max_element(seen.z);
-             return floats(seen, [&, nearest, farthest](std::size_t i) {
-                 return (1 / seen.z[i] - 1 / farthest) / (1 / nearest - 1 / farthest);
-             });
-         }},
-        {"relative depth, 16 bits", Family::inverse,
-         [](const Seen& seen) {
-             const double nearest = *std::ranges::min_element(seen.z), farthest = *std::ranges::max_element(seen.z);
-             return codes(
-                 seen,
-                 [&, nearest, farthest](std::size_t i) {
-                     return 65535 * (1 / seen.z[i] - 1 / farthest) / (1 / nearest - 1 / farthest);
-                 },
-                 65535);
-         }},
-        {"noisy millimetres", Family::planar,
-         [](const Seen& seen) {
-             std::mt19937 random(1);
-             std::normal_distribution<double> normal;
-             return codes(
-                 seen, [&](std::size_t i) { return 1000 * seen.z[i] * (1 + 0.002 * seen.z[i] * normal(random)); }, 0);
-         }},
+        codes("Virtual KITTI 2, centimetres", Family::planar, 65535, [](const Place& p) { return 100 * p.z; }),
+        floats("a reversed buffer without a far plane", Family::window_affine,
+               [](const Place& p) { return 0.1 / p.z; }),
+        floats("Nuke's depth.Z", Family::inverse, [](const Place& p) { return 1 / p.z; }),
+        floats("Middlebury's disparity, infinite holes", Family::inverse,
+               [](const Place& p) {
+                   return is_hole(p.i) ? static_cast<double>(infinity) : 0.5 * p.seen.focal_px / p.z - 2;
+               }),
+        floats("Habitat-lab, 0 to 1", Family::planar, [](const Place& p) { return std::min(p.z / 10, 1.0); }),
+        floats("linear from a near plane at 0.5", Family::planar,
+               [](const Place& p) { return std::clamp((p.z - 0.5) / 49.5, 0.0, 1.0); }),
+        floats("V-Ray's Z, near is white", Family::planar,
+               [](const Place& p) { return std::clamp((50 - p.z) / 49.5, 0.0, 1.0); }),
+        codes("a 16-bit depth buffer", Family::window_affine, 65535,
+              [](const Place& p) { return 65535 * window(p.z, 0.1, 100); }),
+        floats("a depth buffer of floats", Family::window_affine, [](const Place& p) { return window(p.z, 0.1, 100); }),
+        floats("Blender's Z", Family::planar, [](const Place& p) { return std::min(p.z, 1e10); }),
+        floats("logarithmic depth", Family::other,
+               [](const Place& p) { return std::min(std::log(p.z + 1) / std::log(101.0), 1.0); }),
+        floats("exponential depth", Family::other,
+               [](const Place& p) { return std::min(std::log(p.z / 0.1) / std::log(1000.0), 1.0); }),
+        floats("median depth", Family::other, [](const Place& p) { return std::isinf(p.z) ? 1 : p.z / (p.z + 3); }),
+        floats("relative depth, A + B/z", Family::inverse, [](const Place& p) { return 3 + 7 / p.z; }),
+        floats("relative depth, 0 to 1", Family::inverse, [](const Place& p) { return p.seen.relative(p.z); }),
+        codes("relative depth, 16 bits", Family::inverse, 65535,
+              [](const Place& p) { return 65535 * p.seen.relative(p.z); }),
+        codes("noisy millimetres", Family::planar, 0,
+              [random = std::mt19937(1), normal = std::normal_distribution<double>()](const Place& p) mutable {
+                  return 1000 * p.z * (1 + 0.002 * p.z * normal(random));
+              }),
     };
     return all;
 }

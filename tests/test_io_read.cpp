@@ -1,6 +1,6 @@
 // Depth out of PNG, TIFF, PFM and PGM: which types are depth, and that their values come back untouched.
-#include "catch.hpp"
 #include "io_files.hpp"
+#include "matrices.hpp"
 #include "real_inputs.hpp"
 
 #include <fathom/io.hpp>
@@ -17,11 +17,6 @@ fs::path encoded(const fs::path& file, const cv::Mat& image) {
     Bytes bytes;
     REQUIRE(cv::imencode(file.extension().string(), image, bytes));
     return put(file, bytes);
-}
-
-bool same(const cv::Mat& a, const cv::Mat& b) {
-    return a.type() == b.type() && a.size() == b.size() && a.isContinuous() && b.isContinuous() &&
-           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
 }
 
 /// An uncompressed grey TIFF, 3 × 2, in either byte order. `format`: 1 unsigned, 2 signed, 3 float, 0 not said.
@@ -138,7 +133,7 @@ TEST_CASE("read: 24 bits packed in R, G, B need the packing, and come back as B,
     const TempFolder folder;
     const cv::Mat bgr(2, 2, CV_8UC3, cv::Scalar(3, 2, 1));
     const cv::Mat bgra(2, 2, CV_8UC4, cv::Scalar(3, 2, 1, 255));
-    for (const auto& image : {bgr, bgra}) {
+    for (const auto& image : {bgr, bgra})
         for (const std::string name : {"a.png", "a.tif"}) {
             const auto file = encoded(folder / name, image);
             for (const auto& [packing, storage] : {std::pair{Packing::rgb_red_low, Storage::bgr8_red_low},
@@ -149,7 +144,6 @@ TEST_CASE("read: 24 bits packed in R, G, B need the packing, and come back as B,
             }
             check_says([&] { read_depth(file); }, {"unsigned 8-bit", "\"packing\""});
         }
-    }
 }
 
 TEST_CASE("read: images that hold no depth are refused with what would", "[io]") {

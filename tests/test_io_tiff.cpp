@@ -1,6 +1,6 @@
 // TIFF in the forms that other programs write: tiles and strips, compressed or not, either byte order, BigTIFF, turned.
-#include "catch.hpp"
 #include "io_files.hpp"
+#include "matrices.hpp"
 #include "tiff_files.hpp"
 
 #include <fathom/io.hpp>
@@ -13,11 +13,6 @@ using namespace fathom;
 using namespace fathom::test;
 
 namespace {
-
-bool same(const cv::Mat& a, const cv::Mat& b) {
-    return a.type() == b.type() && a.size() == b.size() && a.isContinuous() && b.isContinuous() &&
-           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
-}
 
 const std::vector<TiffForm> forms{
     {},
@@ -71,11 +66,10 @@ TEST_CASE("tiff: pictures of 16 bits and floats come in B, G, R", "[io]") {
             REQUIRE(color.channels() == image.channels());
             double worst = 0;
             for (int c = 0; c < color.channels(); ++c) {
-                cv::Mat seen, plane;
-                cv::extractChannel(color, seen, c);
-                cv::extractChannel(image, plane, c == 3 ? 3 : 2 - c);
-                plane.convertTo(plane, CV_32F);
-                worst = std::max(worst, cv::norm(seen * (image.depth() == CV_16U ? 65535.0 : 1), plane, cv::NORM_INF));
+                cv::Mat floats;
+                plane(image, c == 3 ? 3 : 2 - c).convertTo(floats, CV_32F);
+                worst = std::max(
+                    worst, cv::norm(plane(color, c) * (image.depth() == CV_16U ? 65535.0 : 1), floats, cv::NORM_INF));
             }
             CHECK(worst < 0.01);
         }

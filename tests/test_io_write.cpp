@@ -1,6 +1,6 @@
 // Results into files: every format holds what it was given, and whatever goes wrong leaves nothing behind.
-#include "catch.hpp"
 #include "io_files.hpp"
+#include "matrices.hpp"
 
 #include <fathom/io.hpp>
 
@@ -25,17 +25,6 @@ cv::Mat floats(int channels) {
     image.ptr<float>(1)[2] = infinity;
     image.ptr<float>(3)[4] = not_a_number;
     return image;
-}
-
-bool same(const cv::Mat& a, const cv::Mat& b) {
-    return a.type() == b.type() && a.size() == b.size() && a.isContinuous() && b.isContinuous() &&
-           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
-}
-
-cv::Mat channel(const cv::Mat& image, int c) {
-    cv::Mat plane;
-    cv::extractChannel(image, plane, c);
-    return plane;
 }
 
 /// While it lives no file grows beyond this size: what a full disk looks like to a program.
@@ -86,7 +75,7 @@ TEST_CASE("write: exr channels have the names and the order they were given", "[
     write_image(folder / "a.exr", image, {.channels = names});
     for (int c = 0; c < 4; ++c)
         CHECK(same(read_depth(folder / "a.exr", {.channel = names[static_cast<std::size_t>(c)]}).values,
-                   channel(image, c)));
+                   plane(image, c)));
     for (const std::vector<std::string>& wrong :
          {std::vector<std::string>{}, {"a", "b", "c"}, {"a", "b", "c", "c"}, {"a", "b", "c", ""}})
         check_says([&] { write_image(folder / "b.exr", image, {.channels = wrong}); }, {"a name of its own"});
@@ -112,8 +101,8 @@ TEST_CASE("write: x, y, z lie in that order in .tif and .pfm", "[io]") {
         }
         const auto seen = cv::imread((folder / "p.tif").string(), cv::IMREAD_UNCHANGED); // another reader: z, y, x
         REQUIRE(seen.type() == image.type());
-        CHECK(same(channel(seen, 2), channel(image, 0)));
-        CHECK(same(channel(seen, 0), channel(image, 2)));
+        CHECK(same(plane(seen, 2), plane(image, 0)));
+        CHECK(same(plane(seen, 0), plane(image, 2)));
     }
 }
 

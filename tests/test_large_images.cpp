@@ -87,6 +87,27 @@ Region within(const Region& part, const Region& around) {
     return {part.x - around.x, part.y - around.y, part.width, part.height};
 }
 
+constexpr CircleOfConfusion near_lens{.k = 200, .g = 608}; // circles of -2.7 pixels and more, from 3 m on
+constexpr DofMasksOptions near_field{.near_alpha = true, .disocclusion = true};
+
+Camera metric_camera(int width, int height, double scale = 1) {
+    return {.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000}),
+            .width = width,
+            .height = height,
+            .encoding = Encoding::view_z,
+            .scale = scale};
+}
+
+// The device, if it takes so many bytes at once: drivers take a quarter of the memory, or so.
+std::optional<Device> device_for(std::size_t bytes) {
+    const Device device = Device::open("cpu");
+    const cl::Device target(runtime::queue_of(device).getInfo<CL_QUEUE_DEVICE>());
+    if (target.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>() >= bytes)
+        return device;
+    WARN("skipped: the device does not take " << bytes << " bytes at once");
+    return std::nullopt;
+}
+
 } // namespace
 
 TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of their parts", "[large][slow]") {
@@ -127,31 +148,6 @@ TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of t
         }
     }
 }
-
-namespace {
-
-constexpr CircleOfConfusion near_lens{.k = 200, .g = 608}; // circles of -2.7 pixels and more, from 3 m on
-constexpr DofMasksOptions near_field{.near_alpha = true, .disocclusion = true};
-
-Camera metric_camera(int width, int height, double scale = 1) {
-    return {.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000}),
-            .width = width,
-            .height = height,
-            .encoding = Encoding::view_z,
-            .scale = scale};
-}
-
-// The device, if it takes so many bytes at once: drivers take a quarter of the memory, or so.
-std::optional<Device> device_for(std::size_t bytes) {
-    const Device device = Device::open("cpu");
-    const cl::Device target(runtime::queue_of(device).getInfo<CL_QUEUE_DEVICE>());
-    if (target.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>() >= bytes)
-        return device;
-    WARN("skipped: the device does not take " << bytes << " bytes at once");
-    return std::nullopt;
-}
-
-} // namespace
 
 TEST_CASE("8-bit depth that passes 2^31 elements has the bits of its parts", "[large][exhaustive]") {
     // Depth lies in single rows only: the memory between them is never touched.

@@ -4,10 +4,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <cmath>
-#include <limits>
-#include <vector>
-
 using namespace fathom;
 
 namespace {

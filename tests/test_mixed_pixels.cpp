@@ -73,7 +73,7 @@ struct Picture {
 Picture rendered(const Scene& scene, const Stored& way, int samples) {
     const Encoder encoder(way);
     Picture picture;
-    for (int y = 0; y < height; ++y) {
+    for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             double sum = 0, least = infinity, most = -infinity;
             int surfaces = 0;
@@ -92,7 +92,6 @@ Picture rendered(const Scene& scene, const Stored& way, int samples) {
             picture.mixed.push_back(several && share > 0.125 && share < 0.875);
             picture.values.push_back(static_cast<float>(value));
         }
-    }
     return picture;
 }
 
@@ -115,7 +114,7 @@ std::vector<float> mask_of(const Picture& picture, const Stored& way) {
 struct Count {
     int mixed = 0, found = 0, pure = 0, wrong = 0;
     void add(const Picture& picture, const std::vector<float>& mask) {
-        for (int y = 0; y < height; ++y) {
+        for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const auto i = static_cast<std::size_t>(y * width + x);
                 const bool inside = x >= 2 && y >= 2 && x < width - 2 && y < height - 2;
@@ -124,7 +123,6 @@ struct Count {
                 pure += !picture.several[i];
                 wrong += !picture.several[i] && mask[i] != 0;
             }
-        }
     }
     void print(const std::string& what) const {
         std::printf("mixed pixels, %-44s %5d of %5d found, %4d of %d wrong\n", what.c_str(), found, mixed, wrong, pure);
@@ -164,17 +162,16 @@ Sample sphere(double x, double y) {
 } // namespace
 
 TEST_CASE("mixed pixels: pixels averaged over an edge are found, and surfaces are not", "[dof_masks][mixed_pixels]") {
-    for (const Stored& way : ways()) {
+    for (const Stored& way : ways())
         for (const int samples : {2, 4}) {
             Count edges, sharp;
-            for (const bool sky : {false, true}) {
+            for (const bool sky : {false, true})
                 for (int angle = 0; angle < 180; angle += 15) {
                     const Scene scene = edge(angle, sky);
                     const Picture picture = rendered(scene, way, samples), aliased = rendered(scene, way, 1);
                     edges.add(picture, mask_of(picture, way));
                     sharp.add(aliased, mask_of(aliased, way));
                 }
-            }
             edges.print(way.name + ", edges, " + std::to_string(samples * samples) + " samples");
             sharp.print(way.name + ", edges, 1 sample");
             CHECK(edges.mixed >= (way.name == "view z" ? 300 : 1000));
@@ -182,13 +179,12 @@ TEST_CASE("mixed pixels: pixels averaged over an edge are found, and surfaces ar
             CHECK(edges.wrong == 0);
             CHECK(sharp.wrong == 0);
         }
-    }
 }
 
 TEST_CASE("mixed pixels: planes and creases have none, however they are tilted", "[dof_masks][mixed_pixels]") {
     for (const Stored& way : ways()) {
         Count smooth;
-        for (const double steep : {0.0, 1e-4, 1e-3, 3e-3}) {
+        for (const double steep : {0.0, 1e-4, 1e-3, 3e-3})
             for (int angle = 0; angle < 360; angle += 45) {
                 const double gx = steep * std::cos(angle * std::numbers::pi / 180),
                              gy = steep * std::sin(angle * std::numbers::pi / 180);
@@ -202,7 +198,6 @@ TEST_CASE("mixed pixels: planes and creases have none, however they are tilted",
                     smooth.add(picture, mask_of(picture, way));
                 }
             }
-        }
         smooth.print(way.name + ", planes and creases");
         CHECK(smooth.wrong == 0);
     }

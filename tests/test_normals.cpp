@@ -144,7 +144,7 @@ struct PlaneErrors {
 void judge_plane(const scene::Rendered& truth, const Camera& camera, const Result& result, int reach,
                  PlaneErrors& errors) {
     const regimes::NormalBound promise(camera);
-    for (int y = reach; y < camera.height - reach; ++y) {
+    for (int y = reach; y < camera.height - reach; ++y)
         for (int x = reach; x < camera.width - reach; ++x) {
             bool inside = true;
             for (int dy = -reach; dy <= reach; ++dy)
@@ -158,7 +158,136 @@ void judge_plane(const scene::Rendered& truth, const Camera& camera, const Resul
             errors.share = std::max(errors.share, off / promise.degrees(x, y, truth.z[i], truth.normal[i]));
             ++errors.pixels;
         }
-    }
+}
+
+// A sphere that fills most of the image, and a box seen at three of its faces, both before an open sky.
+const scene::Scene sphere{scene::Sphere{{0, 0, -3}, 1}};
+const scene::Scene box{scene::Box{{0.2, -0.5, -4}, {1, 0.8, 0.9}, 0.6}};
+
+struct Score {
+    double mean = 0, within = 0; ///< degrees; percent of the pixels that are off by 1 degree at most
+};
+
+Score score(const Result& result, const scene::Rendered& truth) {
+    double sum = 0;
+    long pixels = 0, good = 0;
+    for (int y = 0; y < truth.height; ++y)
+        for (int x = 0; x < truth.width; ++x) {
+            const auto i = static_cast<std::size_t>(y * truth.width + x);
+            if (!std::isfinite(truth.z[i]))
+                continue;
+            const double off = angle_deg(result.at(x, y), truth.normal[i]);
+            sum += off;
+            good += off <= 1;
+            ++pixels;
+        }
+    return {sum / static_cast<double>(pixels), 100 * static_cast<double>(good) / static_cast<double>(pixels)};
+}
+
+struct Comparison {
+    const char* scene;
+    scene::Scene content;
+    // As measured, float32, then D16, then 16 bits that are linear from 0.1 to 100.
+    Score neighbours[3], least_squares[3];
+};
+
+// Another host may round the scene's pixels at an edge differently.
+constexpr double mean_slack = 1.2, within_slack = 0.5;
+
+constexpr double sensor_noise = 9e-4;
+
+// The middle of an image of 1920 × 1080 pixels and 0.9 radians from top to bottom, as view depth in OpenCV's axes.
+Camera sensor(int width = 480, int height = 270) {
+    const double f = 540 / std::tan(0.45);
+    const Convention opencv{ClipZ::zero_to_one, ClipY::down, ViewAxes::opencv};
+    return with(camera_of(perspective(Intrinsics{f, f, 0.5 * width, 0.5 * height, width, height}, {0.1, 100}, opencv),
+                          width, height),
+                Encoding::view_z);
+}
+
+std::vector<float> noisy(const scene::Rendered& truth, double noise) {
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal(0, noise);
+    std::vector<float> depth;
+    for (const double z : truth.z)
+        depth.push_back(static_cast<float>(z * (1 + normal(random))));
+    return depth;
+}
+
+scene::Rendered tilted_plane(const Camera& camera, double tilt) {
+    const Vector3d normal(std::sin(tilt) * std::cos(1.3), std::sin(tilt) * std::sin(1.3), std::cos(tilt));
+    return scene::render({scene::Plane{{0, 0, -2.5}, normal}}, camera);
+}
+
+// The plane of least squares through 1/z = a x + b y + c of all pixels of a window, and its normal: n P = d says that
+// 1/z = (n_x X + n_y Y + n_z) / d with X = (x - cx) / fx and Y = (y - cy) / fy.
+Vector3d brute_force(const std::vector<float>& depth, const Camera& camera, int x, int y, int radius) {
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+    Vector3d sums = Vector3d::Zero();
+    for (int v = y - radius; v <= y + radius; ++v)
+        for (int u = x - radius; u <= x + radius; ++u) {
+            const Vector3d terms(u - x, v - y, 1);
+            squares += terms * terms.transpose();
+            sums += terms / static_cast<double>(depth[static_cast<std::size_t>(v * camera.width + u)]);
+        }
+    const Vector3d plane = squares.ldlt().solve(sums);
+    const double f = 540 / std::tan(0.45), a = plane[0], b = plane[1];
+    const double c = plane[2] + a * (0.5 * camera.width - x - 0.5) + b * (0.5 * camera.height - y - 0.5);
+    return -Vector3d(a * f, b * f, c).normalized();
+}
+
+// Neighbouring pixels' windows overlap, so the mean over an image is one of a thousand windows, each off by half of itself.
+constexpr double sampling_error = 0.05;
+
+// Of a plane's pixels: those whose window has no pixel more than four standard deviations off. The kernel's plane is drawn
+// towards that of the small window with the weight of one pixel, by a thousandth of a normal's error.
+constexpr double whole_windows = 0.95, drawn_deg = 0.02;
+
+constexpr int near_px = 2;        // from an edge
+constexpr double jump = 0.05;     // of the nearer z, at an edge
+constexpr double crease_deg = 20; // between two pixels' normals
+
+std::vector<std::uint8_t> near_edges(const scene::Rendered& truth) {
+    const int width = truth.width, height = truth.height;
+    std::vector<std::uint8_t> near(truth.z.size());
+    const auto mark = [&](int x, int y) {
+        for (int v = std::max(y - near_px, 0); v <= std::min(y + near_px, height - 1); ++v)
+            for (int u = std::max(x - near_px, 0); u <= std::min(x + near_px, width - 1); ++u)
+                near[static_cast<std::size_t>(v * width + u)] = 1;
+    };
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (const auto& [u, v] : {std::pair{x + 1, y}, {x, y + 1}}) {
+                if (u == width || v == height)
+                    continue;
+                const auto a = static_cast<std::size_t>(y * width + x), b = static_cast<std::size_t>(v * width + u);
+                const bool flat = std::abs(truth.z[a] - truth.z[b]) <= jump * std::min(truth.z[a], truth.z[b]) &&
+                                  angle_deg(truth.normal[a], truth.normal[b]) <= crease_deg;
+                if (!flat && (std::isfinite(truth.z[a]) || std::isfinite(truth.z[b]))) {
+                    mark(x, y);
+                    mark(u, v);
+                }
+            }
+    return near;
+}
+
+// Mean errors in degrees: away from edges, and near them.
+struct Parts {
+    double away = 0, near = 0;
+};
+
+Parts parts(const Result& result, const scene::Rendered& truth, const std::vector<std::uint8_t>& near) {
+    double sums[2] = {};
+    long counts[2] = {};
+    for (int y = 0; y < truth.height; ++y)
+        for (int x = 0; x < truth.width; ++x) {
+            const auto i = static_cast<std::size_t>(y * truth.width + x);
+            if (!std::isfinite(truth.z[i]))
+                continue;
+            sums[near[i]] += angle_deg(result.at(x, y), truth.normal[i]);
+            ++counts[near[i]];
+        }
+    return {sums[0] / static_cast<double>(counts[0]), sums[1] / static_cast<double>(counts[1])};
 }
 
 } // namespace
@@ -167,7 +296,7 @@ TEST_CASE("normals: planes at tilts up to 85 degrees under every camera", "[norm
     std::printf("normals of planes, worst error in degrees (fraction of normals_slope_error's promise)\n");
     for (const Subject& subject : cameras()) {
         PlaneErrors neighbours, least_squares;
-        for (const double tilt : {0.0, 30.0, 60.0, 75.0, 85.0}) {
+        for (const double tilt : {0.0, 30.0, 60.0, 75.0, 85.0})
             for (const double around : {0.0, 77.0, 200.0}) {
                 // The scene's world has the OpenGL axes, the result the projection's own.
                 const Vector3d normal(std::sin(tilt * degree) * std::cos(around * degree),
@@ -183,7 +312,6 @@ TEST_CASE("normals: planes at tilts up to 85 degrees under every camera", "[norm
                 judge_plane(truth, subject.camera, nearest, normals_reach_neighbours, neighbours);
                 judge_plane(truth, subject.camera, fitted, normals_reach_least_squares, least_squares);
             }
-        }
         std::printf("  %-22s neighbours %.2e (%.3f)   least squares %.2e   %ld pixels\n", subject.name,
                     neighbours.worst, neighbours.share, least_squares.worst, neighbours.pixels);
         INFO(subject.name);
@@ -193,45 +321,6 @@ TEST_CASE("normals: planes at tilts up to 85 degrees under every camera", "[norm
         CHECK(least_squares.worst <= plane_error_deg);
     }
 }
-
-namespace {
-
-// A sphere that fills most of the image, and a box seen at three of its faces, both before an open sky.
-const scene::Scene sphere{scene::Sphere{{0, 0, -3}, 1}};
-const scene::Scene box{scene::Box{{0.2, -0.5, -4}, {1, 0.8, 0.9}, 0.6}};
-
-struct Score {
-    double mean = 0, within = 0; ///< degrees; percent of the pixels that are off by 1 degree at most
-};
-
-Score score(const Result& result, const scene::Rendered& truth) {
-    double sum = 0;
-    long pixels = 0, good = 0;
-    for (int y = 0; y < truth.height; ++y) {
-        for (int x = 0; x < truth.width; ++x) {
-            const auto i = static_cast<std::size_t>(y * truth.width + x);
-            if (!std::isfinite(truth.z[i]))
-                continue;
-            const double off = angle_deg(result.at(x, y), truth.normal[i]);
-            sum += off;
-            good += off <= 1;
-            ++pixels;
-        }
-    }
-    return {sum / static_cast<double>(pixels), 100 * static_cast<double>(good) / static_cast<double>(pixels)};
-}
-
-struct Comparison {
-    const char* scene;
-    scene::Scene content;
-    // As measured, float32, then D16, then 16 bits that are linear from 0.1 to 100.
-    Score neighbours[3], least_squares[3];
-};
-
-// Another host may round the scene's pixels at an edge differently.
-constexpr double mean_slack = 1.2, within_slack = 0.5;
-
-} // namespace
 
 TEST_CASE("normals: spheres, boxes and whole scenes, by method and storage", "[normals]") {
     const Comparison comparisons[] = {
@@ -302,60 +391,6 @@ TEST_CASE("normals: a sensor's noise is told by its tolerance", "[normals]") {
     CHECK(told.mean < 0.5 * nearest.mean);
 }
 
-namespace {
-
-constexpr double sensor_noise = 9e-4;
-
-// The middle of an image of 1920 × 1080 pixels and 0.9 radians from top to bottom, as view depth in OpenCV's axes.
-Camera sensor(int width = 480, int height = 270) {
-    const double f = 540 / std::tan(0.45);
-    const Convention opencv{ClipZ::zero_to_one, ClipY::down, ViewAxes::opencv};
-    return with(camera_of(perspective(Intrinsics{f, f, 0.5 * width, 0.5 * height, width, height}, {0.1, 100}, opencv),
-                          width, height),
-                Encoding::view_z);
-}
-
-std::vector<float> noisy(const scene::Rendered& truth, double noise) {
-    std::mt19937 random(5);
-    std::normal_distribution<double> normal(0, noise);
-    std::vector<float> depth;
-    for (const double z : truth.z)
-        depth.push_back(static_cast<float>(z * (1 + normal(random))));
-    return depth;
-}
-
-scene::Rendered tilted_plane(const Camera& camera, double tilt) {
-    const Vector3d normal(std::sin(tilt) * std::cos(1.3), std::sin(tilt) * std::sin(1.3), std::cos(tilt));
-    return scene::render({scene::Plane{{0, 0, -2.5}, normal}}, camera);
-}
-
-// The plane of least squares through 1/z = a x + b y + c of all pixels of a window, and its normal: n P = d says that
-// 1/z = (n_x X + n_y Y + n_z) / d with X = (x - cx) / fx and Y = (y - cy) / fy.
-Vector3d brute_force(const std::vector<float>& depth, const Camera& camera, int x, int y, int radius) {
-    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-    Vector3d sums = Vector3d::Zero();
-    for (int v = y - radius; v <= y + radius; ++v) {
-        for (int u = x - radius; u <= x + radius; ++u) {
-            const Vector3d terms(u - x, v - y, 1);
-            squares += terms * terms.transpose();
-            sums += terms / static_cast<double>(depth[static_cast<std::size_t>(v * camera.width + u)]);
-        }
-    }
-    const Vector3d plane = squares.ldlt().solve(sums);
-    const double f = 540 / std::tan(0.45), a = plane[0], b = plane[1];
-    const double c = plane[2] + a * (0.5 * camera.width - x - 0.5) + b * (0.5 * camera.height - y - 0.5);
-    return -Vector3d(a * f, b * f, c).normalized();
-}
-
-// Neighbouring pixels' windows overlap, so the mean over an image is one of a thousand windows, each off by half of itself.
-constexpr double sampling_error = 0.05;
-
-// Of a plane's pixels: those whose window has no pixel more than four standard deviations off. The kernel's plane is drawn
-// towards that of the small window with the weight of one pixel, by a thousandth of a normal's error.
-constexpr double whole_windows = 0.95, drawn_deg = 0.02;
-
-} // namespace
-
 TEST_CASE("normals: planes under a sensor's noise", "[normals][noise]") {
     const Camera camera = sensor();
     const int radius = window_radius(centre_rays(camera_rays(camera)), sensor_noise);
@@ -392,74 +427,19 @@ TEST_CASE("normals: noise has every pixel of a plane's wide window count", "[nor
         const Result result = normals_of(stored_of(depth, camera), {.noise = noise});
         double worst = 0;
         long same = 0, pixels = 0;
-        for (int y = radius; y < camera.height - radius; ++y) {
+        for (int y = radius; y < camera.height - radius; ++y)
             for (int x = radius; x < camera.width - radius; ++x) {
                 const double off = angle_deg(result.at(x, y), brute_force(depth, camera, x, y, radius));
                 worst = std::max(worst, off);
                 same += off <= drawn_deg;
                 ++pixels;
             }
-        }
         const double fraction = static_cast<double>(same) / static_cast<double>(pixels);
         std::printf("normals with noise %g: window of radius %d, %.2f %% as by brute force, worst %.3f degrees\n",
                     noise, radius, 100 * fraction, worst);
         CHECK(fraction >= whole_windows);
     }
 }
-
-namespace {
-
-constexpr int near_px = 2;        // from an edge
-constexpr double jump = 0.05;     // of the nearer z, at an edge
-constexpr double crease_deg = 20; // between two pixels' normals
-
-std::vector<std::uint8_t> near_edges(const scene::Rendered& truth) {
-    const int width = truth.width, height = truth.height;
-    std::vector<std::uint8_t> near(truth.z.size());
-    const auto mark = [&](int x, int y) {
-        for (int v = std::max(y - near_px, 0); v <= std::min(y + near_px, height - 1); ++v)
-            for (int u = std::max(x - near_px, 0); u <= std::min(x + near_px, width - 1); ++u)
-                near[static_cast<std::size_t>(v * width + u)] = 1;
-    };
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            for (const auto& [u, v] : {std::pair{x + 1, y}, {x, y + 1}}) {
-                if (u == width || v == height)
-                    continue;
-                const auto a = static_cast<std::size_t>(y * width + x), b = static_cast<std::size_t>(v * width + u);
-                const bool flat = std::abs(truth.z[a] - truth.z[b]) <= jump * std::min(truth.z[a], truth.z[b]) &&
-                                  angle_deg(truth.normal[a], truth.normal[b]) <= crease_deg;
-                if (!flat && (std::isfinite(truth.z[a]) || std::isfinite(truth.z[b]))) {
-                    mark(x, y);
-                    mark(u, v);
-                }
-            }
-        }
-    }
-    return near;
-}
-
-// Mean errors in degrees: away from edges, and near them.
-struct Parts {
-    double away = 0, near = 0;
-};
-
-Parts parts(const Result& result, const scene::Rendered& truth, const std::vector<std::uint8_t>& near) {
-    double sums[2] = {};
-    long counts[2] = {};
-    for (int y = 0; y < truth.height; ++y) {
-        for (int x = 0; x < truth.width; ++x) {
-            const auto i = static_cast<std::size_t>(y * truth.width + x);
-            if (!std::isfinite(truth.z[i]))
-                continue;
-            sums[near[i]] += angle_deg(result.at(x, y), truth.normal[i]);
-            ++counts[near[i]];
-        }
-    }
-    return {sums[0] / static_cast<double>(counts[0]), sums[1] / static_cast<double>(counts[1])};
-}
-
-} // namespace
 
 TEST_CASE("normals: noise in whole scenes, away from edges and near them", "[normals][noise]") {
     const Camera camera = with(camera_of(perspective(0.9, 16.0 / 9, {0.1, 100}), 640, 360), Encoding::view_z);
@@ -565,8 +545,7 @@ TEST_CASE("normals: view depth gives those of the stored depth", "[normals]") {
 }
 
 TEST_CASE("stability: normals of images that are all border", "[normals][stability]") {
-    for (const auto& [width, height] :
-         {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {3, 1}, {1, 2}, {17, 2}, {16, 16}, {33, 5}}) {
+    for (const auto& [width, height] : {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {17, 2}, {33, 5}})
         for (const bool is_orthographic : {false, true}) {
             const Camera camera =
                 camera_of(is_orthographic ? orthographic({-2, 2, -2, 2}, {0.1, 100}) : perspective(1.0, 1, {0.1, 100}),
@@ -581,17 +560,15 @@ TEST_CASE("stability: normals of images that are all border", "[normals][stabili
                 const Result aslant = normals_of(stored_of(slanted.stored, camera), options);
                 CHECK(well_formed(across));
                 CHECK(well_formed(aslant));
-                for (int y = 0; y < height; ++y) {
+                for (int y = 0; y < height; ++y)
                     for (int x = 0; x < width; ++x) {
                         CHECK(angle_deg(across.at(x, y), {0, 0, 1}) < 0.01);
                         CHECK(aslant.validity(x, y) == 1);
                         if (width > 1 && height > 1)
                             CHECK(angle_deg(aslant.at(x, y), slanted.normal.front()) < 0.01);
                     }
-                }
             }
         }
-    }
 }
 
 TEST_CASE("stability: normals beside invalid pixels", "[normals][stability]") {
@@ -619,13 +596,12 @@ TEST_CASE("stability: normals beside invalid pixels", "[normals][stability]") {
                 const Result result = normals_of(stored_of(holed, camera), options);
                 CHECK(well_formed(result));
                 double worst = 0;
-                for (int y = 0; y < height; ++y) {
+                for (int y = 0; y < height; ++y)
                     for (int x = 0; x < width; ++x) {
                         REQUIRE(result.validity(x, y) == (there(x, y) ? 1.0f : 0.0f));
                         if (there(x, y) && (there(x - 1, y) || there(x + 1, y)) && (there(x, y - 1) || there(x, y + 1)))
                             worst = std::max(worst, angle_deg(result.at(x, y), normal));
                     }
-                }
                 CHECK(worst < 0.02);
             }
             const Result sky = normals_of(stored_of(std::vector<float>(holed.size(), none), camera));
@@ -671,7 +647,7 @@ TEST_CASE("stability: normals at a step, a crease and a bar one pixel wide", "[n
                           far = scene::render({scene::Plane{{0, 0, -5}, {-0.2, 0.4, 1}}}, camera);
     const auto joined = [&](auto from_near) {
         scene::Rendered both = far;
-        for (int y = 0; y < 24; ++y) {
+        for (int y = 0; y < 24; ++y)
             for (int x = 0; x < 32; ++x) {
                 const auto i = static_cast<std::size_t>(y * 32 + x);
                 if (from_near(x, y)) {
@@ -679,7 +655,6 @@ TEST_CASE("stability: normals at a step, a crease and a bar one pixel wide", "[n
                     both.normal[i] = near.normal[i];
                 }
             }
-        }
         return both;
     };
     for (const NormalsOptions& options : each_method) {

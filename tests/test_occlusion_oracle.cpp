@@ -50,37 +50,28 @@ struct Named {
 
 std::vector<Named> closed_forms() {
     std::vector<Named> list;
-    for (const double tilt : {0.0, 30.0, 60.0, 85.0, 89.9}) {
+    for (const double tilt : {0.0, 30.0, 60.0, 85.0, 89.9})
         list.push_back({text("plane", tilt), open_plane(tilt * degree, tilt)});
-    }
-    for (const double alpha : {20.0, 60.0, 90.0, 135.0, 170.0}) {
+    for (const double alpha : {20.0, 60.0, 90.0, 135.0, 170.0})
         list.push_back({text("crease", alpha), crease(alpha * degree)});
-    }
     list.push_back({"crease, very near", crease(pi / 2, 1e-4)});
-    for (const auto& [x, y] : {std::pair{1.0, 1.0}, {0.2, 3.0}, {0.001, 0.5}}) {
+    for (const auto& [x, y] : {std::pair{1.0, 1.0}, {0.2, 3.0}, {0.001, 0.5}})
         list.push_back({text("corner", x, y), corner(x, y)});
-    }
-    for (const auto& [height, distance] : {std::pair{0.5, 1.0}, {2.0, 0.1}, {0.3, 10.0}}) {
+    for (const auto& [height, distance] : {std::pair{0.5, 1.0}, {2.0, 0.1}, {0.3, 10.0}})
         list.push_back({text("wall", height, distance), wall(height, distance)});
-    }
-    for (const double radius : {1.02, 1.5, 2.0, 10.0, 1000.0}) {
+    for (const double radius : {1.02, 1.5, 2.0, 10.0, 1000.0})
         list.push_back({text("infinite wall", 1, radius), infinite_wall(1, radius)});
-    }
     list.push_back({"trench", trench(1, 0.5, 2, 3)});
     list.push_back({"deep trench", trench(0.1, 5, 0.2, 3)});
-    for (const double polar : {0.0, 0.3, 0.9, 1.5}) {
+    for (const double polar : {0.0, 0.3, 0.9, 1.5})
         list.push_back({text("hemisphere", polar), bowl(1, 1, polar)});
-    }
     list.push_back({"bowl", bowl(2, 0.3, 0.3)});
-    for (const double elevation : {5.0, 20.0, 44.0}) {
+    for (const double elevation : {5.0, 20.0, 44.0})
         list.push_back({text("horizon", elevation), uniform_horizon(elevation * degree)});
-    }
-    for (const double distance : {0.1, 0.5, 1.0, 3.0, 8.0}) {
+    for (const double distance : {0.1, 0.5, 1.0, 3.0, 8.0})
         list.push_back({text("sphere", 1, distance), resting_sphere(1, distance)});
-    }
-    for (const auto& [height, aside] : {std::pair{1.0, 0.0}, {0.1, 0.0}, {0.2, 0.49}, {0.2, 2.0}}) {
+    for (const auto& [height, aside] : {std::pair{1.0, 0.0}, {0.1, 0.0}, {0.2, 0.49}, {0.2, 2.0}})
         list.push_back({text("disk", height, aside), floating_disk(0.5, height, aside)});
-    }
     return list;
 }
 
@@ -118,9 +109,8 @@ double by_columns(const scene::Caster& caster, const scene::Surface& surface, do
     const Vector3d across = surface.normal.unitOrthogonal(), along = surface.normal.cross(across);
     const auto solid = [&](const Vector3d& place) {
         const Vector2d pixel = pixel_of(camera, (to_world * place.homogeneous()).head<3>());
-        if ((pixel.array() < 0).any() || pixel.x() > camera.width || pixel.y() > camera.height) {
+        if ((pixel.array() < 0).any() || pixel.x() > camera.width || pixel.y() > camera.height)
             return false;
-        }
         const auto seen = caster.at(pixel.x(), pixel.y());
         const double behind =
             seen ? (place - seen->position).dot(caster.ray(pixel.x(), pixel.y()).direction.normalized()) : -1;
@@ -136,9 +126,8 @@ double by_columns(const scene::Caster& caster, const scene::Surface& surface, do
         const Vector3d ray = std::sqrt(share) * (std::cos(azimuth) * across + std::sin(azimuth) * along) +
                              std::sqrt(1 - share) * surface.normal;
         bool blocked = false;
-        for (int k = 0; k < steps && !blocked; ++k) {
+        for (int k = 0; k < steps && !blocked; ++k)
             blocked = solid(surface.position + (k + 0.5) / steps * radius * ray);
-        }
         open += blocked ? 0 : 1;
     }
     return static_cast<double>(open) / (side * side);
@@ -169,7 +158,7 @@ TEST_CASE("occlusion oracle: rays end at the radius", "[ssao][oracle]") {
 }
 
 TEST_CASE("occlusion oracle: five cameras see the same place", "[ssao][oracle]") {
-    for (const auto& [name, known] : height_fields()) {
+    for (const auto& [name, known] : height_fields())
         for (const auto& [camera_name, camera] : views({.target = known.position, .from = known.from})) {
             INFO(name << ", " << camera_name);
             const Vector2d pixel = pixel_of(camera, known.position);
@@ -179,14 +168,13 @@ TEST_CASE("occlusion oracle: five cameras see the same place", "[ssao][oracle]")
             const Vector3d normal = scene::to_world(camera).topLeftCorner<3, 3>() * seen->normal;
             CHECK((normal - known.normal).norm() < 1e-9);
         }
-    }
 }
 
 TEST_CASE("occlusion oracle: a plane is open at every tilt, for slices of a scene and of an image", "[ssao][oracle]") {
     const ScreenOptions options{.radius = 2, .slices = 16, .step_px = 1};
     Worst of_scene, of_image;
     int seen = 0;
-    for (const double tilt : {0.0, 45.0, 75.0, 85.0}) {
+    for (const double tilt : {0.0, 45.0, 75.0, 85.0})
         for (const double towards : {0.0, 1.0, 2.5}) {
             const scene::Scene plane = open_plane(tilt * degree, towards).scene;
             for (const auto& [name, camera] : views({})) {
@@ -204,7 +192,6 @@ TEST_CASE("occlusion oracle: a plane is open at every tilt, for slices of a scen
                 }
             }
         }
-    }
     of_scene.print("plane, scene");
     of_image.print("plane, image");
     CHECK(seen > 200);
@@ -214,7 +201,7 @@ TEST_CASE("occlusion oracle: a plane is open at every tilt, for slices of a scen
 
 TEST_CASE("occlusion oracle: slices of a height field agree with rays under five cameras", "[ssao][oracle][slow]") {
     Worst of_scene, of_image;
-    for (const auto& [name, known] : height_fields()) {
+    for (const auto& [name, known] : height_fields())
         for (const auto& [camera_name, camera] : views({.target = known.position, .from = known.from})) {
             const scene::Caster caster(known.scene, camera);
             const auto image = scene::render(known.scene, camera);
@@ -231,7 +218,6 @@ TEST_CASE("occlusion oracle: slices of a height field agree with rays under five
                 of_image.add(screen_visibility(layer, x, y, surface->normal, options) - truth, where);
             }
         }
-    }
     of_scene.print("height fields, scene");
     of_image.print("height fields, image");
     INFO(of_scene.where() << "; " << of_image.where());
@@ -244,7 +230,7 @@ TEST_CASE("occlusion oracle: slices agree with closed forms that an image holds 
     for (const auto& [name, known] : {Named{"infinite wall", infinite_wall(0.5, looks_to)},
                                       {"bowl", bowl(1, 0.5)},
                                       {"bowl, aside", bowl(1, 0.5, 0.4)},
-                                      {"horizon", uniform_horizon(20 * degree)}}) {
+                                      {"horizon", uniform_horizon(20 * degree)}})
         for (const auto& [camera_name, camera] : views({.target = known.position, .from = known.from})) {
             // The nearest pixel is not the point itself, so look at it through the camera moved onto a pixel's centre.
             const Vector2d off = pixel_of(camera, known.position);
@@ -259,7 +245,6 @@ TEST_CASE("occlusion oracle: slices agree with closed forms that an image holds 
                                                  static_cast<int>(off.y()), {.radius = known.radius});
             worst.add(got - known.visibility, name + ", " + camera_name);
         }
-    }
     worst.print("height fields and closed forms");
     INFO(worst.where());
     CHECK(worst.error() < 10 * screen_error);
@@ -309,9 +294,8 @@ TEST_CASE("occlusion oracle: columns block what their definition in space says",
         for (auto [name, camera] : views({.target = {0, 0, -6}, .extent = 5})) {
             const scene::Caster caster(scene, camera);
             const auto surface = caster.at(x + 0.5, y + 0.5);
-            if (!surface) {
+            if (!surface)
                 continue;
-            }
             const double thickness = count % 3 == 0 ? infinite : 0.1 * (1 + count % 3);
             const double radius = 0.4 + 0.2 * (count % 2);
             const double got = screen_visibility(caster, x, y, {.radius = radius, .thickness = thickness});
@@ -337,7 +321,7 @@ TEST_CASE("occlusion oracle: an image says what its scene says, but for edges", 
         const ScreenOptions options{.radius = 0.5, .slices = 64, .step_px = 1};
         std::vector<double> differences;
         double mean = 0;
-        for (int y = 7; y < camera.height; y += 37) {
+        for (int y = 7; y < camera.height; y += 37)
             for (int x = 5; x < camera.width; x += 41) {
                 const auto surface = caster.at(x + 0.5, y + 0.5);
                 REQUIRE(surface);
@@ -346,7 +330,6 @@ TEST_CASE("occlusion oracle: an image says what its scene says, but for edges", 
                 mean += difference;
                 differences.push_back(std::abs(difference));
             }
-        }
         std::ranges::sort(differences);
         const auto at = [&](double share) {
             return differences[static_cast<std::size_t>(share * static_cast<double>(differences.size() - 1))];

@@ -50,6 +50,12 @@ cv::Mat on_host(const cv::UMat& umat) {
     return mat;
 }
 
+cv::Mat linearized(const cv::Mat& stored) {
+    cv::Mat result;
+    linearize(cpu(), stored, camera(), result);
+    return result;
+}
+
 /// Where the first byte lies: mapping a buffer of a CPU device moves nothing.
 unsigned char* address_of(const cv::UMat& umat) {
     const auto buffer = static_cast<cl_mem>(umat.handle(cv::ACCESS_RW));
@@ -243,9 +249,7 @@ TEST_CASE("opencv umat: a float matrix may be its own result", "[opencv]") {
     if (!opencv_has_opencl())
         return;
     const Device device = opencv_device();
-    const cv::Mat stored = depths();
-    cv::Mat expected;
-    linearize(cpu(), stored, camera(), expected);
+    const cv::Mat stored = depths(), expected = linearized(stored);
     cv::UMat both = on_device(stored);
     const cl_mem buffer = buffer_of(both);
     linearize(device, both, camera(), both);
@@ -291,9 +295,7 @@ TEST_CASE("opencv umat: every type of stored depth is read, three and four bytes
 TEST_CASE("opencv umat: what the host wrote through a cv::Mat is seen, and what the device wrote, too", "[opencv]") {
     if (!opencv_has_opencl())
         return;
-    const cv::Mat stored = depths();
-    cv::Mat expected;
-    linearize(cpu(), stored, camera(), expected);
+    const cv::Mat stored = depths(), expected = linearized(stored);
     cv::UMat input = on_device(cv::Mat::zeros(stored.size(), CV_32FC1)), result = on_device(stored);
     stored.copyTo(input.getMat(cv::ACCESS_WRITE));
     CHECK(same(result.getMat(cv::ACCESS_READ), stored)); // a host copy, which is obsolete from the next line on
@@ -306,9 +308,7 @@ TEST_CASE("opencv umat: a matrix that a cv::Mat holds mapped is worked on throug
     if (!opencv_has_opencl())
         return;
     const Device device = opencv_device();
-    const cv::Mat stored = depths();
-    cv::Mat expected;
-    linearize(cpu(), stored, camera(), expected);
+    const cv::Mat stored = depths(), expected = linearized(stored);
     const cv::UMat input = on_device(stored);
     cv::UMat result = on_device(cv::Mat::zeros(stored.size(), CV_32FC1)), second;
     {
@@ -339,8 +339,7 @@ TEST_CASE("opencv umat: a device of another context and a matrix made without Op
         form.run(input, picture, fresh);
         CHECK(same(on_host(fresh), form.expected));
     }
-    cv::Mat expected;
-    linearize(cpu(), stored, camera(), expected);
+    const cv::Mat expected = linearized(stored);
     cv::ocl::setUseOpenCL(false);
     const cv::UMat host = on_device(stored);
     cv::UMat host_result(stored.size(), CV_32FC1);
@@ -359,8 +358,7 @@ TEST_CASE("opencv umat: another queue of OpenCV's context takes its place betwee
     const Queue queue;
     const Device device = queue.device();
     const cv::Mat stored = depths(), before(stored.size(), CV_32FC1, cv::Scalar(7));
-    cv::Mat expected;
-    linearize(cpu(), stored, camera(), expected);
+    const cv::Mat expected = linearized(stored);
     const cv::UMat values = on_device(stored);
     cv::UMat input = on_device(before), result = on_device(before), copy = on_device(before);
     const auto* const seen = address_of(copy);
@@ -423,8 +421,7 @@ TEST_CASE("opencv umat: the call waits for a matrix that is a cv::Mat's memory",
         return;
     const Device device = opencv_device();
     cv::Mat stored = depths(), onto(stored.size(), CV_32FC1, cv::Scalar(7));
-    cv::Mat expected;
-    linearize(cpu(), stored, camera(), expected);
+    const cv::Mat expected = linearized(stored);
     cl_event done = nullptr;
     const Launch launch{.queue = nullptr, .wait = {}, .event = &done};
     cv::UMat result;

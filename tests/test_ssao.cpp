@@ -9,7 +9,6 @@
 #include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/ssao.hpp>
 
 using namespace fathom;
 using namespace fathom::images;
@@ -23,8 +22,6 @@ constexpr int width = 161, height = 121;
 constexpr double plane_error = ssao_plane_error;
 constexpr double symmetry_error = 1e-6; // on average: rounding. Of a pixel, a sector of 31
 constexpr double looks_to = 1;          // radius of the rays in height fields, about 20 pixels
-
-const char* const quality_names[] = {"fast", "balanced", "accurate"};
 
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
@@ -50,54 +47,6 @@ bool all_have_slopes(const scene::Rendered& image, int x, int y) {
                 return false;
     return true;
 }
-
-} // namespace
-
-TEST_CASE("ssao: a plane is open at every tilt under five cameras", "[ssao]") {
-    std::vector<std::pair<std::string, SsaoCall>> ways;
-    for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate})
-        ways.push_back({quality_names[static_cast<int>(quality)], options_of(1, quality)});
-    for (const int slices : {1, 2, 3}) {
-        ways.push_back({std::to_string(slices) + " slices", options_of(1, Quality::balanced)});
-        sampling_of(ways.back().second).slices = slices;
-    }
-    std::printf("ssao of planes, largest difference from 1\n");
-    for (auto& [way, options] : ways) {
-        for (const double thickness : {0.25, oracle::infinite}) {
-            options.thickness = thickness;
-            double worst = 0;
-            long pixels = 0;
-            std::string where;
-            for (const double tilt : {0.0, 30.0, 60.0, 75.0, 80.0}) {
-                for (const double towards : {0.3, 2.5}) {
-                    const auto plane = oracle::open_plane(tilt * degree, towards);
-                    for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
-                        const auto truth = scene::render(plane.scene, camera);
-                        const auto got = visibility_of(stored_of(truth.stored, camera), options);
-                        for (std::size_t i = 0; i < got.size(); ++i) {
-                            if (!std::isfinite(truth.z[i]) ||
-                                !all_have_slopes(truth, static_cast<int>(i % width), static_cast<int>(i / width)))
-                                continue;
-                            ++pixels;
-                            const double off = std::abs(static_cast<double>(got[i]) - 1);
-                            if (!(off <= worst)) {
-                                worst = off;
-                                where = name + ", tilt " + std::to_string(tilt) + ", pixel " +
-                                        std::to_string(i % width) + ", " + std::to_string(i / width);
-                            }
-                        }
-                    }
-                }
-            }
-            std::printf("  %-9s thickness %-5.3g worst %.2e  %s\n", way.c_str(), thickness, worst, where.c_str());
-            INFO(way << ", thickness " << thickness << ": " << where);
-            CHECK(pixels > 500000);
-            CHECK(worst <= plane_error);
-        }
-    }
-}
-
-namespace {
 
 struct Scene {
     const char* name;
@@ -127,26 +76,24 @@ std::vector<Sample> samples_of(const scene::Scene& scene, const Camera& camera, 
     constexpr int every = 7;
     const Eigen::Matrix4d to_world = scene::to_world(camera);
     std::vector<Sample> samples;
-    for (int y = every / 2; y < height; y += every) {
+    for (int y = every / 2; y < height; y += every)
         for (int x = every / 2; x < width; x += every) {
             const std::size_t i = index(x, y);
             if (!std::isfinite(image.z[i]))
                 continue;
             const Vector3d position = (to_world * image.position[i].homogeneous()).head<3>();
             bool whole = true;
-            for (int axis = 0; axis < 3 && whole; ++axis) {
+            for (int axis = 0; axis < 3 && whole; ++axis)
                 for (const double sign : {-1.0, 1.0}) {
                     const Vector3d aside = to_world.topLeftCorner<3, 3>().col(axis) * (sign * looks_to);
                     const Vector2d pixel = oracle::pixel_of(camera, position + aside);
                     whole &= pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width && pixel.y() <= height;
                 }
-            }
             if (whole) {
                 const Vector3d normal = to_world.topLeftCorner<3, 3>() * image.normal[i];
                 samples.push_back({x, y, oracle::visibility(scene, position, normal, looks_to, 64, 32)});
             }
         }
-    }
     return samples;
 }
 
@@ -191,40 +138,6 @@ std::pair<double, double> bars_of(const std::string& scene, const std::string& c
             return {missed.balanced, missed.accurate};
     return {balanced_bar, accurate_bar};
 }
-
-} // namespace
-
-TEST_CASE("ssao: height fields agree with rays under five cameras", "[ssao]") {
-    std::printf("ssao of height fields, root of the mean square error (bias): balanced | accurate, pixels\n");
-    for (const auto& [name, known] : height_fields()) {
-        for (const auto& [camera_name, camera] : oracle::views(placement_of(known))) {
-            const auto image = scene::render(known.scene, camera);
-            const auto samples = samples_of(known.scene, camera, image);
-            const StoredDepth stored = stored_of(image.stored, camera);
-            double rmse[2] = {}, bias[2] = {};
-            for (const int accurate : {0, 1}) {
-                const auto got = visibility_of(
-                    stored, options_of(looks_to, accurate ? Quality::accurate : Quality::balanced, oracle::infinite));
-                for (const auto& [x, y, truth] : samples) {
-                    const double off = static_cast<double>(got[index(x, y)]) - truth;
-                    rmse[accurate] += off * off;
-                    bias[accurate] += off;
-                }
-                rmse[accurate] = std::sqrt(rmse[accurate] / static_cast<double>(samples.size()));
-                bias[accurate] /= static_cast<double>(samples.size());
-            }
-            std::printf("  %-12s %-18s %.4f (%+.4f) | %.4f (%+.4f)  %zu\n", name, camera_name.c_str(), rmse[0], bias[0],
-                        rmse[1], bias[1], samples.size());
-            INFO(name << ", " << camera_name);
-            const auto [balanced, accurate] = bars_of(name, camera_name);
-            CHECK(samples.size() > 20);
-            CHECK(rmse[0] <= balanced);
-            CHECK(rmse[1] <= accurate);
-        }
-    }
-}
-
-namespace {
 
 /// A room with sky, holes and no symmetry, as a camera stores it.
 struct Room {
@@ -278,6 +191,77 @@ const std::pair<const char*, Places> turns[] = {
 
 } // namespace
 
+TEST_CASE("ssao: a plane is open at every tilt under five cameras", "[ssao]") {
+    std::vector<std::pair<std::string, SsaoCall>> ways;
+    for (const Quality quality : qualities)
+        ways.push_back({quality_names[static_cast<int>(quality)], options_of(1, quality)});
+    for (const int slices : {1, 2, 3}) {
+        ways.push_back({std::to_string(slices) + " slices", options_of(1, Quality::balanced)});
+        sampling_of(ways.back().second).slices = slices;
+    }
+    std::printf("ssao of planes, largest difference from 1\n");
+    for (auto& [way, options] : ways)
+        for (const double thickness : {0.25, oracle::infinite}) {
+            options.thickness = thickness;
+            double worst = 0;
+            long pixels = 0;
+            std::string where;
+            for (const double tilt : {0.0, 30.0, 60.0, 80.0, 85.0})
+                for (const double towards : {0.3, 2.5}) {
+                    const auto plane = oracle::open_plane(tilt * degree, towards);
+                    for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
+                        const auto truth = scene::render(plane.scene, camera);
+                        const auto got = visibility_of(stored_of(truth.stored, camera), options);
+                        for (std::size_t i = 0; i < got.size(); ++i) {
+                            if (!std::isfinite(truth.z[i]) ||
+                                !all_have_slopes(truth, static_cast<int>(i % width), static_cast<int>(i / width)))
+                                continue;
+                            ++pixels;
+                            const double off = std::abs(static_cast<double>(got[i]) - 1);
+                            if (!(off <= worst)) {
+                                worst = off;
+                                where = name + ", tilt " + std::to_string(tilt) + ", pixel " +
+                                        std::to_string(i % width) + ", " + std::to_string(i / width);
+                            }
+                        }
+                    }
+                }
+            std::printf("  %-9s thickness %-5.3g worst %.2e  %s\n", way.c_str(), thickness, worst, where.c_str());
+            INFO(way << ", thickness " << thickness << ": " << where);
+            CHECK(pixels > 500000);
+            CHECK(worst <= plane_error);
+        }
+}
+
+TEST_CASE("ssao: height fields agree with rays under five cameras", "[ssao]") {
+    std::printf("ssao of height fields, root of the mean square error (bias): balanced | accurate, pixels\n");
+    for (const auto& [name, known] : height_fields())
+        for (const auto& [camera_name, camera] : oracle::views(placement_of(known))) {
+            const auto image = scene::render(known.scene, camera);
+            const auto samples = samples_of(known.scene, camera, image);
+            const StoredDepth stored = stored_of(image.stored, camera);
+            double rmse[2] = {}, bias[2] = {};
+            for (const int accurate : {0, 1}) {
+                const auto got = visibility_of(
+                    stored, options_of(looks_to, accurate ? Quality::accurate : Quality::balanced, oracle::infinite));
+                for (const auto& [x, y, truth] : samples) {
+                    const double off = static_cast<double>(got[index(x, y)]) - truth;
+                    rmse[accurate] += off * off;
+                    bias[accurate] += off;
+                }
+                rmse[accurate] = std::sqrt(rmse[accurate] / static_cast<double>(samples.size()));
+                bias[accurate] /= static_cast<double>(samples.size());
+            }
+            std::printf("  %-12s %-18s %.4f (%+.4f) | %.4f (%+.4f)  %zu\n", name, camera_name.c_str(), rmse[0], bias[0],
+                        rmse[1], bias[1], samples.size());
+            INFO(name << ", " << camera_name);
+            const auto [balanced, accurate] = bars_of(name, camera_name);
+            CHECK(samples.size() > 20);
+            CHECK(rmse[0] <= balanced);
+            CHECK(rmse[1] <= accurate);
+        }
+}
+
 TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
     constexpr int side = 97;
     std::printf("ssao and symmetry: largest difference, mean difference, fraction of pixels\n");
@@ -285,7 +269,7 @@ TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
          {std::pair<const char*, Projection>{"perspective", perspective(1.0, 1, {0.5, 500})},
           {"orthographic", orthographic({-2, 2, -2, 2}, {0.5, 500})}}) {
         const Room room = ::room(projection, side, side);
-        for (const int slices : {2, 4}) {
+        for (const int slices : {2, 4})
             for (const auto& [samples, thickness] :
                  {std::pair{8, 0.125}, {8, oracle::infinite}, {256, 0.125}, {256, oracle::infinite}}) {
                 SsaoCall options = options_of(0.5, Quality::balanced, thickness);
@@ -307,7 +291,6 @@ TEST_CASE("ssao: without jitter, even slices turn with the image", "[ssao]") {
                     CHECK(off.mean <= symmetry_error);
                 }
             }
-        }
     }
 }
 

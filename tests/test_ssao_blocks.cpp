@@ -15,8 +15,6 @@ using namespace fathom::images;
 namespace {
 
 constexpr int width = 400, height = 300, block = 64, seam = 10;
-constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
-constexpr const char* names[] = {"fast", "balanced", "accurate"};
 constexpr int half_samples[] = {16, 48, 36}; // as src/operations/ssao/ssao_method.cpp has them
 
 std::size_t index(int x, int y, int row = width) {
@@ -88,13 +86,13 @@ TEST_CASE(
         const auto all = visibility_of(stored, whole(quality, yard_radius(quality)));
         const auto few = visibility_of(stored, half(quality, yard_radius(quality)));
         const Kinds kinds = kinds_of(got, all, few);
-        INFO(names[static_cast<int>(quality)]);
+        INFO(quality_names[static_cast<int>(quality)]);
         std::printf("ssao in blocks, %s: %ld pixels of all, %ld of half resolution, %ld between them\n",
-                    names[static_cast<int>(quality)], kinds.whole, kinds.half, kinds.neither);
+                    quality_names[static_cast<int>(quality)], kinds.whole, kinds.half, kinds.neither);
         CHECK(kinds.whole > 1000);
         CHECK(kinds.half > 1000);
         double worst = 0; // beyond the two results, and beyond the steepest passage from one to the other
-        for (int y = 0; y < height; ++y) {
+        for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const auto at = [&](const std::vector<float>& of, int dx, int dy) {
                     return static_cast<double>(of[index(x + dx, y + dy)]);
@@ -112,7 +110,6 @@ TEST_CASE(
                     worst = std::max(worst, std::abs(step(got)) - most);
                 }
             }
-        }
         std::printf("  largest step beyond those of both, and an eighth of their difference: %.1e\n", worst);
         CHECK(worst <= 1e-6);
     }
@@ -149,7 +146,7 @@ TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blo
             const auto all = visibility_of(stored, whole(quality, radius));
             const Kinds kinds = kinds_of(got, all, visibility_of(stored, half(quality, radius)));
             long differ = 0, beside = 0;
-            for (int y = seam; y < height - seam; ++y) {
+            for (int y = seam; y < height - seam; ++y)
                 for (int x = 1; x < width - 1; ++x) {
                     const bool is_bar = values[index(x, y)] != bare[index(x, y)];
                     const bool is_edge = is_bar != (values[index(x + 1, y)] != bare[index(x + 1, y)]);
@@ -160,8 +157,7 @@ TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blo
                     ++beside;
                     differ += !same_bits(got[index(x, y)], all[index(x, y)]);
                 }
-            }
-            INFO(what << ", " << names[static_cast<int>(quality)]);
+            INFO(what << ", " << quality_names[static_cast<int>(quality)]);
             CHECK(beside > 50);
             CHECK(differ == 0);
             CHECK(kinds.half > 5000); // the bare part
@@ -201,13 +197,13 @@ TEST_CASE("ssao in blocks: a camera that moves sees no block pop", "[ssao][block
             const auto all = visibility_of(stored, whole(quality, yard_radius(quality)));
             std::vector<bool> is_half;
             double frame_worst = 0;
-            for (int top = 0; top < height; top += block) {
+            for (int top = 0; top < height; top += block)
                 for (int left = 0; left < width; left += block) {
                     const int x = std::min(left + block / 2, width - 1), y = std::min(top + block / 2, height - 1);
                     long differ = 0;
                     double square = 0;
                     int count = 0;
-                    for (int dy = -8; dy < 8 && y + dy < height; ++dy) {
+                    for (int dy = -8; dy < 8 && y + dy < height; ++dy)
                         for (int dx = -8; dx < 8 && x + dx < width; ++dx) {
                             const std::size_t i = index(x + dx, y + dy);
                             differ += !same_bits(got[i], all[i]);
@@ -219,12 +215,10 @@ TEST_CASE("ssao in blocks: a camera that moves sees no block pop", "[ssao][block
                             square += change * change;
                             ++count;
                         }
-                    }
                     is_half.push_back(differ > 0);
                     if (count > 0)
                         frame_worst = std::max(frame_worst, std::sqrt(square / count));
                 }
-            }
             for (std::size_t i = 0; i < last_half.size(); ++i)
                 changed_blocks += is_half[i] != last_half[i];
             worst = std::max(worst, frame_worst);
@@ -234,8 +228,8 @@ TEST_CASE("ssao in blocks: a camera that moves sees no block pop", "[ssao][block
         }
         std::printf(
             "ssao in blocks, %s: 24 frames, %ld changes of a block, which change its middle by at most %.4f rms\n",
-            names[static_cast<int>(quality)], changed_blocks, worst);
-        INFO(names[static_cast<int>(quality)]);
+            quality_names[static_cast<int>(quality)], changed_blocks, worst);
+        INFO(quality_names[static_cast<int>(quality)]);
         CHECK(changed_blocks > 0);
         CHECK(worst <= bars[static_cast<int>(quality)]);
     }

@@ -7,7 +7,6 @@
 #include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/ssao.hpp>
 
 using namespace fathom;
 using Eigen::Vector2d;
@@ -55,14 +54,13 @@ struct Seen {
 
     /// Does the image show the whole sphere around a point?
     bool holds_sphere(const Vector3d& point) const {
-        for (int axis = 0; axis < 3; ++axis) {
+        for (int axis = 0; axis < 3; ++axis)
             for (const double sign : {-reach, reach}) {
                 const Vector3d aside = to_world.topLeftCorner<3, 3>().col(axis) * sign;
                 const Vector2d pixel = oracle::pixel_of(camera, point + aside);
                 if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width && pixel.y() <= height))
                     return false;
             }
-        }
         return true;
     }
 
@@ -83,7 +81,7 @@ constexpr int edge = 4; // pixels on either side that a pair's surroundings are 
 
 std::vector<Pair> pairs_of(const Seen& one, const Seen& other) {
     std::vector<Pair> pairs;
-    for (int y = edge; y < height - edge; y += 3) {
+    for (int y = edge; y < height - edge; y += 3)
         for (int x = edge; x < width - edge; x += 3) {
             if (!one.smooth(x, y, edge))
                 continue;
@@ -100,7 +98,6 @@ std::vector<Pair> pairs_of(const Seen& one, const Seen& other) {
             if (std::abs(away.dot(normal)) < 0.05 * reach && other.normal(nx, ny).dot(normal) > 0.99)
                 pairs.push_back({x, y, place.x(), place.y()});
         }
-    }
     return pairs;
 }
 
@@ -109,13 +106,12 @@ double value_at(const std::vector<float>& values, double x, double y) {
     const double left = std::floor(x + 1e-6), top = std::floor(y + 1e-6);
     const double u = std::max(0.0, x - left), v = std::max(0.0, y - top);
     double sum = 0;
-    for (const int down : {0, 1}) {
+    for (const int down : {0, 1})
         for (const int right : {0, 1}) {
             const int at_x = std::min(static_cast<int>(left) + right, width - 1);
             const int at_y = std::min(static_cast<int>(top) + down, height - 1);
             sum += (right ? u : 1 - u) * (down ? v : 1 - v) * static_cast<double>(values[Seen::index(at_x, at_y)]);
         }
-    }
     return sum;
 }
 

@@ -10,7 +10,6 @@
 #include "ssao_call.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/ssao.hpp>
 
 using namespace fathom;
 using namespace fathom::images;
@@ -18,7 +17,6 @@ using namespace fathom::images;
 namespace {
 
 constexpr int width = 161, height = 121;
-constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
 
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
@@ -63,145 +61,6 @@ bool whole_around(const scene::Rendered& image, int x, int y, int around) {
                 return false;
     return true;
 }
-
-} // namespace
-
-TEST_CASE("ssao at half resolution: a plane is open at every tilt under five cameras", "[ssao][half]") {
-    double worst = 0;
-    long pixels = 0;
-    for (const double tilt : {0.0, 30.0, 60.0, 80.0}) {
-        const auto plane = oracle::open_plane(tilt * std::numbers::pi / 180, 0.3);
-        for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
-            const auto truth = scene::render(plane.scene, camera);
-            for (const Quality quality : qualities) {
-                const auto got = visibility_of(stored_of(truth.stored, camera), half(1, quality));
-                double off = 0;
-                for (int y = 0; y < height; ++y) {
-                    for (int x = 0; x < width; ++x) {
-                        if (!whole_around(truth, x, y, 8))
-                            continue;
-                        ++pixels;
-                        off = std::max(off, std::abs(static_cast<double>(got[index(x, y)]) - 1));
-                    }
-                }
-                INFO(name << ", tilt " << tilt << ", quality " << static_cast<int>(quality));
-                CHECK(off <= ssao_plane_error);
-                worst = std::max(worst, off);
-            }
-        }
-    }
-    std::printf("ssao of planes at half resolution: largest difference from 1 %.2e, %ld pixels\n", worst, pixels);
-    CHECK(pixels > 500000);
-}
-
-TEST_CASE("ssao at half resolution: strips of a plane two or three pixels wide are open", "[ssao][half]") {
-    for (const Camera& camera : cameras()) {
-        const auto plane = scene::render({scene::Plane{{0, 0, -4}, {0.5, 0.3, 1}}}, camera).stored;
-        for (const int wide : {2, 3}) {
-            for (int phase = 0; phase < 8; ++phase) {
-                for (const bool columns : {false, true}) {
-                    std::vector<float> values(plane.size(), 1); // the background
-                    for (int y = 0; y < height; ++y)
-                        for (int x = 0; x < width; ++x)
-                            if (((columns ? x : y) + phase) % 8 < wide)
-                                values[index(x, y)] = plane[index(x, y)];
-                    const auto got = visibility_of(stored_of(values, camera), half(1));
-                    float least = 1;
-                    for (int y = 8; y < height - 8; ++y) // strips that the border cuts have no slope
-                        for (int x = 8; x < width - 8; ++x)
-                            least = std::min(least, got[index(x, y)]);
-                    INFO(name_of(camera) << ", " << wide << " pixels, phase " << phase << (columns ? ", upright" : ""));
-                    CHECK(least >= 1 - ssao_plane_error);
-                }
-            }
-        }
-    }
-}
-
-TEST_CASE("ssao at half resolution: nothing leaks over an edge", "[ssao][half]") {
-    // Something open before or behind something dark, whose edges lie on even and odd pixels.
-    const scene::Scene plate_before_crease{scene::Plane{{0, -3, -20}, {0, 1, 0.5}},
-                                           scene::Plane{{0, -3, -20}, {0, -0.5, 1}},
-                                           scene::Box{{0.4, -0.93, -5}, {0.53, 0.61, 0.01}}};
-    const scene::Scene corner_before_plane{scene::Plane{{0, 0, -40}, {0.2, 0.1, 1}},
-                                           scene::Box{{0.11, -0.9, -5}, {0.8, 0.1, 0.8}},
-                                           scene::Box{{0.11, -0.2, -5.7}, {0.8, 0.6, 0.1}}};
-    const auto near = [](double z) { return z < 8; };
-    const auto far = [](double z) { return z > 20 && z < 100; };
-    for (const auto& [what, scene, is_open] :
-         {std::tuple{"an open plate before a crease", plate_before_crease, std::function<bool(double)>(near)},
-          {"a corner before an open plane", corner_before_plane, std::function<bool(double)>(far)}}) {
-        const Camera camera = cameras()[0];
-        const auto image = scene::render(scene, camera);
-        SsaoCall options = half(1.5);
-        options.thickness = 1.0;
-        const auto got = visibility_of(stored_of(image.stored, camera), options);
-        double least = 1, darkest = 1;
-        long open = 0;
-        for (std::size_t i = 0; i < got.size(); ++i) {
-            if (is_open(image.z[i])) {
-                ++open;
-                least = std::min(least, static_cast<double>(got[i]));
-            } else if (std::isfinite(image.z[i])) {
-                darkest = std::min(darkest, static_cast<double>(got[i]));
-            }
-        }
-        std::printf("%s at half resolution: least visibility of %ld open pixels %.5f, of the others %.2f\n", what, open,
-                    least, darkest);
-        INFO(what);
-        CHECK(open > 300);
-        CHECK(darkest < 0.7);
-        CHECK(least >= 1 - ssao_plane_error);
-    }
-}
-
-TEST_CASE("ssao at half resolution: what no pixel beside it tells about is open, and said to be unknown",
-          "[ssao][half]") {
-    const Camera camera = cameras()[0];
-    std::vector<float> values(static_cast<std::size_t>(width) * height, std::nanf(""));
-    const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera).stored;
-    for (int y = 1; y < height; y += 2) // no even row is left
-        std::copy_n(plane.begin() + y * width, width, values.begin() + y * width);
-    SsaoCall options = half(0.5);
-    options.confidence = options.bent_normal = true;
-    const Occlusion all = ssao(stored_of(values, camera), options);
-    const auto visibility = floats(all.visibility), sure = floats(all.confidence), bent = floats(all.bent_normal);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        if (std::isnan(values[i]))
-            continue;
-        REQUIRE(visibility[i] == 1);
-        REQUIRE(sure[i] == 0);
-        REQUIRE(bent[3 * i] == 0);
-    }
-}
-
-TEST_CASE("ssao at half resolution: images of every small size, at even and odd places", "[ssao][half]") {
-    for (const auto& [across, down] :
-         {std::pair{1, 1}, {1, 2}, {2, 1}, {1, 57}, {57, 1}, {3, 3}, {2, 5}, {17, 3}, {65, 31}}) {
-        for (const Camera& camera : cameras(across + 1, down + 1)) {
-            const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera).stored;
-            const auto room = scene::render(scene::room(), camera).stored;
-            for (const auto& [x, y] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
-                INFO(name_of(camera) << ", " << across << " x " << down << " at " << x << ", " << y);
-                const StoredDepth part = stored_of(plane, camera).region(x, y, across, down);
-                if (across == x || down == y) { // one column or row, an odd one
-                    CHECK_THROWS_WITH(ssao(part, half(0.5)),
-                                      ContainsSubstring("half_resolution looks from even columns and rows"));
-                    continue;
-                }
-                for (const Quality quality : qualities) {
-                    const auto open = visibility_of(part, half(0.5, quality));
-                    CHECK(*std::ranges::min_element(open) >= 1 - ssao_plane_error);
-                    const auto got =
-                        visibility_of(stored_of(room, camera).region(x, y, across, down), half(0.5, quality));
-                    CHECK(std::ranges::all_of(got, [](float v) { return v >= 0 && v <= 1; }));
-                }
-            }
-        }
-    }
-}
-
-namespace {
 
 // What rounding alone may do: it moves a tap in a thousand to the next of a side's 31 sectors, in one slice of two.
 constexpr double rounding_mean = 2e-5, rounding_worst = 1.0 / 31;
@@ -283,7 +142,160 @@ const std::pair<const char*, Change> changes[] = {
     {"seed", [](auto& o, const auto&) { o.seed = 5; }},
 };
 
+constexpr double large = 0.4; // radius, in widths of the image
+
+/// Half resolution at a large radius: the preset's own number of samples, or more.
+struct Way {
+    const char* name;
+    Quality quality;
+    int samples;
+    double aim; ///< root of the mean square
+};
+constexpr Way ways[] = {{"fast, 16 samples", Quality::fast, 16, 0.06},
+                        {"balanced, 64 samples", Quality::balanced, 64, 0.03},
+                        {"accurate, 60 samples", Quality::accurate, 60, 0.01}};
+
+/// Measured and 5% more where the aim is missed: a fault to mend, not a promise.
+struct Pinned {
+    const char* scene;
+    bool is_orthographic;
+    double bars[3];
+};
+constexpr Pinned pinned[] = {{"room", false, {0.06, 0.03, 0.0159}},
+                             {"room", true, {0.0888, 0.03, 0.0156}},
+                             {"railings", false, {0.0911, 0.0386, 0.0360}}};
+
 } // namespace
+
+TEST_CASE("ssao at half resolution: a plane is open at every tilt under five cameras", "[ssao][half]") {
+    double worst = 0;
+    long pixels = 0;
+    for (const double tilt : {0.0, 30.0, 60.0, 80.0}) {
+        const auto plane = oracle::open_plane(tilt * std::numbers::pi / 180, 0.3);
+        for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
+            const auto truth = scene::render(plane.scene, camera);
+            for (const Quality quality : qualities) {
+                const auto got = visibility_of(stored_of(truth.stored, camera), half(1, quality));
+                double off = 0;
+                for (int y = 0; y < height; ++y)
+                    for (int x = 0; x < width; ++x) {
+                        if (!whole_around(truth, x, y, 8))
+                            continue;
+                        ++pixels;
+                        off = std::max(off, std::abs(static_cast<double>(got[index(x, y)]) - 1));
+                    }
+                INFO(name << ", tilt " << tilt << ", quality " << static_cast<int>(quality));
+                CHECK(off <= ssao_plane_error);
+                worst = std::max(worst, off);
+            }
+        }
+    }
+    std::printf("ssao of planes at half resolution: largest difference from 1 %.2e, %ld pixels\n", worst, pixels);
+    CHECK(pixels > 500000);
+}
+
+TEST_CASE("ssao at half resolution: strips of a plane two or three pixels wide are open", "[ssao][half]") {
+    for (const Camera& camera : cameras()) {
+        const auto plane = scene::render({scene::Plane{{0, 0, -4}, {0.5, 0.3, 1}}}, camera).stored;
+        for (const int wide : {2, 3})
+            for (int phase = 0; phase < 8; ++phase)
+                for (const bool columns : {false, true}) {
+                    std::vector<float> values(plane.size(), 1); // the background
+                    for (int y = 0; y < height; ++y)
+                        for (int x = 0; x < width; ++x)
+                            if (((columns ? x : y) + phase) % 8 < wide)
+                                values[index(x, y)] = plane[index(x, y)];
+                    const auto got = visibility_of(stored_of(values, camera), half(1));
+                    float least = 1;
+                    for (int y = 8; y < height - 8; ++y) // strips that the border cuts have no slope
+                        for (int x = 8; x < width - 8; ++x)
+                            least = std::min(least, got[index(x, y)]);
+                    INFO(name_of(camera) << ", " << wide << " pixels, phase " << phase << (columns ? ", upright" : ""));
+                    CHECK(least >= 1 - ssao_plane_error);
+                }
+    }
+}
+
+TEST_CASE("ssao at half resolution: nothing leaks over an edge", "[ssao][half]") {
+    // Something open before or behind something dark, whose edges lie on even and odd pixels.
+    const scene::Scene plate_before_crease{scene::Plane{{0, -3, -20}, {0, 1, 0.5}},
+                                           scene::Plane{{0, -3, -20}, {0, -0.5, 1}},
+                                           scene::Box{{0.4, -0.93, -5}, {0.53, 0.61, 0.01}}};
+    const scene::Scene corner_before_plane{scene::Plane{{0, 0, -40}, {0.2, 0.1, 1}},
+                                           scene::Box{{0.11, -0.9, -5}, {0.8, 0.1, 0.8}},
+                                           scene::Box{{0.11, -0.2, -5.7}, {0.8, 0.6, 0.1}}};
+    const auto near = [](double z) { return z < 8; };
+    const auto far = [](double z) { return z > 20 && z < 100; };
+    for (const auto& [what, scene, is_open] :
+         {std::tuple{"an open plate before a crease", plate_before_crease, std::function<bool(double)>(near)},
+          {"a corner before an open plane", corner_before_plane, std::function<bool(double)>(far)}}) {
+        const Camera camera = cameras()[0];
+        const auto image = scene::render(scene, camera);
+        SsaoCall options = half(1.5);
+        options.thickness = 1.0;
+        const auto got = visibility_of(stored_of(image.stored, camera), options);
+        double least = 1, darkest = 1;
+        long open = 0;
+        for (std::size_t i = 0; i < got.size(); ++i)
+            if (is_open(image.z[i])) {
+                ++open;
+                least = std::min(least, static_cast<double>(got[i]));
+            } else if (std::isfinite(image.z[i])) {
+                darkest = std::min(darkest, static_cast<double>(got[i]));
+            }
+        std::printf("%s at half resolution: least visibility of %ld open pixels %.5f, of the others %.2f\n", what, open,
+                    least, darkest);
+        INFO(what);
+        CHECK(open > 300);
+        CHECK(darkest < 0.7);
+        CHECK(least >= 1 - ssao_plane_error);
+    }
+}
+
+TEST_CASE("ssao at half resolution: what no pixel beside it tells about is open, and said to be unknown",
+          "[ssao][half]") {
+    const Camera camera = cameras()[0];
+    std::vector<float> values(static_cast<std::size_t>(width) * height, std::nanf(""));
+    const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera).stored;
+    for (int y = 1; y < height; y += 2) // no even row is left
+        std::copy_n(plane.begin() + y * width, width, values.begin() + y * width);
+    SsaoCall options = half(0.5);
+    options.confidence = options.bent_normal = true;
+    const Occlusion all = ssao(stored_of(values, camera), options);
+    const auto visibility = floats(all.visibility), sure = floats(all.confidence), bent = floats(all.bent_normal);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (std::isnan(values[i]))
+            continue;
+        REQUIRE(visibility[i] == 1);
+        REQUIRE(sure[i] == 0);
+        REQUIRE(bent[3 * i] == 0);
+    }
+}
+
+TEST_CASE("ssao at half resolution: images of every small size, at even and odd places", "[ssao][half]") {
+    for (const auto& [across, down] :
+         {std::pair{1, 1}, {1, 2}, {2, 1}, {1, 57}, {57, 1}, {3, 3}, {2, 5}, {17, 3}, {65, 31}})
+        for (const Camera& camera : cameras(across + 1, down + 1)) {
+            const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera).stored;
+            const auto room = scene::render(scene::room(), camera).stored;
+            for (const auto& [x, y] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
+                INFO(name_of(camera) << ", " << across << " x " << down << " at " << x << ", " << y);
+                const StoredDepth part = stored_of(plane, camera).region(x, y, across, down);
+                if (across == x || down == y) { // one column or row, an odd one
+                    CHECK_THROWS_WITH(ssao(part, half(0.5)),
+                                      ContainsSubstring("half_resolution looks from even columns and rows"));
+                    continue;
+                }
+                for (const Quality quality : qualities) {
+                    const auto open = visibility_of(part, half(0.5, quality));
+                    CHECK(*std::ranges::min_element(open) >= 1 - ssao_plane_error);
+                    const auto got =
+                        visibility_of(stored_of(room, camera).region(x, y, across, down), half(0.5, quality));
+                    CHECK(std::ranges::all_of(got, [](float v) { return v >= 0 && v <= 1; }));
+                }
+            }
+        }
+}
 
 // With given normals: those from depth come from all pixels.
 TEST_CASE("ssao at half resolution: every second pixel has what its image alone has, for every option",
@@ -342,33 +354,6 @@ TEST_CASE("ssao at half resolution: a noisy plane within its tolerance is open",
     CHECK(few_least < 1 - ssao_plane_error);
     CHECK(none_least < 0.9);
 }
-
-namespace {
-
-constexpr double large = 0.4; // radius, in widths of the image
-
-/// Half resolution at a large radius: the preset's own number of samples, or more.
-struct Way {
-    const char* name;
-    Quality quality;
-    int samples;
-    double aim; ///< root of the mean square
-};
-constexpr Way ways[] = {{"fast, 16 samples", Quality::fast, 16, 0.06},
-                        {"balanced, 64 samples", Quality::balanced, 64, 0.03},
-                        {"accurate, 60 samples", Quality::accurate, 60, 0.01}};
-
-/// Measured and 5% more where the aim is missed: a fault to mend, not a promise.
-struct Pinned {
-    const char* scene;
-    bool is_orthographic;
-    double bars[3];
-};
-constexpr Pinned pinned[] = {{"room", false, {0.06, 0.03, 0.0159}},
-                             {"room", true, {0.0888, 0.03, 0.0156}},
-                             {"railings", false, {0.0911, 0.0386, 0.0360}}};
-
-} // namespace
 
 TEST_CASE("ssao at half resolution: brute force for a radius of 40 % of the width", "[ssao][half]") {
     std::printf(

@@ -9,7 +9,6 @@
 #include "stability.hpp"
 
 #include <fathom/fathom.hpp>
-#include <fathom/ssao.hpp>
 
 using namespace fathom;
 using stability::camera_of;
@@ -21,7 +20,6 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr double plane_error = ssao_plane_error;
 constexpr double quantised_plane_error = 0.02; // of a plane in few bits of depth
 
-constexpr Quality qualities[] = {Quality::fast, Quality::balanced, Quality::accurate};
 constexpr double thicknesses[] = {0.1, oracle::infinite};
 
 template <typename Value>
@@ -51,218 +49,6 @@ std::string text(const Camera& camera, const SsaoCall& options) {
            std::to_string(options.radius) + ", thickness " +
            std::to_string(options.thickness ? std::get<double>(*options.thickness) : -1);
 }
-
-} // namespace
-
-TEST_CASE("stability: ssao of images of every small size", "[ssao][stability]") {
-    const std::pair<int, int> sizes[] = {{1, 1}, {1, 2}, {2, 1},  {1, 57},  {57, 1},  {3, 3},  {2, 5},
-                                         {5, 4}, {7, 7}, {17, 3}, {63, 65}, {65, 31}, {127, 1}};
-    for (const auto& [width, height] : sizes) {
-        for (const Camera& camera : cameras(width, height)) {
-            const auto image = scene::render(scene::room(), camera);
-            const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera);
-            for (const Quality quality : qualities) {
-                for (const double thickness : thicknesses) {
-                    const SsaoCall options = options_of(0.5, quality, thickness);
-                    INFO(text(camera, options));
-                    const auto got = visibility_of(image.stored, camera, options);
-                    CHECK(std::all_of(got.begin(), got.end(), in_range));
-                    const auto open = visibility_of(plane.stored, camera, options);
-                    CHECK(*std::min_element(open.begin(), open.end()) >= 1 - plane_error);
-                    CHECK(std::all_of(open.begin(), open.end(), in_range));
-                }
-            }
-        }
-    }
-}
-
-TEST_CASE("stability: ssao of nothing but sky is 1, of nothing at all NaN", "[ssao][stability]") {
-    for (const Camera& camera : cameras(61, 35)) {
-        for (const Quality quality : qualities) {
-            const SsaoCall options = options_of(0.5, quality);
-            INFO(text(camera, options));
-            const auto sky = visibility_of(std::vector<float>(61 * 35, 1.0f), camera, options);
-            CHECK(std::all_of(sky.begin(), sky.end(), [](float v) { return v == 1; }));
-            const auto aperture_shapes = visibility_of(std::vector<float>(61 * 35, not_a_number), camera, options);
-            CHECK(std::all_of(aperture_shapes.begin(), aperture_shapes.end(), [](float v) { return std::isnan(v); }));
-        }
-    }
-}
-
-TEST_CASE("stability: ssao keeps NaN where the depth has none", "[ssao][stability]") {
-    constexpr int width = 95, height = 71;
-    for (const Camera& camera : cameras(width, height)) {
-        auto stored = scene::render(scene::room(), camera).stored;
-        for (int y = 0; y < height; ++y) {
-            for (int x = 0; x < width; ++x) {
-                const bool island = std::hypot(x - 30, y - 30) < 9 || (x == 60 && y % 3 == 0) || (x == 0 && y == 0) ||
-                                    (x > 80 && y > 60) || (y == 50 && x < 20);
-                if (island)
-                    stored[static_cast<std::size_t>(y * width + x)] = not_a_number;
-            }
-        }
-        for (const Quality quality : qualities) {
-            for (const double thickness : thicknesses) {
-                const SsaoCall options = options_of(0.5, quality, thickness);
-                const auto got = visibility_of(stored, camera, options);
-                long spread = 0, filled = 0, outside = 0;
-                for (std::size_t i = 0; i < got.size(); ++i) {
-                    spread += !std::isnan(stored[i]) && std::isnan(got[i]);
-                    filled += std::isnan(stored[i]) && !std::isnan(got[i]);
-                    outside += !std::isnan(got[i]) && !in_range(got[i]);
-                }
-                INFO(text(camera, options));
-                CHECK(spread == 0);
-                CHECK(filled == 0);
-                CHECK(outside == 0);
-            }
-        }
-    }
-}
-
-TEST_CASE("stability: ssao with a radius of less than a pixel is 1", "[ssao][stability]") {
-    for (const Camera& camera : cameras(95, 71)) {
-        const auto stored = scene::render(scene::room(), camera).stored;
-        for (const Quality quality : qualities) {
-            for (const double thickness : thicknesses) {
-                for (const double radius : {0.005, 1e-5, 1e-12}) { // a pixel is 0.011 wide or more
-                    const SsaoCall options = options_of(radius, quality, thickness);
-                    const auto got = visibility_of(stored, camera, options);
-                    INFO(text(camera, options) << ", least " << *std::min_element(got.begin(), got.end()));
-                    CHECK(std::all_of(got.begin(), got.end(), [](float v) { return v == 1; }));
-                }
-            }
-        }
-    }
-}
-
-TEST_CASE("stability: ssao with a radius of more than the image is finite", "[ssao][stability]") {
-    for (const Camera& camera : cameras(95, 71)) {
-        const auto stored = scene::render(scene::room(), camera).stored;
-        const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera).stored;
-        for (const Quality quality : qualities) {
-            for (const double thickness : thicknesses) {
-                for (const double radius : {5.0, 30.0, 1e3, 1e6}) {
-                    const SsaoCall options = options_of(radius, quality, thickness);
-                    INFO(text(camera, options));
-                    const auto got = visibility_of(stored, camera, options);
-                    CHECK(std::all_of(got.begin(), got.end(), in_range));
-                    const auto open = visibility_of(plane, camera, options);
-                    CHECK(*std::min_element(open.begin(), open.end()) >= 1 - plane_error);
-                }
-            }
-        }
-    }
-}
-
-TEST_CASE("stability: ssao takes any radius, and refuses images that are too long", "[ssao][stability]") {
-    const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 161, 121);
-    const auto image = scene::render(scene::room(), camera);
-    const auto all = visibility_of(image.stored, camera, options_of(1e15, Quality::fast, oracle::infinite));
-    for (const double radius : {1e19, 1e20, 1e100, 1e300})
-        CHECK(visibility_of(image.stored, camera, options_of(radius, Quality::fast, oracle::infinite)) == all);
-    CHECK(std::count_if(all.begin(), all.end(), [](float v) { return v < 0.9f; }) > 5000);
-    for (const auto& [across, down] : {std::pair{130001, 1}, {1, 130001}}) {
-        const Camera longer = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), across, down);
-        const std::vector<float> plain(130001, 0.9f);
-        CHECK_THROWS_AS(visibility_of(plain, longer, options_of(1, Quality::fast)), std::invalid_argument);
-    }
-    const Camera longest = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 130000, 4);
-    const auto got = visibility_of(std::vector<float>(520000, 0.9f), longest, options_of(5000, Quality::balanced));
-    CHECK(std::ranges::all_of(got, [](float v) { return v >= 0 && v <= 1; }));
-}
-
-TEST_CASE("stability: ssao of a plane of which every second row is missing", "[ssao][stability]") {
-    const auto plane = oracle::open_plane(1.05, 1.57);
-    for (const auto& [name, camera] : oracle::views({.width = 161, .height = 121})) {
-        auto image = scene::render(plane.scene, camera);
-        for (int y = 1; y < 121; y += 2)
-            std::fill_n(image.stored.begin() + y * 161, 161, std::nanf(""));
-        for (const Quality quality : qualities) {
-            const auto got = visibility_of(image.stored, camera, options_of(0.5, quality));
-            double least = 1;
-            for (int y = 4; y < 117; y += 2) // at the border there is but one of the two rows
-                for (int x = 0; x < 161; ++x)
-                    if (std::isfinite(got[static_cast<std::size_t>(y * 161 + x)]))
-                        least = std::min(least, static_cast<double>(got[static_cast<std::size_t>(y * 161 + x)]));
-            INFO(name << ", quality " << static_cast<int>(quality));
-            CHECK(least >= 1 - ssao_plane_error);
-        }
-    }
-}
-
-TEST_CASE("stability: ssao of a lone plane in D16 and D24 at far/near of 1e6", "[ssao][stability]") {
-    constexpr double near = 1e-3, far = 1e3;
-    const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {near, far}), 161, 121);
-    std::printf("ssao of lone planes at far/near = 1e6: largest difference from 1\n");
-    for (const double share : {0.001, 0.01, 0.1, 0.5, 0.9}) {
-        for (const double tilt : {0.0, 30.0, 60.0}) {
-            const double distance = share * far;
-            const auto image = scene::render(
-                {scene::Plane{{0, 0, -distance}, {std::sin(tilt * degree), 0, std::cos(tilt * degree)}}}, camera);
-            for (const double radius : {0.05 * distance, 0.3 * distance}) {
-                const auto worst_of = [](const std::vector<float>& got) {
-                    double worst = 0;
-                    for (const float v : got)
-                        worst = std::isnan(v) ? 1 : std::max(worst, std::abs(static_cast<double>(v) - 1));
-                    return worst;
-                };
-                for (const Quality quality : qualities) {
-                    const SsaoCall options = options_of(radius, quality, oracle::infinite);
-                    const double d16 =
-                        worst_of(visibility_of(scene::codes16(image, camera), camera, options, Storage::uint16));
-                    const double d24 =
-                        worst_of(visibility_of(scene::codes24(image, camera), camera, options, Storage::uint24));
-                    std::printf("  z %-4.4g tilt %-3.3g %-60s D16 %.4f, D24 %.4f\n", distance, tilt,
-                                text(camera, options).c_str(), d16, d24);
-                    INFO("z " << distance << ", tilt " << tilt << ", " << text(camera, options));
-                    CHECK(d16 <= quantised_plane_error);
-                    CHECK(d24 <= quantised_plane_error);
-                }
-            }
-        }
-    }
-}
-
-TEST_CASE("stability: ssao of a room in D16 and D24 keeps its occlusion", "[ssao][stability]") {
-    const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 161, 121);
-    const auto image = scene::render(scene::room(), camera);
-    for (const Quality quality : qualities) {
-        const SsaoCall options = options_of(1, quality, oracle::infinite);
-        const auto exact = visibility_of(image.stored, camera, options);
-        const auto off = [&](const std::vector<float>& got) {
-            double sum = 0;
-            for (std::size_t i = 0; i < got.size(); ++i)
-                sum += std::pow(static_cast<double>(got[i] - exact[i]), 2);
-            return std::sqrt(sum / static_cast<double>(got.size()));
-        };
-        INFO(text(camera, options));
-        CHECK(std::count_if(exact.begin(), exact.end(), [](float v) { return v < 0.9f; }) > 5000);
-        CHECK(off(visibility_of(scene::codes16(image, camera), camera, options, Storage::uint16)) <= 0.01);
-        CHECK(off(visibility_of(scene::codes24(image, camera), camera, options, Storage::uint24)) <= 0.0005);
-    }
-}
-
-TEST_CASE("stability: ssao of a plane at a grazing 85 degrees", "[ssao][stability]") {
-    for (const double towards : {0.0, 1.2, 3.0}) {
-        const auto plane = oracle::open_plane(85 * degree, towards);
-        for (const auto& [name, camera] : oracle::views({.width = 161, .height = 121})) {
-            const auto image = scene::render(plane.scene, camera);
-            for (const Quality quality : qualities) {
-                for (const double thickness : thicknesses) {
-                    const SsaoCall options = options_of(1, quality, thickness);
-                    const auto got = visibility_of(image.stored, camera, options);
-                    const float least = *std::min_element(got.begin(), got.end());
-                    INFO(name << ", towards " << towards << ", " << text(camera, options) << ": least " << least);
-                    CHECK(std::all_of(got.begin(), got.end(), in_range));
-                    CHECK(least >= 1 - plane_error);
-                }
-            }
-        }
-    }
-}
-
-namespace {
 
 using Eigen::Vector3d;
 
@@ -315,7 +101,160 @@ constexpr Railing railings[] = {
 // What any guess costs that takes bars for solid: no kernel can see behind them.
 constexpr double infinite_by_rays_at_least = 0.25;
 
+// Samples outside the image count alike, whatever they would have met: measured 0.059.
+constexpr double lost_beyond_confidence = 0.07;
+
 } // namespace
+
+TEST_CASE("stability: ssao of images of every small size", "[ssao][stability]") {
+    const std::pair<int, int> sizes[] = {{1, 1}, {1, 2}, {2, 1},  {1, 57},  {57, 1},  {3, 3},  {2, 5},
+                                         {5, 4}, {7, 7}, {17, 3}, {63, 65}, {65, 31}, {127, 1}};
+    for (const auto& [width, height] : sizes)
+        for (const Camera& camera : cameras(width, height)) {
+            const auto image = scene::render(scene::room(), camera);
+            const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera);
+            for (const Quality quality : qualities)
+                for (const double thickness : thicknesses) {
+                    const SsaoCall options = options_of(0.5, quality, thickness);
+                    INFO(text(camera, options));
+                    const auto got = visibility_of(image.stored, camera, options);
+                    CHECK(std::all_of(got.begin(), got.end(), in_range));
+                    const auto open = visibility_of(plane.stored, camera, options);
+                    CHECK(*std::min_element(open.begin(), open.end()) >= 1 - plane_error);
+                    CHECK(std::all_of(open.begin(), open.end(), in_range));
+                }
+        }
+}
+
+TEST_CASE("stability: ssao of nothing but sky is 1, of nothing at all NaN", "[ssao][stability]") {
+    for (const Camera& camera : cameras(61, 35))
+        for (const Quality quality : qualities) {
+            const SsaoCall options = options_of(0.5, quality);
+            INFO(text(camera, options));
+            const auto sky = visibility_of(std::vector<float>(61 * 35, 1.0f), camera, options);
+            CHECK(std::all_of(sky.begin(), sky.end(), [](float v) { return v == 1; }));
+            const auto aperture_shapes = visibility_of(std::vector<float>(61 * 35, not_a_number), camera, options);
+            CHECK(std::all_of(aperture_shapes.begin(), aperture_shapes.end(), [](float v) { return std::isnan(v); }));
+        }
+}
+
+TEST_CASE("stability: ssao with a radius of less than a pixel is 1", "[ssao][stability]") {
+    for (const Camera& camera : cameras(95, 71)) {
+        const auto stored = scene::render(scene::room(), camera).stored;
+        for (const Quality quality : qualities)
+            for (const double thickness : thicknesses)
+                for (const double radius : {0.005, 1e-5, 1e-12}) { // a pixel is 0.011 wide or more
+                    const SsaoCall options = options_of(radius, quality, thickness);
+                    const auto got = visibility_of(stored, camera, options);
+                    INFO(text(camera, options) << ", least " << *std::min_element(got.begin(), got.end()));
+                    CHECK(std::all_of(got.begin(), got.end(), [](float v) { return v == 1; }));
+                }
+    }
+}
+
+TEST_CASE("stability: ssao with a radius of more than the image is finite", "[ssao][stability]") {
+    for (const Camera& camera : cameras(95, 71)) {
+        const auto stored = scene::render(scene::room(), camera).stored;
+        const auto plane = scene::render({scene::Plane{{0, 0, -3}, {0.3, 0.2, 1}}}, camera).stored;
+        for (const Quality quality : qualities)
+            for (const double thickness : thicknesses)
+                for (const double radius : {5.0, 30.0, 1e3, 1e6}) {
+                    const SsaoCall options = options_of(radius, quality, thickness);
+                    INFO(text(camera, options));
+                    const auto got = visibility_of(stored, camera, options);
+                    CHECK(std::all_of(got.begin(), got.end(), in_range));
+                    const auto open = visibility_of(plane, camera, options);
+                    CHECK(*std::min_element(open.begin(), open.end()) >= 1 - plane_error);
+                }
+    }
+}
+
+TEST_CASE("stability: ssao takes any radius, and refuses images that are too long", "[ssao][stability]") {
+    const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 161, 121);
+    const auto image = scene::render(scene::room(), camera);
+    const auto all = visibility_of(image.stored, camera, options_of(1e15, Quality::fast, oracle::infinite));
+    for (const double radius : {1e19, 1e20, 1e100, 1e300})
+        CHECK(visibility_of(image.stored, camera, options_of(radius, Quality::fast, oracle::infinite)) == all);
+    CHECK(std::count_if(all.begin(), all.end(), [](float v) { return v < 0.9f; }) > 5000);
+    for (const auto& [across, down] : {std::pair{130001, 1}, {1, 130001}}) {
+        const Camera longer = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), across, down);
+        const std::vector<float> plain(130001, 0.9f);
+        CHECK_THROWS_AS(visibility_of(plain, longer, options_of(1, Quality::fast)), std::invalid_argument);
+    }
+    const Camera longest = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 130000, 4);
+    const auto got = visibility_of(std::vector<float>(520000, 0.9f), longest, options_of(5000, Quality::balanced));
+    CHECK(std::ranges::all_of(got, [](float v) { return v >= 0 && v <= 1; }));
+}
+
+TEST_CASE("stability: ssao of a plane of which every second row is missing", "[ssao][stability]") {
+    const auto plane = oracle::open_plane(1.05, 1.57);
+    for (const auto& [name, camera] : oracle::views({.width = 161, .height = 121})) {
+        auto image = scene::render(plane.scene, camera);
+        for (int y = 1; y < 121; y += 2)
+            std::fill_n(image.stored.begin() + y * 161, 161, std::nanf(""));
+        for (const Quality quality : qualities) {
+            const auto got = visibility_of(image.stored, camera, options_of(0.5, quality));
+            double least = 1;
+            for (int y = 4; y < 117; y += 2) // at the border there is but one of the two rows
+                for (int x = 0; x < 161; ++x)
+                    if (std::isfinite(got[static_cast<std::size_t>(y * 161 + x)]))
+                        least = std::min(least, static_cast<double>(got[static_cast<std::size_t>(y * 161 + x)]));
+            INFO(name << ", quality " << static_cast<int>(quality));
+            CHECK(least >= 1 - ssao_plane_error);
+        }
+    }
+}
+
+TEST_CASE("stability: ssao of a lone plane in D16 and D24 at far/near of 1e6", "[ssao][stability]") {
+    constexpr double near = 1e-3, far = 1e3;
+    const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {near, far}), 161, 121);
+    std::printf("ssao of lone planes at far/near = 1e6: largest difference from 1\n");
+    for (const double share : {0.001, 0.01, 0.1, 0.5, 0.9})
+        for (const double tilt : {0.0, 30.0, 60.0}) {
+            const double distance = share * far;
+            const auto image = scene::render(
+                {scene::Plane{{0, 0, -distance}, {std::sin(tilt * degree), 0, std::cos(tilt * degree)}}}, camera);
+            for (const double radius : {0.05 * distance, 0.3 * distance}) {
+                const auto worst_of = [](const std::vector<float>& got) {
+                    double worst = 0;
+                    for (const float v : got)
+                        worst = std::isnan(v) ? 1 : std::max(worst, std::abs(static_cast<double>(v) - 1));
+                    return worst;
+                };
+                for (const Quality quality : qualities) {
+                    const SsaoCall options = options_of(radius, quality, oracle::infinite);
+                    const double d16 =
+                        worst_of(visibility_of(scene::codes16(image, camera), camera, options, Storage::uint16));
+                    const double d24 =
+                        worst_of(visibility_of(scene::codes24(image, camera), camera, options, Storage::uint24));
+                    std::printf("  z %-4.4g tilt %-3.3g %-60s D16 %.4f, D24 %.4f\n", distance, tilt,
+                                text(camera, options).c_str(), d16, d24);
+                    INFO("z " << distance << ", tilt " << tilt << ", " << text(camera, options));
+                    CHECK(d16 <= quantised_plane_error);
+                    CHECK(d24 <= quantised_plane_error);
+                }
+            }
+        }
+}
+
+TEST_CASE("stability: ssao of a room in D16 and D24 keeps its occlusion", "[ssao][stability]") {
+    const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 161, 121);
+    const auto image = scene::render(scene::room(), camera);
+    for (const Quality quality : qualities) {
+        const SsaoCall options = options_of(1, quality, oracle::infinite);
+        const auto exact = visibility_of(image.stored, camera, options);
+        const auto off = [&](const std::vector<float>& got) {
+            double sum = 0;
+            for (std::size_t i = 0; i < got.size(); ++i)
+                sum += std::pow(static_cast<double>(got[i] - exact[i]), 2);
+            return std::sqrt(sum / static_cast<double>(got.size()));
+        };
+        INFO(text(camera, options));
+        CHECK(std::count_if(exact.begin(), exact.end(), [](float v) { return v < 0.9f; }) > 5000);
+        CHECK(off(visibility_of(scene::codes16(image, camera), camera, options, Storage::uint16)) <= 0.01);
+        CHECK(off(visibility_of(scene::codes24(image, camera), camera, options, Storage::uint24)) <= 0.0005);
+    }
+}
 
 TEST_CASE("stability: ssao of railings of one to three pixels against thickness", "[ssao][stability]") {
     const Camera camera = camera_of(perspective(0.8, 16.0 / 9, {0.5, 500}), 320, 180);
@@ -336,12 +275,11 @@ TEST_CASE("stability: ssao of railings of one to three pixels against thickness"
             double visibility;
         };
         std::vector<Point> points;
-        for (int y = 63; y < 120; y += 23) {
+        for (int y = 63; y < 120; y += 23)
             for (int x = 71; x < 250; x += 7) {
                 const std::size_t i = index(camera, x, y);
                 points.push_back({x, y, i, by_rays(scene, image.position[i], image.normal[i])});
             }
-        }
         const double own = known.pixels * railing_pixel;
         for (const double thickness :
              {0.5 * own, own, 2 * own, railing_reach / 4, railing_reach / 2, railing_reach, oracle::infinite}) {
@@ -380,13 +318,6 @@ TEST_CASE("stability: ssao of railings of one to three pixels against thickness"
     }
 }
 
-namespace {
-
-// Samples outside the image count alike, whatever they would have met: measured 0.059.
-constexpr double lost_beyond_confidence = 0.07;
-
-} // namespace
-
 TEST_CASE("stability: ssao of things that leave the image loses no more than the confidence says",
           "[ssao][stability]") {
     const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.5, 500}), 321, 241);
@@ -398,7 +329,7 @@ TEST_CASE("stability: ssao of things that leave the image loses no more than the
     constexpr int left = 80, top = 100, width = 161, height = 101; // through the box and the sphere
     const StoredDepth part = whole.region(left, top, width, height);
     std::printf("ssao of a part of an image against the whole: most that is brighter, beyond 1 - confidence\n");
-    for (const Quality quality : qualities) {
+    for (const Quality quality : qualities)
         for (const double thickness : {0.25, oracle::infinite}) {
             SsaoCall options = options_of(0.8, quality, thickness);
             options.confidence = true;
@@ -410,7 +341,7 @@ TEST_CASE("stability: ssao of things that leave the image loses no more than the
             long certain = 0, differ = 0;
             std::vector<double> strips(12); // of four columns, from the left
             std::vector<int> counts(12);
-            for (int y = 0; y < height; ++y) {
+            for (int y = 0; y < height; ++y)
                 for (int x = 0; x < width; ++x) {
                     const auto i = static_cast<std::size_t>(y * width + x);
                     if (!std::isfinite(image.z[index(camera, x + left, y + top)]))
@@ -425,7 +356,6 @@ TEST_CASE("stability: ssao of things that leave the image loses no more than the
                         ++counts[static_cast<std::size_t>(x / 4)];
                     }
                 }
-            }
             for (std::size_t strip = 0; strip < strips.size(); ++strip)
                 strips[strip] /= counts[strip];
             std::printf("  %-60s %.3f, %+.3f; confidence at the border %.2f, 44 pixels inside %.2f\n",
@@ -439,5 +369,4 @@ TEST_CASE("stability: ssao of things that leave the image loses no more than the
             CHECK(strips.front() < 0.75);
             CHECK(strips.back() > 0.95);
         }
-    }
 }

@@ -70,7 +70,7 @@ std::string faults_of(const Subject& subject, oracle::Worst& worst) {
     const Camera& camera = subject.camera;
     const int w = 37, h = 5;
     std::string faults;
-    for (const Arithmetic arithmetic : oracle::arithmetics()) {
+    for (const Arithmetic arithmetic : oracle::arithmetics())
         for (const auto& [x, y] :
              {std::pair{0, 0}, std::pair{camera.width - w, 0}, std::pair{0, camera.height - h},
               std::pair{camera.width - w, camera.height - h}, std::pair{camera.width / 2, camera.height / 2 - 3}}) {
@@ -78,39 +78,10 @@ std::string faults_of(const Subject& subject, oracle::Worst& worst) {
             faults += verdict.faults;
             worst.add(verdict.worst);
         }
-    }
     return faults;
 }
 
 } // namespace
-
-TEST_CASE("stability: far/near up to 1e9 keeps its last bit, which 1/(Z d + W) in floats loses", "[stability]") {
-    const double near = 0.1;
-    std::printf("far/near     Fathom (relative)   1/(Z d + W) (relative)\n");
-    for (const double ratio : {10., 1e3, 1e6, 1e9}) {
-        const double far = near * ratio;
-        const Subject subject = oracle::named(oracle::from_field_of_view(1.1, 1.5, {near, far}), "perspective", 256, 1);
-        const oracle::Truth truth(subject, Storage::float32);
-        const auto z_scale = static_cast<float>(1 / far - 1 / near), w_offset = static_cast<float>(1 / near);
-        for (const Arithmetic arithmetic : oracle::arithmetics()) {
-            const std::vector<float> stored = over_the_range();
-            const std::vector<float> z =
-                decoded(subject.camera, stored, Storage::float32, Background::decode, arithmetic);
-            double ours = 0, naive = 0, ulps = 0;
-            for (std::size_t i = 0; i < stored.size(); ++i) {
-                const Quad exact = truth.depth(static_cast<double>(stored[i]), 0.5, 0.5);
-                const float engines = 1 / (stored[i] * z_scale + w_offset);
-                const auto relative = [&](float got) { return std::abs(static_cast<double>(got / exact - 1)); };
-                ours = std::max(ours, relative(z[i]));
-                naive = std::max(naive, relative(engines));
-                ulps = std::max(ulps, oracle::error_in_ulp(z[i], exact));
-            }
-            std::printf("%8.0e     %.2e (%.2f ulp)  %.2e   %s\n", ratio, ours, ulps, naive, oracle::name(arithmetic));
-            CHECK(ulps <= (arithmetic == Arithmetic::fp64 ? linearize_ulp_fp64 : linearize_ulp_two_float));
-            CHECK(naive > 0.01 * ratio * 0x1p-24); // the sum cancels to near/far of its terms
-        }
-    }
-}
 
 // C·Q of a plane that leaves this share of the distance to the far corner, and precision there, which falls as it does.
 TEST_CASE("stability: an oblique plane that grazes a frustum corner", "[stability]") {
@@ -168,7 +139,7 @@ TEST_CASE("stability: an oblique plane that passes near the camera centre", "[st
 }
 
 TEST_CASE("stability: an oblique plane almost parallel to the view direction", "[stability]") {
-    for (const double ahead : {-1e-1, -1e-3, -1e-6, -1e-9, 0., 1e-6, 1e-3}) {
+    for (const double ahead : {-1e-1, -1e-3, -1e-6, -1e-9, 0., 1e-6, 1e-3})
         for (const double distance : {0.5, 0.01}) {
             INFO("ahead " << ahead << ", distance " << distance);
             oracle::Worst worst;
@@ -182,7 +153,6 @@ TEST_CASE("stability: an oblique plane almost parallel to the view direction", "
             CHECK(static_cast<double>(stored_depth(subject.camera, Storage::float32, x, 32, z)) ==
                   Approx(0).margin(1e-12));
         }
-    }
     // Orthographic rays: the plane must cut them, however little.
     const auto orthographic_ahead = [](double ahead) {
         return oracle::named(
@@ -218,7 +188,7 @@ TEST_CASE("stability: stored depth exactly 0 and 1, one ulp inside and one outsi
     const float below_one = std::nextafter(1.0f, 0.0f), above_one = std::nextafter(1.0f, 2.0f);
     const float denormal = std::numeric_limits<float>::denorm_min();
     const std::vector<float> stored{0.0f, -0.0f, denormal, -denormal, 1.0f, below_one, above_one};
-    for (const Arithmetic arithmetic : oracle::arithmetics()) {
+    for (const Arithmetic arithmetic : oracle::arithmetics())
         for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
             const bool reversed = order == DepthOrder::reversed;
             for (const Projection& p :
@@ -241,7 +211,6 @@ TEST_CASE("stability: stored depth exactly 0 and 1, one ulp inside and one outsi
                 CHECK(std::isnan(none[reversed ? 0 : 4]));
             }
         }
-    }
 }
 
 TEST_CASE("stability: median depth at the camera centre and at infinity", "[stability]") {
@@ -264,7 +233,7 @@ TEST_CASE("stability: median depth at the camera centre and at infinity", "[stab
 }
 
 TEST_CASE("stability: an infinite far plane at its own stored value", "[stability]") {
-    for (const Arithmetic arithmetic : oracle::arithmetics()) {
+    for (const Arithmetic arithmetic : oracle::arithmetics())
         for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
             Camera camera = camera_of(perspective(1.0, 1.5, {0.1, HUGE_VAL, order}, Convention::direct3d()));
             const float far = order == DepthOrder::reversed ? 0.0f : 1.0f;
@@ -285,7 +254,6 @@ TEST_CASE("stability: an infinite far plane at its own stored value", "[stabilit
             CHECK(at(far, Background::inf) == infinity);
             CHECK(!(at(far, Background::decode) < 0));
         }
-    }
 }
 
 TEST_CASE("stability: a fourth row with x and y, through the pixels where w goes through zero", "[stability]") {
@@ -334,38 +302,5 @@ TEST_CASE("stability: nearly singular matrices on both sides of the refusal", "[
             worst.print("nearly singular");
         });
         CHECK((refused_flat.empty() || contains(refused_flat, "condition number")));
-    }
-}
-
-TEST_CASE("stability: an orthographic camera is the limit of narrow far perspectives", "[stability]") {
-    // The same points: x in −4..4, up to 8 beyond the plane on which both cameras agree.
-    const double half = 4, beyond = 8;
-    const Camera flat = camera_of(orthographic({-half, half, -half, half}, {-10, 10}), 33, 1);
-    double last = 0;
-    for (const double distance : {1e2, 1e3, 1e4, 1e5}) {
-        const double slope = half / distance, near = distance - 10;
-        const Camera narrow = camera_of(
-            perspective(FrustumEdges{-slope * near, slope * near, -slope * near, slope * near}, {near, distance + 10}),
-            33, 1);
-        std::vector<float> orthographic_stored, perspective_stored;
-        for (int i = 0; i < 33; ++i) {
-            const double x = i + 0.5, offset = (i % 2 == 0 ? 1 : -1) * beyond;
-            orthographic_stored.push_back(static_cast<float>(stored_depth(flat, Storage::float32, x, 0.5, offset)));
-            perspective_stored.push_back(
-                static_cast<float>(stored_depth(narrow, Storage::float32, x, 0.5, distance + offset)));
-        }
-        const auto a = unprojected(flat, orthographic_stored), b = unprojected(narrow, perspective_stored);
-        double sideways = 0, along = 0;
-        for (std::size_t i = 0; i < 33; ++i) {
-            sideways = std::max(sideways, std::abs(static_cast<double>(a[3 * i]) - b[3 * i]));
-            along = std::max(along, std::abs(a[3 * i + 2] - (b[3 * i + 2] + distance)));
-        }
-        std::printf("centre at %.0e: x off by %.3e, z by %.1e\n", distance, sideways, along);
-        // x = slope · z: off by half · beyond / distance. z: two floats' steps near the distance, and the stored ones'.
-        const double outermost = half * (1 - 1.0 / 33);
-        CHECK(sideways == Approx(outermost * beyond / distance).epsilon(0.02));
-        CHECK(along <= 4 * 0x1p-23 * distance);
-        CHECK((last == 0 || sideways == Approx(last / 10).epsilon(0.05)));
-        last = sideways;
     }
 }

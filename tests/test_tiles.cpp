@@ -6,13 +6,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <functional>
-#include <string>
-#include <vector>
-
 using namespace fathom;
 using namespace fathom::images;
 

@@ -225,7 +225,7 @@ std::vector<Figures> against_path_tracer(const Device& device, const Blender& bl
 
     const cv::Mat visibility = oracle::path_traced_visibility(folder);
     constexpr double ray_length = 1; // of the path tracer's pass
-    for (const auto& [name, quality] : qualities) {
+    for (const auto& [name, quality] : qualities)
         for (const bool silhouette : {false, true}) {
             const std::vector<float> got =
                 floats_of(ssao(stored, ray_length,
@@ -239,7 +239,6 @@ std::vector<Figures> against_path_tracer(const Device& device, const Blender& bl
                        "path tracer", width, height),
                 "visibility", errors);
         }
-    }
     return rows;
 }
 

@@ -113,7 +113,7 @@ void judge_depth(const Corner& corner, const Stored& stored, const CircleOfConfu
     const bool reversed = corner.camera().projection.order == DepthOrder::reversed;
     const auto z = floats_of(linearize(stored.depth, {Background::decode}).image);
     const auto circle = floats_of(dof_masks(stored.depth, lens).coc);
-    for (int y = 0; y < truth.height; ++y) {
+    for (int y = 0; y < truth.height; ++y)
         for (int x = 0; x < truth.width; ++x) {
             const auto i = static_cast<std::size_t>(y * truth.width + x);
             if (!corner.judged(i))
@@ -127,7 +127,6 @@ void judge_depth(const Corner& corner, const Stored& stored, const CircleOfConfu
             raise(errors.circle_bound,
                   circle_bound(lens, exact, bound, (reversed ? truth.exact[i] : 1 - truth.exact[i]) <= half));
         }
-    }
 }
 
 void judge_normals(const Corner& corner, const Stored& stored, CornerErrors& errors) {
@@ -135,13 +134,12 @@ void judge_normals(const Corner& corner, const Stored& stored, CornerErrors& err
     errors.normal = corner.normals_off(floats_of(normals(stored.depth, {.method = NormalMethod::neighbours})));
     errors.fitted = corner.normals_off(floats_of(normals(stored.depth, {.method = NormalMethod::least_squares})));
     const NormalBound bound(stored.depth.camera, stored.depth.storage);
-    for (int y = margin; y < truth.height - margin; ++y) {
+    for (int y = margin; y < truth.height - margin; ++y)
         for (int x = margin; x < truth.width - margin; ++x) {
             const auto i = static_cast<std::size_t>(y * truth.width + x);
             if (corner.judged(i) && corner.away_from_edges(x, y))
                 raise(errors.normal_bound, bound.degrees(x, y, truth.z[i], truth.normal[i]));
         }
-    }
 }
 
 } // namespace
@@ -171,14 +169,13 @@ bool Corner::away_from_edges(int x, int y) const {
 
 double Corner::normals_off(const std::vector<float>& normals) const {
     double largest = 0;
-    for (int y = 0; y < truth_.height; ++y) {
+    for (int y = 0; y < truth_.height; ++y)
         for (int x = 0; x < truth_.width; ++x) {
             const auto i = static_cast<std::size_t>(y * truth_.width + x);
             if (judged(i) && away_from_edges(x, y))
                 raise(largest,
                       angle_degrees({normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]}, truth_.normal[i]));
         }
-    }
     return largest;
 }
 

@@ -72,13 +72,12 @@ void sweep_storing(const Device& device, Regime& regime) {
     };
     for (const Kind& kind :
          {Kind{"D16", {16}, DepthOrder::standard}, Kind{"D24", {24}, DepthOrder::standard},
-          Kind{"D32F", {32}, DepthOrder::standard}, Kind{"D32F reversed", {32}, DepthOrder::reversed}}) {
+          Kind{"D32F", {32}, DepthOrder::standard}, Kind{"D32F reversed", {32}, DepthOrder::reversed}})
         for (double power = 1; power <= 9; power += 0.5) {
             const double ratio = std::pow(10.0, power);
             const Corner corner(camera_with({far / ratio, far, kind.order}));
             add(regime, kind.name, ratio, corner_errors(device, corner, kind.buffer));
         }
-    }
 }
 
 } // namespace

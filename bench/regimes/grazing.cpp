@@ -39,14 +39,13 @@ void sweep_planes(const Device& device, Regime& regime, double grazing) {
     const auto visibility = floats_of(ssao(stored, radius).visibility);
     const NormalBound bound(camera);
     Point angle{grazing, 0, 0}, open{grazing, 0};
-    for (int y = margin; y < height - margin; ++y) {
+    for (int y = margin; y < height - margin; ++y)
         for (int x = margin; x < width - margin; ++x) {
             const auto i = static_cast<std::size_t>(y * width + x);
             angle.error = std::max(angle.error, angle_degrees(&found[3 * i], truth.normal[i]));
             angle.bound = std::max(angle.bound, bound.degrees(x, y, truth.z[i], truth.normal[i]));
             open.error = std::max(open.error, 1 - static_cast<double>(visibility[i]));
         }
-    }
     regime.panel(quantity::normal).curve("plane").points.push_back(angle);
     regime.panel(lost).curve("plane").points.push_back(open);
 }
@@ -67,14 +66,13 @@ void sweep_foot(const Device& device, Regime& regime, double grazing) {
         const auto visibility = floats_of(ssao(stored_of(device, truth.stored, camera), radius, options).visibility);
         double sum = 0;
         long pixels = 0;
-        for (int y = height / 2 - 16; y < height / 2 + 16; ++y) {
+        for (int y = height / 2 - 16; y < height / 2 + 16; ++y)
             for (int x = margin; x < width - margin; ++x) {
                 const auto i = static_cast<std::size_t>(y * width + x);
                 const double distance = (truth.position[i] - foot).tail<2>().norm();
                 sum += std::pow(static_cast<double>(visibility[i]) - beside_wall(distance / radius), 2);
                 ++pixels;
             }
-        }
         regime.panel(at_foot).curve(name).points.push_back({grazing, std::sqrt(sum / static_cast<double>(pixels))});
     }
 }

@@ -50,6 +50,20 @@ double two_edges_off(const Device& device, Quality quality, double diameter) {
     return largest;
 }
 
+// A row that a highlight of three pixels stands in, summed from its start: what is left of it where a window of a disc's
+// chord has only what is dark. Each sum is rounded to 2^-24 of itself.
+Point summed_at_once(double bright, double dark, int chord) {
+    std::vector<float> sums{0};
+    for (int x = 0; x < 64; ++x)
+        sums.push_back(sums.back() + static_cast<float>(x < 3 ? bright : dark));
+    Point point{bright, 0, 2 * 0x1p-24 * (3 * bright + 64 * dark) * 64 / (chord * dark)};
+    for (std::size_t x = 4; x + static_cast<std::size_t>(chord) < sums.size(); ++x) {
+        const double mean = static_cast<double>(sums[x + static_cast<std::size_t>(chord)] - sums[x]) / chord;
+        point.error = std::max(point.error, std::abs(mean / dark - 1));
+    }
+    return point;
+}
+
 } // namespace
 
 Regime aperture(const Device& device) {
@@ -77,24 +91,6 @@ Regime aperture(const Device& device) {
     return regime;
 }
 
-namespace {
-
-// A row that a highlight of three pixels stands in, summed from its start: what is left of it where a window of a disc's
-// chord has only what is dark. Each sum is rounded to 2^-24 of itself.
-Point summed_at_once(double bright, double dark, int chord) {
-    std::vector<float> sums{0};
-    for (int x = 0; x < 64; ++x)
-        sums.push_back(sums.back() + static_cast<float>(x < 3 ? bright : dark));
-    Point point{bright, 0, 2 * 0x1p-24 * (3 * bright + 64 * dark) * 64 / (chord * dark)};
-    for (std::size_t x = 4; x + static_cast<std::size_t>(chord) < sums.size(); ++x) {
-        const double mean = static_cast<double>(sums[x + static_cast<std::size_t>(chord)] - sums[x]) / chord;
-        point.error = std::max(point.error, std::abs(mean / dark - 1));
-    }
-    return point;
-}
-
-} // namespace
-
 Regime highlights(const Device& device) {
     Regime regime{"highlights", "brightness of a highlight; 0.001 beside it"};
     constexpr int side = 81, half = side / 2;
@@ -103,7 +99,7 @@ Regime highlights(const Device& device) {
         regime.panel(washed_out)
             .curve(one_sum)
             .points.push_back(summed_at_once(std::pow(10.0, power), dark, static_cast<int>(diameter)));
-    for (const Way& way : ways) {
+    for (const Way& way : ways)
         for (double power = 0; power <= 32; power += power < 12 ? 1 : 2) {
             const double bright = std::pow(10.0, power);
             const Picture picture(
@@ -111,18 +107,16 @@ Regime highlights(const Device& device) {
                 [&](int x, int y) { return std::abs(x - half) < 2 && std::abs(y - half) < 2 ? bright : dark; });
             const auto got = picture.blurred(device, way.quality);
             double worst = 0, sum = 0;
-            for (int y = 0; y < side; ++y) {
+            for (int y = 0; y < side; ++y)
                 for (int x = 0; x < side; ++x) {
                     const double value = got[static_cast<std::size_t>(y * side + x)];
                     if (std::hypot(x - half, y - half) > 0.6 * diameter + 12)
                         worst = std::max(worst, std::abs(value / dark - 1));
                     sum += value - dark;
                 }
-            }
             regime.panel(washed_out).curve(way.name).points.push_back({bright, worst});
             regime.panel(energy).curve(way.name).points.push_back({bright, std::abs(sum / (9 * (bright - dark)) - 1)});
         }
-    }
     regime.boundaries = {
         {washed_out, "balanced", 1e-3, 0, none, "derived: 2^-24 of a running sum of what is below four"},
         {washed_out, one_sum, 1e-3, 10, 100, "derived: 2^-24 of a running sum"},

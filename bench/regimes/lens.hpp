@@ -17,12 +17,11 @@ struct Picture {
 
     template <typename CircleOf, typename ValueOf>
     Picture(int across, int down, CircleOf circle, ValueOf value) : width(across), height(down) {
-        for (int y = 0; y < down; ++y) {
+        for (int y = 0; y < down; ++y)
             for (int x = 0; x < across; ++x) {
                 depth.push_back(static_cast<float>(1000 / (1000 - circle(x, y))));
                 color.insert(color.end(), 3, static_cast<float>(value(x, y)));
             }
-        }
     }
 
     /// The first channel of the blurred picture.

@@ -136,20 +136,18 @@ Frame exact_blur(const Frame& beyond) {
     constexpr double diameter = near_diameter;
     const int reach = static_cast<int>(diameter / 2) + 1;
     Frame blurred(beyond.size(), 0.0);
-    for (int y = margin; y < height - margin; ++y) {
+    for (int y = margin; y < height - margin; ++y)
         for (int x = margin; x < width - margin; ++x) {
             double weight = 0, color = 0;
-            for (int dy = -reach; dy <= reach; ++dy) {
+            for (int dy = -reach; dy <= reach; ++dy)
                 for (int dx = -reach; dx <= reach; ++dx) {
                     const double share = covered(diameter / 2 - std::hypot(dx, dy));
                     const double d = beyond[static_cast<std::size_t>((y + dy) * width + x + dx)];
                     weight += share;
                     color += d > 0 ? share * covered(d) : 0;
                 }
-            }
             blurred[static_cast<std::size_t>(y * width + x)] = color / weight;
         }
-    }
     return blurred;
 }
 
@@ -181,14 +179,13 @@ Film pulled_focus(const Device& device, Quality quality, double speed) {
 Regime motion(const Device& device) {
     Regime regime{"motion", "pixels a frame"};
     constexpr double speeds[] = {0.025, 0.1, 0.2, 0.4};
-    for (const Way& way : ways) {
+    for (const Way& way : ways)
         for (const double speed : speeds) {
             add(regime, of_ssao, way.name, speed, occlusion(device, way.quality, speed));
             add(regime, of_near_edge, way.name, speed,
                 near_edge(speed, [&](const Frame& beyond) { return blurred_by(device, way.quality, beyond); }));
             add(regime, of_focus_pull, way.name, speed, pulled_focus(device, way.quality, speed));
         }
-    }
     for (const double speed : speeds)
         add(regime, of_near_edge, exact, speed, near_edge(speed, exact_blur));
 

@@ -42,13 +42,12 @@ double largest_bound(const Corner& corner, double tolerance) {
     const NormalBound bound(corner.camera(), Storage::uint16, tolerance);
     const scene::Rendered& truth = corner.truth();
     double largest = 0;
-    for (int y = 0; y < truth.height; ++y) {
+    for (int y = 0; y < truth.height; ++y)
         for (int x = 0; x < truth.width; ++x) {
             const auto i = static_cast<std::size_t>(y * truth.width + x);
             if (corner.away_from_edges(x, y))
                 largest = std::max(largest, bound.degrees(x, y, truth.z[i], truth.normal[i]));
         }
-    }
     return largest;
 }
 

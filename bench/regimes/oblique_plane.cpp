@@ -35,13 +35,12 @@ Corner behind(double angle, double distance, DepthOrder order) {
 
 Regime oblique_angle(const Device& device) {
     Regime regime{"oblique-angle", "angle between near plane and view direction, degrees"};
-    for (const Kind& kind : kinds) {
+    for (const Kind& kind : kinds)
         for (double power = 1.75; power >= -5; power -= power > -1 ? 0.25 : 0.5) {
             const double degrees = std::pow(10.0, power), angle = degrees * std::numbers::pi / 180;
             add(regime, kind.name, degrees,
                 corner_errors(device, behind(angle, 3 * std::sin(angle), kind.order), kind.buffer));
         }
-    }
     regime.boundaries = {
         {quantity::depth, "D16", 0.01, 0.31, 0.18, storing},
         {quantity::depth, "D24", 0.01, 9.9e-4, 3.2e-4, storing},
@@ -57,13 +56,12 @@ Regime oblique_angle(const Device& device) {
 
 Regime oblique_distance(const Device& device) {
     Regime regime{"oblique-distance", "distance of the camera centre from the near plane, scene units"};
-    for (const Kind& kind : kinds) {
+    for (const Kind& kind : kinds)
         for (double power = 0.5; power >= -6; power -= 0.5) {
             const double distance = std::pow(10.0, power);
             add(regime, kind.name, distance,
                 corner_errors(device, behind(60 * std::numbers::pi / 180, distance, kind.order), kind.buffer));
         }
-    }
     regime.boundaries = {
         {quantity::depth, "D16", 0.01, 0.031, 0.011, storing},
         {quantity::depth, "D24", 0.01, 9.9e-5, 3.2e-5, storing},

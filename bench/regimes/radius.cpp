@@ -46,7 +46,7 @@ Regime radius_of_occlusion(const Device& device) {
     };
     for (const Way& way : {Way{"fast", Quality::fast, Border::clamp}, Way{"balanced", Quality::balanced, Border::clamp},
                            Way{"accurate", Quality::accurate, Border::clamp},
-                           Way{"balanced, border open", Quality::balanced, Border::open}}) {
+                           Way{"balanced, border open", Quality::balanced, Border::open}})
         for (const double radius : {0.5,  0.7,  1.0,  1.4,  2.0,  2.8,  4.0,   5.7,   8.0,   11.0,
                                     16.0, 23.0, 32.0, 45.0, 64.0, 91.0, 128.0, 181.0, 256.0, 320.0}) {
             SsaoOptions options{.sampling = Sampling{.quality = way.quality}};
@@ -55,7 +55,6 @@ Regime radius_of_occlusion(const Device& device) {
             regime.panel(off).curve(way.name).points.push_back(
                 {radius, off_by(device, view_depth_of(radius), radius, options)});
         }
-    }
     regime.boundaries = {
         {off, "fast", 0.06, 8, 5.8, "measured", none, 0.7},
         {off, "balanced", 0.03, 11, 8.1, "measured", none, 0.7},

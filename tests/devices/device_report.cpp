@@ -222,7 +222,7 @@ Scene scene(int index, int width, int height, bool boxes = true) {
     constexpr std::pair<Element, int> pictures[] = {
         {Element::f32, 3}, {Element::f32, 4}, {Element::f16, 4}, {Element::u8, 3}, {Element::u16, 4}};
     std::tie(made.color_type, made.color_channels) = pictures[main ? index % 2 : index % 5];
-    for (int y = 0; y < height; ++y) {
+    for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const bool missing = floats && (x * 7 + y * 13) % 101 == 50;
             const float value = stored_value(camera, distance_at(x, y, width, boxes));
@@ -230,7 +230,6 @@ Scene scene(int index, int width, int height, bool boxes = true) {
             for (int channel = 0; channel < made.color_channels; ++channel)
                 append_color(made, channel == 3 ? 255 : (x * 31 + y * 17 + channel * 85 + (boxes ? 0 : 64)) % 256);
         }
-    }
     return made;
 }
 

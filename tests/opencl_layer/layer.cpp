@@ -218,10 +218,9 @@ void let_go(const void* object) {
 /// What commands used is looked at when they are waited for: they may not have run before.
 void check_memory(Account& all, const Commands& commands) {
 #ifdef __SANITIZE_ADDRESS__
-    for (const Memory& memory : commands.used) {
+    for (const Memory& memory : commands.used)
         if (__asan_region_is_poisoned(const_cast<char*>(memory.begin), memory.size))
             all.freed_too_early = "memory of " + std::to_string(memory.size) + " bytes was freed before a wait";
-    }
 #else
     static_cast<void>(all);
     static_cast<void>(commands);
@@ -438,10 +437,9 @@ struct Hook<call, function, Result(CL_API_CALL*)(Arguments...)> {
     }
 
     static Result pass_on(Tuple& given) {
-        if constexpr (call == Call::clBuildProgram) {
+        if constexpr (call == Call::clBuildProgram)
             if (built_before(std::get<0>(given), std::get<3>(given)))
                 return CL_SUCCESS;
-        }
         if constexpr (call == Call::clCreateKernel || call == Call::clGetProgramInfo ||
                       call == Call::clGetProgramBuildInfo)
             std::get<0>(given) = built_instead(std::get<0>(given));
@@ -479,10 +477,9 @@ struct Hook<call, function, Result(CL_API_CALL*)(Arguments...)> {
                 all.push_back(reached(events[i]));
             waiting(all.empty() ? nullptr : all.front().queue);
             const Result result = target.clWaitForEvents(count, events);
-            for (const Reached& each : all) {
+            for (const Reached& each : all)
                 if (each.queue)
                     finished(each.queue, each.commands);
-            }
             return result;
         }
     }

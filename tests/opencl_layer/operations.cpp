@@ -22,12 +22,11 @@ Camera camera(int width, int height) {
 
 std::vector<float> depth(int width, int height) {
     std::vector<float> values;
-    for (int y = 0; y < height; ++y) {
+    for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const double hills = 0.9 + 0.03 * std::sin(x * 0.31) * std::cos(y * 0.23);
             values.push_back(static_cast<float>(x > width / 2 ? hills + 0.04 : hills));
         }
-    }
     values.front() = std::numeric_limits<float>::quiet_NaN();
     values.back() = 1;
     return values;
@@ -78,6 +77,10 @@ Bytes bytes(const std::vector<Image>& images) {
     return all;
 }
 
+std::vector<Image> images(const Image& result) {
+    return {result};
+}
+
 std::vector<Image> images(const Occlusion& results) {
     std::vector<Image> all{results.visibility};
     if (results.bent_normal)
@@ -91,10 +94,9 @@ std::vector<Image> images(const DofMasks& results) {
     std::vector<Image> all;
     for (const Image* image : {&results.coc, &results.near_weight, &results.focus_weight, &results.far_weight,
                                &results.max_near_coc, &results.near_alpha, &results.disocclusion, &results.mixed_pixels,
-                               &results.tile_min_coc, &results.tile_max_coc}) {
+                               &results.tile_min_coc, &results.tile_max_coc})
         if (*image)
             all.push_back(*image);
-    }
     return all;
 }
 
@@ -205,66 +207,54 @@ Bytes with_events(const Device& device) {
     return bytes({turned, z.image});
 }
 
-Operation with_inputs(std::string name, std::function<std::vector<Image>(const Inputs&)> run) {
-    return {std::move(name), [run = std::move(run)](const Device& device) {
+template <typename Run>
+Operation with_inputs(std::string name, Run run) {
+    return {std::move(name), [run](const Device& device) {
                 const Inputs in(device);
-                return bytes(run(in));
+                return bytes(images(run(in)));
             }};
 }
 
 std::vector<Operation> make_all() {
-    using List = std::vector<Image>;
+    using In = const Inputs&;
+    constexpr Sampling accurate{.quality = Quality::accurate}, half{.half_resolution = true};
     return {
-        with_inputs("linearize", [](const Inputs& in) -> List { return {linearize(in.stored).image}; }),
-        with_inputs("linearize, 16 bits", [](const Inputs& in) -> List { return {linearize(in.coarse).image}; }),
-        with_inputs("unproject", [](const Inputs& in) -> List { return {unproject(in.stored)}; }),
-        with_inputs(
-            "unproject into the world",
-            [](const Inputs& in) -> List { return {unproject(in.stored, {.space = Space::world, .channels = 4})}; }),
-        with_inputs("normals", [](const Inputs& in) -> List { return {normals(in.stored)}; }),
-        with_inputs("normals, fitted", [](const Inputs& in) -> List { return {normals(in.coarse)}; }),
-        with_inputs("ssao", [](const Inputs& in) { return images(ssao(in.stored, 0.5)); }),
+        with_inputs("linearize", [](In in) { return linearize(in.stored).image; }),
+        with_inputs("linearize, 16 bits", [](In in) { return linearize(in.coarse).image; }),
+        with_inputs("unproject", [](In in) { return unproject(in.stored); }),
+        with_inputs("unproject into the world",
+                    [](In in) { return unproject(in.stored, {.space = Space::world, .channels = 4}); }),
+        with_inputs("normals", [](In in) { return normals(in.stored); }),
+        with_inputs("normals, fitted", [](In in) { return normals(in.coarse); }),
+        with_inputs("ssao", [](In in) { return ssao(in.stored, 0.5); }),
         with_inputs("ssao, accurate, everything asked for",
-                    [](const Inputs& in) {
-                        return images(ssao(in.stored, 0.5,
-                                           {.sampling = Sampling{.quality = Quality::accurate},
-                                            .bent_normal = true,
-                                            .confidence = true}));
+                    [](In in) {
+                        return ssao(in.stored, 0.5, {.sampling = accurate, .bent_normal = true, .confidence = true});
                     }),
-        with_inputs("ssao, half resolution",
-                    [](const Inputs& in) {
-                        return images(ssao(
-                            in.stored, 0.5,
-                            {.sampling = Sampling{.half_resolution = true}, .bent_normal = true, .confidence = true}));
-                    }),
-        with_inputs("ssao, back depth",
-                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness = in.coarse})); }),
-        with_inputs("ssao, thickness map",
-                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness = in.thickness})); }),
+        with_inputs(
+            "ssao, half resolution",
+            [](In in) { return ssao(in.stored, 0.5, {.sampling = half, .bent_normal = true, .confidence = true}); }),
+        with_inputs("ssao, back depth", [](In in) { return ssao(in.stored, 0.5, {.thickness = in.coarse}); }),
+        with_inputs("ssao, thickness map", [](In in) { return ssao(in.stored, 0.5, {.thickness = in.thickness}); }),
         with_inputs("ssao, thickness from the silhouette",
-                    [](const Inputs& in) { return images(ssao(in.stored, 0.5, {.thickness = Silhouette{}})); }),
-        with_inputs("ssao, 16 bits", [](const Inputs& in) { return images(ssao(in.coarse, 0.5)); }),
-        with_inputs("dof_masks", [](const Inputs& in) { return images(dof_masks(in.stored, lens, weights)); }),
-        with_inputs("dof_masks, all of them",
-                    [](const Inputs& in) { return images(dof_masks(in.stored, lens, every_mask())); }),
+                    [](In in) { return ssao(in.stored, 0.5, {.thickness = Silhouette{}}); }),
+        with_inputs("ssao, 16 bits", [](In in) { return ssao(in.coarse, 0.5); }),
+        with_inputs("dof_masks", [](In in) { return dof_masks(in.stored, lens, weights); }),
+        with_inputs("dof_masks, all of them", [](In in) { return dof_masks(in.stored, lens, every_mask()); }),
         {"dof_masks, all of them into regions", masks_into_regions},
-        with_inputs("dof, fast", [](const Inputs& in) -> List { return {blurred(in, {.quality = Quality::fast})}; }),
-        with_inputs("dof, balanced", [](const Inputs& in) -> List { return {blurred(in, {})}; }),
+        with_inputs("dof, fast", [](In in) { return blurred(in, {.quality = Quality::fast}); }),
+        with_inputs("dof, balanced", [](In in) { return blurred(in, {}); }),
         with_inputs("dof, accurate",
-                    [](const Inputs& in) -> List {
-                        return {blurred(in, {.aperture = {.blades = 6}, .quality = Quality::accurate})};
-                    }),
+                    [](In in) { return blurred(in, {.aperture = {.blades = 6}, .quality = Quality::accurate}); }),
         with_inputs("dof, clean plate",
-                    [](const Inputs& in) -> List {
-                        return {blurred(in, {.clean_plate = CleanPlate{in.clean, in.coarse}})};
+                    [](In in) {
+                        return blurred(in, {.clean_plate = CleanPlate{in.clean, in.coarse}});
                     }),
-        with_inputs("dof, pinhole", [](const Inputs& in) -> List { return {dof(in.stored, in.color, {})}; }),
-        with_inputs("fill_invalid", [](const Inputs& in) -> List { return {fill_invalid(in.stored).image}; }),
-        with_inputs("fog", [](const Inputs& in) -> List { return {fog(in.stored, in.color, {.density = 0.02})}; }),
+        with_inputs("dof, pinhole", [](In in) { return dof(in.stored, in.color, {}); }),
+        with_inputs("fill_invalid", [](In in) { return fill_invalid(in.stored).image; }),
+        with_inputs("fog", [](In in) { return fog(in.stored, in.color, {.density = 0.02}); }),
         with_inputs("fog, thinner with the height",
-                    [](const Inputs& in) -> List {
-                        return {fog(in.stored, in.color, {.density = 0.02, .height_falloff = 0.3})};
-                    }),
+                    [](In in) { return fog(in.stored, in.color, {.density = 0.02, .height_falloff = 0.3}); }),
         {"four in a row", four_in_a_row},
         {"one after the other's event", with_events},
         {"Device::prepare", prepared},

@@ -1,5 +1,4 @@
 // How often programs are built: once for a context, whoever asks for them.
-#include "catch.hpp"
 #include "layer.hpp"
 #include "operations.hpp"
 #include "own_context.hpp"
@@ -14,10 +13,9 @@ namespace {
 
 /// Some operations, and not all: what others build does not count here.
 void work(const Device& device) {
-    for (const operations::Operation& operation : operations::all()) {
+    for (const operations::Operation& operation : operations::all())
         if (operation.name == "linearize" || operation.name == "normals" || operation.name == "ssao")
             operation.run(device);
-    }
 }
 
 int builds(const Device& device) {

@@ -1,5 +1,4 @@
 // A failure of every call to OpenCL that can fail, one after the other, in every operation.
-#include "catch.hpp"
 #include "faults.hpp"
 #include "layer.hpp"
 #include "operations.hpp"
@@ -187,7 +186,7 @@ TEST_CASE("failures: a list of devices without one that does not answer", "[fail
     const Bytes everything = names();
     const std::size_t points = layer::points().size();
     REQUIRE(points > 0);
-    for (const layer::Failure failure : {layer::Failure::once, layer::Failure::from_here}) {
+    for (const layer::Failure failure : {layer::Failure::once, layer::Failure::from_here})
         for (std::size_t point = 0; point < points; ++point) {
             layer::fail(point, failure);
             const Outcome seen = outcome(names);
@@ -196,5 +195,4 @@ TEST_CASE("failures: a list of devices without one that does not answer", "[fail
             CHECK((seen.result || seen.of_fathom)); // it is left out, or the whole list is refused
             CHECK(names() == everything);
         }
-    }
 }

@@ -1,5 +1,4 @@
 // A failure of every call to OpenCL, one after the other, while cv::UMat are read and written.
-#include "catch.hpp"
 #include "faults.hpp"
 #include "layer.hpp"
 #include "operations.hpp"

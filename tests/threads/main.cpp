@@ -1,8 +1,6 @@
 #define CATCH_CONFIG_RUNNER
 #include "catch.hpp"
 
-#include <cstdlib>
-
 int main(int argc, char* argv[]) {
     setenv("POCL_DEVICES", "pthread pthread", 1); // two devices
     return Catch::Session().run(argc, argv);

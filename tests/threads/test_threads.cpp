@@ -1,5 +1,4 @@
 // Many threads, one or two devices: every call gives the bits that it gives alone.
-#include "catch.hpp"
 #include "faults.hpp"
 #include "operations.hpp"
 #include "own_context.hpp"
@@ -31,12 +30,11 @@ const std::vector<Bytes>& expected() {
 void at_once(const std::function<void(int)>& run) {
     std::barrier start(threads);
     std::vector<std::thread> all;
-    for (int thread = 0; thread < threads; ++thread) {
+    for (int thread = 0; thread < threads; ++thread)
         all.emplace_back([&, thread] {
             start.arrive_and_wait();
             run(thread);
         });
-    }
     for (std::thread& each : all)
         each.join();
 }

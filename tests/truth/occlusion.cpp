@@ -59,9 +59,8 @@ template <typename Value, typename Function>
 Value integral(const Function& f, double a, const Value& at_a, double b, const Value& at_b, int halvings) {
     const double middle = 0.5 * (a + b);
     const Value at_middle = f(middle);
-    if (halvings == 0 || std::abs(judged(at_middle) - 0.5 * (judged(at_a) + judged(at_b))) < 2e-3) {
+    if (halvings == 0 || std::abs(judged(at_middle) - 0.5 * (judged(at_a) + judged(at_b))) < 2e-3)
         return 0.25 * (b - a) * (at_a + 2 * at_middle + at_b);
-    }
     return integral<Value>(f, a, at_a, middle, at_middle, halvings - 1) +
            integral<Value>(f, middle, at_middle, b, at_b, halvings - 1);
 }
@@ -80,24 +79,6 @@ auto turn(const Function& f, int count, int halvings) {
     }
     return sum;
 }
-
-} // namespace
-
-double visibility(const Scene& scene, const Vector3d& position, const Vector3d& normal, double radius, int azimuths,
-                  int samples) {
-    const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
-    const auto at = [&](double azimuth) {
-        const Vector3d outward = std::cos(azimuth) * across + std::sin(azimuth) * along;
-        return open_share(
-            [&](double polar) {
-                return !blocked(scene, position, std::cos(polar) * normal + std::sin(polar) * outward, radius);
-            },
-            samples);
-    };
-    return turn(at, azimuths, 10) / (2 * std::numbers::pi);
-}
-
-namespace {
 
 /// In a slice, seen from the point: first along the side's tangent, then towards the camera.
 struct Column {
@@ -123,9 +104,8 @@ public:
         done_.clear();
         const double horizon = -normal.x() / normal.norm();
         whole_ = normal.y() >= 0 ? Range{horizon, 1} : Range{-1, -horizon};
-        if (!(normal.norm() > 0)) {
+        if (!(normal.norm() > 0))
             whole_ = {0, 0};
-        }
     }
 
     void add(const Column& column) {
@@ -135,13 +115,11 @@ public:
             const double reach_before = options_.thickness * before_->depth_rate;
             const bool connected = std::isinf(options_.thickness) || (column.depth <= before_->depth + reach_before &&
                                                                       before_->depth <= column.depth + reach);
-            if (connected) {
+            if (connected)
                 link(before_->front, column.front);
-            }
-            if (connected && std::isfinite(options_.thickness)) {
+            if (connected && std::isfinite(options_.thickness))
                 link(before_->front + options_.thickness * before_->direction,
                      column.front + options_.thickness * column.direction);
-            }
         }
         before_ = column;
     }
@@ -155,48 +133,42 @@ public:
         done_.push_back(current_);
         std::ranges::sort(done_, {}, &Range::low);
         double sum = 0, end = -1;
-        for (const auto& [low, high] : done_) {
+        for (const auto& [low, high] : done_)
             if (high > end) {
                 sum += measure({std::max(low, end), high});
                 end = high;
             }
-        }
         return sum;
     }
 
 private:
     void link(const Vector2d& from, const Vector2d& to) {
         const Vector2d way = to - from;
-        if (way.squaredNorm() > 0) {
+        if (way.squaredNorm() > 0)
             block(from, way.normalized(), way.norm());
-        }
     }
 
     /// Blocks what a straight piece of solid spans within the sphere.
     void block(const Vector2d& start, const Vector2d& direction, double length) {
         const double middle = start.dot(direction);
         const double square = middle * middle - start.squaredNorm() + options_.radius * options_.radius;
-        if (square < 0) {
+        if (square < 0)
             return;
-        }
         const double first = std::max(0.0, -middle - std::sqrt(square));
         const double last = std::min(length, -middle + std::sqrt(square));
-        if (first > last) {
+        if (first > last)
             return;
-        }
         const double a = cosine(start + first * direction);
         const double b = std::isinf(last) ? direction.y() : cosine(start + last * direction);
         const Range range{std::max(std::min(a, b), whole_.low), std::min(std::max(a, b), whole_.high)};
-        if (range.low > range.high) {
+        if (range.low > range.high)
             return;
-        }
         if (range.low <= current_.high && range.high >= current_.low) {
             current_ = {std::min(current_.low, range.low), std::max(current_.high, range.high)};
             return;
         }
-        if (current_.high > current_.low) {
+        if (current_.high > current_.low)
             done_.push_back(current_);
-        }
         current_ = range;
     }
 
@@ -241,9 +213,8 @@ Line line_of(const Sight& sight, const Vector2d& pixel, const Vector3d& position
     const Vector3d& by_x = sight.is_orthographic ? sight.origin_x : sight.direction_x;
     const Vector3d& by_y = sight.is_orthographic ? sight.origin_y : sight.direction_y;
     Vector2d along = Vector2d(-across.dot(by_y), across.dot(by_x)).normalized();
-    if ((along.x() * by_x + along.y() * by_y).dot(tangent) < 0) {
+    if ((along.x() * by_x + along.y() * by_y).dot(tangent) < 0)
         along = -along;
-    }
     const Vector2d step = step_of(along);
     const auto in_slice = [&](const Vector3d& v) { return Vector2d(v.dot(tangent), v.dot(to_camera)); };
     return {pixel,
@@ -376,9 +347,8 @@ double visibility_of(const Sight& sight, const Centre& centre, const ScreenOptio
         bool reached = true;
         for (int k = 1; reached; ++k) {
             const Vector2d place = slice.line.place_at(k);
-            if (!(place.x() >= 0 && place.x() <= size.x() && place.y() >= 0 && place.y() <= size.y())) {
+            if (!(place.x() >= 0 && place.x() <= size.x() && place.y() >= 0 && place.y() <= size.y()))
                 break;
-            }
             reached = within_reach(slice.line, k, sight.is_orthographic, options.radius);
             taps.add(see(slice, k), side);
         }
@@ -389,6 +359,20 @@ double visibility_of(const Sight& sight, const Centre& centre, const ScreenOptio
 }
 
 } // namespace
+
+double visibility(const Scene& scene, const Vector3d& position, const Vector3d& normal, double radius, int azimuths,
+                  int samples) {
+    const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
+    const auto at = [&](double azimuth) {
+        const Vector3d outward = std::cos(azimuth) * across + std::sin(azimuth) * along;
+        return open_share(
+            [&](double polar) {
+                return !blocked(scene, position, std::cos(polar) * normal + std::sin(polar) * outward, radius);
+            },
+            samples);
+    };
+    return turn(at, azimuths, 10) / (2 * std::numbers::pi);
+}
 
 Sight::Sight(const Camera& camera) {
     const Caster caster({}, camera);
@@ -411,9 +395,8 @@ double screen_visibility(const Caster& caster, int x, int y, const ScreenOptions
                          const std::optional<Vector3d>& normal) {
     const Vector2d pixel(x + 0.5, y + 0.5);
     const auto own = caster.at(pixel.x(), pixel.y());
-    if (!own) {
+    if (!own)
         return 1;
-    }
     const Sight sight(caster.camera());
     const auto inverse_depth_at = [&](const Vector3d& position, const Vector2d& place) {
         const Vector3d ray = sight.direction_at(place.x(), place.y());
@@ -425,9 +408,8 @@ double screen_visibility(const Caster& caster, int x, int y, const ScreenOptions
     const auto see = [&](const Slice& slice, double k) {
         const Vector2d place = slice.line.place_at(k);
         const auto seen = caster.at(place.x(), place.y());
-        if (!seen) {
+        if (!seen)
             return Tap{k, std::nullopt, nan};
-        }
         const Vector3d away = seen->position - own->position;
         const double rate = sight.ahead * sight.direction_at(place.x(), place.y()).normalized().z();
         return Tap{k,
@@ -448,7 +430,7 @@ double screen_visibility(const Scene& scene, const Camera& camera, int x, int y,
 
 DepthLayer::DepthLayer(const Camera& camera, std::span<const double> z)
     : width_(camera.width), height_(camera.height), sight_(camera), inverse_depth_(z.size(), nan) {
-    for (int y = 0; y < height_; ++y) {
+    for (int y = 0; y < height_; ++y)
         for (int x = 0; x < width_; ++x) {
             const double depth = z[index(x, y)], start = sight_.ahead * sight_.origin_at(x + 0.5, y + 0.5).z();
             const double w = (depth - start) / (sight_.ahead * sight_.direction_at(x + 0.5, y + 0.5).z());
@@ -458,7 +440,6 @@ DepthLayer::DepthLayer(const Camera& camera, std::span<const double> z)
                 inverse_depth_[index(x, y)] = infinite;
             }
         }
-    }
     const double length = sight_.direction_at(0.5 * width_, 0.5 * height_).norm();
     share_across_ = (sight_.is_orthographic ? sight_.origin_x : sight_.direction_x).norm() / length;
     share_down_ = (sight_.is_orthographic ? sight_.origin_y : sight_.direction_y).norm() / length;
@@ -479,31 +460,27 @@ double DepthLayer::between(std::size_t start, std::size_t stride, int count, dou
                            double share_per_pixel) const {
     const auto at = [&](int i) { return inverse_depth_[start + stride * static_cast<std::size_t>(i)]; };
     const int nearest = std::clamp(static_cast<int>(std::floor(along)), 0, count - 1);
-    if (count == 1) {
+    if (count == 1)
         return at(nearest);
-    }
     const int first = std::clamp(static_cast<int>(std::floor(along - 0.5)), 0, count - 2);
     const double a = at(first), b = at(first + 1);
     const double slope = b - a;
-    if (!std::isfinite(slope)) {
+    if (!std::isfinite(slope))
         return at(nearest);
-    }
     const double before = first > 0 ? slope - (a - at(first - 1)) : nan;
     const double after = first + 2 < count ? at(first + 2) - b - slope : nan;
     const double allowed =
         std::max(0.5 * std::abs(slope), share_per_pixel * (sight_.is_orthographic ? 1 : std::min(a, b)));
-    if (!(std::abs(before) <= allowed || std::abs(after) <= allowed)) {
+    if (!(std::abs(before) <= allowed || std::abs(after) <= allowed))
         return at(nearest);
-    }
     const double inverse_depth = a + (along - 0.5 - first) * slope;
     return inverse_depth > 0 || sight_.is_orthographic ? inverse_depth : infinite;
 }
 
 double screen_visibility(const DepthLayer& layer, int x, int y, const Vector3d& normal, const ScreenOptions& options) {
     const double own = layer.inverse_depth(x, y);
-    if (!std::isfinite(own)) {
+    if (!std::isfinite(own))
         return std::isnan(own) ? nan : 1;
-    }
     const Sight& sight = layer.sight();
     const Vector2d pixel(x + 0.5, y + 0.5);
     const auto from_inverse_depth = [&](double inverse_depth) {

@@ -216,10 +216,9 @@ void Truth::set_matrix(const Matrix& matrix) {
     quotient_.numerator = row(2, -1);
     quotient_.denominator = row(3, 1);
     is_orthographic_ = canonical[3][0] == 0 && canonical[3][1] == 0 && canonical[3][2] == 0;
-    if (!is_orthographic_ && inverse_[3][2] != 0) {
+    if (!is_orthographic_ && inverse_[3][2] != 0)
         for (std::size_t i = 0; i < 3; ++i)
             centre_[i] = inverse_[i][2] / inverse_[3][2];
-    }
 }
 
 void Truth::set_encoding() {

@@ -60,12 +60,11 @@ inline std::vector<char> near_edges(const cv::Mat& depth) {
         if (std::abs(a - b) > 0.05f * std::min(a, b))
             edges.at<uchar>(y, x) = edges.at<uchar>(y + dy, x + dx) = 1;
     };
-    for (int y = 0; y < depth.rows; ++y) {
+    for (int y = 0; y < depth.rows; ++y)
         for (int x = 0; x < depth.cols; ++x) {
             mark(x, y, 1, 0);
             mark(x, y, 0, 1);
         }
-    }
     std::vector<char> near(depth.total());
     for (int y = 0; y < depth.rows; ++y)
         for (int x = 0; x < depth.cols; ++x)
