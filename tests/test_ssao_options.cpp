@@ -295,7 +295,7 @@ TEST_CASE("ssao: falloff is the mean over radii", "[ssao]") {
             if (name != "perspective" && name != "orthographic")
                 continue;
             const Seen seen(known.scene, camera);
-            for (const double falloff : {0.0, 0.5, 1.0}) {
+            for (const double falloff : {0.5, 1.0}) {
                 double rmse[3] = {}, bias[3] = {}, hard = 0;
                 std::vector<std::vector<float>> got;
                 for (const FalloffWay& way : falloff_ways) {
@@ -333,8 +333,7 @@ TEST_CASE("ssao: falloff is the mean over radii", "[ssao]") {
                     INFO(scene_name << ", " << name << ", falloff " << falloff << ", " << falloff_ways[way].name);
                     CHECK(std::sqrt(rmse[way] / count) <= falloff_ways[way].bar);
                 }
-                if (falloff > 0)
-                    CHECK(std::sqrt(hard / count) > 0.02);
+                CHECK(std::sqrt(hard / count) > 0.02);
                 CHECK(count > 40);
             }
         }

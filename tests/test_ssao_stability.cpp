@@ -1,5 +1,5 @@
 // ssao where it is easily unstable: images of a few pixels, sky, invalid pixels, radii of no or many pixels, few bits
-// of depth, grazing surfaces, thin railings, things that leave the image.
+// of depth, thin railings, things that leave the image.
 
 #include "catch.hpp"
 #include "images.hpp"
