@@ -1,6 +1,6 @@
 // What every operation promises, whatever its options: the same bits for any vector width, group size, stride, tile, memory
-// budget and number of threads; nothing is read beyond its reach or written beside its results. Its options are those of its
-// description: a new one has to be tried here, too.
+// budget and number of threads; nothing is read beyond its reach or written beside its results. Operations and options are those
+// that are described: a new number has to be tried with some values here, too.
 
 #include "catch.hpp"
 #include "images.hpp"
@@ -147,78 +147,109 @@ const std::map<std::string, std::array<double, 3>> numbers{
     {"reference_height", {as_it_is, 1, as_it_is}},
 };
 
-/// The options in one of four rounds: as they are, with every result; then so that three rounds have each choice of each option.
-template <typename Options>
-Options in_round(Options options, std::size_t round) {
+/// What numbers are in every round where it is not their default.
+const std::map<std::string, double> starts{{"max_coc_px", most_coc}, {"density", 0.1}};
+
+/// Sets options to those of one of four rounds: as they are, with every result; then so that three rounds have each choice of
+/// each option.
+template <typename Set>
+void set_round(const std::vector<description::Option>& all, std::size_t round, const Set& set) {
     using description::Option;
-    const std::vector<Option> all = description::options_of(options);
     for (std::size_t i = 0; i < all.size(); ++i) {
         const Option& option = all[i];
         if (std::string(option.name) == "max_error") // stands for one of the methods
             continue;
+        if (const auto start = starts.find(option.name); start != starts.end())
+            set(option, start->second);
         if (option.kind == Option::Kind::result)
-            option.set(options, round == 0 || (round + i) % 2 == 0);
+            set(option, round == 0 || (round + i) % 2 == 0);
         else if (option.kind == Option::Kind::number) {
             INFO(option.name << " is tried with no value");
             REQUIRE(numbers.contains(option.name));
             if (round > 0 && !std::isnan(numbers.at(option.name)[round - 1]))
-                option.set(options, numbers.at(option.name)[round - 1]);
+                set(option, numbers.at(option.name)[round - 1]);
         } else if (option.kind == Option::Kind::choice && round > 0)
-            option.set(options, (round - 1 + i) % option.choices.size());
+            set(option, (round - 1 + i) % option.choices.size());
         else if (option.kind == Option::Kind::flag && round > 1)
-            option.set(options, round == 2);
+            set(option, round == 2);
         else if (option.kind == Option::Kind::three && round > 1)
-            option.set(options, std::array{0.1, 0.9, 0.2});
+            set(option, std::array{0.1, 0.9, 0.2});
     }
+}
+
+template <typename Options>
+Options in_round(Options options, std::size_t round) {
+    set_round(description::options_of(options), round,
+              [&](const description::Option& option, const description::Value& value) { option.set(options, value); });
     return options;
 }
 
-template <typename Results>
-std::vector<Image Results::*> members();
-template <>
-std::vector<Image Occlusion::*> members<Occlusion>() {
-    return {&Occlusion::visibility, &Occlusion::bent_normal, &Occlusion::confidence};
-}
-template <>
-std::vector<Image DofMasks::*> members<DofMasks>() {
-    return {&DofMasks::coc,          &DofMasks::near_weight, &DofMasks::focus_weight, &DofMasks::far_weight,
-            &DofMasks::max_near_coc, &DofMasks::near_alpha,  &DofMasks::disocclusion, &DofMasks::mixed_pixels,
-            &DofMasks::tile_min_coc, &DofMasks::tile_max_coc};
+/// A call of any operation that is described. Its reach does not depend on what the depth shows.
+Call described_call(const description::Operation& operation, std::size_t round) {
+    using description::Option;
+    const std::shared_ptr<void> options = operation.make(nullptr);
+    set_round(operation.options, round, [&](const Option& option, const description::Value& value) {
+        operation.set(options.get(), option, value);
+    });
+    const auto is_color = [](const Option& option) { return option.name == std::string("color"); };
+    const auto run = [&operation, options, is_color](const Inputs& in, const std::vector<Image>* given) {
+        const std::shared_ptr<void> call = operation.make(options.get());
+        for (const Option& option : operation.options)
+            if (is_color(option))
+                operation.set(call.get(), option, in.color);
+            else if (option.kind == Option::Kind::lens)
+                operation.set(call.get(), option, lens);
+        std::vector<Image> images;
+        for (const description::Result& result : operation.results_of(call.get(), in.stored))
+            if (result.wanted) {
+                images.push_back(given ? given->at(images.size())
+                                       : Image(in.stored.image.device(), result.shape.element, result.shape.layout));
+                *result.image = images.back();
+            }
+        operation.run(call.get(), in.stored, {});
+        return images;
+    };
+    Call made{text(operation.name, ", round ", round),
+              [&operation, options](const Tile& tile) { return operation.reach(options.get(), tile); },
+              [=](const Inputs& in) { return run(in, nullptr); },
+              [=](const Inputs& in, const std::vector<Image>& given) { run(in, &given); },
+              std::ranges::any_of(operation.options, is_color)};
+    std::size_t wanted = 0;
+    for (const description::Result& result : operation.results_of(options.get(), {})) {
+        if (result.wanted && result.name == std::string("near_alpha"))
+            made.rounded = wanted;
+        wanted += result.wanted;
+    }
+    return made;
 }
 
 /// A call from its two forms: `run(inputs)`, which makes the results, and `run(inputs, results)`.
 template <typename Run>
 Call call(std::string name, std::function<Reach(const Tile&)> reach, Run run, bool reads_color = false) {
-    using Results = decltype(run(Inputs()));
-    const auto as_images = [](const Results& results) {
-        std::vector<Image> all;
-        if constexpr (std::is_same_v<Results, Image>)
-            all = {results};
-        else
-            for (const auto member : members<Results>())
-                if (results.*member)
-                    all.push_back(results.*member);
-        return all;
-    };
-    return {std::move(name), std::move(reach), [=](const Inputs& in) { return as_images(run(in)); },
-            [=](const Inputs& in, const std::vector<Image>& given) {
-                if constexpr (std::is_same_v<Results, Image>) {
-                    run(in, given.front());
-                } else {
-                    Results results = run(in);
+    if constexpr (std::is_same_v<decltype(run(Inputs())), Image>) {
+        return {std::move(name), std::move(reach), [=](const Inputs& in) { return std::vector{run(in)}; },
+                [=](const Inputs& in, const std::vector<Image>& given) { run(in, given.front()); }, reads_color};
+    } else {
+        const auto members = std::array{&Occlusion::visibility, &Occlusion::bent_normal, &Occlusion::confidence};
+        return {std::move(name), std::move(reach),
+                [=](const Inputs& in) {
+                    const Occlusion results = run(in);
+                    std::vector<Image> all;
+                    for (const auto member : members)
+                        if (results.*member)
+                            all.push_back(results.*member);
+                    return all;
+                },
+                [=](const Inputs& in, const std::vector<Image>& given) {
+                    Occlusion results = run(in);
                     std::size_t next = 0;
-                    for (const auto member : members<Results>())
+                    for (const auto member : members)
                         if (results.*member)
                             results.*member = given.at(next++);
                     run(in, results);
-                }
-            },
-            reads_color};
-}
-
-template <typename Options>
-auto reach_of(const Options& options) {
-    return [=](const Tile& tile) { return reach(tile, options); };
+                },
+                reads_color};
+    }
 }
 
 Call ssao_call(const std::string& name, SsaoOptions options, std::function<void(SsaoOptions&, const Inputs&)> give = {},
@@ -244,51 +275,17 @@ Call dof_call(const std::string& name, const DofOptions& options, bool plated = 
     DofOptions asked = options;
     if (plated)
         asked.clean_plate.emplace();
-    return call("dof" + name, reach_of(asked), run, true);
+    return call(
+        "dof" + name, [=](const Tile& tile) { return reach(tile, asked); }, run, true);
 }
 
 /// The calls of an operation in its four rounds.
-std::vector<Call> calls_of(const std::string& operation) {
+std::vector<Call> calls_of(const std::string& name) {
+    const auto operation = std::ranges::find(description::operations(), name, &description::Operation::name);
     std::vector<Call> all;
-    for (std::size_t round = 0; round < 4; ++round) {
-        const std::string name = round == 0 ? "" : text(", round ", round);
-        if (operation == "linearize") {
-            const auto options = in_round(LinearizeOptions{}, round);
-            all.push_back(call(operation + name, reach_of(options), [=](const Inputs& in, auto... result) {
-                if constexpr (sizeof...(result) == 0)
-                    return linearize(in.stored, options).image;
-                else
-                    linearize(in.stored, result..., options);
-            }));
-        } else if (operation == "unproject") {
-            const auto options = in_round(UnprojectOptions{}, round);
-            all.push_back(call(operation + name, reach_of(options), [=](const Inputs& in, auto... result) {
-                return unproject(in.stored, result..., options);
-            }));
-        } else if (operation == "normals") {
-            const auto options = in_round(NormalsOptions{}, round);
-            all.push_back(call(operation + name, reach_of(options), [=](const Inputs& in, auto... result) {
-                return normals(in.stored, result..., options);
-            }));
-        } else if (operation == "ssao") {
-            all.push_back(ssao_call(name, in_round(SsaoOptions{}, round)));
-        } else if (operation == "dof_masks") {
-            const auto options = in_round(DofMasksOptions{.max_coc_px = most_coc}, round);
-            all.push_back(call(operation + name, reach_of(options), [=](const Inputs& in, auto... results) {
-                return dof_masks(in.stored, results..., lens, options);
-            }));
-            if (options.near_alpha)
-                all.back().rounded = std::size_t{1} + options.near_weight + options.focus_weight + options.far_weight +
-                                     options.max_near_coc;
-        } else if (operation == "dof") {
-            all.push_back(dof_call(name, in_round(DofOptions{.max_coc_px = most_coc}, round)));
-        } else if (operation == "fog") {
-            const auto options = in_round(FogOptions{.density = 0.1}, round);
-            all.push_back(call(
-                operation + name, reach_of(options),
-                [=](const Inputs& in, auto... result) { return fog(in.stored, in.color, result..., options); }, true));
-        }
-    }
+    for (std::size_t round = 0; round < 4; ++round)
+        all.push_back(name == "ssao" ? ssao_call(text(", round ", round), in_round(SsaoOptions{}, round))
+                                     : described_call(*operation, round));
     return all;
 }
 
@@ -298,8 +295,6 @@ const std::vector<Call>& calls() {
         std::vector<Call> all;
         for (const description::Operation& operation : description::operations()) {
             const std::vector<Call> its = calls_of(operation.name);
-            INFO(operation.name << " is called nowhere");
-            REQUIRE(!its.empty());
             all.insert(all.end(), its.begin(), its.end());
         }
         const Sampling fast{.quality = Quality::fast}, every_pixel{.quality = Quality::fast, .half_resolution = false};

@@ -62,5 +62,13 @@ Image fog(const StoredDepth& stored, const Image& color, const FogOptions& optio
 void fog(const StoredDepth& stored, const Image& color, const Image& result, const FogOptions& options,
          const Launch& launch = {});
 
+/// A pixel depends on nothing around it, and a call takes no memory of its own; see tiles.hpp.
+inline Reach reach(const Tile&, const FogOptions&) {
+    return {};
+}
+inline std::size_t bytes(const Tile&, const FogOptions&) {
+    return 0;
+}
+
 #pragma GCC visibility pop
 } // namespace fathom

@@ -143,6 +143,14 @@ struct Tile {
     Tile(const StoredDepth& stored);
 };
 
+/// Pixels on either side of a tile that decide on its results. A tile with so many around it, or with all up to the image's
+/// border, has the bits of the whole image. Near alpha alone is summed in an order that depends on where a tile lies: it keeps to
+/// `near_alpha_error`. Never more than the camera's image has.
+struct Reach {
+    int columns = 0;
+    int rows = 0;
+};
+
 /// Distance along the view axis, positive in front of the camera: +inf for the background, NaN for invalid pixels.
 /// The camera is that of the stored image.
 struct ViewDepth {

@@ -55,5 +55,13 @@ StoredDepth fill_invalid(const StoredDepth& stored);
 /// The same into an image of the caller's, of the size and type of `stored.image`, which it may be. Waits for the device.
 void fill_invalid(const StoredDepth& stored, const Image& result);
 
+/// A pixel depends on nothing around it, and a call takes no memory of its own; see tiles.hpp.
+inline Reach reach(const Tile&, const LinearizeOptions&) {
+    return {};
+}
+inline std::size_t bytes(const Tile&, const LinearizeOptions&) {
+    return 0;
+}
+
 #pragma GCC visibility pop
 } // namespace fathom

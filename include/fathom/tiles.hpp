@@ -18,25 +18,9 @@
 namespace fathom {
 #pragma GCC visibility push(default)
 
-/// Pixels on either side of a tile that decide on its results. A tile with so many around it, or with all up to the image's
-/// border, has the bits of the whole image. Near alpha alone is summed in an order that depends on where a tile lies: it keeps to
-/// `near_alpha_error`. Never more than the camera's image has.
-struct Reach {
-    int columns = 0;
-    int rows = 0;
-};
-
 /// How far an operation looks. It depends on the options, on the camera and on how depth is stored, not on the tile's size or place;
 /// nothing here asks a device, but for the one that says so. Options out of range throw as the operation's own call does.
-inline Reach reach(const Tile&, const LinearizeOptions&) {
-    return {};
-}
-inline Reach reach(const Tile&, const UnprojectOptions&) {
-    return {};
-}
-inline Reach reach(const Tile&, const FogOptions&) {
-    return {};
-}
+/// Operations of single pixels say it in their own headers: nothing around a tile, and no memory.
 Reach reach(const Tile& tile, const NormalsOptions& options);
 
 /// `widest_coc_px`: the widest circle of confusion around the tile, in pixels, as `widest_coc` finds it; `max_coc_px` if not
@@ -59,15 +43,6 @@ Reach reach(const StoredDepth& stored, double radius, const SsaoOptions& options
 /// Bytes of a device's memory that a call for all of a tile's pixels takes for itself, besides its inputs and results: a
 /// `memory_budget` of so much is no bound to it, and less makes the call work in bands. They grow with the tile's width, and with
 /// its height up to where an operation works in bands anyway. Nothing here asks a device.
-inline std::size_t bytes(const Tile&, const LinearizeOptions&) {
-    return 0;
-}
-inline std::size_t bytes(const Tile&, const UnprojectOptions&) {
-    return 0;
-}
-inline std::size_t bytes(const Tile&, const FogOptions&) {
-    return 0;
-}
 std::size_t bytes(const Tile& tile, const NormalsOptions& options);
 std::size_t bytes(const Tile& tile, const DofMasksOptions& options);
 std::size_t bytes(const Tile& tile, const SsaoOptions& options);

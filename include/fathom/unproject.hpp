@@ -35,5 +35,13 @@ Image unproject(const StoredDepth& stored, const UnprojectOptions& options = {},
 void unproject(const StoredDepth& stored, const Image& result, const UnprojectOptions& options = {},
                const Launch& launch = {});
 
+/// A pixel depends on nothing around it, and a call takes no memory of its own; see tiles.hpp.
+inline Reach reach(const Tile&, const UnprojectOptions&) {
+    return {};
+}
+inline std::size_t bytes(const Tile&, const UnprojectOptions&) {
+    return 0;
+}
+
 #pragma GCC visibility pop
 } // namespace fathom
