@@ -184,7 +184,7 @@ inline void check_refused(const Outcome& outcome, int code, const std::string& n
 }
 
 /// What the program says of arguments that it does not understand; nothing if it would begin its work. It is asked in this
-/// process, since a start takes a tenth of a second.
+/// process, which takes less than a start.
 std::string usage_refusal(const Arguments& arguments);
 
 inline void check_refused(const Arguments& arguments, int code, const std::string& named) {
