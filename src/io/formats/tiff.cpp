@@ -473,7 +473,8 @@ cv::Mat read_colors(const OpenTiff& from) {
     cv::Mat image(colors.size(), CV_8UC(channels));
     for (int y = 0; y < image.rows; ++y) {
         auto* to = image.ptr(y);
-        for (const std::uint32_t color : cv::Mat_<int>(colors.row(y))) {
+        for (const std::uint32_t color :
+             std::span(colors.ptr<std::uint32_t>(y), static_cast<std::size_t>(colors.cols))) {
             const std::uint32_t bgra[] = {TIFFGetB(color), TIFFGetG(color), TIFFGetR(color), TIFFGetA(color)};
             for (int c = 0; c < channels; ++c)
                 *to++ = static_cast<unsigned char>(bgra[c]);
