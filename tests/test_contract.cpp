@@ -122,7 +122,8 @@ struct Call {
 
 constexpr double as_it_is = std::numeric_limits<double>::quiet_NaN();
 
-/// What numbers are set to: in turn, one value for each round. Others are 0.3, or just above their least, in one of them.
+/// What numbers are set to: in turn, one value for each round. Others are 0.3, or above their least, in one of them, and 0.1 in
+/// the rest if they have no default.
 const std::map<std::string, std::array<double, 3>> numbers{
     {"slices", {as_it_is, 2, as_it_is}},        {"samples", {as_it_is, 5, as_it_is}},
     {"jitter", {as_it_is, as_it_is, 4}},        {"thickness", {as_it_is, 0.1, std::numeric_limits<double>::infinity()}},
@@ -150,7 +151,7 @@ void set_round(const std::vector<description::Option>& all, std::size_t round, c
             if (option.name == std::string("max_coc_px")) // the reach follows from it
                 set(option, most_coc);
             else if (known == numbers.end() && (round == 2 || !option.by_default))
-                set(option, option.range.holds(0.3) ? 0.3 : option.range.least + 1);
+                set(option, option.range.holds(0.1) ? (round == 2 ? 0.3 : 0.1) : option.range.least + 1);
             else if (known != numbers.end() && round > 0 && !std::isnan(known->second[round - 1]))
                 set(option, known->second[round - 1]);
         } else if (option.kind == Option::Kind::choice && round > 0)
