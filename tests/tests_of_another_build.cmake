@@ -9,6 +9,7 @@ endif()
 add_executable(fathom_tests places.cpp)
 set_property(TARGET fathom_tests APPEND PROPERTY LINK_DEPENDS ${objects})
 find_package(fmt REQUIRED)
+find_package(OpenCV REQUIRED COMPONENTS imgcodecs)
 set(checked fathom_cli fathom_shot fathom_io fathom_sequence fathom_camera_file fathom fathom_camera)
 list(TRANSFORM checked REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE archives)
 target_link_options(fathom_tests PRIVATE LINKER:--whole-archive ${archives} LINKER:--no-whole-archive)
@@ -18,4 +19,4 @@ target_link_libraries(fathom_tests PRIVATE ${objects}
   ${FATHOM_TESTS_FROM}/tests/truth/libfathom_truth.a
   ${FATHOM_TESTS_FROM}/examples/scene/libfathom_scene.a
   ${FATHOM_TESTS_FROM}/tests/fuzz/libfathom_fuzz_targets.a
-  ${checked} quadmath fmt::fmt OpenEXR::OpenEXR TIFF::TIFF ZLIB::ZLIB)
+  ${checked} quadmath fmt::fmt OpenEXR::OpenEXR TIFF::TIFF PNG::PNG JPEG::JPEG ZLIB::ZLIB opencv_imgcodecs)
