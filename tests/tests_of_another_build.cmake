@@ -1,7 +1,8 @@
 # The tests as another build has compiled them, with the libraries and the program of this one: the sanitizers look at those,
 # and compiling the tests takes longer than all of them. Whole libraries come first, so that the code that is checked is also
 # what the tests take from headers. What measures the bench is left out.
-file(GLOB objects ${FATHOM_TESTS_FROM}/tests/CMakeFiles/fathom_tests.dir/*.o)
+file(GLOB objects ${FATHOM_TESTS_FROM}/tests/CMakeFiles/fathom_tests.dir/*.o
+  ${FATHOM_TESTS_FROM}/tests/CMakeFiles/fathom_catch_main.dir/main.cpp.o)
 list(FILTER objects EXCLUDE REGEX "/(places|test_bench[^/]*|test_real_normals)\\.cpp\\.o$")
 if(NOT objects)
   message(FATAL_ERROR "${FATHOM_TESTS_FROM}: has no compiled tests; build its target fathom_tests first")
