@@ -1,10 +1,11 @@
 # The tests as another build has compiled them, with the libraries and the program of this one: the sanitizers look at those,
 # and compiling the tests takes longer than all of them. Whole libraries come first, so that the code that is checked is also
 # what the tests take from headers. What measures the bench is left out.
-file(GLOB objects ${FATHOM_TESTS_FROM}/tests/CMakeFiles/fathom_tests.dir/*.o
-  ${FATHOM_TESTS_FROM}/tests/CMakeFiles/fathom_catch_main.dir/main.cpp.o)
-list(FILTER objects EXCLUDE REGEX "/(places|test_bench[^/]*|test_real_normals)\\.cpp\\.o$")
-if(NOT objects)
+set(objects ${test_files})
+list(FILTER objects EXCLUDE REGEX "/places\\.cpp$")
+list(TRANSFORM objects REPLACE ".*/(.+)" "${FATHOM_TESTS_FROM}/tests/CMakeFiles/fathom_tests.dir/\\1.o")
+list(GET objects 0 object)
+if(NOT EXISTS ${object})
   message(FATAL_ERROR "${FATHOM_TESTS_FROM}: has no compiled tests; build its target fathom_tests first")
 endif()
 add_executable(fathom_tests places.cpp)
@@ -15,7 +16,7 @@ find_package(OpenCV REQUIRED COMPONENTS imgcodecs)
 set(checked fathom_cli fathom_shot fathom_io fathom_sequence fathom_camera_file fathom fathom_camera)
 list(TRANSFORM checked REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE archives)
 target_link_options(fathom_tests PRIVATE LINKER:--whole-archive ${archives} LINKER:--no-whole-archive)
-target_link_libraries(fathom_tests PRIVATE ${objects}
+target_link_libraries(fathom_tests PRIVATE fathom_catch_main ${objects}
   ${FATHOM_TESTS_FROM}/docs/charts/articles/libfathom_article_curves.a
   ${FATHOM_TESTS_FROM}/bench/regimes/libfathom_regimes.a
   ${FATHOM_TESTS_FROM}/tests/truth/libfathom_truth.a
