@@ -8,6 +8,7 @@ list(GET objects 0 object)
 if(NOT EXISTS ${object})
   message(FATAL_ERROR "${FATHOM_TESTS_FROM}: has no compiled tests; build its target fathom_tests first")
 endif()
+list(APPEND objects ${FATHOM_TESTS_FROM}/tests/CMakeFiles/fathom_catch_main.dir/main.cpp.o)
 add_executable(fathom_tests places.cpp)
 set_property(TARGET fathom_tests APPEND PROPERTY LINK_DEPENDS ${objects})
 find_package(fmt REQUIRED)
@@ -16,7 +17,7 @@ find_package(OpenCV REQUIRED COMPONENTS imgcodecs)
 set(checked fathom_cli fathom_shot fathom_io fathom_sequence fathom_camera_file fathom fathom_camera)
 list(TRANSFORM checked REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE archives)
 target_link_options(fathom_tests PRIVATE LINKER:--whole-archive ${archives} LINKER:--no-whole-archive)
-target_link_libraries(fathom_tests PRIVATE fathom_catch_main ${objects}
+target_link_libraries(fathom_tests PRIVATE ${objects}
   ${FATHOM_TESTS_FROM}/docs/charts/articles/libfathom_article_curves.a
   ${FATHOM_TESTS_FROM}/bench/regimes/libfathom_regimes.a
   ${FATHOM_TESTS_FROM}/tests/truth/libfathom_truth.a
