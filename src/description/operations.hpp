@@ -1,5 +1,6 @@
 #pragma once
 
+#include "description/contours.hpp"
 #include "description/dof.hpp"
 #include "description/dof_masks.hpp"
 #include "description/fog.hpp"
@@ -21,7 +22,8 @@
 namespace fathom::description {
 
 /// The operations, in the order of `fathom --help`.
-using Calls = std::tuple<LinearizeCall, UnprojectCall, NormalsCall, SsaoCall, DofMasksCall, DofCall, FogCall>;
+using Calls =
+    std::tuple<LinearizeCall, UnprojectCall, NormalsCall, SsaoCall, DofMasksCall, DofCall, FogCall, ContoursCall>;
 
 /// An operation for whoever calls it without knowing it.
 struct Operation : Said {
