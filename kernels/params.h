@@ -416,12 +416,6 @@ typedef struct {
 } fog_params;
 PARAMS(fog_params, 88)
 
-// Contour lines, see kernels/contours/contours.cl.
-typedef struct {
-    float per_step; // lines in a scene unit
-} contours_params;
-PARAMS(contours_params, 4)
-
 // How many cases of arithmetic are tried, and a divisor that compilers know, see kernels/device/arithmetic.cl.
 CONSTANT(probe_divisor, 65535)
 typedef struct {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <fathom/contours.hpp>
 #include <fathom/dof.hpp>
 #include <fathom/dof_masks.hpp>
 #include <fathom/fog.hpp>
@@ -120,10 +119,6 @@ void dof(const Device& device, cv::InputArray stored, const Camera& camera, cv::
 void fog(const Device& device, cv::InputArray stored, const Camera& camera, cv::InputArray color,
          cv::OutputArray result, const FogOptions& options, std::optional<Storage> storage = {},
          const Launch& launch = {});
-
-/// Contour lines of depth (CV_32FC1); see contours.hpp.
-void contours(const Device& device, cv::InputArray stored, const Camera& camera, cv::OutputArray result,
-              const ContoursOptions& options, std::optional<Storage> storage = {}, const Launch& launch = {});
 
 #pragma GCC visibility pop
 } // namespace fathom

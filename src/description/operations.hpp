@@ -1,6 +1,5 @@
 #pragma once
 
-#include "description/contours.hpp"
 #include "description/dof.hpp"
 #include "description/dof_masks.hpp"
 #include "description/fog.hpp"
@@ -22,8 +21,7 @@
 namespace fathom::description {
 
 /// The operations, in the order of `fathom --help`.
-using Calls =
-    std::tuple<LinearizeCall, UnprojectCall, NormalsCall, SsaoCall, DofMasksCall, DofCall, FogCall, ContoursCall>;
+using Calls = std::tuple<LinearizeCall, UnprojectCall, NormalsCall, SsaoCall, DofMasksCall, DofCall, FogCall>;
 
 /// An operation for whoever calls it without knowing it.
 struct Operation : Said {
