@@ -233,7 +233,8 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
     add("balanced", Quality::balanced);
     add("accurate", Quality::accurate);
     // Their kernels know only rows without a gap between them.
-    const auto gather = [&](const char* name, std::function<void(Case&, const DofMasks&)> start, int tile) {
+    constexpr int tile = 32;
+    const auto gather = [&](const char* name, std::function<void(Case&, const DofMasks&)> start, bool tiles) {
         list.push_back({"dof",
                         name,
                         Kind::baseline,
@@ -241,7 +242,7 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
                         "copy depth and RGB",
                         [=](Case& on) {
                             start(on, dof_masks(on.stored(), on.lens(),
-                                                {.tile_px = tile, .tile_min_coc = true, .tile_max_coc = true}));
+                                                {.tile_px = tile, .tile_min_coc = tiles, .tile_max_coc = tiles}));
                             return on.floats(3);
                         },
                         {},
@@ -254,8 +255,7 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
                           runtime::buffer_of(on.color()), runtime::buffer_of(on.floats(3)), cl_int{on.width()},
                           cl_int{on.height()});
         },
-        0);
-    constexpr int tile = 32;
+        false);
     gather(
         "gather of 49 in rings",
         [&kernels](Case& on, const DofMasks& masks) {
@@ -264,7 +264,7 @@ void add_dof(std::vector<Method>& list, Baselines& kernels) {
                           runtime::buffer_of(on.color()), runtime::buffer_of(on.floats(3)), cl_int{on.width()},
                           cl_int{on.height()}, cl_int{tile}, static_cast<cl_int>(masks.tile_min_coc.row_stride()));
         },
-        tile);
+        true);
 }
 
 double bytes(const Image& image) {

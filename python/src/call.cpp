@@ -20,6 +20,8 @@
 namespace fathom::python {
 
 Seconds seconds_now() {
+    if (!Call::is_timed)
+        return {};
     timespec worked{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &worked);
     return {std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(),

@@ -126,7 +126,9 @@ public:
     /// Calls the operation without the interpreter's lock, and waits if arrays take part.
     void run(const std::function<void()>& operation);
 
-    /// What the last call in this thread took in the library: arrays as images, `run`, and images' ends. For the tests.
+    /// What the last call in this thread took in the library: arrays as images, `run`, and images' ends. For the tests, since
+    /// asking for the time of a thread takes a system call.
+    static inline bool is_timed = false;
     static thread_local Seconds last_run;
     static void add_to_last_run(const Seconds& more);
 

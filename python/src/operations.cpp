@@ -69,6 +69,7 @@ struct Bound {
     std::vector<PyObject*> names;    // of the arguments that need none
     std::vector<std::string> outs;   // names of the results in messages, and that of a single one
     const Option* circle = nullptr;  // that a lens makes
+    const Option* radius = nullptr;  // of ambient occlusion, which a camera may have
     nb::object results = nb::none(); // the type of several
 };
 
@@ -86,17 +87,14 @@ LensArguments lens_of(Keywords& keywords, const std::vector<Keyword>& known) {
 
 using Given = std::vector<std::pair<const Option*, nb::handle>>;
 
-// The radius of ambient occlusion, which a camera may have.
 void set_radius(const Bound& bound, void* made, const Given& given, const CameraObject& camera) {
-    constexpr std::string_view radius = "radius";
-    const auto own = std::ranges::find(bound.keywords, radius, [](const Keyword& each) { return each.option.name; });
-    if (own == bound.keywords.end() || std::ranges::count(given, &own->option, &Given::value_type::first) > 0)
+    if (!bound.radius || std::ranges::count(given, bound.radius, &Given::value_type::first) > 0)
         return;
     const std::optional<double>& length = camera.file().lens.ao_distance;
     if (!length)
         throw std::invalid_argument(
             "radius: missing, and the camera has no \"ao_distance\"; give a length in scene units");
-    bound.operation.set(made, own->option, *length);
+    bound.operation.set(made, *bound.radius, *length);
 }
 
 // Colours are 0 to 1, also those of integers.
@@ -217,9 +215,12 @@ const Bound& bound(const description::Operation& operation) {
     for (const char* name : operation.arguments)
         if (name)
             made.names.push_back(interned(name));
-    for (const Keyword& each : made.keywords)
+    for (const Keyword& each : made.keywords) {
         if (each.option.kind == Kind::lens)
             made.circle = &each.option;
+        if (std::string_view(each.option.name) == "radius")
+            made.radius = &each.option;
+    }
     const std::shared_ptr<void> call = operation.make(nullptr);
     const std::vector<description::Result> results = operation.results_of(call.get(), {});
     for (const description::Result& result : results)
@@ -351,6 +352,7 @@ void bind_operations(nb::module_& module) {
                 "Image) -> fathom._operations.NumpyArray"));
     module.def("_seconds_of_linearize", seconds_of_linearize, arg("depth"), arg("camera"), arg("out"),
                arg("device") = nb::none());
+    module.def("_time_calls", [] { Call::is_timed = true; });
     module.def("_seconds_of_last_run", [] { return Call::last_run; });
 }
 

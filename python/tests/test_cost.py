@@ -10,6 +10,7 @@ import pytest
 import fathom
 from fathom import _fathom
 
+_fathom._time_calls()
 FRACTION, SECONDS = 0.05, 50e-6  # of the C++ call's time, or at least so much
 
 
