@@ -9,6 +9,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -126,9 +127,9 @@ public:
     /// Calls the operation without the interpreter's lock, and waits if arrays take part.
     void run(const std::function<void()>& operation);
 
-    /// What the last call in this thread took in the library: arrays as images, `run`, and images' ends. For the tests, since
-    /// asking for the time of a thread takes a system call.
-    static inline bool is_timed = false;
+    /// Are calls timed? For the tests: to ask for the time of a thread takes a system call.
+    static inline std::atomic<bool> is_timed = false;
+    /// What the last call in this thread took in the library, if it was timed: arrays as images, `run`, and images' ends.
     static thread_local Seconds last_run;
     static void add_to_last_run(const Seconds& more);
 
