@@ -72,8 +72,9 @@ def test_little_is_outside_of_the_operation(operation):
         OPERATIONS[operation](depth, camera, color, out)
         whole = time.perf_counter() - start[0], time.thread_time() - start[1]
         times.append([*whole, *_fathom._seconds_of_last_run()])
-    whole, worked, inside, worked_inside = numpy.median(times[3:], axis=0)
-    outside = worked - worked_inside
+    whole, worked, inside, worked_inside = numpy.array(times[3:]).T
+    whole, inside = numpy.median([whole, inside], axis=1)
+    outside = numpy.quantile(worked - worked_inside, 0.1)  # other work on the machine only adds to it
     print(f"{operation} 1080p: {1e6 * whole:.0f} us, {1e6 * outside:.0f} us of work outside of the operation")
     assert outside <= max(FRACTION * inside, SECONDS)
 
