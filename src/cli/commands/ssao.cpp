@@ -46,24 +46,16 @@ std::string parse_region(const std::string& text, Region& region) {
 
 void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
     description::SsaoCall& described = options;
-    add_described_options(app, described, described_ssao.group, {"half_resolution"});
-    const auto add_resolution = [&](const char* name, bool half, const char* words) {
-        return app
-            .add_flag_callback(
-                name,
-                [half, &sampling = options.options.sampling] {
-                    description::in<&Sampling::half_resolution>(sampling).make(sampling) = half;
-                },
-                words)
-            ->excludes(app.get_option("--max-error"))
-            ->group("Occlusion");
-    };
-    CLI::Option* half = add_resolution("--half-resolution", true,
-                                       "compute every second pixel of every second row, and interpolate\n"
-                                       "along the surfaces. Default: the quality chooses it for blocks\n"
-                                       "where the radius covers many pixels");
-    add_resolution("--full-resolution", false, "compute all pixels")->excludes(half);
-    add_explain(app, options.explain, "Occlusion");
+    add_described_options(app, described, described_ssao.group);
+    app.add_flag_callback(
+           "--full-resolution",
+           [&sampling = options.options.sampling] {
+               description::in<&Sampling::half_resolution>(sampling).make(sampling) = false;
+           },
+           "compute all pixels, whatever the quality chooses")
+        ->excludes("--half-resolution", "--max-error")
+        ->group(described_ssao.group);
+    add_explain(app, options.explain, described_ssao.group);
 }
 
 // The radius that a camera file of this name has.
@@ -91,9 +83,8 @@ std::optional<Region> region_in(const Windows& windows, const std::optional<Regi
         return first >= of_data && first - of_data <= pixels - count;
     };
     if (!inside(wanted.x, wanted.width, data.x, data.width) || !inside(wanted.y, wanted.height, data.y, data.height))
-        throw Error(fmt::format("--region {},{},{},{} reaches beyond the image of {} × {}{}; choose a part of it",
-                                wanted.x, wanted.y, wanted.width, wanted.height, data.width, data.height,
-                                data.tl() == cv::Point() ? "" : fmt::format(" from pixel {},{} on", data.x, data.y)));
+        throw Error(fmt::format("--region {},{},{},{} reaches beyond the image of {}; choose a part of it", wanted.x,
+                                wanted.y, wanted.width, wanted.height, extent(data)));
     return Region{wanted.x - data.x, wanted.y - data.y, wanted.width, wanted.height};
 }
 

@@ -7,6 +7,8 @@
 #include "sequence/frame_range.hpp"
 #include "terminal/messages.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -50,6 +52,11 @@ CLI::Validator is_a_number(const std::string& kind, const std::function<bool(dou
             return "'" + text + "' will not do; it is a " + (std::isinf(value) ? "finite " : "") + kind;
         },
         "");
+}
+
+std::string extent(const cv::Rect& data) {
+    return fmt::format("{} × {}{}", data.width, data.height,
+                       data.tl() == cv::Point() ? "" : fmt::format(" from pixel {},{} on", data.x, data.y));
 }
 
 std::vector<double> numbers_in(const std::string& text, std::size_t count) {

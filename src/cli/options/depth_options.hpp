@@ -50,6 +50,9 @@ CLI::Option* add_numbers_option(CLI::App& app, const char* name, const char* for
                                 const std::function<void(const std::vector<double>&)>& take, const char* what,
                                 const char* description);
 
+/// The pixels that an image has of the display window, in words: "4 × 3", or "4 × 3 from pixel 1,2 on".
+std::string extent(const cv::Rect& data);
+
 /// Adds an option whose value is one of a few names.
 template <typename Value>
 CLI::Option* add_enum_option(CLI::App& app, const std::string& name, Value& value,

@@ -84,7 +84,7 @@ std::string wrapped(const std::string& text) {
 
 std::string meaning(const Option& option) {
     std::string more = option.kind == Option::Kind::number ? option.range.limits() : "";
-    if (option.by_default && option.kind != Option::Kind::flag)
+    if (option.by_default)
         more += (more.empty() ? "default: " : "; default: ") + *option.by_default;
     const std::string text = more.empty() ? option.words : fmt::format("{} ({})", option.words, more);
     return wrapped(text);

@@ -35,18 +35,12 @@ LensArguments::Pixel pixel_of(const std::vector<double>& values) {
     return {static_cast<int>(values[0]), static_cast<int>(values[1])};
 }
 
-// Where an image begins in the display window, if that is not its first pixel.
-std::string first_pixel(const cv::Rect& data) {
-    return data.tl() == cv::Point() ? "" : fmt::format(" from pixel {},{} on", data.x, data.y);
-}
-
 // A pixel of the display window as one of the image.
 LensArguments::Pixel pixel_in(const Windows& windows, const LensArguments::Pixel& pixel, const char* option) {
     const auto& [data, display] = windows;
     if (!data.contains({pixel.x, pixel.y}))
-        throw Error(fmt::format("{}: pixel {},{} lies outside the image of {} × {}{}; the last one is {},{}", option,
-                                pixel.x, pixel.y, data.width, data.height, first_pixel(data), data.br().x - 1,
-                                data.br().y - 1));
+        throw Error(fmt::format("{}: pixel {},{} lies outside the image of {}; the last one is {},{}", option, pixel.x,
+                                pixel.y, extent(data), data.br().x - 1, data.br().y - 1));
     return {pixel.x - data.x, pixel.y - data.y};
 }
 
