@@ -268,3 +268,18 @@ TEST_CASE("dof-masks program: the near field and tiles go into files of their ow
     check_refused(scene.with_lens(other, {"--near-alpha", other}), 2, "--near-alpha");
     CHECK(!fs::exists(other));
 }
+
+TEST_CASE("dof-masks program: several inputs go into a folder") {
+    const Scene scene;
+    const std::string other = depth_file(scene.folder, "other.png", scene.depth);
+    const auto ask = [&](const Arguments& more) {
+        return run(joined({"dof-masks", scene.input, other, "--camera", scene.camera, "-o", scene.folder / "out/masks",
+                           "--circle", "20,60"},
+                          more));
+    };
+    check_refused(ask({"--format", "png"}), 2, "--mask");
+    check_done(ask({}));
+    check_done(ask({"--format", "png", "--mask", "near"}));
+    CHECK(scene.folder.results() ==
+          std::vector<std::string>{"frame.exr", "frame.png", "masks", "other.exr", "other.png"});
+}

@@ -544,3 +544,23 @@ TEST_CASE("program: a full disk where PoCL keeps kernels is named, and no fault 
     check_refused(outcome, 1, full + ", where nothing can be written (No space left on device)");
     CHECK(folder.results().empty());
 }
+
+TEST_CASE("program: packed depth is read as the camera file says") {
+    const Folder folder;
+    const std::uint32_t code = 0xabcdef;
+    const double truth = [&] {
+        const double d = code / 16777215.0;
+        return 1 / (1 / 0.5 + d * (1 / 100.0 - 1 / 0.5));
+    }();
+    const cv::Scalar red_high(code & 255, code >> 8 & 255, code >> 16),
+        red_low(code >> 16, code >> 8 & 255, code & 255);
+    for (const auto& [packing, blue_green_red] : {std::pair{"rgb-high-first", red_high}, {"rgb-low-first", red_low}}) {
+        const std::string camera = camera_file(folder, std::string(R"(, "packing": ")") + packing + "\"");
+        const std::string input = folder / "packed.png";
+        cv::imwrite(input, cv::Mat(height, width, CV_8UC3, blue_green_red));
+        check_done({"linearize", input, "--camera", camera, "-o", folder / "out/z.tif"});
+        CHECK(fathom::read_depth(folder / "out/z.tif").values.at<float>(3, 5) == Approx(truth).epsilon(1e-6));
+        const Outcome outcome = check_done({"inspect", input, "--camera", camera, "--json"});
+        CHECK(contains(outcome.out, R"("min":11259375.0,"max":11259375.0)"));
+    }
+}

@@ -148,3 +148,30 @@ TEST_CASE("parameters: rays in the world start at the camera centre, counted fro
     CHECK_THROWS_AS(rays_in_world(camera_rays(camera()), Eigen::Matrix4d::Identity(), {NAN, 0, 0}),
                     std::invalid_argument);
 }
+
+TEST_CASE("parameters: the background's bits are those of the stored clear value", "[parameters]") {
+    const Camera standard = camera(), reversed = camera({0.5, 8, DepthOrder::reversed});
+    CHECK(parameters(standard).background == 0x3f800000u);
+    CHECK(parameters(reversed).background == 0u);
+    CHECK(parameters(standard, Storage::float16).background == 0x3c00u);
+    CHECK(parameters(standard, Storage::uint16).background == 0xffffu);
+    CHECK(parameters(standard, Storage::uint24_high).background == 0xffffffu);
+    CHECK(parameters(reversed, Storage::uint24).background == 0u);
+
+    Camera metric = camera();
+    metric.encoding = Encoding::view_z;
+    CHECK(parameters(metric).background == 0x7f800000u);
+    CHECK(parameters(metric, Storage::uint16).background_mask == 0u); // an integer holds no infinity
+    metric.background = 0;
+    CHECK(parameters(metric, Storage::uint16).background_mask == ~0u);
+    metric.background = 0.5;
+    CHECK_THROWS_AS(parameters(metric, Storage::uint16), std::invalid_argument);
+    metric.background = 1e-9;
+    CHECK_THROWS_AS(parameters(metric, Storage::float16), std::invalid_argument);
+
+    Camera range = camera();
+    range.depth_range = {1, 0};
+    CHECK(parameters(range).background == 0u);
+    range.depth_range = {-1, 1};
+    CHECK(parameters(range).background == 0x3f800000u);
+}

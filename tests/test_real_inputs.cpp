@@ -377,3 +377,59 @@ TEST_CASE("real inputs: the lens of Blender's camera files", "[dof_masks][real]"
         }
     }
 }
+
+TEST_CASE("real: a buffer read with the wrong convention does not pass", "[real]") {
+    if (!there("opengl"))
+        return;
+    const Device device = cpu();
+    const auto share = [&](Buffer buffer, auto change) {
+        change(buffer.camera);
+        cv::Mat z;
+        linearize(device, buffer.depth.values, buffer.camera, z);
+        Spread error;
+        for (int y = 0; y < z.rows; ++y)
+            for (int x = 0; x < z.cols; ++x)
+                if (std::isfinite(z.at<float>(y, x)) && !std::isnan(buffer.z.at<float>(y, x)))
+                    error.add(std::abs(z.at<float>(y, x) / buffer.z.at<float>(y, x) - 1.0));
+        return error.quantile(0.9);
+    };
+    CHECK(share(read_buffer("d3d32f"), [](Camera& c) { c.projection.convention.clip_z = ClipZ::negative_one_to_one; }) >
+          0.01);
+    CHECK(share(read_buffer("oblique24"), [](Camera& c) { c.rows = Rows::bottom_up; }) > 0.01);
+    CHECK(share(read_buffer("tilt32f"), [](Camera& c) { c.projection.matrix.row(3) << 0, 0, -1, 0; }) > 0.01);
+    CHECK(share(read_buffer("log32f"), [](Camera& c) { c.log_c = 1.01; }) > 0.001);
+}
+
+TEST_CASE("real: the scanned room decodes from 3.77 to 8.07 with its five empty pixels marked", "[real]") {
+    if (!there("habitat"))
+        return;
+    const DepthFile file = read_depth(data / "habitat" / "room.depth.exr");
+    const Camera camera =
+        camera_for(read_camera(data / "habitat" / "room.camera.json"), file.values.cols, file.values.rows);
+    cv::Mat z;
+    linearize(cpu(), file.values, camera, z);
+    const double near = 0.1, far = 100; // as its camera file says, in engines' own words: z = n f/(f − d (f − n))
+    std::vector<cv::Point> empty;
+    Spread error;
+    float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
+    for (int y = 0; y < z.rows; ++y)
+        for (int x = 0; x < z.cols; ++x) {
+            const float decoded = z.at<float>(y, x);
+            const double stored = file.values.at<float>(y, x);
+            if (stored == 1) {
+                empty.emplace_back(x, y);
+                REQUIRE(decoded == std::numeric_limits<float>::infinity());
+                continue;
+            }
+            nearest = std::min(nearest, decoded);
+            farthest = std::max(farthest, decoded);
+            error.add(std::abs(decoded / (near * far / (far - stored * (far - near))) - 1));
+        }
+    std::cout << "habitat room: " << nearest << " to " << farthest << ", worst " << error.worst() / rounding
+              << " roundings\n";
+    CHECK(file.channel == "Z");
+    CHECK(empty == std::vector<cv::Point>{{304, 56}, {305, 56}, {306, 56}, {307, 56}, {308, 56}});
+    CHECK(nearest == Approx(3.77).margin(0.005));
+    CHECK(farthest == Approx(8.07).margin(0.005));
+    CHECK(error.worst() <= 1.001 * rounding * 2); // one unit in the last place, as linearize promises
+}

@@ -370,3 +370,21 @@ TEST_CASE("stability: ssao of things that leave the image loses no more than the
             CHECK(strips.back() > 0.95);
         }
 }
+
+TEST_CASE("stability: ssao of a plane at a grazing 85 degrees", "[ssao][stability]") {
+    for (const double towards : {0.0, 1.2, 3.0}) {
+        const auto plane = oracle::open_plane(85 * degree, towards);
+        for (const auto& [name, camera] : oracle::views({.width = 161, .height = 121})) {
+            const auto image = scene::render(plane.scene, camera);
+            for (const Quality quality : qualities)
+                for (const double thickness : thicknesses) {
+                    const SsaoCall options = options_of(1, quality, thickness);
+                    const auto got = visibility_of(image.stored, camera, options);
+                    const float least = *std::min_element(got.begin(), got.end());
+                    INFO(name << ", towards " << towards << ", " << text(camera, options) << ": least " << least);
+                    CHECK(std::all_of(got.begin(), got.end(), in_range));
+                    CHECK(least >= 1 - plane_error);
+                }
+        }
+    }
+}
