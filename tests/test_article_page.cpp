@@ -109,7 +109,7 @@ TEST_CASE("pages: every test that the articles' page names exists, and it names 
 
 TEST_CASE("pages: every pattern of tests in the documentation finds a test", "[pages]") {
     const std::vector<Case> cases = all_cases();
-    const std::regex command("fathom_tests \"([^\"]+)\"");
+    const std::regex command("(?:fathom_tests \"|`\"(?=[a-z_-]+: ))([^\"]+)\""); // or a name in a table
     int patterns = 0;
     std::vector<std::filesystem::path> pages{root / "README.md"};
     for (const auto& entry : std::filesystem::recursive_directory_iterator(root / "docs"))

@@ -195,6 +195,7 @@ Call described_call(const description::Operation& operation, std::size_t round) 
         operation.run(call.get(), in.stored, {});
         return images;
     };
+    REQUIRE(operation.reach); // whatever the depth shows
     Call made{text(operation.name, ", round ", round),
               [&operation, options](const Tile& tile) { return operation.reach(options.get(), tile); },
               [=](const Inputs& in) { return run(in, nullptr); },

@@ -54,11 +54,12 @@ enum class Storage {
 
 /// How a file holds depth where the type of its elements does not say it.
 enum class Packing {
-    uint8,        ///< one channel of 8 bits, which is usually a picture and no depth
-    uint24,       ///< the low 24 bits of 32
-    uint24_high,  ///< the high 24 bits of 32
-    rgb_red_low,  ///< 24 bits in three channels of 8 bits, R the lowest
-    rgb_red_high, ///< R the highest
+    uint8,          ///< one channel of 8 bits, which is usually a picture and no depth
+    uint16_rotated, ///< 16 bits that are rotated left by three: SUN RGB-D
+    uint24,         ///< the low 24 bits of 32
+    uint24_high,    ///< the high 24 bits of 32
+    rgb_red_low,    ///< 24 bits in three channels of 8 bits, R the lowest
+    rgb_red_high,   ///< R the highest
     rgba_red_low, ///< 32 bits in four channels, R the lowest: three.js to r166. (R/2²⁴ + G/2¹⁶ + B/2⁸ + A) / 2⁸
     rgba_red_high, ///< R the highest: three.js from r167 on. (R + G/2⁸ + (B + A/255) / 2¹⁶) / 2⁸
 };

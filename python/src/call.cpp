@@ -331,6 +331,10 @@ Storage storage_of(Element element, int channels, const Word<Storage>& said, con
             refuse(argument, holds + ", which the storage " + text_of(nb::repr(said.given)) + " does not");
         return *storage;
     }
+    if (packing == Packing::uint16_rotated)
+        refuse(argument,
+               "the camera's packing is \"uint16-rotated\", which is that of files; give (codes >> 3) | (codes << 13) "
+               "as depth, and storage='uint16'");
     struct Rule {
         Storage storage;
         std::optional<Packing> packing; // that has to say so

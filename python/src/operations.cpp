@@ -6,7 +6,7 @@
 #include "signature.hpp"
 #include "unlocked.hpp"
 
-#include "description/operations.hpp"
+#include "description/as_json.hpp"
 #include "text.hpp"
 
 #include <fathom/lens_arguments.hpp>
@@ -158,6 +158,12 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
         if (!each.option.by_default && each.option.kind != Kind::lens &&
             std::ranges::count(given, &each.option, &Given::value_type::first) == 0)
             keywords.refuse();
+    const auto is_given = [&](std::string_view name) {
+        return std::ranges::any_of(given, [&](const auto& each) { return each.first->name == name; });
+    };
+    for (const auto& [one, other] : operation.needing)
+        if (one && is_given(one) && !is_given(other))
+            throw std::invalid_argument(text(one, ": is of no use without ", other));
     set_radius(bound, options.get(), given, camera);
 
     Call call(depth, camera, common.storage, common.device);
@@ -350,6 +356,16 @@ void bind_operations(nb::module_& module) {
         "upsample_along_edges", upsample_along_edges_of, arg("depth"), arg("color"), upsample_along_edges_text,
         nb::sig("def upsample_along_edges(depth: fathom._operations.Array | Image, color: fathom._operations.Array | "
                 "Image) -> fathom._operations.NumpyArray"));
+    module.def(
+        "options",
+        [] {
+            nlohmann::ordered_json all = nlohmann::ordered_json::array();
+            for (const description::Operation& operation : description::operations())
+                all.push_back(as_json(operation));
+            return nb::module_::import_("json").attr("loads")(all.dump());
+        },
+        nb::sig("def options() -> list[dict[str, typing.Any]]"),
+        "What each operation takes and gives, for panels of other programs: names, ranges, defaults, words.");
     module.def("_seconds_of_linearize", seconds_of_linearize, arg("depth"), arg("camera"), arg("out"),
                arg("device") = nb::none());
     module.def("_time_calls", [] { Call::is_timed = true; });

@@ -14,7 +14,7 @@ def required(operation, picture):
     """What a call needs, whatever its options."""
     made = {"radius": 0.3} if operation["name"] == "ssao" else {}  # which other cameras have
     for option in operation["options"]:
-        if option["default"] is None:
+        if option["default"] is None or option["kind"] == "lens":
             made[option["name"]] = {"picture": picture, "lens": (40, 180)}.get(option["kind"], 0.25)
     return made
 
@@ -49,7 +49,7 @@ def test_values_within_their_ranges_and_beyond(program, metres, keys):
             for value, fits in values(option):
                 said = ""
                 try:
-                    given = required(operation, picture) | {option["name"]: value}
+                    given = required(operation, picture) | dict.fromkeys(option["needs"], 0.1) | {option["name"]: value}
                     getattr(fathom, operation["name"])(depth, camera, **given)
                 except ValueError as error:
                     said = str(error)
@@ -58,6 +58,29 @@ def test_values_within_their_ranges_and_beyond(program, metres, keys):
                 checked += 1
     assert checked > 100
     print(f"{checked} values")
+
+
+def test_options_are_those_of_the_program(program):
+    described = json.loads(program("options", "--json").stdout)["operations"]
+    for operation in described:
+        for option in operation["options"]:
+            del option["program"]
+    assert fathom.options() == described
+
+
+def test_what_needs_another_option_is_refused_without_it(metres, keys):
+    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
+    picture = numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32)
+    tried = 0
+    for operation in fathom.options():
+        for option in operation["options"]:
+            for other in option["needs"]:
+                value = {"number": 1.0, "three numbers": (0.0, 1.0, 0.0)}[option["kind"]]
+                with pytest.raises(ValueError, match=f"{option['name']}: is of no use without {other}"):
+                    given = required(operation, picture) | {option["name"]: value}
+                    getattr(fathom, operation["name"])(depth, camera, **given)
+                tried += 1
+    assert tried >= 2
 
 
 def test_an_option_that_is_described_is_a_keyword_and_no_other(program):

@@ -31,8 +31,8 @@ const char* to_string(Storage storage) {
 }
 
 const char* to_string(Packing packing) {
-    static constexpr const char* names[] = {"uint8",          "uint24",         "uint24-high",    "rgb-low-first",
-                                            "rgb-high-first", "rgba-low-first", "rgba-high-first"};
+    static constexpr const char* names[] = {"uint8",         "uint16-rotated", "uint24",         "uint24-high",
+                                            "rgb-low-first", "rgb-high-first", "rgba-low-first", "rgba-high-first"};
     return named<Packing::rgba_red_high>(names, packing);
 }
 

@@ -37,7 +37,7 @@ std::optional<Packing> read_packing(const JsonObject& json) {
     using enum Packing;
     const auto known = [](Packing packing) { return std::pair{to_string(packing), packing}; };
     return json.one_of("packing", {known(rgb_red_low), known(rgb_red_high), known(rgba_red_low), known(rgba_red_high),
-                                   known(uint8), known(uint24), known(uint24_high)});
+                                   known(uint8), known(uint16_rotated), known(uint24), known(uint24_high)});
 }
 
 /// Pixels of the image; 0 where neither the file nor the caller knows them.

@@ -193,6 +193,13 @@ const std::vector<Preset>& presets() {
              R"({"encoding": "view-z", "scale": 0.001, "missing": 0, "view_axes": "opencv", "pixel_origin": "centre"})",
          .projection = "fx",
          .usual = ""},
+        {.name = "sunrgbd",
+         .source = "SUN RGB-D, 16 bits that are rotated left by three",
+         .formula = "z = (v/8 + v mod 8 · 2¹³)/1000 metres, v/8 without its fraction, 0 is not measured",
+         .keys =
+             R"({"encoding": "view-z", "scale": 0.001, "missing": 0, "packing": "uint16-rotated", "view_axes": "opencv", "pixel_origin": "centre"})",
+         .projection = "fx",
+         .usual = ""},
         {.name = "threejs-rgba",
          .source = "three.js, packDepthToRGBA of r167 and later",
          .formula = "1/z = 1/near + u (1/far − 1/near), u = (R + G/2⁸ + (B + A/255)/2¹⁶)/2⁸",

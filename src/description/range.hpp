@@ -34,8 +34,6 @@ struct Range {
         return range;
     }
 
-    constexpr bool is_any() const { return least == -infinity && most == infinity && !whole && !few[0]; }
-
     bool holds(double value) const {
         if (few[0])
             return value == few[0] || value == few[1] || value == few[2];

@@ -65,7 +65,7 @@ bool is_measured(const Subject& subject) {
 
 // Where the highest byte of a surface's depth grows by 1, the byte below it falls by nearly 256. In a picture both grow alike.
 Doubt photograph_doubt(const ValueChanges& found) {
-    if (found.steps <= 64 || 5 * found.alike < 3 * found.steps || 33 * found.carried >= found.steps)
+    if (!found.are_of_a_picture())
         return std::nullopt;
     return "its bytes change like the colours of a picture, and not like packed depth; is it the right file? Depth "
            "that a renderer shows in colours cannot be decoded: save raw depth";

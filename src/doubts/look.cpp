@@ -76,13 +76,20 @@ void ValueChanges::add(const HostDepth& row) {
     visit_pixels<std::uint8_t>(row, 3, [&](const std::uint8_t* bytes) {
         if (last) {
             const int high = first_is_high ? 0 : 2, step = bytes[high] - last[high], below = bytes[1] - last[1];
-            const bool is_step = std::abs(step) == 1;
+            constexpr int smooth = 16;
+            const bool is_step = step != 0 && std::abs(step) <= smooth;
             steps += is_step;
-            alike += is_step && std::abs(below) <= 16;
+            alike += is_step && std::abs(below) <= smooth;
             carried += is_step && std::abs(256 * step + below) < 96;
+            if (is_step)
+                stepping.set(bytes[high]);
         }
         last = bytes;
     });
+}
+
+bool ValueChanges::are_of_a_picture() const {
+    return steps > 64 && stepping.count() >= 16 && 5 * alike >= 3 * steps && 33 * carried < steps;
 }
 
 Subject::Subject(const Camera& seen, Storage stored_as, int most) : camera(seen), storage(stored_as) {

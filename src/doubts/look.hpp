@@ -4,6 +4,7 @@
 #include <fathom/photograph.hpp>
 
 #include <array>
+#include <bitset>
 #include <cstddef>
 #include <functional>
 #include <limits>
@@ -43,9 +44,14 @@ struct Cross {
 struct ValueChanges {
     float least_second = std::numeric_limits<float>::infinity(); ///< difference, of those that are not 0
     float highest = 0;                                           ///< value
-    std::size_t steps = 0, alike = 0, carried = 0; ///< of the highest byte by 1; the byte below, too; or not
+    std::size_t steps = 0, alike = 0,
+                carried = 0;   ///< of the highest byte by 16 at most; the byte below, too; or as a sum does
+    std::bitset<256> stepping; ///< highest bytes of steps
 
     void add(const HostDepth& row);
+
+    /// Do packed bytes change like the colours of a picture? Those of a number do not: a byte wraps where the next one steps.
+    bool are_of_a_picture() const;
 };
 
 /// Depth that is taken some rows after the others, and what is to be seen in it.

@@ -2,6 +2,12 @@
 #include "formats.hpp"
 #include "rows.hpp"
 
+#include "doubts/look.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <span>
 #include <utility>
 
 namespace fathom {
@@ -43,31 +49,115 @@ void check_codes(const std::filesystem::path& file, const cv::Mat& codes, int fi
                            ", more than 24 bits; if depth lies in the high bits say so: \"packing\": \"uint24-high\"");
 }
 
-/// Packed depth has R, G and B of its own. A picture of depth has them equal, with more than the two ends of the range.
-struct Greys {
-    bool is_grey = true, has_steps = false;
-    std::size_t pixels = 0;
+/// Codes whose bits were rotated left by three.
+cv::Mat rotated_back(const cv::Mat& codes) {
+    cv::Mat back(codes.size(), CV_16UC1);
+    for (int y = 0; y < codes.rows; ++y)
+        std::ranges::transform(std::span(codes.ptr<std::uint16_t>(y), static_cast<std::size_t>(codes.cols)),
+                               back.ptr<std::uint16_t>(y), [](std::uint16_t code) { return std::rotr(code, 3); });
+    return back;
+}
 
-    void add(const cv::Mat& bgr) {
+cv::Mat first_three(const cv::Mat& image) {
+    cv::Mat bgr(image.size(), CV_8UC3);
+    const int pairs[] = {0, 0, 1, 1, 2, 2};
+    cv::mixChannels(&image, 1, &bgr, 1, pairs, 3);
+    return bgr;
+}
+
+constexpr const char* four_bytes =
+    "say \"packing\": \"rgba-low-first\" or \"rgba-high-first\" for a fraction in four bytes, and "
+    "save the four bytes of a float as floats";
+
+/// Packed depth has R, G and B of its own, which change as digits do. A picture of depth has them equal, with more than the two ends
+/// of the range, or they change as its colours do.
+struct Colors {
+    bool is_grey = true, has_steps = false, alpha_counts = false;
+    std::size_t pixels = 0;
+    ValueChanges changes = {};
+
+    void add(const cv::Mat& image, const cv::Mat& bgr, Storage storage) {
         pixels += bgr.total();
-        for (int y = 0; y < bgr.rows && is_grey; ++y)
+        for (int y = 0; y < bgr.rows; ++y) {
             for (int x = 0; x < bgr.cols && is_grey; ++x) {
                 const auto& pixel = bgr.at<cv::Vec3b>(y, x);
                 is_grey = pixel[0] == pixel[1] && pixel[1] == pixel[2];
                 has_steps |= pixel[0] != 0 && pixel[0] != 255;
             }
+            for (int x = 0; x < image.cols && image.channels() == 4 && !alpha_counts; ++x) {
+                const std::uint8_t alpha = image.at<cv::Vec4b>(y, x)[3];
+                alpha_counts = alpha != 0 && alpha != 255;
+            }
+            if (y % 8 == 0)
+                changes.add({bgr.ptr(y), bgr.cols, 1, bgr.step, storage});
+        }
     }
 
     void check(const std::filesystem::path& file) const {
         if (is_grey && has_steps && pixels > 64)
             refuse(file, "has R = G = B in every pixel: it is a grey picture of depth and holds no packed 24 bits; "
                          "save raw depth");
+        if (changes.are_of_a_picture())
+            refuse(file,
+                   "has bytes that change like the colours of a picture, and not like packed depth; depth that is "
+                   "shown in colours cannot be decoded: save raw depth");
+        if (alpha_counts)
+            refuse(file,
+                   std::string("has an alpha between 0 and 255, so that R, G and B are not all that a pixel holds; ") +
+                       four_bytes);
     }
 };
 
+/// Four bytes as the bits of floats: their range, and that of the fractions that their packing says. The first is wide where the
+/// second is narrow, since the sign and the exponent come first.
+void check_fractions(const std::filesystem::path& file, const cv::Mat& bgra, const cv::Mat& fractions,
+                     bool red_is_lowest) {
+    double least = 0, greatest = 0;
+    cv::minMaxLoc(fractions, &least, &greatest);
+    if (!(least > 0) || greatest > 1.1 * least)
+        return;
+    const auto bits = [&](const cv::Vec4b& pixel) {
+        const auto& [b, g, r, a] = pixel.val;
+        return red_is_lowest
+                   ? std::uint32_t{r} | std::uint32_t{g} << 8 | std::uint32_t{b} << 16 | std::uint32_t{a} << 24
+                   : std::uint32_t{a} | std::uint32_t{b} << 8 | std::uint32_t{g} << 16 | std::uint32_t{r} << 24;
+    };
+    float near = std::numeric_limits<float>::infinity(), far = 0;
+    for (int y = 0; y < bgra.rows; ++y)
+        for (int x = 0; x < bgra.cols; ++x) {
+            const auto value = std::bit_cast<float>(bits(bgra.at<cv::Vec4b>(y, x)));
+            near = std::min(near, value);
+            far = std::max(far, value);
+        }
+    if (near > 1e-3f && far < 1e6f && far >= 2 * near)
+        refuse(file,
+               "holds the four bytes of floats in R, G, B and A, and no fractions; save them as floats (.exr, .npy "
+               "or .tif)");
+}
+
+/// What makes depth of an image whose type holds none.
+const char* cure_for(const cv::Mat& image) {
+    if (image.depth() != CV_8U)
+        return "save depth as one channel of 16-bit or 24-bit integers or of float";
+    if (image.channels() < 3)
+        return "save depth as 16-bit integers or as float, or say that it is depth and no picture (\"packing\": "
+               "\"uint8\")";
+    bool is_picture = true; // whichever of its bytes were the highest
+    for (const Storage storage : {Storage::bgr8_red_low, Storage::bgr8_red_high}) {
+        Colors colors;
+        colors.add(image, first_three(image), storage);
+        is_picture &= (colors.is_grey && colors.has_steps) || colors.changes.are_of_a_picture();
+        if (colors.alpha_counts && !is_picture)
+            return four_bytes;
+    }
+    return is_picture
+               ? "a picture of depth cannot be decoded: save raw depth"
+               : "if it packs 24 bits into R, G and B, say so in the camera file (\"packing\": \"rgb-low-first\")";
+}
+
 /// An image, or its rows from one on, as depth, if its type and the packing that the camera file speaks of agree.
 DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, std::optional<Packing> packing,
-                      Greys& greys, int first_row = 0) {
+                      Colors& colors, int first_row = 0) {
     const auto refuse_packing = [&](const char* needs) {
         refuse(file, "is " + described(image) + ", but the packing \"" + to_string(*packing) + "\" needs " + needs +
                          "; the camera file or the preset is that of other depth");
@@ -75,7 +165,15 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
     if (packing == Packing::rgba_red_low || packing == Packing::rgba_red_high) {
         if (image.type() != CV_8UC4)
             refuse_packing("four 8-bit channels");
-        return {of_bgra(image, packing == Packing::rgba_red_low), Storage::float32, {}};
+        const bool red_is_lowest = packing == Packing::rgba_red_low;
+        const cv::Mat fractions = of_bgra(image, red_is_lowest);
+        check_fractions(file, image, fractions, red_is_lowest);
+        return {fractions, Storage::float32, {}};
+    }
+    if (packing == Packing::uint16_rotated) {
+        if (image.type() != CV_16UC1)
+            refuse_packing("one channel of 16-bit integers");
+        return {rotated_back(image), Storage::uint16, {}};
     }
     if (packing == Packing::uint8) {
         if (image.depth() != CV_8U)
@@ -85,10 +183,8 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
     if (const auto storage = packing ? of_bgr(*packing) : std::nullopt) {
         if (image.depth() != CV_8U || image.channels() < 3)
             refuse_packing("three 8-bit channels");
-        cv::Mat bgr(image.size(), CV_8UC3); // simulators like to add an alpha channel that says nothing
-        const int pairs[] = {0, 0, 1, 1, 2, 2};
-        cv::mixChannels(&image, 1, &bgr, 1, pairs, 3);
-        greys.add(bgr);
+        const cv::Mat bgr = first_three(image); // simulators like to add an alpha channel that says nothing
+        colors.add(image, bgr, *storage);
         return {bgr, *storage, {}};
     }
     if (image.channels() == 1) {
@@ -107,18 +203,12 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
             return {image, Storage::uint24, {}};
         }
     }
-    const auto cure =
-        image.depth() == CV_8U && image.channels() >= 3
-            ? "if it packs 24 bits into R, G and B, say so in the camera file (\"packing\": \"rgb-low-first\")"
-        : image.depth() == CV_8U ? "save depth as 16-bit integers or as float, or say that it is depth and no picture "
-                                   "(\"packing\": \"uint8\")"
-                                 : "save depth as one channel of 16-bit or 24-bit integers or of float";
-    refuse(file, "is " + described(image) + ", which holds no depth; " + cure);
+    refuse(file, "is " + described(image) + ", which holds no depth; " + cure_for(image));
 }
 
 } // namespace
 
-struct io::DepthRows::Seen : Greys {};
+struct io::DepthRows::Seen : Colors {};
 
 io::DepthRows::DepthRows(std::filesystem::path file, const ReadOptions& options, std::unique_ptr<ExrRows> exr,
                          std::unique_ptr<TiffRows> tiff)
@@ -132,7 +222,7 @@ io::DepthRows::DepthRows(std::filesystem::path file, const ReadOptions& options,
                      : about_.storage == Storage::float32 ? CV_32FC1
                      : about_.storage == Storage::float16 ? CV_16FC1
                                                           : CV_32SC1;
-    Greys none;
+    Colors none;
     about_.storage = interpreted(file_, cv::Mat::zeros(1, 1, type), options_.packing, none).storage;
 }
 
@@ -174,9 +264,9 @@ DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& optio
         if (!image)
             refuse(file, "is no image that holds depth, or its beginning is damaged; "
                          "depth is read from .exr, .tif, .pfm, .npy, 16-bit .png and 16-bit .pgm");
-        Greys greys;
-        DepthFile depth = interpreted(file, *image, options.packing, greys);
-        greys.check(file);
+        Colors colors;
+        DepthFile depth = interpreted(file, *image, options.packing, colors);
+        colors.check(file);
         depth.windows = {{{0, 0}, image->size()}, image->size()};
         return depth;
     });

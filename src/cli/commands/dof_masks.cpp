@@ -105,7 +105,7 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         ->check(is_one_of(channels))
         ->group("Output");
     const std::vector<description::Option> described = description::options_of(options->masks);
-    add_result_options(app, described, options->more, {"near_weight", "focus_weight", "far_weight"});
+    add_result_options(app, described, options->more);
     add_described_options(app, options->masks, "Output", {"sharp_px", "transition_px", "sky", "max_coc_px"});
     add_relative_options(app, options->relative);
     options->camera.or_relative = true;

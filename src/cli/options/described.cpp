@@ -124,7 +124,8 @@ std::optional<Value> parse(const Option& option, const std::string& text) {
 
 std::string spelled(std::string_view named) {
     static const std::map<std::string_view, std::string> others{
-        {"alpha", ""}, {"channels", ""}, {"blades", "--aperture"}, {"ratio", "--aperture"}};
+        {"alpha", ""},       {"channels", ""},     {"blades", "--aperture"}, {"ratio", "--aperture"},
+        {"near_weight", ""}, {"focus_weight", ""}, {"far_weight", ""}};
     if (const auto other = others.find(named); other != others.end())
         return other->second;
     std::string name = "--" + std::string(named);
@@ -158,11 +159,9 @@ void add_described_options(CLI::App& app, const std::vector<Option>& options, co
     }
 }
 
-void add_result_options(CLI::App& app, const std::vector<Option>& options, std::map<std::string, std::string>& files,
-                        std::initializer_list<std::string_view> otherwise) {
+void add_result_options(CLI::App& app, const std::vector<Option>& options, std::map<std::string, std::string>& files) {
     for (const Option& option : options)
-        if (option.kind == Option::Kind::result &&
-            std::ranges::find(otherwise, std::string_view(option.name)) == otherwise.end())
+        if (option.kind == Option::Kind::result && !spelled(option.name).empty())
             app.add_option_function<std::string>(
                    spelled(option.name),
                    [&files, name = std::string(option.name)](const std::string& file) { files[name] = file; },

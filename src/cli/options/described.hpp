@@ -42,7 +42,6 @@ void add_described_options(CLI::App& app, Options& options, const std::string& g
 
 /// Adds an option for each result that may be asked for beside the first one: the file that it goes to, by its name.
 void add_result_options(CLI::App& app, const std::vector<description::Option>& options,
-                        std::map<std::string, std::string>& files,
-                        std::initializer_list<std::string_view> otherwise = {});
+                        std::map<std::string, std::string>& files);
 
 } // namespace fathom::cli
