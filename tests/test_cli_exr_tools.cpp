@@ -124,6 +124,39 @@ TEST_CASE("exr tools: headers and windows of files from OpenImageIO's and OpenEX
     std::cout << "exr tools: " << files.size() << " files, headers as before\n";
 }
 
+TEST_CASE("exr tools: oiiotool reads every result by the names that other programs know", "[exhaustive]") {
+    if (!is_installed("oiiotool")) {
+        WARN("skipped: there is no oiiotool (openimageio-tools)");
+        return;
+    }
+    const Folder folder;
+    const std::string camera = folder / "camera.json", file = folder / "a.exr", picture = folder / "out/seen.tif";
+    write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "view-z"})");
+    printed("oiiotool --pattern fill:topleft=2,0,0,1,1:topright=3,1,0,0,1:bottomleft=4,0,1,0,1:bottomright=5,1,1,1,1 "
+            "24x16 5 --chnames Z,R,G,B,A -o '" +
+            file + "'");
+    struct Case {
+        Arguments arguments;
+        std::string own, alone, appended; ///< the first channel's names
+    };
+    for (const Case& each :
+         {Case{{"linearize"}, "Z", "Y", "Fathom.linear.Z"}, Case{{"ssao", "--radius", "1"}, "AO", "Y", "Fathom.AO.G"},
+          Case{{"normals"}, "N.X", "N.X", "Fathom.N.X"}, Case{{"unproject"}, "P.X", "P.X", "Fathom.P.X"},
+          Case{{"dof-masks", "--circle", "9,99"}, "coc", "Y", "Fathom.coc.B"},
+          Case{{"dof", "--color", file, "--circle", "9,99"}, "R", "R", "Fathom.dof.R"},
+          Case{{"fog", "--color", file, "--density", "0.1"}, "R", "R", "Fathom.fog.R"}}) {
+        const std::string alone = folder / "out/alone.exr", appended = folder / "out/appended.exr";
+        const Arguments command = joined(each.arguments, {file, "--camera", camera, "--quiet"});
+        check_done(joined(command, {"-o", alone}));
+        check_done(joined(command, {"-o", appended, "--append"}));
+        for (const auto& [result, name] : {std::pair(alone, each.alone), {appended, each.appended}}) {
+            INFO(result << " " << name);
+            printed("oiiotool '" + result + "' --ch " + name + " -d float -o '" + picture + "'");
+            CHECK(same(channel(picture), channel(alone, each.own)));
+        }
+    }
+}
+
 TEST_CASE("exr tools: headers and windows of Blender's and a studio's files survive", "[real]") {
     if (!is_installed("oiiotool")) {
         WARN("skipped: there is no oiiotool (openimageio-tools)");

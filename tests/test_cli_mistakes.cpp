@@ -680,7 +680,7 @@ TEST_CASE("mistakes: several channels that could be depth are told, unless one o
         {{"Y", "Z"}, "Z", {}}, // OpenEXR: brightness and depth
         {{"Depth", "Y"}, "Depth", {}},
         {{"ViewLayer.Depth.Z", "ViewLayer.Mist.Z"}, "ViewLayer.Depth.Z", {}}, // Blender
-        {{"Z", "linear.Z"}, "Z", {}},                                         // fathom linearize --append
+        {{"Z", "linear.Z", "Fathom.linear.Z"}, "Z", {}},                      // fathom linearize --append
         {{"N.X", "N.Y", "N.Z", "Z"}, "Z", {}},
         {{"U", "V", "Z"}, "Z", {}},
         {{"Depth", "X", "Y", "Z"}, "Depth", {}},

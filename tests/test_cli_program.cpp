@@ -528,6 +528,99 @@ TEST_CASE("program: where PoCL cannot make its folder, the folder is named") {
                    "POCL_CACHE_DIR name another folder"));
 }
 
+namespace {
+
+/// A run of linearize with other variables of the environment: "-u", "HOME" takes one away.
+struct Linearize {
+    Folder folder;
+    Arguments arguments{"linearize", depth_file(folder, "depth.png", ramp(48, 32)),
+                        "--camera",  camera_file(folder),
+                        "-o",        folder / "out/z.exr"};
+
+    Outcome with(const Arguments& variables, const Arguments& before = {}) const {
+        return run(arguments, {.before = joined(joined(before, {"env"}), variables)});
+    }
+};
+
+std::size_t entries(const fs::path& folder) {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+} // namespace
+
+TEST_CASE("program: PoCL has a folder of its own where there is no home, and nobody else writes into it") {
+    const Linearize linearize;
+    const Folder& folder = linearize.folder;
+    for (const char* name : {"tmp", "runtime", "open"})
+        fs::create_directory(folder / name);
+    fs::permissions(folder / "runtime", fs::perms::owner_all);
+    fs::permissions(folder / "open", fs::perms::all);
+    const std::string tmp = "TMPDIR=" + folder / "tmp", strace_log = folder / "strace.log";
+    const bool pocl_was_there = fs::exists("/tmp/pocl"); // PoCL's own idea
+    const auto with = [&](const Arguments& variables) {
+        const Arguments all = joined({"env", "-u", "POCL_CACHE_DIR", "-u", "XDG_CACHE_HOME", tmp}, variables);
+        check_done({"devices"}, {.before = all});
+        CHECK(entries(folder / "tmp") == 0); // removed at the end
+    };
+    with({"-u", "HOME", "-u", "XDG_RUNTIME_DIR"});
+    with({"HOME=/proc/nope", "-u", "XDG_RUNTIME_DIR"});
+    with({"HOME=/proc", "XDG_RUNTIME_DIR=" + folder / "open"}); // in which others write, too
+    CHECK(entries(folder / "open") == 0);
+    with({"-u", "HOME", "XDG_RUNTIME_DIR=" + folder / "runtime"});
+    CHECK(entries(folder / "runtime/pocl/kcache") > 0);
+    CHECK(fs::exists("/tmp/pocl") == pocl_was_there);
+    // An empty variable is none, and one that is set and bad stays refused.
+    fs::create_directory(folder / "home");
+    with({"POCL_CACHE_DIR=", "HOME=" + folder / "home"});
+    CHECK(entries(folder / "home/.cache/pocl/kcache") > 0);
+    check_refused(linearize.with({"POCL_CACHE_DIR=/proc/nope", tmp}), 3, "/proc/nope, where nothing can be written");
+    const Arguments trace{"strace", "-f", "-e", "trace=mkdir,chmod", "-o", strace_log};
+    if (is_missing(trace, "there is no strace"))
+        return;
+    check_done(linearize.with(
+        {"-u", "POCL_CACHE_DIR", "-u", "XDG_CACHE_HOME", "-u", "HOME", "-u", "XDG_RUNTIME_DIR", tmp}, trace));
+    CHECK(contains(content(strace_log), folder / "tmp/fathom-kernels-"));
+    CHECK(contains(content(strace_log), ", 0700) = 0"));
+}
+
+TEST_CASE("program: without a linker PoCL runs the kernels that it has, and one line says what is missing for others") {
+    const Linearize linearize;
+    const Folder& folder = linearize.folder;
+    fs::create_directory(folder / "kernels");
+    fs::create_directory(folder / "bin");
+    const Arguments usual{"POCL_CACHE_DIR=" + folder / "kernels"};
+    const auto without = [&](const Arguments& arguments) {
+        return run(arguments, {.before = joined({"env"}, joined(usual, {"PATH=" + folder / "bin"}))});
+    };
+    const std::string line = "no folder of PATH holds \"ld\"; install the package binutils";
+    check_refused(without(linearize.arguments), 3, line);
+    CHECK(folder.results().empty());
+    check_done(linearize.with(usual));
+    check_done(without(linearize.arguments));
+    Arguments normals = linearize.arguments;
+    normals.front() = "normals";
+    check_refused(without(normals), 3, line); // a kernel that is not there yet
+    // Other choices of a kernel that is there, and the same kernel for other groups.
+    check_refused(without(joined(linearize.arguments, {"--background", "nan"})), 3, line);
+}
+
+TEST_CASE("program: want of room is not called want of a device") {
+    const Linearize linearize;
+    const Arguments little{"sh", "-c", R"(ulimit -v 200000 && exec "$@")", "sh"};
+    check_refused(linearize.with({}, little), 1, "less than 256 MiB of memory are left");
+    const Arguments alone{"unshare", "--user", "--map-root-user", "--mount"};
+    if (is_missing(alone, "no new mount namespace is permitted here (unshare --mount)"))
+        return;
+    const std::string full = linearize.folder / "full";
+    fs::create_directory(full);
+    const Arguments on_full_disk{
+        "sh", "-c",
+        R"(mount -t tmpfs -o nr_inodes=3 none "$0" && touch "$0/a" "$0/b" "$0/c"; POCL_CACHE_DIR=$0 exec "$@")", full};
+    const Outcome outcome = linearize.with({}, joined(alone, on_full_disk));
+    check_refused(outcome, 1, full + ", where nothing can be written (No space left on device)");
+    CHECK(!contains(outcome.err, "device answers"));
+}
+
 TEST_CASE("program: a full disk where PoCL keeps kernels is named, and no fault of the driver") {
     const Folder folder;
     const std::string full = folder / "full";

@@ -205,10 +205,35 @@ TEST_CASE("sequences: an option changes from frame to frame") {
     refused(good, {"--animate", "png-scale=" + csv}, 2, "'png-scale' is no option that changes");
     refused(good, {"--animate", "focus"}, 2, "NAME=FILE");
     refused(good, {"--animate", "focus=" + folder / "none.csv"}, 1, "there is no such file");
+    const Arguments keys{"--animate", "focus=" + csv, "--interpolate"};
+    refused("1,2\n2,4\n", keys, 1, "has no --focus for frame 3");
+    refused("1,2\n2,4\n", keys, 1, "--interpolate fills between its lines only");
+    refused("1,2\n3,inf\n", keys, 1, "--focus of frame 2, between 1 and 3: nothing lies between '2' and 'inf'");
+    refused("1,2\n3,4\n", {"--animate", "focus=" + csv}, 1, "give every frame a line, or let --interpolate fill it");
+    refused("1,\"2,3\"\n3,\"3,4\"\n", {"--animate", "focus-at=" + csv, "--interpolate"}, 1,
+            "of frame 2, between 1 and 3: ");
+    refused(good, {"--focus", "2", "--interpolate"}, 2, "--animate");
     const std::string unnumbered = depth_file(folder, "still.exr");
     check_refused(
         {"dof-masks", unnumbered, "--camera", shot.camera(), "-o", folder / "out/s.exr", "--animate", "focus=" + csv},
         2, "its name holds no frame");
+}
+
+TEST_CASE("sequences: frames between two lines have a value between theirs") {
+    const Shot shot({1, 2, 3, 5});
+    const std::string depths = shot.folder / "shot.####.exr", csv = shot.folder / "pull.csv";
+    const auto check = [&](const std::string& text, const std::string& option,
+                           const std::map<int, std::string>& values) {
+        write(csv, text);
+        check_done({"dof-masks", depths, "--camera", shot.camera(), "--animate", option + "=" + csv, "--interpolate",
+                    "-o", shot.folder / "out/z.####.exr"});
+        for (const auto& [frame, value] : values)
+            CHECK(same(shot.result(frame, "coc"),
+                       shot.alone({"dof-masks", "--" + option, value}, shot.file(frame), shot.camera(), "coc")));
+    };
+    check("1,1\n3,1.5\n5,inf\n", "focus", {{1, "1"}, {2, "1.25"}, {3, "1.5"}, {5, "inf"}});
+    check("0,0\n5,1\n", "focus", {{1, "0.2"}, {2, "0.4"}, {3, "0.6"}, {5, "1"}});
+    check("1,\"4,8\"\n5,\"8,28\"\n", "focus-at", {{2, "5,13"}, {3, "6,18"}});
 }
 
 TEST_CASE("sequences: a missing frame is an error, left out, or the one before it") {

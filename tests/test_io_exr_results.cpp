@@ -432,9 +432,9 @@ TEST_CASE("exr results: --append, --half and --compression of the program", "[io
     for (const Case& each :
          {Case{{"linearize"}, {"linear.Z"}}, Case{{"normals"}, {"N.X", "N.Y", "N.Z"}},
           Case{{"unproject"}, {"P.X", "P.Y", "P.Z"}}, Case{{"ssao", "--radius", "9"}, {"AO"}},
-          Case{{"dof-masks", "--circle", "9,99"}, {"depth.coc", "depth.far", "depth.focus", "depth.near"}},
-          Case{{"dof", "--color", z, "--circle", "9,99"}, {"dof.B", "dof.G", "dof.R"}},
-          Case{{"fog", "--color", z, "--density", "0.1"}, {"fog.B", "fog.G", "fog.R"}}}) {
+          Case{{"dof-masks", "--circle", "9,99"}, {"depth.coc", "depth.near", "depth.focus", "depth.far"}},
+          Case{{"dof", "--color", z, "--circle", "9,99"}, {"dof.R", "dof.G", "dof.B"}},
+          Case{{"fog", "--color", z, "--density", "0.1"}, {"fog.R", "fog.G", "fog.B"}}}) {
         const std::string result = folder / "out/r.exr";
         check_done(joined(each.arguments, {z, "--camera", camera, "-o", result, "--append", "--half", "--quiet"}));
         std::set<std::string> names;
@@ -445,8 +445,19 @@ TEST_CASE("exr results: --append, --half and --compression of the program", "[io
         }
         std::set<std::string> expected(each.added.begin(), each.added.end());
         expected.insert(picture.channels.begin(), picture.channels.end());
+        for (const std::string& name : each.added) { // layer.pass.letter, which is how Blender finds a pass
+            const std::string last = name.substr(name.rfind('.') + 1);
+            for (const std::string& known :
+                 last.size() == 1 ? std::vector{name} : std::vector{last + ".R", last + ".G", last + ".B"}) {
+                REQUIRE(names.contains("Fathom." + known));
+                CHECK(same(channel(result, "Fathom." + known), channel(result, name)));
+                expected.insert("Fathom." + known);
+            }
+        }
         CHECK(names == expected);
         CHECK(same(channel(result, "Z"), channel(z, "Z")));
+        CHECK(same(channel(result), channel(z, "Z"))); // what was appended is neither depth nor a picture by itself
+        CHECK(color_channels(result) == std::vector<std::string>{"R", "G", "B"});
     }
     const auto normals = [&](const Arguments& more, const std::string& name) {
         return run(joined({"normals", z, "--camera", camera, "-o", folder / name, "--quiet"}, more));
@@ -460,4 +471,81 @@ TEST_CASE("exr results: --append, --half and --compression of the program", "[io
                   "plain.tif: is no OpenEXR file, and --append adds to one");
     check_done(normals({"--compression", "piz"}, "out/p.exr"));
     CHECK(Imf::MultiPartInputFile((folder / "out/p.exr").c_str()).header(0).compression() == Imf::PIZ_COMPRESSION);
+}
+
+TEST_CASE("exr results: OpenCV opens every result of one number a pixel, and pictures", "[io]") {
+    setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1);
+    const Folder folder;
+    const std::string camera = folder / "camera.json", z = folder / "z.exr";
+    ExrImage picture{.display = {{0, 0}, {width - 1, height - 1}}, .channels = {"Z", "R", "G", "B"}};
+    picture.data = picture.display;
+    write(fs::path(z), picture);
+    write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "inverse", "scale": 4096})");
+    struct Opened {
+        Arguments arguments;
+        std::vector<std::string> options, channels; ///< of each result, and the channel that is seen
+    };
+    for (const Opened& each : {Opened{{"linearize"}, {"-o"}, {"Z"}},
+                               {{"ssao", "--radius", "9"}, {"-o", "--confidence"}, {"AO", "confidence"}},
+                               {{"dof-masks", "--circle", "9,99"},
+                                {"-o", "--max-near-coc", "--near-alpha", "--disocclusion", "--mixed-pixels",
+                                 "--tile-min-coc", "--tile-max-coc"},
+                                {"coc", "coc", "near", "disocclusion", "mixed", "min", "max"}},
+                               {{"dof-masks", "--circle", "9,99", "--mask", "far"}, {"-o"}, {"far"}},
+                               {{"dof", "--color", z, "--circle", "9,99"}, {"-o"}, {"B"}},
+                               {{"fog", "--color", z, "--density", "0.1"}, {"-o"}, {"B"}}})
+        for (const Arguments& more : {Arguments{}, {"--half"}}) {
+            Arguments command = joined(each.arguments, joined({z, "--camera", camera, "--quiet"}, more));
+            for (std::size_t i = 0; i < each.options.size(); ++i)
+                command = joined(command, {each.options[i], folder / ("out/" + std::to_string(i) + ".exr")});
+            check_done(command);
+            for (std::size_t i = 0; i < each.options.size(); ++i) {
+                INFO(each.arguments.front() << " " << each.channels[i]);
+                const std::string file = folder / ("out/" + std::to_string(i) + ".exr");
+                const cv::Mat seen = cv::imread(file, cv::IMREAD_UNCHANGED);
+                cv::Mat own;
+                channel(file, each.channels[i]).convertTo(own, CV_32F);
+                REQUIRE(seen.depth() == CV_32F);
+                CHECK(same(plane(seen, 0), own));
+            }
+        }
+    write_image(folder / "out/unnamed.exr", values_of({7, 5}, 1));
+    CHECK(same(cv::imread(folder / "out/unnamed.exr", cv::IMREAD_UNCHANGED), values_of({7, 5}, 1)));
+}
+
+TEST_CASE("exr results: a picture in other primaries than sRGB's is told where a file cannot say so", "[io]") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), z = depth_file(folder, "z.exr"), picture = folder / "c.exr";
+    const auto fog = [&](const std::string& out, const std::function<void(Imf::Header&)>& more) {
+        const Box2i window{{0, 0}, {width - 1, height - 1}};
+        write(fs::path(picture), {.display = window, .data = window, .channels = {"R", "G", "B"}, .more = more});
+        const Outcome outcome = run({"fog", z, "--color", picture, "--camera", camera, "-o", folder / ("out/" + out),
+                                     "--density", "0.01", "--quiet"});
+        CHECK(outcome.code == 0);
+        return outcome.err;
+    };
+    const auto primaries = [](V2i red, V2i green, V2i blue) { // in thousandths
+        const auto at = [](V2i place) {
+            return Imath::V2f(static_cast<float>(place.x) / 1000, static_cast<float>(place.y) / 1000);
+        };
+        return [=](Imf::Header& header) {
+            Imf::addChromaticities(header, {at(red), at(green), at(blue), {0.32168f, 0.33767f}});
+        };
+    };
+    const auto words = [](const char* name, const char* value) {
+        return [=](Imf::Header& header) { header.insert(name, Imf::StringAttribute(value)); };
+    };
+    const auto ap1 = primaries({713, 293}, {165, 830}, {128, 44}), p3 = primaries({680, 320}, {265, 690}, {150, 60});
+    for (const char* out : {"a.jpg", "a.png"}) {
+        const std::string line = std::string("out/") + out + ": counts as sRGB, but the header of the picture says ";
+        CHECK(contains(fog(out, ap1), line + "ACEScg, "));
+        CHECK(contains(fog(out, words("oiio:ColorSpace", "ACES - ACEScg")), line + "ACEScg, "));
+        CHECK(contains(fog(out, words("colorInteropID", "lin_ap0_scene")), line + "ACES2065-1, "));
+        CHECK(contains(fog(out, p3), line + "other primaries, "));
+        CHECK(fog(out, primaries({640, 330}, {300, 600}, {150, 60})).empty());
+        CHECK(fog(out, words("oiio:ColorSpace", "lin_srgb")).empty());
+        CHECK(fog(out, nullptr).empty());
+    }
+    for (const char* out : {"a.exr", "a.tif", "a.npy"})
+        CHECK(fog(out, ap1).empty());
 }

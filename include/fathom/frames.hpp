@@ -18,7 +18,7 @@ struct FrameOptions {
     /// time, and computed one after the other. Where the device and the codecs keep to that number, too, no more threads work.
     bool apart = false;
     /// Bytes that all frames in work may hold, as `FrameSteps::bytes` has it for the first of them; 0: a quarter of the
-    /// machine's memory. One frame is always in work.
+    /// memory of the machine, or of its control group's limit. One frame is always in work.
     std::size_t memory = 0;
     /// Asked before a frame is read. Once it says true no more frames begin; those in work are finished.
     std::function<bool()> stop = {};

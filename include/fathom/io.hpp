@@ -103,7 +103,9 @@ struct Channel {
 std::vector<Channel> list_channels(const std::filesystem::path& file);
 
 struct WriteOptions {
-    std::vector<std::string> channels = {}; ///< EXR channel names, one a channel, in the image's order; a single one: Z
+    /// EXR channel names, in the image's order. More names than channels name these again, from the first on. Default for a single
+    /// channel: Z, and Y, which other programs open.
+    std::vector<std::string> channels = {};
     std::optional<double> png_scale = {}; ///< .png: round((value × scale + offset) × 65535); without it .png is refused
     double png_offset = 0;
     /// .exr: whose header is kept: all attributes but those of the old pixels (preview, tiles, chunkCount), the display window, the

@@ -27,6 +27,8 @@ struct PictureFormat {
     std::vector<unsigned char> exif = {}; ///< the camera's data, of a picture that stands upright; empty without
     bool incomplete =
         false; ///< the file has more that is not kept: the Exif data of a TIFF, the profile of a grey picture
+    std::string primaries =
+        {}; ///< what an OpenEXR file says of its light, if these are not sRGB's: "ACEScg"; not converted
 };
 
 /// A picture as light.

@@ -107,7 +107,7 @@ void warn(const std::vector<std::string>& warnings, const std::string& name) {
         return;
     const nb::object category = nb::module_::import_("fathom._fathom").attr("CameraWarning");
     for (const std::string& warning : warnings)
-        if (PyErr_WarnEx(category.ptr(), (name + ": " + warning).c_str(), 1) != 0)
+        if (PyErr_WarnEx(category.ptr(), (name + ": " + in_python(warning)).c_str(), 1) != 0)
             throw nb::python_error();
 }
 
@@ -182,9 +182,9 @@ CameraObject load(const fs::path& path, const std::string& image, const std::str
                                                                storage.is_given() ? storage.given : nb::none(), depth),
                                                 why);
         if (!other && (!fs::is_regular_file(path) || is_json_or_glb(path)))
-            throw;
+            throw Error(in_python(error.what()));
         if (!other)
-            throw Error(std::string(error.what()) +
+            throw Error(in_python(error.what()) +
                         "; this build of the package reads camera files, glTF and transforms.json only: " + why);
         camera = *other;
     }

@@ -21,7 +21,7 @@ std::vector<std::string> check(const Pixels& depth, const CameraObject& camera, 
     std::vector<std::string> said = camera.key_doubts(seen.width, seen.height);
     const Unlocked released;
     for (const std::string& doubt : depth_doubts(seen, held.stored))
-        said.push_back(doubt);
+        said.push_back(in_python(doubt));
     return said;
 }
 

@@ -25,7 +25,8 @@ nb::tuple camera_file(const std::filesystem::path& path, const std::string& imag
                                                                            .depth = depth});
         return nb::make_tuple(camera.text, camera.warnings);
     } catch (const fathom::Error& error) {
-        PyErr_SetString(nb::module_::import_("fathom._fathom").attr("Error").ptr(), error.what());
+        PyErr_SetString(nb::module_::import_("fathom._fathom").attr("Error").ptr(),
+                        fathom::python::in_python(error.what()).c_str());
         throw nb::python_error();
     }
 }

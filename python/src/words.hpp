@@ -8,9 +8,11 @@
 #include <nanobind/nanobind.h>
 
 #include <optional>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// Finite choices as Python has them: the words of the program, in the order of the enumerators.
@@ -66,6 +68,19 @@ struct Word {
                                     description::in_words(known));
     }
 };
+
+/// A message of the importers, whose options are the program's, with Python's arguments.
+inline std::string in_python(const std::string& said) {
+    static const std::pair<std::regex, const char*> spoken[] = {
+        {std::regex(R"( \(--(camera|channel)\))"), ""}, // which have no argument here
+        {std::regex(R"(--preset ([^ ;,)]+(,[^ ;,)]+)*))"), R"(preset="$1")"},
+        {std::regex(R"(--undistorted(?![\w-]))"), "undistorted=True"},
+        {std::regex(R"(--(preset|image|node)(?![\w-]))"), "$1="}};
+    std::string words = said;
+    for (const auto& [option, argument] : spoken)
+        words = std::regex_replace(words, option, argument);
+    return words;
+}
 
 } // namespace fathom::python
 

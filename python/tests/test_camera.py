@@ -119,7 +119,7 @@ def test_gltf(tmp_path):
     lens = {"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1, "zfar": 50, "aspectRatio": 1.5}}
     scene = {"asset": {"version": "2.0"}, "nodes": [node, {**node, "name": "other"}], "cameras": [lens]}
     (tmp_path / "scene.gltf").write_text(json.dumps(scene))
-    with pytest.raises(fathom.Error, match="has 2 .*; say which with --node"):
+    with pytest.raises(fathom.Error, match="has 2 .*; say which with node=: eye, other"):
         fathom.Camera.load(tmp_path / "scene.gltf")
     camera = fathom.Camera.load(tmp_path / "scene.gltf", node="eye", preset="encoding=view-z")
     points = fathom.unproject(numpy.full((HEIGHT, WIDTH), 5, numpy.float32), camera, space="world")
@@ -131,6 +131,59 @@ def test_colmap_needs_the_importers(tmp_path):
     (tmp_path / "cameras.txt").write_text("1 PINHOLE 96 64 90 88 48 32\n")
     camera = fathom.Camera.load(tmp_path / "cameras.txt", preset="colmap")
     assert camera.width == 96 and camera.to_dict()["intrinsics"]["fx"] == 90
+
+
+EYE = numpy.eye(4).tolist()
+ROS = "image_width: 96\nimage_height: 64\ndistortion_model: plumb_bob\n" + "".join(
+    f"{name}:\n  rows: {rows}\n  cols: {cols}\n  data: {data}\n"
+    for name, rows, cols, data in (
+        ("camera_matrix", 3, 3, [90, 0, 48, 0, 88, 32, 0, 0, 1]),
+        ("distortion_coefficients", 1, 5, [0.1, 0, 0, 0, 0]),
+        ("rectification_matrix", 3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1]),
+        ("projection_matrix", 3, 4, [90, 0, 48, 0, 0, 88, 32, 0, 0, 0, 1, 0]),
+    )
+)
+SAID = {
+    "the image of a shot": (
+        "transforms.json",
+        json.dumps({"camera_angle_x": 1, "frames": [{"file_path": f"{i}.png", "transform_matrix": EYE} for i in (1, 2)]}),
+        {},
+        "say which with image=: 1.png, 2.png",
+    ),
+    "no image of that name": (
+        "transforms.json",
+        json.dumps({"camera_angle_x": 1, "frames": [{"file_path": "1.png", "transform_matrix": EYE}]}),
+        {"image": "7.png"},
+        'has no image "7.png" (image=); the nearest are 1.png',
+    ),
+    "what the values mean": (
+        "transforms.json",
+        json.dumps({"camera_angle_x": 1, "frames": [{"file_path": "1.png", "transform_matrix": EYE}]}),
+        {},
+        'name its source or give the keys: preset="tum", or preset="encoding=view-z,scale=0.001"',
+    ),
+    "no nodes": ("camera.json", '{"fov_y_deg": 60}', {"node": "eye"}, "has no nodes, so leave out node=; that is for glTF"),
+    "no calibration": (
+        "camera.json",
+        '{"fov_y_deg": 60}',
+        {"undistorted": True},
+        "which undistorted=True is for; leave it out",
+    ),
+    "a distortion": ("camera.yaml", ROS, {"preset": "kinect"}, "and say undistorted=True, which takes P"),
+    "a topic": ("camera.yaml", ROS, {"undistorted": True}, 'preset="kinect" for 16UC1 (millimetres), preset="encoding=view-z"'),
+}
+
+
+@pytest.mark.parametrize("kind", SAID)
+def test_messages_name_arguments_of_python(tmp_path, kind):
+    name, text, arguments, said = SAID[kind]
+    if name.endswith(".yaml"):
+        pytest.importorskip("fathom._importers")
+    (tmp_path / name).write_text(text)
+    with pytest.raises(fathom.Error) as caught:
+        fathom.Camera.load(tmp_path / name, **arguments)
+    assert said in str(caught.value)
+    assert "--" not in str(caught.value)
 
 
 def nested(depth):

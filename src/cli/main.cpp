@@ -12,7 +12,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <new>
 #include <system_error>
 
@@ -75,8 +74,6 @@ void keep_freed_memory() {
 
 int main(int argc, char** argv) {
     keep_freed_memory();
-    if (const char* const folder = std::getenv("POCL_CACHE_DIR"); folder && !*folder)
-        unsetenv("POCL_CACHE_DIR"); // PoCL aborts
     watch_interrupts();
     prepare_streams();
     remember_command_line(argc, argv);

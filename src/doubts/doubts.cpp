@@ -180,9 +180,9 @@ std::string reason(const Subject& subject, const StoredStatistics& found) {
                                    ? text("the values are ", number(found.min))
                                    : text("the values run from ", number(found.min), " to ", number(found.max));
     if (found.nan == found.pixels)
-        return "all of its values are NaN; is it the right file, or the right --channel?";
+        return "all of its values are NaN; is it the right file, or the right channel (--channel)?";
     if (std::isnan(found.min))
-        return "none of its values is finite; is it the right file, or the right --channel?";
+        return "none of its values is finite; is it the right file, or the right channel (--channel)?";
     if (count_of(StoredKind::missing, camera, subject) == found.pixels)
         return text("all of its values are ", number(found.min), ", which the camera says was not measured");
     if (!is_metric(camera.encoding) && is_float(subject.storage) &&

@@ -62,6 +62,9 @@ std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::ve
 /// How many threads OpenEXR has beside those that read and write. Without any these do all of it themselves.
 void set_exr_pool(int threads);
 
+/// The primaries of the light in a channel's part, where its header says others than sRGB's; empty otherwise.
+std::string exr_primaries(const std::filesystem::path& file, const std::string& channel);
+
 /// The number of the part that has a channel.
 int exr_part_of(const std::filesystem::path& file, const std::string& channel);
 
@@ -93,6 +96,7 @@ struct PictureFile {
     std::optional<ColorEncoding> encoding = {}; ///< where the file says so without a profile
     std::optional<bool> straight_alpha = {};    ///< likewise
     bool has_more = false;                      ///< Exif data that is not read
+    std::string primaries = {};                 ///< see `PictureFormat`
 };
 
 /// One channel of a picture whose channels are equal. Refuses colours: a map of them has no order of distances.

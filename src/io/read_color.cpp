@@ -46,7 +46,9 @@ std::string like(const std::string& name, const std::vector<std::string>& layers
 }
 
 std::string choose(const std::filesystem::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
-    const std::vector<std::string> layers = layers_of(channels);
+    std::vector<std::string> layers = layers_of(channels);
+    if (wanted.empty()) // results that --append has written for Blender
+        std::erase_if(layers, [](const std::string& layer) { return layer.starts_with("Fathom."); });
     const std::string* best = nullptr;
     for (const std::string& layer : layers) {
         if (wanted.empty() ? rank(layer) && (!best || *rank(layer) < *rank(*best)) : layer == wanted)
@@ -100,8 +102,11 @@ cv::Mat as_floats(const cv::Mat& image) {
 }
 
 PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& options) {
-    if (io::begins_like_exr(file))
-        return {.image = io::read_exr_floats(file, exr_channels(file, options), "colours", options.windows)};
+    if (io::begins_like_exr(file)) {
+        const std::vector<std::string> channels = exr_channels(file, options);
+        return {.image = io::read_exr_floats(file, channels, "colours", options.windows),
+                .primaries = io::exr_primaries(file, channels.front())};
+    }
     const io::Bytes bytes = io::read_image_file(file);
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 10));
     if (!options.layer.empty())
@@ -168,6 +173,7 @@ Picture io::light_of(PictureFile held, const ReadPictureOptions& options) {
     else
         picture.format.incomplete = !held.icc.empty();
     picture.format.incomplete |= held.has_more;
+    picture.format.primaries = std::move(held.primaries);
     picture.format.exif = std::move(held.exif);
     const bool straight = held.straight_alpha.value_or(codes);
     const bool encoded = picture.format.encoding != ColorEncoding::linear;
@@ -184,6 +190,8 @@ io::PictureRows::PictureRows(std::filesystem::path file, const ReadPictureOption
     : file_(std::move(file)), options_(options), exr_(std::move(exr)), tiff_(std::move(tiff)) {
     if (tiff_)
         tiff_->read_metadata(about_);
+    else
+        about_.primaries = exr_primaries(file_, exr_->channels().front().channel);
     PictureFile first = about_;
     first.image = cv::Mat::zeros(1, 1, tiff_ ? tiff_->type() : CV_32FC3);
     if (first.image.type() == CV_8UC1)

@@ -32,9 +32,9 @@ void check_channels(const std::filesystem::path& file, const cv::Mat& image, std
 std::vector<std::string> channel_names(const std::filesystem::path& file, const cv::Mat& image,
                                        const WriteOptions& options) {
     if (options.channels.empty() && image.channels() == 1)
-        return {"Z"};
+        return {"Z", "Y"};
     const std::set<std::string> names(options.channels.begin(), options.channels.end());
-    if (static_cast<int>(names.size()) != image.channels() || names.size() != options.channels.size() ||
+    if (static_cast<int>(names.size()) < image.channels() || names.size() != options.channels.size() ||
         names.contains(""))
         refuse(file, "an .exr needs a name of its own for each of the " + std::to_string(image.channels()) +
                          " channels; " + std::to_string(names.size()) + " are given");
@@ -122,8 +122,10 @@ io::Bytes bytes_of_color(ImageFile picture, const std::string& record) {
         if (bytes)
             return *bytes;
     }
+    std::vector<std::string>& names = picture.options.channels;
     if (extension_of(picture.file) == ".exr") // whose channels have names
-        std::swap(picture.options.channels[0], picture.options.channels[2]);
+        for (std::size_t i = 0; i + 2 < names.size(); i += static_cast<std::size_t>(picture.image.channels()))
+            std::swap(names[i], names[i + 2]);
     return bytes_of_values(picture, record, true);
 }
 

@@ -1,13 +1,15 @@
 // Devices: explicit enumeration (no driver's idea of a default), selection by kind, index or name.
 
 #include "require.hpp"
-#include "runtime/program.hpp"
+#include "runtime/pocl.hpp"
 #include "runtime/state.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <utility>
+
+#include <sys/mman.h>
 
 namespace fathom {
 namespace {
@@ -43,16 +45,23 @@ DeviceInfo describe(const cl::Device& device, const cl::Platform& platform, int 
 
 constexpr cl_int no_platform = -1001; // CL_PLATFORM_NOT_FOUND_KHR: the loader's way to say that no driver is installed
 
-// `failure`: takes what a driver did not do.
-std::vector<Found> find_devices(std::string* failure = nullptr) {
+/// What a driver did not do, and whether that was for want of memory.
+struct Failure {
+    std::string words;
+    bool no_room = false;
+};
+
+std::vector<Found> find_devices(Failure* failure = nullptr) {
     runtime::check_process();
+    const runtime::PoclFolder folder;
     // What a driver says, or nothing if it fails: one bad driver hides only its own devices.
     const auto or_nothing = [&](const auto& action) -> decltype(action()) {
         try {
             return action();
         } catch (const cl::Error& error) {
             if (failure && error.err() != no_platform && error.err() != CL_DEVICE_NOT_FOUND)
-                *failure = text(error.what(), " returned ", runtime::in_words(error.err()));
+                *failure = {text(error.what(), " returned ", runtime::in_words(error.err())),
+                            error.err() == CL_OUT_OF_HOST_MEMORY || error.err() == CL_OUT_OF_RESOURCES};
             return {};
         }
     };
@@ -102,15 +111,35 @@ bool answers_to(const DeviceInfo& info, const std::string& wanted) {
     return lower(info.name).find(wanted) != std::string::npos;
 }
 
-const Found& choose(const std::vector<Found>& found, const std::string& wanted, const std::string& failure) {
-    if (found.empty() && !failure.empty())
-        throw NoDevice("no OpenCL device answers: " + failure);
-    if (found.empty()) {
-        if (const std::string reason = runtime::pocl_refusal(); !reason.empty())
-            throw NoDevice("no OpenCL device answers; if PoCL is installed, it keeps what it compiles in " + reason);
-        throw NoDevice("no OpenCL device is installed; a CPU becomes one with the package pocl-opencl-icd, "
-                       "which needs a folder to write into (POCL_CACHE_DIR)");
-    }
+/// Is there memory for a driver to be loaded into? PoCL's compiler alone takes 200 MiB.
+bool has_memory_for_driver() {
+    constexpr std::size_t driver = std::size_t{256} << 20;
+    void* const place = mmap(nullptr, driver, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    return place != MAP_FAILED && munmap(place, driver) == 0;
+}
+
+// What lacks room is there, and no other device would do better.
+[[noreturn]] void refuse_without_devices(const Failure& failure) {
+    if (failure.no_room)
+        throw Error("an OpenCL driver has no room: " + failure.words);
+    if (!failure.words.empty())
+        throw NoDevice("no OpenCL device answers: " + failure.words);
+    const runtime::PoclRefusal refusal = runtime::pocl_refusal();
+    if (refusal.full)
+        throw Error("PoCL, if it is installed, keeps what it compiles in " + refusal.words);
+    if (!refusal.words.empty())
+        throw NoDevice("no OpenCL device answers; if PoCL is installed, it keeps what it compiles in " + refusal.words);
+    if (!has_memory_for_driver())
+        throw Error(
+            "less than 256 MiB of memory are left, into which no OpenCL driver can be loaded; raise the limit of "
+            "this process (ulimit -v)");
+    throw NoDevice("no OpenCL device is installed; a CPU becomes one with the package pocl-opencl-icd, "
+                   "which needs a folder to write into (POCL_CACHE_DIR)");
+}
+
+const Found& choose(const std::vector<Found>& found, const std::string& wanted, const Failure& failure) {
+    if (found.empty())
+        refuse_without_devices(failure);
     if (wanted.empty()) {
         const auto gpu = std::ranges::find_if(found, [](const Found& f) { return !f.info.cpu; });
         return gpu != found.end() ? *gpu : found.front();
@@ -185,7 +214,7 @@ std::vector<DeviceInfo> list_devices() {
 }
 
 Device Device::open(const std::string& wanted, const DeviceOptions& options) {
-    std::string failure;
+    Failure failure;
     const std::vector<Found> all = find_devices(&failure);
     const Found& found = choose(all, wanted, failure);
     Device device;

@@ -1,5 +1,7 @@
 #include "runtime/launch.hpp"
 
+#include "runtime/pocl.hpp"
+
 #include <algorithm>
 #include <array>
 
@@ -27,7 +29,9 @@ std::string bare_type(std::string_view reported) {
     return type;
 }
 
-void check_arguments(Kernel& kernel, const std::vector<std::string>& types) {
+void check(Kernel& kernel, const std::vector<std::string>& types, std::size_t group) {
+    if (kernel.compiled)
+        check_linked(*kernel.compiled, kernel.name, group);
     const auto declared = kernel.kernel.getInfo<CL_KERNEL_NUM_ARGS>();
     if (declared != types.size()) {
         throw Error(text(kernel.description, " takes ", declared, " arguments and was given ", types.size()));

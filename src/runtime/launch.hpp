@@ -38,8 +38,8 @@ const Params& argument_value(const Params& params) {
 std::string bare_type(std::string_view reported);
 
 /// Compares the kernel's own declaration with what it is given, once: PoCL accepts any struct, whatever its name. That a
-/// struct has the same size on both sides is what PARAMS in params.h asserts.
-void check_arguments(Kernel& kernel, const std::vector<std::string>& types);
+/// struct has the same size on both sides is what PARAMS in params.h asserts. PoCL also has to have a linker, or the kernel.
+void check(Kernel& kernel, const std::vector<std::string>& types, std::size_t group);
 
 /// Work-items per group: as many as the device's options say, if the kernel allows so many. Results do not depend on it.
 std::size_t group_size(const Device& device, Kernel& kernel);
@@ -50,9 +50,9 @@ template <typename... Arguments>
 void launch(const Device& device, Kernel& kernel, Range range, const Arguments&... arguments) {
     const auto start = [&] {
         const auto lock = locked(device.state().mutex); // from the first argument until the kernel has them all
-        if (!kernel.checked)
-            check_arguments(kernel, {argument_type(arguments)...});
         const std::size_t group = group_size(device, kernel);
+        if (!kernel.checked)
+            check(kernel, {argument_type(arguments)...}, group);
         cl_uint index = 0;
         (kernel.kernel.setArg(index++, argument_value(arguments)), ...);
         const std::size_t rounded = (range.x + group - 1) / group * group;

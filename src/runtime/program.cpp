@@ -3,18 +3,12 @@
 
 #include "runtime/program.hpp"
 
+#include "runtime/pocl.hpp"
 #include "runtime/state.hpp"
 #include "text.hpp"
 
-#include <cerrno>
-#include <cstdlib>
 #include <filesystem>
 #include <set>
-#include <system_error>
-
-#include <fcntl.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 namespace fathom::runtime {
 namespace {
@@ -79,85 +73,33 @@ std::string build_log(const cl::Program& program, const cl::Device& device) {
     }
 }
 
-// The folder where PoCL keeps what it compiles. Source: PoCL 3.1 and 6.0, "Environment variables".
-std::filesystem::path pocl_folder() {
-    const auto variable = [](const char* name) {
-        const char* const value = std::getenv(name);
-        return std::filesystem::path(value ? value : "");
-    };
-    if (const auto own = variable("POCL_CACHE_DIR"); !own.empty())
-        return own;
-    if (const auto cache = variable("XDG_CACHE_HOME"); !cache.empty())
-        return cache / "pocl/kcache";
-    const auto home = variable("HOME");
-    return home.empty() ? "/tmp/pocl/kcache" : home / ".cache/pocl/kcache";
-}
-
-// Why as much as a kernel takes cannot be written into a folder; 0 where it can be.
-int refusal_to_write(const std::filesystem::path& folder) {
-    std::error_code failure;
-    std::filesystem::create_directories(folder, failure);
-    if (failure)
-        return failure.value();
-    std::string name = (folder / ("fathom-" + std::string(6, 'X'))).string(); // mkstemp asks for these six
-    const int file = mkstemp(name.data());
-    if (file < 0)
-        return errno;
-    constexpr off_t most = 1 << 20;
-    rlimit limit{};
-    const bool limited =
-        getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur < rlim_t{most}; // to try would be a signal
-    const int refusal = limited ? EFBIG : posix_fallocate(file, 0, most);
-    close(file);
-    unlink(name.c_str());
-    return refusal;
-}
-
-// The folder, and why PoCL cannot write into it.
-std::string described(int refusal) {
-    return text(pocl_folder().string(), ", where ", refusal == EFBIG ? "files must be small" : "nothing can be written",
-                " (", std::generic_category().message(refusal), "); ",
-                refusal == EFBIG ? "raise the limit of file sizes (ulimit -f)"
-                                 : "make room there, or let POCL_CACHE_DIR name another folder");
-}
-
-// Where PoCL cannot write what it compiles, it says no more than that it does not compile. On a full disk its compiler may end
-// the process, so that is looked for before. Others are told when the build has failed.
-void check_pocl_folder(const std::string& file, const Device& device, bool has_failed) {
-    if (device.info().platform != "Portable Computing Language")
-        return;
-    if (const int refusal = refusal_to_write(pocl_folder());
-        refusal == ENOSPC || refusal == EDQUOT || (has_failed && refusal != 0))
-        throw Error(text("kernels/", file, " is not compiled: PoCL keeps what it compiles in ", described(refusal)));
-}
-
 // Under the context's lock, so that two threads do not build the same.
-cl::Program program(const Device& device, const std::string& file, const std::string& options) {
+const Program& program(const Device& device, const std::string& file, const std::string& options) {
     Context& context = *device.state().shared;
+    const bool pocl = device.info().platform == "Portable Computing Language";
     const auto lock = locked(context.programs_mutex);
     const std::string key = file + ' ' + options;
     if (const auto found = context.programs.find(key); found != context.programs.end())
         return found->second;
-    check_pocl_folder(file, device, false);
+    if (pocl)
+        check_pocl_folder(file, false);
+    const PoclPrograms before = pocl ? pocl_programs() : PoclPrograms();
     const cl::Program built(context.context, assembled_source(file));
     try {
         built.build({context.device}, options.c_str());
     } catch (const cl::Error& error) {
         if (error.err() != CL_BUILD_PROGRAM_FAILURE) // the compiler did not come so far as to have a log
             throw;
-        check_pocl_folder(file, device, true);
+        if (pocl)
+            check_pocl_folder(file, true);
         throw Error(text("kernels/", file, " does not build on ", device.info().name, " with ", options,
                          "; try another device or driver, or report this:\n", build_log(built, context.device)));
     }
-    return context.programs.emplace(key, built).first->second;
+    return context.programs.emplace(key, Program{built, pocl ? std::optional(used_since(before)) : std::nullopt})
+        .first->second;
 }
 
 } // namespace
-
-std::string pocl_refusal() {
-    const int refusal = refusal_to_write(pocl_folder());
-    return refusal == 0 || refusal == EFBIG ? "" : described(refusal);
-}
 
 Kernel& kernel(const Device& device, const std::string& name, Defines defines) {
     Device::State& state = device.state();
@@ -172,9 +114,11 @@ Kernel& kernel(const Device& device, const std::string& name, Defines defines) {
     }
     const std::string file = file_of(name);
     const auto make = [&]() -> Kernel& {
-        const cl::Kernel made(program(device, file, options), name.c_str());
+        const Program& of = program(device, file, options);
+        const cl::Kernel made(of.program, name.c_str());
         const auto lock = locked(state.mutex);
-        return state.kernels.emplace(key, Kernel{made, text("kernels/", file, ' ', options)}).first->second;
+        return state.kernels.emplace(key, Kernel{made, name, text("kernels/", file, ' ', options), of.compiled})
+            .first->second;
     };
     return ask(device, make, "refused kernels/", file);
 }

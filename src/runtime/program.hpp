@@ -4,7 +4,9 @@
 
 #include <fathom/device.hpp>
 
+#include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,9 +20,6 @@ namespace fathom::runtime {
 /// file and the line that a person would open.
 std::string assembled_source(const std::string& file);
 
-/// Why PoCL cannot write into the folder where it keeps what it compiles, and the folder; empty if it can.
-std::string pocl_refusal();
-
 /// Finite choices that a kernel is built for: -D name=value.
 using Defines = std::vector<std::pair<const char*, int>>;
 
@@ -28,7 +27,9 @@ using Defines = std::vector<std::pair<const char*, int>>;
 /// and what was found out about it.
 struct Kernel {
     cl::Kernel kernel;
-    std::string description;     ///< for messages: the file and its choices
+    std::string name, description; ///< the latter for messages: the file and its choices
+    std::optional<std::vector<std::filesystem::path>> compiled =
+        {};                      ///< where PoCL has it, if it is PoCL's: runtime/pocl.hpp
     bool checked = false;        ///< have its arguments been compared with what was launched?
     std::size_t group_limit = 0; ///< work-items per group that the device allows it; 0: not asked yet
 };

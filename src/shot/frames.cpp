@@ -1,5 +1,7 @@
 // Frames through oneTBB's pipeline. Each frame in work may have a thread of its own, because a step mostly waits for other
 // threads: a codec's or the device's. Where the number of threads is a limit, files and device take turns instead.
+#include "memory.hpp"
+
 #include <fathom/frames.hpp>
 
 #include <tbb/global_control.h>
@@ -13,8 +15,6 @@
 #include <mutex>
 #include <thread>
 #include <vector>
-
-#include <unistd.h>
 
 namespace fathom {
 namespace {
@@ -37,10 +37,6 @@ void take(const std::function<void(std::size_t, void*)>& step, Begun& begun) {
     }
 }
 
-std::size_t machine_memory() {
-    return static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGE_SIZE));
-}
-
 std::size_t threads_of(const FrameOptions& options) {
     return options.threads > 0 ? static_cast<std::size_t>(options.threads)
                                : std::max(1u, std::thread::hardware_concurrency());
@@ -48,7 +44,7 @@ std::size_t threads_of(const FrameOptions& options) {
 
 // Frames in work: one is computed, `threads` are read and `threads` are written, if they fit into the memory.
 std::size_t most_in_work(const FrameOptions& options, std::size_t bytes) {
-    const std::size_t memory = options.memory > 0 ? options.memory : machine_memory() / 4;
+    const std::size_t memory = options.memory > 0 ? options.memory : usable_memory() / 4;
     return std::clamp<std::size_t>(memory / std::max<std::size_t>(bytes, 1), 1, 2 * threads_of(options) + 1);
 }
 

@@ -50,6 +50,7 @@ enum class Report { line, json, nothing };
 struct DepthOptions {
     Inputs inputs;
     std::vector<Animation> animations;
+    bool interpolate = false; ///< are frames between those of an animation filled?
     CameraOption camera;
     RelativeOptions relative; ///< of commands that take it
     std::string output;

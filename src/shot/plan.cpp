@@ -9,13 +9,18 @@
 #include <fathom/error.hpp>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <set>
+#include <sstream>
+#include <stdexcept>
 #include <utility>
 
 #include <sys/stat.h>
@@ -171,21 +176,61 @@ void hold_earlier(const DepthOptions& options, const std::vector<Companion>& com
     }
 }
 
-// The values of a frame, in the order of the animations.
-std::vector<std::string> values_for(const std::vector<Animation>& animations, const Input& input) {
-    std::vector<std::string> values;
-    for (const Animation& animation : animations) {
-        if (!input.frame)
-            throw UsageError(fmt::format("{}: its name holds no frame, which --animate needs; give it a number, as in "
-                                         "shot.0001.exr",
-                                         input.file));
-        const auto value = animation.values.find(*input.frame);
-        if (value == animation.values.end())
-            throw Error(fmt::format("{}: has no {} for frame {} ({}); give every frame a line", animation.file,
-                                    animation.option, *input.frame, input.file));
-        values.push_back(value->second);
+// The numbers of a value, which commas separate; none if it holds something else.
+std::vector<double> numbers_in(const std::string& value) {
+    std::vector<double> numbers;
+    std::istringstream words(value);
+    for (std::string word; std::getline(words, word, ',');) {
+        word.erase(0, word.find_first_not_of(' '));
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), numbers.emplace_back());
+        if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(numbers.back()))
+            return {};
     }
-    return values;
+    return numbers;
+}
+
+using Key = std::pair<const Frame, std::string>;
+
+// The value of a frame between two others: as far between theirs as the frame is. The option itself may refuse it, as one that
+// takes whole numbers.
+std::string between(const Animation& animation, const Key& before, const Key& after, Frame frame) {
+    if (before.second == after.second)
+        return before.second;
+    const std::vector<double> from = numbers_in(before.second), to = numbers_in(after.second);
+    const std::string where = fmt::format("{}: {} of frame {}, between {} and {}", animation.file, animation.option,
+                                          frame, before.first, after.first);
+    if (from.empty() || from.size() != to.size())
+        throw Error(fmt::format("{}: nothing lies between '{}' and '{}'; give the frame a line", where, before.second,
+                                after.second));
+    const double part = static_cast<double>(frame - before.first) / static_cast<double>(after.first - before.first);
+    std::vector<double> values(from.size());
+    std::ranges::transform(from, to, values.begin(), [=](double a, double b) { return std::lerp(a, b, part); });
+    std::string value = fmt::format("{}", fmt::join(values, ","));
+    try {
+        animation.give(value);
+    } catch (const std::runtime_error& refused) {
+        throw Error(fmt::format("{}: {}; give the frame a line", where, refused.what()));
+    }
+    animation.give(animation.values.begin()->second); // which stays until the first frame says otherwise
+    return value;
+}
+
+std::string value_for(const Animation& animation, const Input& input, bool interpolate) {
+    if (!input.frame)
+        throw UsageError(fmt::format("{}: its name holds no frame, which --animate needs; give it a number, as in "
+                                     "shot.0001.exr",
+                                     input.file));
+    const std::map<Frame, std::string>& values = animation.values;
+    const auto next = values.lower_bound(*input.frame);
+    if (next != values.end() && next->first == *input.frame)
+        return next->second;
+    if (interpolate && next != values.begin() && next != values.end())
+        return between(animation, *std::prev(next), *next, *input.frame);
+    throw Error(fmt::format(
+        "{}: has no {} for frame {} ({}); {}", animation.file, animation.option, *input.frame, input.file,
+        interpolate                                      ? "--interpolate fills between its lines only"
+        : next == values.begin() || next == values.end() ? "give every frame a line"
+                                                         : "give every frame a line, or let --interpolate fill it"));
 }
 
 void refuse_replacing(const DepthOptions& options, const std::vector<Job>& jobs) {
@@ -243,7 +288,8 @@ std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& ou
             jobs.push_back(job);
             continue;
         }
-        job.values = values_for(options.animations, input);
+        for (const Animation& animation : options.animations)
+            job.values.push_back(value_for(animation, input, options.interpolate));
         for (const Output& output : outputs) {
             const fs::path file = place(options, output, input);
             const std::string what = outputs.size() == 1 ? input.file : output.option + " of " + input.file;

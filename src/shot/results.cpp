@@ -24,6 +24,21 @@ std::vector<std::string> in_layer(std::vector<std::string> channels, const std::
 
 } // namespace
 
+std::vector<std::string> known_names(std::vector<std::string> channels, bool append) {
+    const std::vector<std::string> own = channels;
+    const std::size_t end = own.front().rfind('.') + 1;
+    if (append && own.front().size() == end + 1)
+        for (const std::string& name : own)
+            channels.push_back("Fathom." + name);
+    else if (append)
+        for (const char* color : {".R", ".G", ".B"})
+            for (const std::string& name : own)
+                channels.push_back("Fathom." + name.substr(end) + color);
+    else if (end == 0 && own.front() != "R")
+        channels.emplace_back("Y");
+    return channels;
+}
+
 std::vector<std::string> channels_of(const Product& product, const cv::Mat& image) {
     const auto there = std::min(product.channels.size(), static_cast<std::size_t>(image.channels()));
     return {product.channels.begin(), product.channels.begin() + static_cast<std::ptrdiff_t>(there)};
@@ -79,6 +94,7 @@ std::vector<ImageFile> files_of(const DepthOptions& options, const std::vector<O
             how.source->append = true;
             how.channels = in_layer(how.channels, product.layer);
         }
+        how.channels = known_names(how.channels, i == 0 && options.append);
         images.push_back({job.outputs[i], image, how, product.kind, results[i].format});
     }
     return images;
@@ -118,13 +134,21 @@ std::vector<std::string> png_doubts(const DepthOptions& options, const std::vect
 }
 
 std::vector<std::string> metadata_doubts(const std::filesystem::path& file, const Result& result) {
-    if (result.format && result.format->incomplete)
-        return {
-            "does not hold the picture's Exif data or its grey profile, which are not read; copy them with exiftool"};
-    if (!result.format || !loses_metadata(file, *result.format))
+    if (!result.format)
         return {};
-    return {"does not hold the colour profile or the camera's data of the picture; write the picture's own type to "
-            "keep them"};
+    std::vector<std::string> said;
+    if (result.format->incomplete)
+        said.emplace_back(
+            "does not hold the picture's Exif data or its grey profile, which are not read; copy them with exiftool");
+    else if (loses_metadata(file, *result.format))
+        said.emplace_back("does not hold the colour profile or the camera's data of the picture; write the picture's "
+                          "own type to keep them");
+    const std::string extension = extension_of(file);
+    if (!result.format->primaries.empty() && (extension == ".jpg" || extension == ".png"))
+        said.push_back(fmt::format("counts as sRGB, but the header of the picture says {}, so that its colours look "
+                                   "dull; convert the picture to linear sRGB first, or write an .exr",
+                                   result.format->primaries));
+    return said;
 }
 
 void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const Job& job) {

@@ -16,6 +16,10 @@ namespace fathom::cli {
 /// The names of the channels that an image has: an alpha may be missing.
 std::vector<std::string> channels_of(const Product& product, const cv::Mat& image);
 
+/// Names that other programs know, beside a result's own in an EXR: a channel Y, which Blender and OpenCV open as a grey picture;
+/// or channels of a layer "Fathom" that Blender lists among others, each called layer.pass.letter.
+std::vector<std::string> known_names(std::vector<std::string> channels, bool append);
+
 bool is_exr(const std::filesystem::path& file);
 
 /// The EXR whose header the results keep: that of the picture they are made of, or that of the depth.

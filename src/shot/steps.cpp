@@ -254,9 +254,11 @@ std::size_t Steps::bytes(const Work& work) const {
                of(images.normals) + of(images.thickness);
     } catch (...) { // is told when the frame is computed
     }
-    std::size_t values = 1; // a pixel: what it looks at
-    for (const Output& output : outputs_)
-        values += 2 * output.product.channels.size(); // the result and its file
+    std::size_t values = 1;                 // a pixel: what it looks at
+    for (const Output& output : outputs_) { // the result and its file
+        const std::vector<std::string>& channels = output.product.channels;
+        values += channels.size() + known_names(channels, options_.append).size();
+    }
     return sum + values * sizeof(float) * work.depth.values.total();
 }
 

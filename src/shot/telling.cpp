@@ -136,6 +136,27 @@ std::string in_words(const std::exception_ptr& failure, const DepthOptions& opti
     }
 }
 
+// What lacks a device fails for all inputs alike, and ends the run.
+void check_device(const std::exception_ptr& failure) {
+    try {
+        std::rethrow_exception(failure);
+    } catch (const NoDevice&) {
+        throw;
+    } catch (...) { // is the input's own
+    }
+}
+
+void announce_failure(Report report, const Job& job, const std::string& error) {
+    if (report != Report::json)
+        return;
+    Job of_input = job;
+    of_input.outputs.clear(); // which are not there
+    nlohmann::ordered_json line = files_in_json({}, of_input);
+    line["error"] = error;
+    print_json(line);
+    flush_output();
+}
+
 // A frame that is left out.
 void announce_left_out(Report report, const Job& job) {
     if (report == Report::line)
@@ -208,12 +229,14 @@ void Telling::tell(std::size_t index, const Work& work, const std::exception_ptr
     std::ranges::for_each(work.frame.said, complain);
     std::string error;
     if (failure) {
+        check_device(failure);
         error = in_words(failure, options_, job);
         const bool alike = none_has_a_place(failure, job, jobs_);
         if (alike && jobs_.size() > 1)
             error += "; no other frame has a place either";
         if (!alike || !no_place_.exchange(true))
             complain(error);
+        announce_failure(said_, job, error);
         failed_.push_back(job.held ? fmt::format("{} (for frame {})", job.input.native(), *job.frame)
                                    : job.input.native());
     } else {

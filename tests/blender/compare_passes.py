@@ -1,10 +1,12 @@
 """usage: blender -b --factory-startup --python compare_passes.py -- FATHOM EXPORT_CAMERA.py FOLDER
 
 Renders scenes in Cycles, exports their cameras, and compares what Fathom makes of the Z pass with Blender's own passes.
+Opens the results as pictures, and in the compositor.
 """
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 
@@ -25,6 +27,8 @@ FOOTPRINT = 0.5
 ROUNDINGS = 16
 # Cycles hits the lamp some 10 000 times. Their variance then has a standard deviation of 1 %, its root half of that.
 CIRCLE_ERROR = 0.02
+
+SIZE = 640, 400  # of the frames of perspective()
 
 failures = []
 
@@ -117,7 +121,7 @@ def perspective():
         camera.data.lens = lens
         camera.data.keyframe_insert("lens", frame=frame)
     camera.data.shift_x, camera.data.shift_y = 0.12, -0.07
-    scene.render.resolution_x, scene.render.resolution_y = 640, 400
+    scene.render.resolution_x, scene.render.resolution_y = SIZE
     scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = 1, 1.25
     return scene
 
@@ -389,8 +393,77 @@ def check_blur(kind):
           f"{kind}: Cycles blurs a point by {theirs:.2f} pixels, the camera file says {ours:.2f}")
 
 
+def shown(image, layer=""):
+    """The layers and passes of an image in the compositor, and what it gives out for those of one layer."""
+    scene = bpy.context.scene
+    scene.use_nodes = True
+    tree, layers = scene.node_tree, {}
+    tree.nodes.clear()
+    source, file = (tree.nodes.new(f"CompositorNode{kind}") for kind in ("Image", "OutputFile"))
+    source.image = image
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = *SIZE, 100
+    scene.render.use_border = False
+    file.base_path = FOLDER
+    file.format.file_format, file.format.color_depth, file.format.exr_codec = "OPEN_EXR", "32", "NONE"
+    file.format.color_mode = "RGB"
+    file.file_slots[0].path = "shown"
+    try:
+        source.layer = ""  # The refusal lists what there is.
+        names = [""]
+    except TypeError as refusal:
+        names = re.findall("'([^']*)'", str(refusal).split("not found in")[1]) or [""]
+    for name in names:
+        if name:
+            source.layer = name
+        for socket in [socket for socket in source.outputs if socket.enabled]:
+            layers[name, socket.name] = None
+            if name != layer:
+                continue
+            tree.links.new(socket, file.inputs[0])
+            bpy.ops.render.render()
+            written = read_exr(os.path.join(FOLDER, f"shown{scene.frame_current:04d}.exr"))
+            layers[name, socket.name] = np.stack([written[letter] for letter in "RGB"], -1)
+    return layers
+
+
+def check_opens(exr, camera):
+    """Every kind of result opens: alone, and as passes of the layer Fathom beside those of the render."""
+    grey = lambda name: [name] * 3
+    kinds = (
+        (["linearize"], {"linear": grey("Z")}),
+        (["ssao", "--radius", "1"], {"AO": grey("AO")}),
+        (["normals"], {"N": ["N.X", "N.Y", "N.Z"]}),
+        (["unproject"], {"P": ["P.X", "P.Y", "P.Z"]}),
+        (["dof-masks", "--circle", "9,99"], {name: grey(name) for name in ("coc", "near", "focus", "far")}),
+        (["dof", "--color", exr, "--circle", "9,99"], {"dof": ["R", "G", "B"]}),
+        (["fog", "--color", exr, "--density", "0.1"], {"fog": ["R", "G", "B"]}))
+    before = shown(bpy.data.images.load(exr)).keys()
+    for command, passes in kinds:
+        name, alone, appended = command[0], f"{exr}.alone.exr", f"{exr}.appended.exr"
+        for output, more in ((alone, ["--compression", "none"]), (appended, ["--append"])):
+            subprocess.run([FATHOM, command[0], exr, "--camera", camera, *command[1:], "-o", output, "--quiet", *more],
+                           check=True)
+        channels = read_exr(alone)
+        values = {each: np.stack([channels[c] for c in names], -1) for each, names in passes.items()}
+        image = bpy.data.images.load(alone)
+        first = next(iter(values.values()))
+        if len(image.pixels):
+            seen = np.array(image.pixels[:], "f4").reshape(*SIZE[::-1], image.channels)[::-1, :, :3]
+        else:
+            seen = next(iter(shown(image).values()))
+        check(np.array_equal(seen, first, equal_nan=True), f"{name}: opens, {np.nanmin(first):.3g} to {np.nanmax(first):.3g}")
+        layers = shown(bpy.data.images.load(appended), "Fathom")
+        listed = {each: layers.get(("Fathom", each)) for each in passes}
+        check(all(seen is not None and np.array_equal(seen, values[each], equal_nan=True)
+                  for each, seen in listed.items()) and before <= layers.keys(),
+              f"{name}: appended, Blender lists {', '.join(each for layer, each in layers if layer == 'Fathom')}")
+        for path in (alone, appended):
+            bpy.data.images.remove(bpy.data.images[os.path.basename(path)])
+
+
 for scene_of in (perspective, orthographic, region):
     compare_scene(scene_of)
+check_opens(*(os.path.join(FOLDER, f"perspective.0001.{end}") for end in ("exr", "json")))
 check_refusals()
 check_lens()
 check_sky()

@@ -75,16 +75,21 @@ Animation animation_of(CLI::App& app, const std::string& text) {
 
 } // namespace
 
-void add_animate_option(CLI::App& app, std::vector<Animation>& animations) {
-    app.add_option_function<std::vector<std::string>>(
-           "--animate",
-           [&app, &animations](const std::vector<std::string>& all) {
-               for (const std::string& each : all)
-                   animations.push_back(animation_of(app, each));
-           },
-           "an option whose value changes: FILE holds a line\nFRAME,VALUE for each frame, or JSON (docs/sequences.md)")
-        ->type_name("NAME=FILE")
-        ->allow_extra_args(false)
+void add_animate_options(CLI::App& app, DepthOptions& options) {
+    CLI::Option* const animate =
+        app.add_option_function<std::vector<std::string>>(
+               "--animate",
+               [&app, &options](const std::vector<std::string>& all) {
+                   for (const std::string& each : all)
+                       options.animations.push_back(animation_of(app, each));
+               },
+               "an option whose value changes: FILE holds a line\nFRAME,VALUE for each frame, or JSON "
+               "(docs/sequences.md)")
+            ->type_name("NAME=FILE")
+            ->allow_extra_args(false)
+            ->group("Frames");
+    app.add_flag("--interpolate", options.interpolate, "fills the frames between two lines of --animate, evenly")
+        ->needs(animate)
         ->group("Frames");
 }
 

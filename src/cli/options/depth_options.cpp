@@ -137,7 +137,7 @@ void add_frame_options(CLI::App& app, DepthOptions& options) {
                     "a frame without its files is an error (default), is left out\n"
                     "(skip), or repeats the one before it (hold)")
         ->group("Frames");
-    add_animate_option(app, options.animations);
+    add_animate_options(app, options);
 }
 
 void add_run_options(CLI::App& app, DepthOptions& options) {
@@ -145,8 +145,8 @@ void add_run_options(CLI::App& app, DepthOptions& options) {
         app, "Device", "--memory", "SIZE", [&options](const std::string& text) { options.memory = *bytes_of(text); },
         "memory that the images of all inputs in work may take, and as\n"
         "much for an operation beside them, as in 8G or 500M. Large images\n"
-        "are done in bands then (default: a quarter of the machine's for\n"
-        "the images)")
+        "are done in bands then (default: a quarter of the machine's,\n"
+        "or of its container's, for the images)")
         ->check(CLI::Validator(
             [](std::string& text) {
                 return bytes_of(text) ? std::string()

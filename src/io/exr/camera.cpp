@@ -451,7 +451,8 @@ Imported import_exr(const fs::path& file) {
     check_readable(file);
     if (auto found = imported(file))
         return std::move(*found);
-    refuse(file, "has no camera in its header; give a camera file (--camera), or --preset with the angle of view");
+    refuse(file,
+           "has no camera in its header; give a camera file (--camera), or a preset with the angle of view (--preset)");
 }
 
 bool exr_has_camera(const fs::path& file) {

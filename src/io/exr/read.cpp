@@ -12,6 +12,8 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
 #include <functional>
@@ -59,7 +61,7 @@ std::optional<std::size_t> rank_of(const std::string& name) {
 
 /// Gives each channel its rank.
 /// X, Y and Z side by side are a position or a normal, U and V texture coordinates. Mist is Blender's pass from 0 to 1,
-/// linear.Z what `fathom linearize --append` writes. Y is the brightness of a picture in OpenEXR, so that it is no depth
+/// linear.Z and what is in a layer Fathom were written by `--append`. Y is the brightness of a picture in OpenEXR, so that it is no depth
 /// beside a channel that says it is.
 void rank(std::vector<Candidate>& channels) {
     std::set<std::pair<int, std::string>> names;
@@ -74,7 +76,8 @@ void rank(std::vector<Candidate>& channels) {
                        return names.contains({channel.part, layer + end});
                    });
         };
-        if (one_of({"x", "y", "z"}) || one_of({"u", "v"}) || layer.ends_with("mist.") || layer == "linear.")
+        if (one_of({"x", "y", "z"}) || one_of({"u", "v"}) || layer.ends_with("mist.") || layer == "linear." ||
+            layer.starts_with("fathom."))
             continue;
         channel.rank = rank_of(name);
         one_says_depth |= channel.rank && depth_names[*channel.rank].says_depth;
@@ -309,6 +312,41 @@ std::unique_ptr<ExrRows> exr_rows(const std::filesystem::path& file, const std::
 
 int exr_part_of(const std::filesystem::path& file, const std::string& channel) {
     return refusing_damage(file, [&] { return choose(file, channels_of(open_exr(file)), channel).part; });
+}
+
+std::string exr_primaries(const std::filesystem::path& file, const std::string& channel) {
+    const Imf::Chromaticities srgb; // OpenEXR's default
+    // Source: Academy S-2014-004 and ST 2065-1.
+    const std::pair<const char*, Imf::Chromaticities> known[] = {
+        {"ACEScg", {{0.713f, 0.293f}, {0.165f, 0.83f}, {0.128f, 0.044f}, {0.32168f, 0.33767f}}},
+        {"ACES2065-1", {{0.7347f, 0.2653f}, {0, 1}, {0.0001f, -0.077f}, {0.32168f, 0.33767f}}}};
+    const auto alike = [](const Imf::Chromaticities& a, const Imf::Chromaticities& b) {
+        constexpr float rounding = 0.005f; // of what programs write
+        return a.red.equalWithAbsError(b.red, rounding) && a.green.equalWithAbsError(b.green, rounding) &&
+               a.blue.equalWithAbsError(b.blue, rounding);
+    };
+    return refusing_damage(file, [&]() -> std::string {
+        const Imf::MultiPartInputFile exr = open_exr(file);
+        const Imf::Header& header = exr.header(choose(file, channels_of(exr), channel).part);
+        if (Imf::hasChromaticities(header)) {
+            const Imf::Chromaticities& said = Imf::chromaticities(header);
+            for (const auto& [name, primaries] : known)
+                if (alike(said, primaries))
+                    return name;
+            return alike(said, srgb) ? "" : "other primaries";
+        }
+        for (auto each = header.begin(); each != header.end(); ++each) {
+            const auto* text = dynamic_cast<const Imf::StringAttribute*>(&each.attribute());
+            const std::string name = lower(each.name()), value = text ? lower(text->value()) : "";
+            if (!name.ends_with("colorspace") && name != "colorinteropid")
+                continue;
+            if (value.find("acescg") != value.npos || value == "lin_ap1_scene")
+                return "ACEScg";
+            if (value.find("aces2065") != value.npos || value == "lin_ap0_scene")
+                return "ACES2065-1";
+        }
+        return "";
+    });
 }
 
 std::vector<std::string> depth_channels(const std::filesystem::path& file) {

@@ -133,10 +133,11 @@ struct Pixels {
 
     /// `corner`: of the whole image.
     void add_to(Imf::FrameBuffer& frame, const V2i& corner) const {
+        const auto channels = static_cast<std::size_t>(image.channels());
         for (std::size_t i = 0; i < names.size(); ++i)
-            frame.insert(names[i],
-                         Imf::Slice::Make(type, image.data + i * image.elemSize1(), corner + V2i(0, first_row),
-                                          image.cols, image.rows, image.elemSize(), image.step));
+            frame.insert(names[i], Imf::Slice::Make(type, image.data + i % channels * image.elemSize1(),
+                                                    corner + V2i(0, first_row), image.cols, image.rows,
+                                                    image.elemSize(), image.step));
     }
 
     cv::Mat image;

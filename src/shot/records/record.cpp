@@ -22,9 +22,9 @@ namespace {
 using nlohmann::ordered_json;
 
 // Options that change no result, and those of files, whose contents count.
-constexpr const char* left_out[] = {"DEPTH",     "--output",  "--camera",  "--format", "--frames",   "--missing",
-                                    "--animate", "--device",  "--threads", "--memory", "--progress", "--json",
-                                    "--quiet",   "--explain", "--resume",  "--log"};
+constexpr const char* left_out[] = {"DEPTH",     "--output",  "--camera",  "--format", "--frames",     "--missing",
+                                    "--animate", "--device",  "--threads", "--memory", "--progress",   "--json",
+                                    "--quiet",   "--explain", "--resume",  "--log",    "--interpolate"};
 
 std::optional<double> finite_number(std::string_view text) {
     double value = 0;

@@ -1,0 +1,211 @@
+// Where PoCL keeps what it compiles, and what it links with. Its compiled kernels are code that this process runs, so that
+// they may lie in no folder into which somebody else can write. Source: PoCL 3.1 and 6.0, "Environment variables", and
+// lib/CL/pocl_cache.c, for the names in its folder.
+#include "runtime/pocl.hpp"
+
+#include "text.hpp"
+
+#include <fathom/error.hpp>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <sstream>
+#include <system_error>
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace fathom::runtime {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string variable(const char* name) {
+    const char* const value = std::getenv(name);
+    return value ? value : "";
+}
+
+/// The folder that PoCL was given in place of its usual one.
+fs::path& given_folder() {
+    static fs::path folder;
+    return folder;
+}
+
+fs::path pocl_folder() {
+    if (!given_folder().empty())
+        return given_folder();
+    if (const std::string own = variable("POCL_CACHE_DIR"); !own.empty())
+        return own;
+    if (const std::string cache = variable("XDG_CACHE_HOME"); !cache.empty())
+        return fs::path(cache) / "pocl/kcache";
+    const std::string home = variable("HOME");
+    return home.empty() ? "/tmp/pocl/kcache" : fs::path(home) / ".cache/pocl/kcache";
+}
+
+// Why as much as a kernel takes cannot be written into a folder; 0 where it can be.
+int refusal_to_write(const fs::path& folder) {
+    std::error_code failure;
+    fs::create_directories(folder, failure);
+    if (failure)
+        return failure.value();
+    std::string name = (folder / ("fathom-" + std::string(6, 'X'))).string(); // mkstemp asks for these six
+    const int file = mkstemp(name.data());
+    if (file < 0)
+        return errno;
+    constexpr off_t most = 1 << 20;
+    rlimit limit{};
+    const bool limited =
+        getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur < rlim_t{most}; // to try would be a signal
+    const int refusal = limited ? EFBIG : posix_fallocate(file, 0, most);
+    close(file);
+    unlink(name.c_str());
+    return refusal;
+}
+
+bool is_full(int refusal) {
+    return refusal == ENOSPC || refusal == EDQUOT;
+}
+
+std::string described(int refusal) {
+    return text(pocl_folder().string(), ", where ", refusal == EFBIG ? "files must be small" : "nothing can be written",
+                " (", std::generic_category().message(refusal), "); ",
+                refusal == EFBIG ? "raise the limit of file sizes (ulimit -f)"
+                                 : "make room there, or let POCL_CACHE_DIR name another folder");
+}
+
+/// Can PoCL's usual folder be written, or made where it would lie? It is not made here, because PoCL may not be installed.
+bool has_usual_folder() {
+    std::error_code ignored;
+    if (variable("XDG_CACHE_HOME").empty() && !fs::is_directory(variable("HOME"), ignored))
+        return false;
+    fs::path folder = pocl_folder();
+    while (folder.has_relative_path() && !fs::exists(folder, ignored))
+        folder = folder.parent_path();
+    const int refusal = refusal_to_write(folder);
+    return refusal == 0 || refusal == EFBIG;
+}
+
+bool is_private(const fs::path& folder) {
+    struct stat found {};
+    return stat(folder.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == geteuid() &&
+           (found.st_mode & (S_IRWXG | S_IRWXO)) == 0;
+}
+
+/// A folder that goes when the process that made it ends.
+class FolderOfProcess {
+public:
+    FolderOfProcess() {
+        std::error_code none;
+        std::string name = (fs::temp_directory_path(none) / "fathom-kernels-XXXXXX").string();
+        if (mkdtemp(name.data())) // of mode 0700
+            path_ = name;
+    }
+    ~FolderOfProcess() {
+        std::error_code ignored;
+        if (!path_.empty() && getpid() == process_)
+            fs::remove_all(path_, ignored);
+    }
+    FolderOfProcess(const FolderOfProcess&) = delete;
+    FolderOfProcess& operator=(const FolderOfProcess&) = delete;
+
+    const fs::path& path() const { return path_; }
+
+private:
+    fs::path path_;
+    pid_t process_ = getpid();
+};
+
+fs::path other_folder() {
+    if (const fs::path runtime = variable("XDG_RUNTIME_DIR"); is_private(runtime))
+        if (const fs::path folder = runtime / "pocl/kcache"; refusal_to_write(folder) == 0)
+            return folder;
+    static const FolderOfProcess own;
+    return own.path();
+}
+
+bool lacks_linker() {
+    static const bool lacks = [] {
+        std::istringstream folders(variable("PATH"));
+        for (std::string folder; std::getline(folders, folder, ':');)
+            if (access((fs::path(folder) / "ld").c_str(), X_OK) == 0)
+                return false;
+        return true;
+    }();
+    return lacks;
+}
+
+} // namespace
+
+PoclFolder::PoclFolder() {
+    if (const char* const own = std::getenv("POCL_CACHE_DIR"); own && !*own)
+        unsetenv("POCL_CACHE_DIR"); // PoCL ends the process
+    else if (own)
+        return;
+    static const bool usual = has_usual_folder();
+    if (!usual && given_folder().empty())
+        given_folder() = other_folder();
+    is_given_ = !given_folder().empty();
+    if (is_given_)
+        setenv("POCL_CACHE_DIR", given_folder().c_str(), 1);
+}
+
+PoclFolder::~PoclFolder() {
+    if (is_given_)
+        unsetenv("POCL_CACHE_DIR");
+}
+
+PoclRefusal pocl_refusal() {
+    const int refusal = refusal_to_write(pocl_folder());
+    return {.full = is_full(refusal), .words = refusal == 0 || refusal == EFBIG ? "" : described(refusal)};
+}
+
+void check_pocl_folder(const std::string& file, bool has_failed) {
+    if (const int refusal = refusal_to_write(pocl_folder()); is_full(refusal) || (has_failed && refusal != 0))
+        throw Error(text("kernels/", file, " is not compiled: PoCL keeps what it compiles in ", described(refusal)));
+}
+
+// Each lies two folders deep, and its file last_accessed is written anew whenever it is built or found.
+PoclPrograms pocl_programs() {
+    PoclPrograms programs;
+    if (!lacks_linker())
+        return programs;
+    std::error_code ignored;
+    for (fs::recursive_directory_iterator each(pocl_folder(), ignored), end; each != end; each.increment(ignored))
+        if (each.depth() == 1) {
+            each.disable_recursion_pending();
+            if (const auto used = fs::last_write_time(each->path() / "last_accessed", ignored); !ignored)
+                programs.emplace(each->path(), used);
+        }
+    return programs;
+}
+
+std::vector<fs::path> used_since(const PoclPrograms& before) {
+    std::vector<fs::path> programs;
+    for (const auto& [path, used] : pocl_programs())
+        if (const auto found = before.find(path); found == before.end() || found->second != used)
+            programs.push_back(path);
+    return programs;
+}
+
+void check_linked(const std::vector<fs::path>& programs, const std::string& kernel, std::size_t group) {
+    if (!lacks_linker())
+        return;
+    // PROGRAM/KERNEL/64-1-1-goffs0-smallgrid/KERNEL.so
+    for (const fs::path& program : programs) {
+        std::error_code ignored;
+        for (const fs::directory_entry& built : fs::directory_iterator(program / kernel, ignored))
+            if (built.path().filename().string().starts_with(text(group, "-1-1")) &&
+                fs::exists(built.path() / (kernel + ".so"), ignored))
+                return;
+    }
+    throw NoDevice(
+        text("PoCL has not compiled the kernel ", kernel,
+             " yet, and there is no linker: no folder of PATH "
+             "holds \"ld\"; install the package binutils, or let POCL_CACHE_DIR name a folder in which it has "
+             "compiled it"));
+}
+
+} // namespace fathom::runtime

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+/// What PoCL needs beside itself: a folder for what it compiles, and a linker. It says little where one of them is missing, or
+/// ends the process, so that both are looked for first.
+namespace fathom::runtime {
+
+/// Lets PoCL keep what it compiles where nobody else can write, if POCL_CACHE_DIR is not set and the folder that PoCL would
+/// take cannot be used: below $XDG_RUNTIME_DIR, or in a folder of this process that is removed at its end. It is there while
+/// drivers are asked for their devices, which is when PoCL reads POCL_CACHE_DIR. No other process inherits that.
+class PoclFolder {
+public:
+    PoclFolder();
+    ~PoclFolder();
+    PoclFolder(const PoclFolder&) = delete;
+    PoclFolder& operator=(const PoclFolder&) = delete;
+
+private:
+    bool is_given_ = false;
+};
+
+/// A folder where PoCL cannot write what it compiles.
+struct PoclRefusal {
+    bool full = false; ///< the disk, or what may be used of it
+    std::string words; ///< the folder, why, and the cure; empty where PoCL can write
+};
+PoclRefusal pocl_refusal();
+
+/// Throws: Error if PoCL has no room for what it compiles of a file of kernels, where its compiler may end the process; and if
+/// it cannot write at all, once a build has failed.
+void check_pocl_folder(const std::string& file, bool has_failed);
+
+/// When each of PoCL's programs was last used, by its folder. Nothing where there is a linker, which needs no care.
+using PoclPrograms = std::map<std::filesystem::path, std::filesystem::file_time_type>;
+PoclPrograms pocl_programs();
+
+/// The folders of those that have been used since.
+std::vector<std::filesystem::path> used_since(const PoclPrograms& before);
+
+/// Throws: NoDevice if there is no linker and none of the programs holds the kernel, compiled for groups of this size: PoCL
+/// would end the process.
+void check_linked(const std::vector<std::filesystem::path>& programs, const std::string& kernel, std::size_t group);
+
+} // namespace fathom::runtime
