@@ -130,7 +130,7 @@ std::optional<Viewed> from_record(const fs::path& file, io::Bytes bytes, const c
         if (command == "normals" && codes.channels() == 3)
             return normals_of(file, "");
         const std::string channel = command == "ssao"        ? "AO"
-                                    : command == "linearize" ? "Z"
+                                    : command == "linearize" ? (options.value("--as", "") == "ray-distance" ? "distance" : "Z")
                                     : command == "dof-masks" ? options.value("--mask", "")
                                                              : "";
         const double scale = options.value("--png-scale", 1.0);
