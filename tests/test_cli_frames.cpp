@@ -208,7 +208,7 @@ TEST_CASE("program frames: a frame with some NaN is done, and a bad picture fail
     const std::vector<std::string> told = lines_of(outcome.err);
     REQUIRE(told.size() == 3);
     CHECK(contains(told[0], folder / ("color/" + numbered(2))));
-    CHECK(contains(told[0], "same size"));
+    CHECK(contains(told[0], "same ratio of width to height"));
     CHECK(contains(told[1], folder / ("color/" + numbered(3))));
     CHECK(told[2] == "fathom: 2 of 4 inputs failed: " + shot[2] + ", " + shot[3]);
 }

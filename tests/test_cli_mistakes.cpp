@@ -324,7 +324,7 @@ std::vector<Mistake> mistakes() {
                {"no circle of confusion is a pixel wide", "--blur-px is 0.5"},
                {"dof-masks", "--relative", "high-is-near", "--blur-px", "0.5", "--focus-at", "5,5"}),
         refused("a picture of another size", metres(), "a.exr", view_z,
-                {"small.png: is 24 × 16", "must be of the same size"},
+                {"small.png: is 24 × 10", "same ratio of width to height"},
                 {"fog", "--color", "{}/small.png", "--density", "0.1"}),
         refused("depth as the picture", metres(), "a.exr", view_z, {"depth.png", "is it depth?"},
                 {"fog", "--color", "{}/depth.png", "--density", "0.1"}),
@@ -399,7 +399,7 @@ std::string saved(const Folder& folder, const Mistake& mistake) {
 void write_pictures(const Folder& folder) {
     cv::imwrite(folder / "color.png", picture());
     cv::imwrite(folder / "color.jpg", picture());
-    cv::imwrite(folder / "small.png", picture(width / 2, height / 2));
+    cv::imwrite(folder / "small.png", picture(width / 2, height / 3));
     cv::imwrite(folder / "grey.png", grey_8());
     cv::Mat light, codes;
     picture().convertTo(light, CV_32F, 1 / 255.0);

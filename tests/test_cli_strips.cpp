@@ -262,6 +262,35 @@ TEST_CASE("strips: operations that look around, and several results", "[cli][slo
     check_refused(check("ssao", exr, {"--radius", "0.02"}), 1, "all of its values are NaN");
 }
 
+TEST_CASE("strips: pixels that do not count", "[cli]") {
+    const Folder folder;
+    const cv::Mat depth = surfaces(29, 700);
+    cv::Mat mask(depth.size(), CV_32FC1);
+    cv::randu(mask, 0, 1);
+    mask.setTo(0, mask < 0.7);
+    const std::string camera = camera_for(folder), exr = write_exr(folder / "depth.exr", depth, {.margin = 6}),
+                      words = write_tiff(folder / "depth.tif", converted(depth, CV_16U, 65535)),
+                      of_exr = write_exr(folder / "mask.exr", mask, {.margin = 6}),
+                      of_tiff = write_tiff(folder / "mask.tif", converted(mask, CV_8U, 255)),
+                      small = folder / "mask.png";
+    cv::imwrite(small, converted(mask, CV_8U, 255)); // is read whole
+    for (const Arguments& which :
+         {Arguments{"--ignore", of_exr}, {"--ignore", of_exr, "--ignore-below", "0.8"}, {"--valid", "4.6,5.5"}}) {
+        check_same(folder, joined({"linearize", exr, "--camera", camera}, which), ".exr");
+        check_same(folder, joined({"normals", exr, "--camera", camera}, which), ".exr");
+    }
+    for (const Arguments& which : {Arguments{"--ignore", of_tiff},
+                                   {"--ignore", small},
+                                   {"--valid", "4.6,5.5"},
+                                   {"--ignore", small, "--valid", "0,5"}}) { // whose camera names no code
+        check_same(folder, joined({"linearize", words, "--camera", camera}, which), ".tif");
+        check_same(folder, joined({"ssao", words, "--camera", camera, "--radius", "0.02", "--quality", "fast"}, which),
+                   ".exr");
+    }
+    check_refused(check_same(folder, {"linearize", words, "--camera", camera, "--valid", "90,91"}, ".tif"), 1,
+                  "no pixel is left that counts");
+}
+
 TEST_CASE("strips: sizes", "[cli]") {
     const Folder folder;
     const std::string camera = camera_for(folder);
@@ -400,9 +429,14 @@ TEST_CASE("strips: what is wrong in the middle leaves no result", "[cli]") {
     check_refused(
         check_same(folder,
                    {"fog", write_exr(folder / "a.exr", depth), "--camera", metric, "--density", "1", "--color",
-                    write_exr(folder / "color.exr", cv::Mat(149, 200, CV_32FC3, cv::Scalar::all(1)))},
+                    write_exr(folder / "color.exr", cv::Mat(145, 200, CV_32FC3, cv::Scalar::all(1)))},
                    ".exr"),
-        1, "both must be of the same size");
+        1, "same ratio of width to height");
+    const std::string smaller = write_exr(folder / "smaller.exr", cv::Mat(75, 100, CV_32FC3, cv::Scalar::all(1)));
+    check_refused(run({"fog", folder / "a.exr", "--camera", metric, "--density", "1", "--color", smaller, "-o",
+                       folder / "out/smaller.exr"},
+                      {.program = places::by_strips}),
+                  1, "images this large go through by rows");
 }
 
 TEST_CASE("strips: a full disk is told, and the old result stays", "[cli]") {

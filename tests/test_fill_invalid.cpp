@@ -36,3 +36,74 @@ TEST_CASE("fill_invalid: a hole has the farther depth beside it, and a row of ho
     CHECK(codes_of(stored.image) == expected);
     CHECK_THROWS_AS(fill_invalid(stored, Image(device, Element::f32, {5, 4})), std::invalid_argument);
 }
+
+// The oracle: what each storage decodes to without a mask, and NaN where the mask is not 0.
+TEST_CASE("ignore_pixels: masked pixels are invalid and all others keep their bits, in every storage", "[linearize]") {
+    constexpr int width = 61, height = 33;
+    constexpr std::size_t pixels = width * height;
+    const Device device = oracle::device();
+    std::mt19937 random(5);
+    std::vector<std::uint8_t> mask(pixels);
+    for (std::uint8_t& value : mask)
+        value = random() % 3 == 0 ? static_cast<std::uint8_t>(random() % 255 + 1) : 0;
+    const auto z_of = [&](const StoredDepth& stored) {
+        std::vector<float> z(pixels);
+        linearize(stored).image.download(z.data());
+        return z;
+    };
+    for (const Storage storage :
+         {Storage::float32, Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24, Storage::uint24_high,
+          Storage::rgb8_red_low, Storage::rgb8_red_high, Storage::bgr8_red_low, Storage::bgr8_red_high})
+        for (const bool names_missing : {false, true}) {
+            INFO(to_string(storage) << (names_missing ? ", missing" : ""));
+            Camera camera;
+            camera.projection = perspective(1.0, 1.8, {0.5, 100});
+            camera.width = width, camera.height = height;
+            const bool is_float = storage == Storage::float32 || storage == Storage::float16;
+            if (names_missing && !is_float)
+                camera.missing = 0;
+            const Element element = element_of(storage);
+            const auto size = element_bytes(element) * static_cast<std::size_t>(channels_of(storage));
+            std::vector<std::uint8_t> bytes(pixels * size);
+            for (std::size_t i = 0; i < pixels; ++i) {
+                const auto code = static_cast<std::uint32_t>(random() % 200); // some codes of 8 bits are left
+                const std::uint32_t bits = storage == Storage::float32
+                                               ? std::bit_cast<std::uint32_t>(static_cast<float>(code) / 200)
+                                           : storage == Storage::float16     ? 0x3000 + code
+                                           : storage == Storage::uint24_high ? code << 8
+                                                                             : code;
+                std::memcpy(&bytes[i * size], &bits, size);
+            }
+            const StoredDepth stored{
+                Image::from_host(device, element, bytes.data(), {width, height, channels_of(storage)}), camera,
+                storage};
+            std::vector<float> expected = z_of(stored);
+            for (std::size_t i = 0; i < pixels; ++i)
+                if (mask[i] != 0)
+                    expected[i] = std::numeric_limits<float>::quiet_NaN();
+            const Image ignore = Image::from_host(device, Element::u8, mask.data(), {width, height});
+            const std::vector<float> got = z_of(ignore_pixels(stored, ignore));
+            CHECK(std::ranges::equal(got, expected,
+                                     [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }));
+            CHECK(z_of(stored) == z_of(ignore_pixels(stored, Image::from_host(device, Element::f32,
+                                                                              std::vector<float>(pixels, -0.0f).data(),
+                                                                              {width, height}))));
+        }
+}
+
+TEST_CASE("ignore_pixels: refuses a mask of another size, and integers that leave no code", "[linearize]") {
+    const Device device = oracle::device();
+    Camera camera;
+    camera.projection = perspective(1.0, 1, {0.5, 100});
+    camera.width = camera.height = 16;
+    std::vector<std::uint8_t> codes(256), mask(256, 1);
+    std::iota(codes.begin(), codes.end(), std::uint8_t{0});
+    const StoredDepth stored{Image::from_host(device, Element::u8, codes.data(), {16, 16}), camera, Storage::uint8};
+    const auto masked = [&](int width) {
+        return ignore_pixels(stored, Image::from_host(device, Element::u8, mask.data(), {width, 16}));
+    };
+    CHECK_THROWS_AS(masked(8), std::invalid_argument);
+    CHECK_THROWS_WITH(masked(16), ContainsSubstring("\"missing\""));
+    codes[7] = 6; // one is left
+    CHECK(masked(16).camera.missing == 7);
+}

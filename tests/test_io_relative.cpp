@@ -196,3 +196,61 @@ TEST_CASE("relative program: what is wrong is told in one line", "[relative]") {
     refused(joined(relative, joined(focus, blur)), 1, "same ratio of width to height", tall);
     refused(joined(joined(relative, joined(focus, blur)), {"--clean-plate", picture}), 2, "--clean-plate", depth);
 }
+
+TEST_CASE("relative program: a shot of floats has one range, whichever frames are done and however they are named",
+          "[relative]") {
+    const Folder folder;
+    const auto frame = [&](int i) { return folder / ("shot.000" + std::to_string(i) + ".exr"); };
+    for (int i = 1; i <= 3; ++i) {
+        cv::Mat values = scene() * 8;
+        if (i == 2)
+            values(cv::Rect(2, 50, 8, 8)) = 24; // somebody comes near
+        if (i == 3)
+            values(cv::Rect(2, 50, 8, 8)) = std::numeric_limits<float>::quiet_NaN();
+        write_image(frame(i), values);
+    }
+    const Arguments masks{"dof-masks", "--relative", "high-is-near", "--blur-px", "40", "--focus-at", "60,8", "-o"};
+    const auto result = [&](const char* name, int i) {
+        return channel(folder / (std::string("out/") + name + ".000" + std::to_string(i) + ".exr"), "coc");
+    };
+    const auto done = [&](const char* name, const Arguments& inputs, const Arguments& more = {}) {
+        const Outcome outcome =
+            run(joined(joined(masks, {folder / (std::string("out/") + name + ".####.exr")}), joined(inputs, more)));
+        CHECK(outcome.code == 0);
+        CHECK(outcome.err.empty());
+        return outcome.out.substr(0, outcome.out.find('\n'));
+    };
+    // The oracle: blur_px (v_focus - v) with the range of all frames, 0.8 to 24, written a second time.
+    const std::string first = done("whole", {folder / "shot.####.exr"});
+    CHECK(contains(first, "shot.####.exr"));
+    CHECK(contains(first, "--relative-range 0.8,24"));
+    for (int i = 1; i <= 3; ++i) {
+        CAPTURE(i);
+        const cv::Mat coc = result("whole", i), values = scene() * 8;
+        const auto v = [&](int x, int y) { return (static_cast<double>(values.at<float>(y, x)) - 0.8) / (24 - 0.8); };
+        for (const auto& [x, y] : {std::pair(4, 4), std::pair(60, 32), std::pair(90, 60)})
+            CHECK(coc.at<float>(y, x) == Approx(40 * (v(60, 8) - v(x, y))).margin(1e-4));
+    }
+    const auto as_whole = [&](const char* name, std::initializer_list<int> frames) {
+        for (const int i : frames)
+            CHECK(same(result(name, i), result("whole", i)));
+    };
+    done("one", {folder / "shot.####.exr"}, {"--frames", "1"}); // a part on a farm
+    as_whole("one", {1});
+    done("shell", {frame(1), frame(3)});
+    as_whole("shell", {1, 3});
+    done("said", {folder / "shot.####.exr"}, {"--relative-range", "0.8,24"});
+    as_whole("said", {1, 2, 3});
+    CHECK_FALSE(contains(done("single", {frame(1)}), "--relative-range")); // has its own, as ever
+    CHECK_FALSE(same(channel(folder / "out/single.####.exr", "coc"), result("whole", 1)));
+
+    const Outcome json =
+        run(joined(joined(masks, {folder / "out/json.####.exr"}), {folder / "shot.####.exr", "--json"}));
+    CHECK(contains(json.out.substr(0, json.out.find('\n')), "\"relative_range\":[0.8"));
+    const Folder grey; // integers have the range of their bits
+    for (int i = 1; i <= 2; ++i)
+        saved(grey / ("shot.000" + std::to_string(i) + ".png"), as(scene() * (0.5 + 0.2 * i), CV_16U, 65535));
+    const Outcome integers = run(joined(joined(masks, {grey / "out/####.exr"}), {grey / "shot.####.png"}));
+    CHECK(integers.code == 0);
+    CHECK_FALSE(contains(integers.out, "--relative-range"));
+}

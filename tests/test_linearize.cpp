@@ -519,3 +519,89 @@ TEST_CASE("linearize: sums that all but vanish are within their condition's boun
         CHECK(faults.text() == "");
     }
 }
+
+// By hand: the point of pixel (x, y) at depth z is z ((x - cx) / fx, (y - cy) / fy, 1), and its length is the distance. What is
+// stored as such a distance is that distance.
+TEST_CASE("linearize: distance along the ray is within its bound, of every encoding", "[linearize][exact]") {
+    constexpr int width = 61, height = 33;
+    const Intrinsics lens{.fx = 40, .fy = 44.5, .cx = 27.3, .cy = 15.1, .width = width, .height = height};
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> unit(0.01f, 0.99f);
+    for (const Arithmetic arithmetic : oracle::arithmetics())
+        for (const Encoding encoding :
+             {Encoding::window, Encoding::view_z, Encoding::ray_distance, Encoding::linear, Encoding::logarithmic,
+              Encoding::exponential, Encoding::median, Encoding::inverse, Encoding::inverse_range}) {
+            Camera camera;
+            camera.projection = perspective(lens, {0.1, 1e4});
+            camera.width = width, camera.height = height;
+            camera.encoding = encoding;
+            camera.near_plane = 0.1, camera.far_plane = 1e4, camera.median = 3;
+            camera.scale = is_metric(encoding) ? 0.37 : 1;
+            std::vector<float> stored(width * height), got(stored.size());
+            for (float& value : stored)
+                value = unit(random);
+            stored[5] = std::numeric_limits<float>::quiet_NaN();
+            if (is_metric(encoding) && encoding != Encoding::inverse)
+                stored[6] = static_cast<float>(infinity);
+            linearize(
+                {Image::from_host(oracle::device(arithmetic), Element::f32, stored.data(), {width, height}), camera},
+                {.as = Along::ray})
+                .image.download(got.data());
+            double worst = 0;
+            for (std::size_t i = 0; i < stored.size(); ++i) {
+                if (i == 5 || std::isinf(stored[i])) {
+                    CHECK((i == 5 ? std::isnan(got[i]) : got[i] == stored[i]));
+                    continue;
+                }
+                const long double x = static_cast<long double>(i % width) + 0.5L,
+                                  y = static_cast<long double>(i / width) + 0.5L, v = stored[i];
+                const long double z = view_depth(camera, Storage::float32, static_cast<double>(x),
+                                                 static_cast<double>(y), static_cast<double>(v));
+                const long double expected = encoding == Encoding::ray_distance
+                                                 ? static_cast<long double>(0.37) * v
+                                                 : z * std::hypot((x - static_cast<long double>(27.3)) / 40,
+                                                                  (y - static_cast<long double>(15.1)) / 44.5L, 1.0L);
+                const float nearest = static_cast<float>(expected);
+                const double ulp = static_cast<double>(std::nextafter(nearest, 1e30f) - nearest);
+                worst =
+                    std::max(worst, static_cast<double>(std::abs(expected - static_cast<long double>(got[i]))) / ulp);
+            }
+            std::printf("linearize, %s as distance along the ray, %s: %.3f ulp\n", to_string(encoding),
+                        oracle::name(arithmetic), worst);
+            const bool exponential = encoding == Encoding::logarithmic || encoding == Encoding::exponential;
+            CHECK(worst <= linearize_ulp_ray_distance + (exponential ? linearize_ulp_exponential : 0));
+        }
+}
+
+TEST_CASE("linearize: distance along the ray decodes again to the depth, however the camera stands", "[linearize]") {
+    constexpr int width = 61, height = 33;
+    const Eigen::Matrix4d matrix = oracle::perspective_matrix(0.7, 0.5, 0.1, 100);
+    for (const Eigen::Matrix4d& any :
+         {matrix, oracle::tilted(matrix, 0.2, -0.1), oracle::moved(matrix, {0.3, 0.1, -0.2})}) {
+        Camera camera;
+        camera.projection = from_matrix(any);
+        camera.width = width, camera.height = height;
+        std::vector<float> stored(width * height), z(stored.size()), distance(stored.size()), again(stored.size());
+        for (std::size_t i = 0; i < stored.size(); ++i)
+            stored[i] = 0.5f + 0.4f * static_cast<float>(i) / static_cast<float>(stored.size());
+        const StoredDepth depth{Image::from_host(oracle::device(), Element::f32, stored.data(), {width, height}),
+                                camera};
+        linearize(depth).image.download(z.data());
+        const Image along = linearize(depth, {.as = Along::ray}).image;
+        along.download(distance.data());
+        camera.encoding = Encoding::ray_distance;
+        linearize({along, camera}).image.download(again.data());
+        for (std::size_t i = 0; i < stored.size(); ++i) {
+            CHECK(again[i] == Approx(z[i]).epsilon(1e-6));
+            CHECK(distance[i] > 0);
+        }
+    }
+    Camera camera; // parallel rays
+    camera.projection = orthographic({-1, 1, -1, 1}, {0, 10});
+    camera.width = camera.height = 1;
+    camera.encoding = Encoding::view_z;
+    float stored = 3.7f, got = 0;
+    linearize({Image::from_host(oracle::device(), Element::f32, &stored, {1, 1}), camera}, {.as = Along::ray})
+        .image.download(&got);
+    CHECK(got == stored);
+}

@@ -5,6 +5,7 @@
 
 #include <fathom/dof_masks.hpp>
 #include <fathom/precision.hpp>
+#include <fathom/unproject.hpp>
 
 using namespace fathom;
 
@@ -95,18 +96,23 @@ Picture rendered(const Scene& scene, const Stored& way, int samples) {
     return picture;
 }
 
-std::vector<float> mask_of(const Picture& picture, const Stored& way) {
+// Calls `use` with the picture as depth.
+void with_stored(const Picture& picture, const Stored& way, const std::function<void(const StoredDepth&)>& use) {
     static const Device device = Device::open("cpu");
     std::vector<std::uint16_t> codes;
     for (const float value : picture.values)
         codes.push_back(static_cast<std::uint16_t>(std::lround(std::min(value, 1.0f) * 65535)));
     const Storage storage = way.codes ? Storage::uint16 : Storage::float32;
     const void* data = way.codes ? static_cast<const void*>(codes.data()) : picture.values.data();
-    const StoredDepth stored{Image::from_host(device, element_of(storage), data, {width, height}), way.camera, storage};
-    const bool is_orthographic = way.name == "orthographic";
-    const DofMasks masks = dof_masks(stored, {20, 100, 0, is_orthographic}, {.mixed_pixels = true});
+    use({Image::from_host(device, element_of(storage), data, {width, height}), way.camera, storage});
+}
+
+std::vector<float> mask_of(const Picture& picture, const Stored& way) {
     std::vector<float> mask(picture.values.size());
-    masks.mixed_pixels.download(mask.data());
+    const bool is_orthographic = way.name == "orthographic";
+    with_stored(picture, way, [&](const StoredDepth& stored) {
+        dof_masks(stored, {20, 100, 0, is_orthographic}, {.mixed_pixels = true}).mixed_pixels.download(mask.data());
+    });
     return mask;
 }
 
@@ -228,4 +234,30 @@ TEST_CASE("mixed pixels: poles and spheres", "[dof_masks][mixed_pixels]") {
     CHECK(averaged.found == averaged.mixed);
     CHECK(averaged.wrong == 0);
     CHECK(sharp.wrong == 0);
+}
+
+// The oracle: the mask of `dof_masks`, and the positions without it.
+TEST_CASE("unproject: mixed pixels have no position, and all others keep theirs", "[mixed_pixels]") {
+    for (const Stored& way : ways())
+        for (const int channels : {3, 4}) {
+            const Picture picture = rendered(edge(30, false), way, 4);
+            const std::vector<float> mask = mask_of(picture, way);
+            const auto positions = [&](bool without) {
+                std::vector<float> made(mask.size() * static_cast<std::size_t>(channels));
+                with_stored(picture, way, [&](const StoredDepth& stored) {
+                    unproject(stored, {.channels = channels, .no_mixed_pixels = without}).download(made.data());
+                });
+                return made;
+            };
+            const std::vector<float> all = positions(false), got = positions(true);
+            int wrong = 0, mixed = 0;
+            for (std::size_t i = 0; i < all.size(); ++i) {
+                const std::size_t pixel = i / static_cast<std::size_t>(channels);
+                const bool is_w = i % static_cast<std::size_t>(channels) == 3;
+                mixed += mask[pixel] == 1;
+                wrong += mask[pixel] == 1 ? !(is_w ? got[i] == 0 : std::isnan(got[i])) : got[i] != all[i];
+            }
+            CHECK(mixed > 100);
+            CHECK(wrong == 0);
+        }
 }

@@ -8,6 +8,7 @@ namespace fathom {
 
 struct LinearizeOptions {
     Background background = Background::inf; ///< what the background's stored value becomes
+    Along as = Along::axis;                  ///< the view axis, or the pixel's ray: distance from the camera centre
 };
 
 /// Decoded depth is within this many units in the last place of the exact value of the stored number, plus
@@ -29,6 +30,7 @@ inline constexpr double exponential_least_two_float = 0x1p-100;
 /// View-space depth from stored depth, in one pass, whatever the projection, encoding and storage.
 ///
 /// In: one stored value a pixel. Out: one float a pixel, scene units along the view axis, positive in front of the camera.
+/// Along the ray it is the distance from the camera centre, and that along parallel rays of an orthographic camera.
 /// Background becomes +inf (or what `options.background` says); NaN, values outside the stored range and, for a
 /// perspective, z ≤ 0 become NaN. Rows stay in the order of the input. Same bits for any vector width, group size or region.
 /// Accuracy: `linearize_ulp_fp64`, `linearize_ulp_two_float`, `linearize_ulp_exponential`, `linearize_ulp_ray_distance`,
@@ -54,6 +56,13 @@ StoredDepth fill_invalid(const StoredDepth& stored);
 
 /// The same into an image of the caller's, of the size and type of `stored.image`, which it may be. Waits for the device.
 void fill_invalid(const StoredDepth& stored, const Image& result);
+
+/// Stored depth in which pixels do not count where `ignore` is not 0: they become invalid, and no other pixel changes. Floats
+/// become NaN, and integers the code that the camera calls `missing`. Where it names none, the result's camera names the largest
+/// code that no pixel has.
+/// In: `ignore` of the depth's size, one number a pixel of any type; NaN is not 0. Waits for the device.
+/// Throws: std::invalid_argument for an image that does not fit; Error where all codes are used, and from the device.
+StoredDepth ignore_pixels(const StoredDepth& stored, const Image& ignore);
 
 /// A pixel depends on nothing around it, and a call takes no memory of its own; see tiles.hpp.
 inline Reach reach(const Tile&, const LinearizeOptions&) {

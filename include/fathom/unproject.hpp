@@ -14,6 +14,7 @@ struct UnprojectOptions {
         Eigen::Vector3d::Zero();             ///< world: positions are relative to this point, which keeps floats exact
     int channels = 3;                        ///< 3 or 4, with w = 1 (0 for invalid and background pixels)
     Background background = Background::inf; ///< inf and nan: no position (NaN); decode: on the far plane
+    bool no_mixed_pixels = false; ///< have pixels no position whose depth was averaged over an edge? See `DofMasks`
 };
 
 /// Positions are within this of the exact ones, relative to the distance from the camera centre (plus, in world space, the
@@ -23,7 +24,8 @@ inline constexpr double unproject_relative_error = 4 * 0x1p-24;
 /// View- or world-space positions from stored depth (or from view depth, through `ViewDepth::stored`), in one pass.
 ///
 /// In: one stored value a pixel. Out: x, y, z (and w) interleaved floats in the projection's axes or in the world's,
-/// scene units. Invalid and background pixels have NaN in x, y, z.
+/// scene units. Invalid and background pixels have NaN in x, y, z. Mixed pixels are looked for in a pass of its own, which sees no
+/// farther than the given image and takes 4 bytes a pixel.
 /// Accuracy: `unproject_relative_error`, plus the condition term of `linearize`;
 /// `inexact::unproject_ulp` more on a device that is not exact (probe.hpp).
 /// Throws: std::invalid_argument for options out of range, and for world space without a view matrix.
@@ -35,13 +37,9 @@ Image unproject(const StoredDepth& stored, const UnprojectOptions& options = {},
 void unproject(const StoredDepth& stored, const Image& result, const UnprojectOptions& options = {},
                const Launch& launch = {});
 
-/// A pixel depends on nothing around it, and a call takes no memory of its own; see tiles.hpp.
-inline Reach reach(const Tile&, const UnprojectOptions&) {
-    return {};
-}
-inline std::size_t bytes(const Tile&, const UnprojectOptions&) {
-    return 0;
-}
+/// Without mixed pixels a position depends on two pixels on either side, and a call takes memory of its own; see tiles.hpp.
+Reach reach(const Tile& tile, const UnprojectOptions& options);
+std::size_t bytes(const Tile& tile, const UnprojectOptions& options);
 
 #pragma GCC visibility pop
 } // namespace fathom

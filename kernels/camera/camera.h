@@ -101,16 +101,27 @@ INLINE wideV affine(const wide* c, floatV v, uint x, uint y) {
     return wide_multiply_add(wide_constant(c[0]), v, rest);
 }
 
+// |direction|^2 of the pixel's ray: that of three components of which the second depends on the row alone and the third on
+// nothing, a triangular matrix that is as long as the directions (QR).
+INLINE wideV direction_square(uint x, uint y, const ray_params* rays) {
+    const wideV first = wide_at_pixel(rays->length[0], x, y);
+    const wideV second = wide_at_row(rays->length[1] + 1, y), third = wide_constant(rays->length[2][2]);
+    const wideV of_row = wide_add(wide_product(second, second), wide_product(third, third));
+    return wide_add(wide_product(first, first), of_row);
+}
+
 #if FORM == FORM_RECIPROCAL
 // z = gain / (t + pole), t counted from the end of the range that is nearest to the pole: every term is positive, so
 // nothing cancels and two floats are enough on every device. |end| >= |v| makes both differences exact.
-INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+INLINE pairV reciprocal_sum(floatV v, const depth_params* p) {
     const floatV t = fma((floatV)p->sign, v, (floatV)p->end);
     const floatV t_low = fma((floatV)p->sign, v, p->end - t);
     const floatV sum = t + p->pole_high;
     const floatV larger = max(t, p->pole_high), smaller = min(t, p->pole_high);
-    const pairV denominator = {sum, (smaller - (sum - larger)) + (t_low + p->pole_low)};
-    return quotient_pair((pairV){(floatV)p->gain_high, (floatV)p->gain_low}, denominator);
+    return (pairV){sum, (smaller - (sum - larger)) + (t_low + p->pole_low)};
+}
+INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    return quotient_pair((pairV){(floatV)p->gain_high, (floatV)p->gain_low}, reciprocal_sum(v, p));
 }
 #elif FORM == FORM_RECIPROCAL_AFFINE
 INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
@@ -130,18 +141,19 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
     return wide_exponential(exponent, p->amplitude, p->offset);
 }
 #else
-// z = distance depth / |direction| + offset. The length is that of three components of which the second depends on the row
-// alone and the third on nothing: a triangular matrix that is as long as the directions (QR).
-INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
-    const wideV first = wide_at_pixel(rays->length[0], x, y);
-    const wideV second = wide_at_row(rays->length[1] + 1, y), third = wide_constant(rays->length[2][2]);
-    const wideV of_row = wide_add(wide_product(second, second), wide_product(third, third));
-    const wideV square = wide_add(wide_product(first, first), of_row);
+#if FORM == FORM_INVERSE_RAY_DISTANCE
+INLINE wideV inverse_distance(floatV v, const depth_params* p) {
+    return wide_multiply_add(wide_constant(p->denominator[0]), v, wide_constant(p->denominator[3]));
+}
+#endif
+
+// z = distance depth / |direction| + offset.
+INLINE wideV ray_depth(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    const wideV square = direction_square(x, y, rays);
 #if FORM == FORM_RAY_DISTANCE
     wideV length = wide_multiply_add(wide_constant(p->numerator[0]), v, wide_constant(p->numerator[3]));
 #else
-    const wideV inverse = wide_multiply_add(wide_constant(p->denominator[0]), v, wide_constant(p->denominator[3]));
-    wideV length = wide_ratio(wide_constant(p->numerator[3]), inverse);
+    wideV length = wide_ratio(wide_constant(p->numerator[3]), inverse_distance(v, p));
 #endif
 #if !W_IS_DEPTH
     length = wide_product(wide_at_pixel(rays->depth, x, y), length);
@@ -150,12 +162,16 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
 #if FORM == FORM_INVERSE_RAY_DISTANCE
     length = wide_multiply(length, (floatV)inverse_ray_unit);
 #endif
-    const floatV z = wide_to_float(wide_add(length, wide_constant(p->offset)));
+    return wide_add(length, wide_constant(p->offset));
+}
+
+INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
+    const floatV z = wide_to_float(ray_depth(v, x, y, p, rays));
 #if FORM == FORM_RAY_DISTANCE
     return z;
 #else
     // Beyond the largest float the ratio is no number.
-    const floatV small = wide_to_float(inverse);
+    const floatV small = wide_to_float(inverse_distance(v, p));
     return select(z, (floatV)INFINITY, isnan(z) & (small >= 0.0f) & (small < 1.0f));
 #endif
 }

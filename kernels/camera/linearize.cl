@@ -2,8 +2,9 @@
 //   z = -(m3.q) / (m4.q),  q = (x, y, d, 1)                                        see camera.h
 // Popov 2016, eq. 1, 3 and 5-9. Sums are made so that no term cancels more than it must: engines' 1 / (Z d + W) loses 8%
 // at far/near = 10^6 where this keeps half an ulp, and both wait for the same memory.
+// Built for: AS_DISTANCE = 0 1
 
-#include "camera/camera.h"
+#include "camera/distance.h"
 
 KERNEL void linearize(__global const STORED* source, __global float* target, const grid_params grid,
                         const depth_params depth, const ray_params rays) {
@@ -13,6 +14,10 @@ KERNEL void linearize(__global const STORED* source, __global float* target, con
         return;
 
     const sampleV sample = load_stored(source, &grid, x, y, &depth);
-    store_float(view_depth(sample, grid.pixel_x + x, grid.pixel_y + y, &depth, &rays),
-                target + grid.target_offset + (size_t)y * grid.target_stride + x);
+    const uint px = grid.pixel_x + x, py = grid.pixel_y + y;
+    floatV z = view_depth(sample, px, py, &depth, &rays);
+#if AS_DISTANCE
+    z = ray_distance(sample.value, z, px, py, &depth, &rays);
+#endif
+    store_float(z, target + grid.target_offset + (size_t)y * grid.target_stride + x);
 }

@@ -4,6 +4,7 @@
 #include "unlocked.hpp"
 
 #include <fathom/error.hpp>
+#include <fathom/linearize.hpp>
 
 #include <nanobind/stl/string.h>
 
@@ -482,12 +483,13 @@ nb::object new_floats(const Layout& layout, float*& data) {
     return array;
 }
 
-Call::Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceOption& device)
+Call::Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceOption& device,
+           const Pixels& ignore)
     : camera_(camera), storage_(storage), makes_images_(is_image(depth.given)) {
     last_run = {};
     const bool chosen = device.given.is_valid() && !device.given.is_none();
     device_ = makes_images_ && !chosen ? nb::cast<DeviceImage&>(depth.given).image.device() : device_of(device);
-    depth_ = stored(depth, "depth");
+    depth_ = stored(depth, "depth", ignore);
 }
 
 Call::~Call() {
@@ -513,14 +515,43 @@ Image Call::image(const Pixels& pixels, Holds holds, const char* argument, HostD
     return image_of(array, device_);
 }
 
-StoredDepth Call::stored(const Pixels& pixels, const char* argument) {
+// Anything that NumPy compares with 0 will do for a mask.
+StoredDepth Call::without(const StoredDepth& stored, const Pixels& ignore) const {
+    const nb::module_ numpy = nb::module_::import_("numpy");
+    const nb::object given = is_image(ignore.given) ? to_numpy(nb::cast<const DeviceImage&>(ignore.given).image)
+                                                    : nb::object(numpy.attr("asarray")(ignore.given));
+    const std::vector<std::size_t> sides{static_cast<std::size_t>(stored.image.height()),
+                                         static_cast<std::size_t>(stored.image.width())};
+    const nb::object shape = given.attr("shape");
+    if (const std::string is = text_of(nb::str(shape)); is != shape_text(sides))
+        refuse("ignore", "its shape is " + is + "; it must be that of the depth, " + shape_text(sides));
+    const auto mask = nb::cast<nb::ndarray<const bool, nb::ndim<2>, nb::c_contig>>(
+        nb::object(numpy.attr("ascontiguousarray")(numpy.attr("not_equal")(given, 0))));
+    const Unlocked released;
+    return ignore_pixels(
+        stored, Image::from_host(device_, Element::u8, mask.data(), {stored.image.width(), stored.image.height()}));
+}
+
+StoredDepth Call::stored(const Pixels& pixels, const char* argument, const Pixels& ignore) {
     HostDepth host;
     const Image stored = image(pixels, Holds::depth, argument, &host);
     const Camera& camera = camera_.for_size(stored.width(), stored.height());
     host.storage = storage_of(stored.element(), stored.channels(), storage_, camera_.file().packing, argument);
+    StoredDepth depth{stored, camera, host.storage};
+    std::vector<std::byte> left; // of an array without the pixels that do not count
+    if (ignore) {
+        depth = without(depth, ignore);
+        if (host.data) {
+            host.row_bytes = static_cast<std::size_t>(host.width) * static_cast<std::size_t>(stored.channels()) *
+                             element_bytes(stored.element());
+            left.resize(host.row_bytes * static_cast<std::size_t>(host.height));
+            depth.image.download(left.data());
+            host.data = left.data();
+        }
+    }
     if (host.data)
         camera_.doubt(host, argument);
-    return {stored, camera, host.storage};
+    return depth;
 }
 
 StoredDepth Call::more_depth(const Pixels& pixels, const char* argument) {

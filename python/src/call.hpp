@@ -104,7 +104,8 @@ Seconds seconds_since(const Seconds& start);
 class Call {
 public:
     /// `operation` stands in messages.
-    Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceOption& device);
+    Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceOption& device,
+         const Pixels& ignore = {});
 
     ~Call();
     Call(const Call&) = delete;
@@ -143,7 +144,8 @@ private:
         std::size_t row_stride;
     };
 
-    StoredDepth stored(const Pixels& pixels, const char* argument);
+    StoredDepth stored(const Pixels& pixels, const char* argument, const Pixels& ignore = {});
+    StoredDepth without(const StoredDepth& stored, const Pixels& ignore) const;
     Image image(const Pixels& pixels, Holds holds, const char* argument, HostDepth* host);
 
     Device device_;

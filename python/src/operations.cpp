@@ -39,10 +39,12 @@ struct Common {
     Word<Storage> storage;
     Target out;
     DeviceOption device;
+    Pixels ignore;
 
     // The last to take arguments.
     explicit Common(Keywords& keywords)
-        : storage{keywords.take("storage")}, out{keywords.take("out")}, device{keywords.take("device")} {
+        : storage{keywords.take("storage")}, out{keywords.take("out")}, device{keywords.take("device")},
+          ignore{keywords.take("ignore")} {
         keywords.finish();
     }
 };
@@ -166,7 +168,7 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
             throw std::invalid_argument(text(one, ": is of no use without ", other));
     set_radius(bound, options.get(), given, camera);
 
-    Call call(depth, camera, common.storage, common.device);
+    Call call(depth, camera, common.storage, common.device, common.ignore);
     const std::shared_ptr<void> made = std::move(options); // whose images end before the arrays that they lie in
     set_images(bound, made.get(), given, call);
     const std::vector<description::Result> results = operation.results_of(made.get(), call.depth());
@@ -237,9 +239,9 @@ const Bound& bound(const description::Operation& operation) {
     return made;
 }
 
-nb::object fill_invalid_of(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage,
-                           const Target& out, const DeviceOption& device) {
-    Call call(depth, camera, storage, device);
+nb::object fill_invalid_of(const Pixels& depth, const CameraObject& camera, const Pixels& ignore,
+                           const Word<Storage>& storage, const Target& out, const DeviceOption& device) {
+    Call call(depth, camera, storage, device, ignore);
     const Image& image = call.depth().image;
     const Image result =
         call.result(out.given, "out", image.element(), {image.width(), image.height(), image.channels()});
@@ -343,7 +345,7 @@ void bind_operations(nb::module_& module) {
             results[operation.results] = its.results;
     }
     add(signature_of("fill_invalid", fill_invalid_text), fill_invalid_of, arg("depth"), arg("camera"), nb::kw_only(),
-        arg("storage") = nb::none(), arg("out") = nb::none(), arg("device") = nb::none());
+        arg("ignore") = nb::none(), arg("storage") = nb::none(), arg("out") = nb::none(), arg("device") = nb::none());
     module.attr("_operations") = functions; // fathom/_operations.py
     module.attr("_results") = results;
     module.def("_stub", [signatures] { return stub_of(signatures); });

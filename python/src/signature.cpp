@@ -20,6 +20,7 @@ using Parameter = Signature::Parameter;
 
 constexpr const char* common_text = R"(
 
+ignore: an image of the depth's size, of any dtype: pixels that are not 0 there do not count, as if they were invalid.
 storage: how elements hold depth, if their dtype and the camera's packing do not say it. out: where the result goes; its rows
 may be any distance apart, its columns not. device: a fathom.Device, or "cpu", "gpu", one of devices(), its index, or a
 part of a name. If depth is a fathom.Image, the result is one, too, and nothing is waited for.
@@ -127,7 +128,8 @@ Signature signature_of(const char* name, const char* doc) {
     return {.name = name,
             .doc = text(doc, common_text),
             .arguments = {{"depth", pixels, false}, {"camera", "Camera", false}},
-            .keywords = {{"storage", nb::detail::make_caster<Word<Storage>>::Name.text},
+            .keywords = {{"ignore", pixels},
+                         {"storage", nb::detail::make_caster<Word<Storage>>::Name.text},
                          {"out", text(pixels, " | tuple")},
                          {"device", "Device | DeviceInfo | str | int"}}};
 }

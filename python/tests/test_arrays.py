@@ -272,3 +272,59 @@ def test_numpy_takes_images(millimetres, kinect, expected):
     if numpy.lib.NumpyVersion(numpy.__version__) >= "2.0.0":
         with pytest.raises(ValueError, match="copy"):
             numpy.asarray(image, copy=False)
+
+
+def numbers(mask, dtype):
+    return mask.astype(dtype) * dtype(1)
+
+
+@pytest.mark.parametrize(
+    "kind", [bool, numpy.uint8, numpy.int64, numpy.float32, numpy.float64], ids=lambda kind: kind.__name__
+)
+def test_ignored_pixels_are_invalid_and_all_others_keep_their_bits(millimetres, kinect, expected, kind):
+    mask = numpy.random.default_rng(3).random((HEIGHT, WIDTH)) < 0.3
+    without = numpy.where(mask, numpy.float32("nan"), expected)
+    ignore = mask if kind is bool else numbers(mask, kind)
+    for depth in (millimetres, millimetres.astype(numpy.float32)):
+        assert same_bits(fathom.linearize(depth, kinect, ignore=ignore), without)
+    assert same_bits(fathom.linearize(millimetres, kinect, ignore=numpy.asfortranarray(ignore)), without)
+    image = fathom.linearize(fathom.Image(millimetres), kinect, ignore=ignore)
+    assert same_bits(image.numpy(), without)
+    assert same_bits(fathom.linearize(millimetres, kinect), expected)  # the array itself is as it was
+
+
+def test_operations_see_no_more_of_ignored_pixels_than_of_missing_ones(millimetres, kinect):
+    mask = numpy.random.default_rng(4).random((HEIGHT, WIDTH)) < 0.1
+    holes = numpy.where(mask, numpy.uint16(0), millimetres)
+    for call in (
+        lambda depth, **more: fathom.normals(depth, kinect, **more),
+        lambda depth, **more: fathom.ssao(depth, kinect, 0.5, **more),
+        lambda depth, **more: fathom.fill_invalid(depth, kinect, **more),
+    ):
+        assert same_bits(call(millimetres, ignore=mask), call(holes))
+
+
+def test_integers_whose_camera_names_no_code_get_one_that_is_unused():
+    depth = numpy.arange(12, dtype=numpy.uint16).reshape(3, 4) + 65524  # the last codes are used
+    camera = fathom.Camera(encoding="window", perspective={"fov_y_deg": 60, "near": 0.1, "far": 10}, background="none")
+    mask = depth % 3 == 0
+    got = fathom.linearize(depth, camera, ignore=mask)
+    assert same_bits(got, numpy.where(mask, numpy.float32("nan"), fathom.linearize(depth, camera)))
+
+
+def test_a_mask_of_another_shape_is_refused(millimetres, kinect):
+    with pytest.raises(ValueError, match=r"ignore: its shape is \(3, 4\); it must be that of the depth"):
+        fathom.linearize(millimetres, kinect, ignore=numpy.zeros((3, 4)))
+
+
+def test_distance_along_the_ray_and_positions_without_mixed_pixels(millimetres, kinect):
+    points = fathom.unproject(millimetres, kinect).astype(float)
+    length = numpy.sqrt((points**2).sum(axis=2))
+    got = fathom.linearize(millimetres, kinect, as_="ray-distance")
+    assert numpy.array_equal(numpy.isnan(got), numpy.isnan(length))
+    assert numpy.nanmax(abs(got - length) / length) < 2**-21
+    edge = numpy.full((HEIGHT, WIDTH), 1000, numpy.uint16)
+    edge[:, WIDTH // 2 :] = 3000
+    edge[:, WIDTH // 2] = 1700  # averaged
+    flying = numpy.isnan(fathom.unproject(edge, kinect, no_mixed_pixels=True)[..., 0])
+    assert flying[:, WIDTH // 2].all() and flying.sum() == HEIGHT

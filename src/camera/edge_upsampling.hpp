@@ -15,7 +15,14 @@ public:
     /// Rows [begin, end) of the picture's size; `result` is the first of them. May be called by several threads.
     void rows(int begin, int end, float* result) const;
 
+    /// The same of distances, whose background is +infinity: a pixel is surface, background or invalid as most of its weights are,
+    /// and a surface has the mean of theirs. `inverse`: that of 1/z, which is affine on every plane under a perspective.
+    void rows_of_distances(int begin, int end, bool inverse, float* result) const;
+
 private:
+    template <typename Take>
+    void around(int x, int y, const Take& take) const;
+
     using Color = std::array<float, 3>;
 
     HostFloats depth_, color_;

@@ -53,32 +53,59 @@ EdgeUpsampling::EdgeUpsampling(const HostFloats& depth, const HostFloats& color)
         }
 }
 
-void EdgeUpsampling::rows(int begin, int end, float* result) const {
+// Calls `take(weight, value)` with the depths around a pixel of the picture.
+template <typename Take>
+void EdgeUpsampling::around(int x, int y, const Take& take) const {
     constexpr float sigma = 0.08f, least = 1e-4f; // of colours from 0 to 1; what another colour counts all the same
     constexpr int reach = 2;                      // pixels of the depth image
+    const double fx = (x + 0.5) * across_ - 0.5, fy = (y + 0.5) * down_ - 0.5;
+    const int left = static_cast<int>(std::floor(fx)), top = static_cast<int>(std::floor(fy));
+    const Color own = seen(color_, x, y);
+    for (int j = top - reach + 1; j <= top + reach; ++j)
+        for (int i = left - reach + 1; i <= left + reach; ++i) {
+            const int u = std::clamp(i, 0, depth_.width - 1), v = std::clamp(j, 0, depth_.height - 1);
+            const Color& mean = mean_[static_cast<std::size_t>(v) * static_cast<std::size_t>(depth_.width) +
+                                      static_cast<std::size_t>(u)];
+            float distance = 0;
+            for (std::size_t c = 0; c < 3; ++c)
+                distance += (mean[c] - own[c]) * (mean[c] - own[c]);
+            const double weight = (reach - std::abs(i - fx)) * (reach - std::abs(j - fy)) *
+                                  static_cast<double>(std::exp(-distance / (2 * sigma * sigma)) + least);
+            take(weight, *pixel_at(depth_, u, v));
+        }
+}
+
+void EdgeUpsampling::rows(int begin, int end, float* result) const {
     for (int y = begin; y < end; ++y)
         for (int x = 0; x < color_.width; ++x) {
-            const double fx = (x + 0.5) * across_ - 0.5, fy = (y + 0.5) * down_ - 0.5;
-            const int left = static_cast<int>(std::floor(fx)), top = static_cast<int>(std::floor(fy));
-            const Color own = seen(color_, x, y);
             double sum = 0, weights = 0;
-            for (int j = top - reach + 1; j <= top + reach; ++j)
-                for (int i = left - reach + 1; i <= left + reach; ++i) {
-                    const int u = std::clamp(i, 0, depth_.width - 1), v = std::clamp(j, 0, depth_.height - 1);
-                    const float value = *pixel_at(depth_, u, v);
-                    if (std::isnan(value))
-                        continue;
-                    const Color& mean = mean_[static_cast<std::size_t>(v) * static_cast<std::size_t>(depth_.width) +
-                                              static_cast<std::size_t>(u)];
-                    float distance = 0;
-                    for (std::size_t c = 0; c < 3; ++c)
-                        distance += (mean[c] - own[c]) * (mean[c] - own[c]);
-                    const double weight = (reach - std::abs(i - fx)) * (reach - std::abs(j - fy)) *
-                                          static_cast<double>(std::exp(-distance / (2 * sigma * sigma)) + least);
-                    sum += weight * static_cast<double>(value);
-                    weights += weight;
-                }
+            around(x, y, [&](double weight, float value) {
+                if (std::isnan(value))
+                    return;
+                sum += weight * static_cast<double>(value);
+                weights += weight;
+            });
             *result++ = weights > 0 ? static_cast<float>(sum / weights) : std::numeric_limits<float>::quiet_NaN();
+        }
+}
+
+void EdgeUpsampling::rows_of_distances(int begin, int end, bool inverse, float* result) const {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    for (int y = begin; y < end; ++y)
+        for (int x = 0; x < color_.width; ++x) {
+            double sum = 0, surface = 0, background = 0, invalid = 0;
+            around(x, y, [&](double weight, float z) {
+                if (std::isfinite(z)) {
+                    sum += weight * (inverse ? 1 / static_cast<double>(z) : static_cast<double>(z));
+                    surface += weight;
+                } else {
+                    (z == infinity ? background : invalid) += weight;
+                }
+            });
+            const double mean = inverse ? surface / sum : sum / surface;
+            *result++ = invalid > std::max(surface, background) ? std::numeric_limits<float>::quiet_NaN()
+                        : background > surface                  ? infinity
+                                                                : static_cast<float>(mean);
         }
 }
 

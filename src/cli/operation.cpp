@@ -148,9 +148,11 @@ std::function<int()> configure_operation(CLI::App& app, const description::Opera
     const Product product = product_of(operation, operation.results_of(arguments->call.get(), {}).front());
     add_depth_options(app, *arguments, product);
     add_options(app, operation, *arguments);
-    return [arguments, product, &operation] {
+    return [arguments, &operation] {
+        // The options decide what it holds.
+        const Product asked = product_of(operation, operation.results_of(arguments->call.get(), {}).front());
         return each_depth(
-            *arguments, product, more_of(operation, arguments), [&](const StoredDepth& stored, Loaded& frame) {
+            *arguments, asked, more_of(operation, arguments), [&](const StoredDepth& stored, Loaded& frame) {
                 if (arguments->max_error > 0)
                     explain_method(*measured(operation.name), stored, frame, arguments->max_error, arguments->explain);
                 const std::shared_ptr<void> call = operation.make(arguments->call.get());

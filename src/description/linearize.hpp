@@ -11,6 +11,8 @@ template <typename Visitor, Is<LinearizeOptions> Options>
 void describe(const Visitor& v, Options& o) {
     v("background", o.background, {"inf", "decode", "nan"},
       "what becomes of background pixels: infinity, the far plane's distance (decode), or NaN");
+    v("as_", o.as, {"view-z", "ray-distance"},
+      "what the distance is: along the view axis, or from the camera centre along each pixel's ray");
 }
 
 struct LinearizeCall {
@@ -19,7 +21,7 @@ struct LinearizeCall {
         .summary = "Turns stored depth into exact distance along the view axis.",
         .notes =
             R"(The result is float32 in scene units, positive in front of the camera. Rows keep the order of the input. An EXR
-holds it as channel Z. Invalid values become NaN.
+holds it as channel Z, and a distance along the ray as channel distance. Invalid values become NaN.
 
 Example:
   fathom linearize frame.exr --camera camera.json -o frame.z.exr
@@ -35,7 +37,7 @@ Example:
 
 template <typename Visitor>
 void describe_results(const Visitor& v, LinearizeCall& call, const StoredDepth& stored) {
-    v("result", call.result, true, floats(stored, 1), lengths("Z"),
+    v("result", call.result, true, floats(stored, 1), lengths(call.options.as == Along::ray ? "distance" : "Z"),
       "in scene units, positive in front of the camera. Invalid pixels are NaN");
 }
 

@@ -17,6 +17,8 @@ void describe(const Visitor& v, Options& o) {
     v("channels", o.channels, one_of(3.0, 4.0), "x, y and z, and with 4 also w: 1, or 0 where there is no position");
     v("background", o.background, {"inf", "decode", "nan"},
       "background pixels have no position (inf or nan), or lie on the far plane (decode)");
+    v("no_mixed_pixels", o.no_mixed_pixels, Kind::flag,
+      "pixels have no position whose depth was averaged over an edge: they would fly between two surfaces");
 }
 
 struct UnprojectCall {

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace fathom {
@@ -77,30 +78,54 @@ std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& f
         "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy and .exr");
 }
 
-} // namespace
-
-io::RelativeInput io::read_relative_input(const std::filesystem::path& file, const ReadRelativeOptions& options) {
-    check_readable(file);
-    return within_memory(file, [&] {
-        const auto [given, channel] = image_and_channel(file, options.channel);
-        const int type = given.depth();
-        if (type != CV_8U && type != CV_16U && type != CV_16F && type != CV_32F)
-            refuse(file, "is " + described(given) + "; relative depth has 8 or 16 bits, or floats");
-        const cv::Mat image = only_channel(file, given);
-        RelativeInput result{.depth = {.values = {},
+/// What a file stores, as floats.
+io::RelativeInput stored_values(const std::filesystem::path& file, const std::string& of_exr,
+                                const io::Ignored& ignored) {
+    const auto [given, channel] = image_and_channel(file, of_exr);
+    const int type = given.depth();
+    if (type != CV_8U && type != CV_16U && type != CV_16F && type != CV_32F)
+        refuse(file, "is " + io::described(given) + "; relative depth has 8 or 16 bits, or floats");
+    const cv::Mat image = io::only_channel(file, given);
+    io::RelativeInput result{.depth = {.values = {},
                                        .bits = type == CV_8U    ? 8
                                                : type == CV_16U ? 16
                                                                 : 32},
                              .channel = channel};
+    cv::Mat& values = result.depth.values;
+    image.convertTo(values, CV_32F);
+    if (ignored)
+        values.setTo(std::numeric_limits<double>::quiet_NaN(), ignored(values.size()));
+    result.stored.add({values.ptr<float>(), values.cols, values.rows, 1, values.step1()});
+    return result;
+}
+
+} // namespace
+
+std::optional<std::array<double, 2>> io::range_of_floats(const std::filesystem::path& file, const std::string& channel,
+                                                         const Ignored& ignored) {
+    check_readable(file);
+    return within_memory(file, [&]() -> std::optional<std::array<double, 2>> {
+        const RelativeInput input = stored_values(file, channel, ignored);
+        if (input.depth.bits < 32)
+            return std::nullopt;
+        if (input.stored.surfaces() == 0)
+            return std::array<double, 2>{INFINITY, -INFINITY};
+        return std::array<double, 2>{input.stored.nearest, input.stored.farthest};
+    });
+}
+
+io::RelativeInput io::read_relative_input(const std::filesystem::path& file, const ReadRelativeOptions& options,
+                                          const std::optional<std::array<double, 2>>& of_shot, const Ignored& ignored) {
+    check_readable(file);
+    return within_memory(file, [&] {
+        RelativeInput result = stored_values(file, options.channel, ignored);
         RelativeFile& depth = result.depth;
-        image.convertTo(depth.values, CV_32F);
         if (options.range && !(options.range->front() < options.range->back()))
             refuse(file, "cannot be brought from " + std::to_string(options.range->front()) + " to " +
                              std::to_string(options.range->back()) + "; the range's first end must be the lesser one");
-        result.stored.add({depth.values.ptr<float>(), image.cols, image.rows, 1, depth.values.step1()});
         const std::array<double, 2> ends{result.stored.nearest, result.stored.farthest};
         if (depth.bits == 32 || options.range || ends[0] == ends[1])
-            normalise(file, depth.values, options.range.value_or(ends));
+            normalise(file, depth.values, options.range.value_or(depth.bits == 32 ? of_shot.value_or(ends) : ends));
         else
             for (float& value : cv::Mat_<float>(depth.values))
                 value /= depth.bits == 8 ? 255.0f : 65535.0f;
@@ -122,6 +147,16 @@ cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color) {
     cv::Mat result(color.size(), CV_32FC1);
     cv::parallel_for_(cv::Range(0, color.rows), [&](const cv::Range& rows) {
         upsampling.rows(rows.start, rows.end, result.ptr<float>(rows.start));
+    });
+    return result;
+}
+
+cv::Mat io::distances_along_edges(const cv::Mat& z, const cv::Mat& color, bool perspective) {
+    const EdgeUpsampling upsampling({z.ptr<float>(), z.cols, z.rows, 1, z.step1()},
+                                    {color.ptr<float>(), color.cols, color.rows, color.channels(), color.step1()});
+    cv::Mat result(color.size(), CV_32FC1);
+    cv::parallel_for_(cv::Range(0, color.rows), [&](const cv::Range& rows) {
+        upsampling.rows_of_distances(rows.start, rows.end, perspective, result.ptr<float>(rows.start));
     });
     return result;
 }

@@ -16,9 +16,11 @@ void run(const StoredDepth& stored, const Image& result, const LinearizeOptions&
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays view = is_along_ray(form) ? camera_rays(stored.camera) : Rays{};
-    runtime::Kernel& kernel =
-        runtime::kernel(device, "linearize", decoder_defines(form, view, stored.storage, vector_width, stream));
+    const bool as_distance = options.as == Along::ray;
+    const Rays view = as_distance || is_along_ray(form) ? camera_rays(stored.camera) : Rays{};
+    runtime::Defines defines = decoder_defines(form, view, stored.storage, vector_width, stream);
+    defines.emplace_back("AS_DISTANCE", as_distance);
+    runtime::Kernel& kernel = runtime::kernel(device, "linearize", defines);
     runtime::launch(device, kernel, range_of(end - begin, result.height(), vector_width), stored.image, result,
                     grid_parameters(stored, result, begin, end),
                     depth_parameters(form, stored.storage, options.background, arithmetic),

@@ -5,6 +5,8 @@
 #include "camera/rays.hpp"
 #include "description/check.hpp"
 #include "description/unproject.hpp"
+#include "operations/dof_masks/mixed_pixels.hpp"
+#include "operations/inverse_depth.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
@@ -40,6 +42,8 @@ void unproject(const StoredDepth& stored, const Image& result, const UnprojectOp
                     grid_parameters(stored, result, 0, width),
                     depth_parameters(form, stored.storage, options.background, arithmetic),
                     ray_parameters(view, arithmetic), ray_parameters(target, arithmetic));
+    if (options.no_mixed_pixels)
+        leave_out_mixed(stored, result);
     launched.done();
 }
 
@@ -49,6 +53,16 @@ Image unproject(const StoredDepth& stored, const UnprojectOptions& options, cons
                        {stored.image.width(), stored.image.height(), options.channels});
     unproject(stored, result, options, launch);
     return result;
+}
+
+Reach reach(const Tile&, const UnprojectOptions& options) {
+    describe(description::Check{}, options);
+    return options.no_mixed_pixels ? Reach{mixed_pixels_reach, mixed_pixels_reach} : Reach{};
+}
+
+std::size_t bytes(const Tile& tile, const UnprojectOptions& options) {
+    describe(description::Check{}, options);
+    return options.no_mixed_pixels ? inverse_depth_bytes(tile.pixels.width, tile.pixels.height) : 0;
 }
 
 } // namespace fathom

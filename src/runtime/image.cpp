@@ -283,7 +283,12 @@ StoredDepth ViewDepth::stored() const {
     Camera view = camera;
     view.encoding = Encoding::view_z;
     view.scale = 1;
-    view.background.reset();
+    view.offset = 0;
+    view.along = Along::axis;
+    view.from_near_plane = false;
+    view.background.reset(); // and what else is meant of stored values
+    view.background_from.reset();
+    view.missing.reset();
     return {image, view, Storage::float32, x, y};
 }
 

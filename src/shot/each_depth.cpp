@@ -1,6 +1,7 @@
 // The loop that all operations on depth images share.
 #include "each_depth.hpp"
 
+#include "relative.hpp"
 #include "steps.hpp"
 #include "telling.hpp"
 
@@ -13,17 +14,24 @@
 
 namespace fathom::cli {
 
-int each_depth(const DepthOptions& options, const Product& product, const More& more, const Operation& operation) {
-    static_cast<void>(report_of(options)); // refuses what contradicts itself
+int each_depth(const DepthOptions& options, const Product& product, const More& of_command,
+               const Operation& operation) {
+    More more = of_command;
+    if (!options.ignore.empty())
+        more.companions.push_back({"--ignore", options.ignore}); // behind those that the command knows
+    static_cast<void>(report_of(options));                       // refuses what contradicts itself
     std::vector<Output> outputs{{"-o", options.output, product}};
     outputs.insert(outputs.end(), more.outputs.begin(), more.outputs.end());
-    const std::vector<Job> jobs = plan(options, outputs, more.companions);
+    std::vector<Job> jobs = plan(options, outputs, more.companions);
     if (!options.relative.order) { // what is wrong for all inputs is told once
         std::vector<Input> read_as(jobs.size());
         std::ranges::transform(jobs, read_as.begin(), &Job::read_as);
         options.camera.read(std::move(read_as));
     }
     catch_interrupts();
+    std::vector<std::string> ranges;
+    if (options.relative.order && !options.relative.range)
+        ranges = find_ranges(options, jobs);
     const Device device = options.device.open(options.memory);
     const bool apart = options.device.takes_turns(device);
     if (apart)
@@ -32,6 +40,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     if (options.resume)
         remove_abandoned(jobs);
     Telling telling(options, outputs, jobs, device);
+    telling.begin(ranges);
     std::vector<std::size_t> wanted;
     for (std::size_t i = 0; i < jobs.size(); ++i)
         if (!jobs[i].left_out)

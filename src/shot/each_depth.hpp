@@ -80,6 +80,9 @@ void check_same_pixels(const std::filesystem::path& file, const DepthFile& other
 /// Throws: Error where an image from another file is not of the depth's size.
 void check_same_size(const std::filesystem::path& file, cv::Size size, const Job& job);
 
+/// Throws: Error where the ratio of width to height is not that of the depth, by more than a pixel of the smaller one.
+void check_same_view(const std::filesystem::path& file, cv::Size size, const Job& job);
+
 /// Unit vectors as a file of this name holds them: in a .png ½n + ½ would make grey of (0, 0, 0), which is none, so it
 /// becomes NaN, which is black there.
 cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions);

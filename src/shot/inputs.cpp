@@ -23,6 +23,17 @@ bool Inputs::is_sequence() const {
     return all().size() > 1 || !there_.empty();
 }
 
+std::map<Frame, std::string> Inputs::shot(const Input& input) const {
+    if (input.source)
+        return there(input);
+    std::vector<std::string> named;
+    for (const Input& other : all())
+        if (!other.source)
+            named.push_back(other.file);
+    const auto common = named.size() > 1 ? FramePattern::common(named) : std::nullopt;
+    return common ? common->first.files() : std::map<Frame, std::string>{};
+}
+
 void Inputs::add(const std::string& argument) const {
     if (io::is_folder(argument)) {
         add_files(argument, sequence::depth_files_in(argument));

@@ -40,6 +40,10 @@ public:
     /// The files of an input's sequence that are there, by their frames.
     const std::map<Frame, std::string>& there(const Input& input) const { return there_[*input.source]; }
 
+    /// The files of the shot that an input is a frame of, whichever frames were asked for; none where it is no frame. Files that
+    /// were named themselves are frames if their names have one pattern, as a shell makes them of shot.*.exr.
+    std::map<Frame, std::string> shot(const Input& input) const;
+
 private:
     void add(const std::string& argument) const;
     void add_files(const std::string& argument, const std::vector<std::string>& files) const;

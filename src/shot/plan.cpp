@@ -118,29 +118,12 @@ fs::path place(const DepthOptions& options, const Output& output, const Input& i
     return file;
 }
 
-// The file of a companion. If there is none, the name that it should have: reading that reports the missing file.
-fs::path find(const DepthOptions& options, const Companion& companion, const Input& input) {
-    if (companion.source.empty())
-        throw UsageError(companion.option + ": the name is empty; give a file or a folder");
-    if (!io::is_folder(companion.source)) {
-        if (const auto pattern = pattern_in(companion.source))
-            return named(*pattern, companion.option, input);
-        if (options.inputs.all().size() > 1)
-            throw UsageError(
-                fmt::format("{}: '{}' is no folder, and {} inputs need one, in which each finds its own name",
-                            companion.option, companion.source, options.inputs.all().size()));
-        return companion.source;
-    }
-    const fs::path file = image_like(companion.source, input.file);
-    return file.empty() ? fs::path(companion.source) / fs::path(input.file).stem().concat(".exr") : file;
-}
-
 // What is read for an input.
 void find_files(const DepthOptions& options, const std::vector<Companion>& companions, const Input& input, Job& job) {
     job.input = input.file;
     job.companions.clear();
     for (const Companion& companion : companions)
-        job.companions.push_back(find(options, companion, input));
+        job.companions.push_back(companion_of(options, companion, input));
     if (options.camera.is_pattern())
         job.camera_file = options.camera.file_for(input);
 }
@@ -264,6 +247,22 @@ fs::path image_like(const fs::path& folder, const fs::path& input) {
         if (fs::path file = folder / input.stem().concat(extension); io::is_there(file))
             return file;
     return {};
+}
+
+fs::path companion_of(const DepthOptions& options, const Companion& companion, const Input& input) {
+    if (companion.source.empty())
+        throw UsageError(companion.option + ": the name is empty; give a file or a folder");
+    if (!io::is_folder(companion.source)) {
+        if (const auto pattern = pattern_in(companion.source))
+            return named(*pattern, companion.option, input);
+        if (options.inputs.all().size() > 1)
+            throw UsageError(
+                fmt::format("{}: '{}' is no folder, and {} inputs need one, in which each finds its own name",
+                            companion.option, companion.source, options.inputs.all().size()));
+        return companion.source;
+    }
+    const fs::path file = image_like(companion.source, input.file);
+    return file.empty() ? fs::path(companion.source) / fs::path(input.file).stem().concat(".exr") : file;
 }
 
 std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,

@@ -4,7 +4,10 @@
 
 #include "camera_file/file.hpp"
 
+#include <array>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace fathom::cli {
@@ -34,7 +37,8 @@ struct Job {
     std::filesystem::path missing = {};     ///< a file without which the frame cannot be done; empty: it can
     bool left_out = false;                  ///< because of it?
     bool in_sequence = false;               ///< or is the input a file that was named itself?
-    Windows windows = {};                   ///< of the depth, once it is read
+    std::optional<std::array<double, 2>> range = {}; ///< of the relative floats of its shot
+    Windows windows = {};                            ///< of the depth, once it is read
     std::optional<CameraFile> own_camera =
         {}; ///< if each input has its own, in its header or in a file; once it is read
 
@@ -52,6 +56,10 @@ using io::extension_of; // as `Product::extensions` has it
 
 /// The image in a folder that is named like this input, with any extension that images have; none if there is none.
 std::filesystem::path image_like(const std::filesystem::path& folder, const std::filesystem::path& input);
+
+/// The file of an input's companion. If there is none, the name that it should have: reading that reports the missing file.
+/// Throws: UsageError where several inputs would share one, and where a pattern needs a frame that the input has not.
+std::filesystem::path companion_of(const DepthOptions& options, const Companion& companion, const Input& input);
 
 /// Decides where everything lies, before anything is read or written.
 /// A target is a folder when it is one, when it ends with a slash, or when there are several inputs; a result is then

@@ -1,6 +1,9 @@
 // Relative depth as it is read.
 #include "relative.hpp"
 
+#include "io/ignored.hpp"
+#include "sequence/frame_pattern.hpp"
+#include "terminal/interrupt.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
@@ -11,15 +14,79 @@
 
 #include <opencv2/core.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <span>
 
 namespace fathom::cli {
 
-RelativeDepth relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel) {
+namespace {
+
+using Range = std::optional<std::array<double, 2>>;
+
+io::Ignored ignored_of(const DepthOptions& options, const std::filesystem::path& mask) {
+    return [&options, mask](cv::Size size) { return io::ignored(mask, options.ignore_below, {{{0, 0}, size}, size}); };
+}
+
+// The range of the floats of all these files; none of integers, whose range is that of their bits.
+Range range_of(const std::map<Frame, std::string>& files, const DepthOptions& options) {
+    Range range;
+    for (const auto& [frame, file] : files) {
+        stop_if_interrupted();
+        try {
+            const io::Ignored ignored =
+                options.ignore.empty()
+                    ? io::Ignored()
+                    : ignored_of(options, companion_of(options, {"--ignore", options.ignore}, {file, frame}));
+            const Range own = io::range_of_floats(file, options.channel, ignored);
+            if (!own)
+                return std::nullopt;
+            range = range ? Range({std::min((*range)[0], (*own)[0]), std::max((*range)[1], (*own)[1])}) : own;
+        } catch (const Error&) { // is told when the turn of this file comes
+        }
+    }
+    return range && (*range)[0] <= (*range)[1] ? range : std::nullopt;
+}
+
+// The number that `--relative-range` would be given.
+double as_written(double value) {
+    return std::stod(fmt::format("{}", static_cast<float>(value)));
+}
+
+} // namespace
+
+std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Job>& jobs) {
+    std::map<std::optional<std::size_t>, Range> ranges; // by the sources of the inputs
+    std::vector<std::string> said;
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+        const Input& input = options.inputs.all()[i];
+        const auto [of_source, is_new] = ranges.try_emplace(input.source);
+        Range& range = of_source->second;
+        if (is_new) {
+            const std::map<Frame, std::string> files = options.inputs.shot(input);
+            if (files.size() > 1)
+                range = range_of(files, options);
+            if (range) {
+                range = {as_written((*range)[0]), as_written((*range)[1])};
+                said.push_back(
+                    fmt::format("{0}  values {1} to {2} of {3} files become 0 to 1 (--relative-range {1},{2})",
+                                sequence::FramePattern::of(files.begin()->second)->first.text(), (*range)[0],
+                                (*range)[1], files.size()));
+            }
+        }
+        jobs[i].range = range;
+    }
+    return said;
+}
+
+RelativeDepth relative_depth(const DepthOptions& options, const Job& job) {
     constexpr double little_range = 0.1; // of 0 to 1
+    const RelativeOptions& relative = options.relative;
     RelativeDepth result;
-    result.input = io::read_relative_input(job.input, {.channel = channel, .range = relative.range});
+    result.input =
+        io::read_relative_input(job.input, {.channel = options.channel, .range = relative.range}, job.range,
+                                options.ignore.empty() ? io::Ignored() : ignored_of(options, job.companions.back()));
     cv::Mat& values = result.depth.values = std::move(result.input.depth.values);
     const int bits = result.input.depth.bits;
     const auto all = [&] { return std::span(values.ptr<float>(), values.total()); };
@@ -27,7 +94,7 @@ RelativeDepth relative_depth(const RelativeOptions& relative, const Job& job, co
         smooth_steps(all(), values.cols, values.rows, 1 / 255.0);
     double least = 0, most = 1;
     cv::minMaxLoc(values, &least, &most);
-    if (!relative.range && most - least < little_range)
+    if (bits < 32 && !relative.range && most - least < little_range)
         result.doubts.push_back(
             fmt::format("its values take {:.2g} % of what {} bits hold, so that little is blurred; say with "
                         "--relative-range which codes are nearest and farthest",

@@ -20,8 +20,13 @@ struct RelativeDepth {
     std::vector<std::string> doubts = {}; ///< what is probably wrong with its values, a sentence each with the cure
 };
 
+/// Gives each job the range of the relative floats of its whole shot, which is read for it, so that a frame does not depend on
+/// which frames are done with it. Files that cannot be read do not count. Says the ranges in words, a line for each shot.
+/// Throws: Interrupted.
+std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Job>& jobs);
+
 /// Throws: Error.
-RelativeDepth relative_depth(const RelativeOptions& relative, const Job& job, const std::string& channel);
+RelativeDepth relative_depth(const DepthOptions& options, const Job& job);
 
 /// "values 3 to 250, 0 of 9600 pixels invalid": for the line about a result.
 std::string in_words(const io::RelativeInput& input);

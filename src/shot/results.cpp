@@ -51,7 +51,7 @@ bool is_exr(const std::filesystem::path& file) {
 std::optional<ExrSource> source_of(const More& more, const Job& job, const DepthFile& depth) {
     if (more.picture && is_exr(job.companions[*more.picture])) {
         const std::filesystem::path& file = job.companions[*more.picture];
-        return ExrSource{file, color_channels(file, more.color_layer).front(), depth.windows};
+        return ExrSource{file, color_channels(file, more.color_layer).front(), job.windows};
     }
     if (depth.channel.empty())
         return std::nullopt;
@@ -163,6 +163,17 @@ void check_same_size(const std::filesystem::path& file, cv::Size size, const Job
     if (size.width != width || size.height != height)
         throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
                                 size.width, size.height, job.input.native(), width, height));
+}
+
+void check_same_view(const std::filesystem::path& file, cv::Size size, const Job& job) {
+    const cv::Size depth = job.windows.data.size(), small = size.width < depth.width ? size : depth,
+                   large = size.width < depth.width ? depth : size;
+    const double across = static_cast<double>(large.width) / small.width,
+                 down = static_cast<double>(large.height) / small.height;
+    if (std::min(std::abs(large.height / across - small.height), std::abs(large.width / down - small.width)) > 1)
+        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must show the same, with the same ratio of "
+                                "width to height",
+                                file.native(), size.width, size.height, job.input.native(), depth.width, depth.height));
 }
 
 cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions) {

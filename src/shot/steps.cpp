@@ -20,9 +20,13 @@
 namespace fathom::cli {
 namespace {
 
-// The camera of the pixels that were read.
-Camera camera_of(const CameraFile& file, const Windows& windows) {
-    const Camera camera = camera_for(file, windows.display.width, windows.display.height);
+// The camera of the pixels that were read. The file may be of the picture, which sees the same in other pixels.
+Camera camera_of(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture) {
+    const bool of_picture = picture && cv::Size(file.camera.width, file.camera.height) == *picture;
+    const cv::Size size = of_picture ? *picture : windows.display;
+    Camera camera = camera_for(file, size.width, size.height);
+    camera.width = windows.display.width;
+    camera.height = windows.display.height;
     const cv::Rect& part = windows.data;
     return has_overscan(windows) ? cropped(camera, part.x, part.y, part.width, part.height) : camera;
 }
@@ -101,7 +105,7 @@ bool Steps::is_finished(Work& work) const {
 void Steps::load(Work& work) const {
     Loaded& frame = work.frame;
     if (is_relative()) {
-        work.relative = relative_depth(options_.relative, frame, options_.channel);
+        work.relative = relative_depth(options_, frame);
         work.depth = std::exchange(work.relative->depth, {{}, Storage::float32, {}});
     } else {
         work.camera = options_.camera.read_for(frame.read_as());
@@ -119,34 +123,135 @@ void Steps::load(Work& work) const {
     }
     const DepthFile& depth = work.depth;
     frame.windows = depth.windows;
-    work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *options_.relative.order)
-                              : camera_of(work.camera, depth.windows);
-    work.source = source_of(more_, frame, depth);
-    check_append(work);
-    if (!is_relative())
-        work.channel_doubts = channel_doubts(frame.input, options_.channel, depth.channel);
     const Job& job = frame;
     work.option_doubts = later([&] { return more_.doubts ? more_.doubts(job) : std::vector<std::string>{}; });
     if (work.rows && more_.picture_rows)
         work.picture = more_.picture_rows(job);
     if (!work.picture)
         frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
+    work.picture_size = picture_size(work);
+    work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *options_.relative.order)
+                              : camera_of(work.camera, depth.windows, work.picture_size);
+    if (work.picture_size && more_.picture)
+        frame.windows = {{{0, 0}, *work.picture_size}, *work.picture_size};
+    work.source = source_of(more_, frame, depth);
+    check_append(work);
+    if (!is_relative())
+        work.channel_doubts = channel_doubts(frame.input, options_.channel, depth.channel);
+}
+
+// The size of the picture, if it is another than the depth's.
+std::optional<cv::Size> Steps::picture_size(const Work& work) const {
+    const cv::Size depth = work.depth.windows.data.size();
+    cv::Size size = depth;
+    bool has_plate = false;
+    if (work.picture) {
+        size = work.picture->size();
+        check_same_view(work.frame.companions[*more_.picture], size, work.frame);
+    } else {
+        try {
+            const Images& images = work.frame.images.get();
+            if (!images.picture.color.empty())
+                size = images.picture.color.size();
+            has_plate = !images.clean_plate.color.empty();
+        } catch (...) { // is told when the frame is computed
+        }
+    }
+    if (size == depth || is_relative())
+        return std::nullopt;
+    const char* of_one_size = work.rows || work.picture          ? "images this large go through by rows"
+                              : has_overscan(work.depth.windows) ? "the depth has overscan"
+                              : has_plate                        ? "a clean plate is given"
+                                                                 : nullptr;
+    if (of_one_size)
+        throw Error(fmt::format("{}: is {} × {}, but its picture is {} × {}; {}, so that both must be of the same size",
+                                work.frame.input.native(), depth.width, depth.height, size.width, size.height,
+                                of_one_size));
+    return size;
+}
+
+// Depth gets the size of its picture, along the picture's edges. The camera maps the whole image, whatever its pixels are.
+void Steps::bring_up(Work& work) const {
+    const cv::Mat& color = work.frame.images.get().picture.color;
+    Camera camera = work.seen;
+    camera.width = color.cols;
+    camera.height = color.rows;
+    work.small = work.depth.values; // which the subject refers to
+    work.depth.values = io::distances_along_edges(work.z, color, camera.projection.is_perspective());
+    work.depth.storage = Storage::float32;
+    work.stored = ViewDepth{to_device(device_, work.depth.values), camera}.stored();
 }
 
 ReadOptions Steps::read_options(const Work& work) const {
     return {.channel = options_.channel, .packing = work.camera.packing, .overscan = takes_overscan(work.frame)};
 }
 
+// The mask of pixels that do not count, from the first row on; nothing without one.
+std::unique_ptr<io::IgnoredRows> Steps::ignored_rows(const Job& job) const {
+    return options_.ignore.empty() || is_relative() // whose values have lost them already
+               ? nullptr
+               : std::make_unique<io::IgnoredRows>(job.companions.back(), options_.ignore_below, job.windows);
+}
+
+// Finds what pixels hold that do not count. The camera may have to name a code for it that no pixel has.
+void Steps::find_invalid_value(Work& work) const {
+    if (is_relative() || (options_.ignore.empty() && !options_.valid))
+        return;
+    InvalidValue& invalid = work.invalid.emplace(work.seen, work.depth.storage);
+    if (!invalid.is_open())
+        return;
+    if (!work.rows)
+        invalid.see(on_host(work.depth.values, work.depth.storage));
+    else if (const auto again = io::depth_rows(work.frame.input, read_options(work)))
+        for (const Band& band : strips(work, 0))
+            invalid.see(on_host(again->read(band.end - band.begin).values, work.depth.storage));
+    if (work.frame.images.valid()) // a clean plate has the same camera
+        if (const DepthFile& plate = work.frame.images.get().clean_plate_depth; plate.storage == work.depth.storage)
+            invalid.see(on_host(plate.values, plate.storage));
+    invalid.settle(work.seen);
+}
+
+void Steps::ignore(const Work& work, cv::Mat& values, io::IgnoredRows* mask) const {
+    if (!mask)
+        return;
+    const cv::Mat ignored = mask->read(values.rows);
+    work.invalid->write(values.data, on_host(values, work.depth.storage),
+                        [&](int x, int y) { return ignored.at<uchar>(y, x) != 0; });
+}
+
+// Bounds are as exact as depths, so that a depth that is written like one lies within.
+void Steps::keep_valid(const Work& work, cv::Mat& values, cv::Mat& z) const {
+    if (!options_.valid)
+        return;
+    const auto least = static_cast<float>(options_.valid->front()), most = static_cast<float>(options_.valid->back());
+    constexpr float background = std::numeric_limits<float>::infinity();
+    work.invalid->write(values.data, on_host(values, work.depth.storage), [&](int x, int y) {
+        float& depth = z.at<float>(y, x);
+        const bool is_out = depth < background && !(depth >= least && depth <= most);
+        if (is_out)
+            depth = std::numeric_limits<float>::quiet_NaN();
+        return is_out;
+    });
+}
+
 // Looks at what was read, while other inputs are computed: the device need not wait for the host's part of it.
 void Steps::examine(Work& work) const {
-    const DepthFile& depth = work.depth;
+    DepthFile& depth = work.depth;
+    find_invalid_value(work);
+    ignore(work, depth.values, ignored_rows(work.frame).get());
     work.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
     work.z = distances(work.stored);
+    if (options_.valid) {
+        keep_valid(work, depth.values, work.z);
+        work.stored.image = to_device(device_, depth.values);
+    }
     const HostDepth values = on_host(depth.values, depth.storage);
     work.subject = Subject(work.seen, depth.storage);
     work.subject.add(values, on_host(work.z));
     work.subject.each = [values, &work](const auto& visit) { visit(values, on_host(work.z)); };
     find_doubts(work);
+    if (work.picture_size && more_.picture)
+        bring_up(work);
 }
 
 void Steps::find_doubts(Work& work) const {
@@ -158,7 +263,9 @@ void Steps::find_doubts(Work& work) const {
     work.held = held(work.depth.channel, work.subject.look);
     work.value_doubts = doubts(work.subject);
     if (work.subject.look.invalid == work.subject.look.pixels)
-        throw Error(work.value_doubts.front());
+        throw Error(work.invalid ? "no pixel is left that counts and has a depth; choose other --ignore and --valid "
+                                   "(fathom inspect shows the depths that there are)"
+                                 : work.value_doubts.front());
     const cv::Size display = work.depth.windows.display;
     work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height);
 }
@@ -196,6 +303,7 @@ void Steps::compute(Work& work) {
         warn_once(work, frame.input, more_.length_doubts(work.stored, work.subject, frame));
     frame.said.insert(frame.said.end(), work.explained.begin(), work.explained.end());
     work.z.release();
+    work.small.release();
     if (work.failure)
         std::rethrow_exception(work.failure);
     if (!work.rows)

@@ -4,8 +4,10 @@
 #include "relative.hpp"
 
 #include "doubts/look.hpp"
+#include "io/ignored.hpp"
 #include "io/rows.hpp"
 #include "operations/bands.hpp"
+#include "operations/invalid_value.hpp"
 #include "shot/records/record.hpp"
 
 #include <fathom/device.hpp>
@@ -71,15 +73,18 @@ struct Work {
     DepthFile depth{{}, Storage::float32, {}};
     std::unique_ptr<io::DepthRows> rows; // of an input that is done strip by strip: `depth` has no values
     std::unique_ptr<io::PictureRows> picture;
+    std::optional<InvalidValue> invalid;   // of pixels that do not count, if there may be some
     std::optional<RelativeDepth> relative; // all but its depth
     ImportedCamera camera;
-    Camera seen; // by the pixels
+    Camera seen;                          // by the pixels
+    std::optional<cv::Size> picture_size; // if it is another than the depth's
     std::optional<ExrSource> source;
     std::vector<std::string> channel_doubts;
     std::shared_future<std::vector<std::string>> option_doubts;
     // Looked at.
     StoredDepth stored; // its image may be some rows of it
     cv::Mat z;          // what it decodes to, if all of it is in memory
+    cv::Mat small;      // the depth before it was brought to the picture's size
     Subject subject;
     std::vector<std::string> value_doubts, camera_doubts;
     Held held;
@@ -110,6 +115,12 @@ private:
     void load(Work& work) const;
     ReadOptions read_options(const Work& work) const;
     bool goes_by_strips(const Job& job, const io::DepthRows& rows) const;
+    std::unique_ptr<io::IgnoredRows> ignored_rows(const Job& job) const;
+    void find_invalid_value(Work& work) const;
+    void ignore(const Work& work, cv::Mat& values, io::IgnoredRows* mask) const;
+    std::optional<cv::Size> picture_size(const Work& work) const;
+    void bring_up(Work& work) const;
+    void keep_valid(const Work& work, cv::Mat& values, cv::Mat& z) const;
     void examine(Work& work) const;
     void find_doubts(Work& work) const;
     void stream(Work& work);

@@ -91,15 +91,27 @@ void Steps::stream(Work& work) {
     const cv::Size size = work.rows->size();
     const Storage storage = work.depth.storage;
     Subject& subject = work.subject;
+    find_invalid_value(work);
     subject = Subject(work.seen, storage);
-    subject.each = [this, &work, storage](const auto& visit) {
+    work.stored = {.image = {}, .camera = work.seen, .storage = storage};
+    // The next rows, in which pixels that do not count are invalid, and what they decode to, if that is asked for.
+    const auto next_of = [this, &work](io::DepthRows& rows, io::IgnoredRows* mask, int count, int first, bool decodes) {
+        std::pair<cv::Mat, cv::Mat> next{rows.read(count).values, {}};
+        ignore(work, next.first, mask);
+        if (decodes || options_.valid)
+            next.second = decoded(work, next.first, first);
+        keep_valid(work, next.first, next.second);
+        return next;
+    };
+    subject.each = [this, &work, storage, next_of](const auto& visit) {
         const auto again = io::depth_rows(work.frame.input, read_options(work));
+        const auto mask = ignored_rows(work.frame);
         for (const Band& band : strips(work, 0)) {
-            const cv::Mat rows = again->read(band.end - band.begin).values;
-            visit(on_host(rows, storage), on_host(decoded(work, rows, band.begin)));
+            const auto [rows, z] = next_of(*again, mask.get(), band.end - band.begin, band.begin, true);
+            visit(on_host(rows, storage), on_host(z));
         }
     };
-    work.stored = {.image = {}, .camera = work.seen, .storage = storage};
+    const auto mask = ignored_rows(frame);
     if (more_.looks_first) {
         const Stopwatch watch(work.times.read);
         subject.each([&](const HostDepth& values, const HostFloats& z) { subject.add(values, z); });
@@ -132,9 +144,9 @@ void Steps::stream(Work& work) {
                     cv::vconcat(kept, next(), kept);
             };
             go_on(values, [&] {
-                const cv::Mat next = work.rows->read(more).values;
+                const auto [next, z] = next_of(*work.rows, mask.get(), more, read, !more_.looks_first);
                 if (!more_.looks_first)
-                    subject.add(on_host(next, storage), on_host(decoded(work, next, read)));
+                    subject.add(on_host(next, storage), on_host(z));
                 return next;
             });
             if (work.picture)

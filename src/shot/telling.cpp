@@ -68,6 +68,8 @@ nlohmann::ordered_json result_in_json(const std::vector<Output>& outputs, const 
     if (!work.held.channel.empty())
         line["depth_channel"] = work.held.channel;
     line.update(work.held.members);
+    if (job.range)
+        line["relative_range"] = *job.range;
     if (const auto format = written_format(job, made)) {
         line["color_space"] = to_string(format->encoding);
         line["bits"] = format->bits;
@@ -206,6 +208,13 @@ Telling::Telling(const DepthOptions& options, const std::vector<Output>& outputs
       count_(static_cast<std::size_t>(std::ranges::count(jobs, false, &Job::left_out))), log_(options.log),
       progress_(options.progress, count_, options.report == Report::nothing) {
     log_.begin({{"kernels", kernels_hash()}, {"device", device_class(device)}, {"frames", jobs.size()}});
+}
+
+void Telling::begin(const std::vector<std::string>& lines) const {
+    for (const std::string& line : lines)
+        if (said_ == Report::line)
+            fmt::print("{}\n", line);
+    flush_output();
 }
 
 void Telling::tell_left_out(std::size_t end) {

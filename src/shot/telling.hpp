@@ -27,6 +27,9 @@ public:
     Telling(const DepthOptions& options, const std::vector<Output>& outputs, const std::vector<Job>& jobs,
             const Device& device);
 
+    /// Says for people what holds for all jobs.
+    void begin(const std::vector<std::string>& lines) const;
+
     /// One of the jobs is done, and so are all before it.
     void tell(std::size_t job, const Work& work, const std::exception_ptr& failure);
 

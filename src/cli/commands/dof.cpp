@@ -105,6 +105,8 @@ Images read_images(const DofArguments& options, const Job& job) {
     if (options.clean_plate) {
         const std::filesystem::path& file = job.companions[1];
         images.clean_plate = picture_of(file, options.picture, job);
+        if (images.clean_plate.color.size() != images.picture.color.size())
+            check_same_size(file, images.clean_plate.color.size(), job);
         const int of_plate = images.clean_plate.color.channels(), of_picture = images.picture.color.channels();
         if (of_plate != of_picture)
             throw Error(fmt::format("{}: has {} channels, but {} has {}; both must have an alpha, or none",

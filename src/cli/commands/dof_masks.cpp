@@ -4,6 +4,7 @@
 #include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/lens.hpp"
+#include "cli/options/picture.hpp"
 #include "cli/options/relative.hpp"
 #include "shot/each_depth.hpp"
 
@@ -25,6 +26,7 @@ struct DofMasksArguments : DepthOptions {
     LensArguments lens;
     DofMasksOptions masks;
     std::optional<Mask> mask;
+    PictureOptions picture;
     std::map<std::string, std::string> more; // files of other results, by their names
 };
 
@@ -91,6 +93,8 @@ std::vector<Result> more_masks_of(const DofMasksArguments& options, const Stored
 std::function<int()> configure_dof_masks(CLI::App& app) {
     const auto options = std::make_shared<DofMasksArguments>();
     add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = channels});
+    add_picture_options(app, options->picture, "a picture whose size and edges the masks are to have");
+    app.get_option("--color")->required(false);
     add_lens_options(app, options->lens);
     add_described_options(app, options->masks, "Masks", {"tile_px"});
     app.add_option_function<std::string>(
@@ -119,6 +123,11 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
             complete(options->lens, options->camera);
         const Product product = product_for(*options);
         More more;
+        if (!options->picture.color.empty()) {
+            use_picture(more, options->picture);
+            options->relative.picture = more.picture;
+            options->relative.color_layer = options->picture.color_layer;
+        }
         description::DofMasksCall asked{.options = options->masks};
         more.outputs = outputs_of(described_masks, &asked, options->more);
         // Near alpha is summed in an order that depends on where a tile lies, and extremes of tiles have rows of their own.

@@ -76,7 +76,7 @@ std::string command_of(const std::vector<Entry>& entries, const Log& log) {
 }
 
 void add_unit(Layer& layer, const std::string& command) {
-    if (layer.first.name == "Z" && command == "linearize")
+    if ((layer.first.name == "Z" || layer.first.name == "distance") && command == "linearize")
         layer.first.unit = "scene units";
 }
 

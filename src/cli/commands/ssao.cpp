@@ -139,7 +139,7 @@ Images read_images(const SsaoArguments& options, const Job& job) {
         check_same_size(file, images.normals.size(), job);
     }
     if (options.thickness_map)
-        images.thickness = read_thickness(job.companions.back(), job);
+        images.thickness = read_thickness(job.companions[options.normals ? 1 : 0], job);
     return images;
 }
 

@@ -14,6 +14,8 @@
 
 #include <fmt/format.h>
 
+#include <opencv2/imgproc.hpp>
+
 namespace fathom::cli {
 namespace {
 
@@ -26,8 +28,8 @@ struct UnprojectArguments : DepthOptions {
 Result points(const UnprojectArguments& options, const StoredDepth& stored, const Loaded& frame) {
     Result result = floats_on_host(stored.image, options.unproject.channels,
                                    [&](const Image& points) { unproject(stored, points, options.unproject); });
-    if (!frame.companions.empty())
-        result.colors = frame.images.get().picture.color;
+    if (!options.picture.color.empty())
+        cv::resize(frame.images.get().picture.color, result.colors, result.size, 0, 0, cv::INTER_AREA);
     if (options.normals)
         result.normals = to_mat(normals(stored, {.space = options.unproject.space}));
     return result;

@@ -140,6 +140,37 @@ void add_frame_options(CLI::App& app, DepthOptions& options) {
     add_animate_options(app, options);
 }
 
+void add_ignore_options(CLI::App& app, DepthOptions& options) {
+    CLI::Option* ignore = add_option(app, "Input", "--ignore", "FILE", options.ignore,
+                                     "an image of the depth's size: pixels that are not 0 there do not\n"
+                                     "count, as if they were invalid");
+    add_option(
+        app, "Input", "--ignore-below", "T", [&options](double below) { options.ignore_below = below; },
+        "FILE is an alpha or a confidence: pixels below T do not count. An\n"
+        "alpha is 0 to 1; other integers are as stored, or 0 to 1 if T < 1")
+        ->check(is_a_number("number", [](double) { return true; }))
+        ->needs(ignore);
+    const auto limits = [](const std::string& text) {
+        std::array<double, 2> ends{NAN, NAN};
+        const std::vector<std::string> parts = CLI::detail::split(text, ',');
+        for (std::size_t i = 0; parts.size() == 2 && i < 2; ++i)
+            if (!CLI::detail::lexical_cast(parts[i], ends[i]))
+                ends[i] = NAN;
+        return ends[0] <= ends[1] ? std::optional(ends) : std::nullopt;
+    };
+    add_option(
+        app, "Input", "--valid", "MIN,MAX",
+        [&options, limits](const std::string& text) { options.valid = limits(text); },
+        "distances along the axis that count, in scene units, as in\n0.3,12 or 0.3,inf. Others are invalid; the "
+        "background stays")
+        ->check(CLI::Validator(
+            [limits](std::string& text) {
+                return limits(text) ? std::string()
+                                    : "'" + text + "' will not do; it is two numbers MIN,MAX with MIN <= MAX";
+            },
+            ""));
+}
+
 void add_run_options(CLI::App& app, DepthOptions& options) {
     add_option(
         app, "Device", "--memory", "SIZE", [&options](const std::string& text) { options.memory = *bytes_of(text); },
@@ -181,6 +212,7 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
                        "camera file, glTF, transforms.json, OpenCV or ROS calibration,\n"
                        "COLMAP folder, EXR (docs/cameras.md; default: the depth's header)");
     add_channel_option(app, options.channel);
+    add_ignore_options(app, options);
     add_frame_options(app, options);
 
     std::vector<std::string> formats;

@@ -125,7 +125,7 @@ std::optional<Value> parse(const Option& option, const std::string& text) {
 std::string spelled(std::string_view named) {
     static const std::map<std::string_view, std::string> others{
         {"alpha", ""},       {"channels", ""},     {"blades", "--aperture"}, {"ratio", "--aperture"},
-        {"near_weight", ""}, {"focus_weight", ""}, {"far_weight", ""}};
+        {"near_weight", ""}, {"focus_weight", ""}, {"far_weight", ""},       {"as_", "--as"}};
     if (const auto other = others.find(named); other != others.end())
         return other->second;
     std::string name = "--" + std::string(named);

@@ -2,6 +2,9 @@
 
 #include "depth_options.hpp"
 
+#include "io/rows.hpp"
+#include "shot/results.hpp"
+
 #include <fathom/io.hpp>
 
 #include <fmt/format.h>
@@ -27,11 +30,15 @@ std::vector<std::string> picture_doubts(const PictureOptions& options, const Job
 // Nothing for a file that has to be read whole.
 std::unique_ptr<io::PictureRows> rows_of(const PictureOptions& options, const Job& job) {
     const std::filesystem::path& file = job.companions.front();
-    auto rows =
-        io::picture_rows(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
-    if (rows)
-        check_same_size(file, rows->size(), job);
-    return rows;
+    return io::picture_rows(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
+}
+
+// The windows that the picture is to have: none where it has another size than the depth.
+std::optional<Windows> windows_for(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
+    if (!is_exr(file) || has_overscan(job.windows))
+        return job.windows;
+    const auto rows = io::exr_rows(file, {color_channels(file, options.color_layer).front()}, {.overscan = true});
+    return rows->channels().front().windows.display == job.windows.display ? std::optional(job.windows) : std::nullopt;
 }
 
 } // namespace
@@ -46,8 +53,7 @@ Product picture_product(const std::string& layer) {
 
 void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what) {
     add_option(app, "Input", "--color", "IMAGE", options.color,
-               what +
-                   ": EXR, JPEG, PNG, TIFF, HDR or PFM.\nIt has the depth's size (relative depth: its ratio of sides)")
+               what + ": EXR, JPEG, PNG, TIFF, HDR or PFM.\nIt shows what the depth shows, which may have another size")
         ->required();
     add_option(app, "Input", "--color-layer", "NAME", options.color_layer,
                "EXR layer that holds the picture\n(default: R, G, B, or *.Combined, *.beauty, or the only one)");
@@ -72,9 +78,9 @@ void use_picture(More& more, const PictureOptions& options) {
 }
 
 Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
-    Picture picture =
-        read_picture(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
-    check_same_size(file, picture.color.size(), job);
+    Picture picture = read_picture(
+        file, {.layer = options.color_layer, .encoding = options.encoding, .windows = windows_for(file, options, job)});
+    check_same_view(file, picture.color.size(), job);
     return picture;
 }
 

@@ -29,8 +29,8 @@ void add_picture_options(CLI::App& app, PictureOptions& options, const std::stri
 /// Makes the results of the picture, which is the first file beside each input. The options outlive `more`.
 void use_picture(More& more, const PictureOptions& options);
 
-/// Reads a picture of the depth's size.
-/// Throws: Error for a file that is none, or one of another size.
+/// Reads a picture of the depth's view, whose size may be another one.
+/// Throws: Error for a file that is none, or one of another ratio of width to height.
 Picture picture_of(const std::filesystem::path& file, const PictureOptions& options, const Job& job);
 
 } // namespace fathom::cli

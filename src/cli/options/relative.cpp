@@ -30,7 +30,7 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative) {
                              "floats, as neural networks give it. Says which values are near")
                              ->check(is_one_of({"high-is-near", "low-is-near"}));
     for (const char* other : {"--camera", "--preset", "--image", "--node", "--undistorted", "--focus", "--focus-along",
-                              "--f-stop", "--focal-length-mm", "--sensor-mm", "--mm-per-unit", "--circle"})
+                              "--f-stop", "--focal-length-mm", "--sensor-mm", "--mm-per-unit", "--circle", "--valid"})
         order->excludes(other);
     add_option(app, relative_group, "--blur-px", "N", relative.blur_px,
                "circle, in pixels, where the depth is 1 more or less than at\nthe focus, of 0 to 1")

@@ -134,6 +134,7 @@ struct Type {
 constexpr Type types[] = {{"f2", halves},
                           {"f4", floats<float>},
                           {"f8", floats<double>},
+                          {"b1", integers<std::uint8_t, std::uint8_t, CV_8U>},
                           {"u1", integers<std::uint8_t, std::uint8_t, CV_8U>},
                           {"u2", integers<std::uint16_t, std::uint16_t, CV_16U>},
                           {"u4", integers<std::uint32_t, std::int32_t, CV_32S>},

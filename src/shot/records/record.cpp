@@ -89,6 +89,8 @@ ordered_json Records::of(const Job& job, const std::string& camera) const {
     if (!camera.empty()) // a file may hold many, and the name of the depth chooses one
         inputs["camera used"] =
             content_hash({{{reinterpret_cast<const unsigned char*>(camera.data()), camera.size()}}});
+    if (job.range)
+        values["range of the shot"] = *job.range;
     ordered_json record = common_;
     record["values"] = values;
     record["inputs"] = inputs;

@@ -1,0 +1,180 @@
+// Depth of another size than its picture. A scene of planes under a pinhole is known at every size: 1/z is affine in the pixel on
+// each plane, and the picture shows exactly where one plane ends.
+#include "program.hpp"
+
+#include <fmt/format.h>
+
+using namespace fathom;
+using namespace fathom::test;
+using fathom::test::write;
+
+namespace {
+
+constexpr int across = 64, down = 48, factor = 4; // of the depth, and how much larger the picture is
+constexpr double edge = 31.4, sky = 50.3; // pixels of the depth: before it a near slope, then a wall, then the sky
+
+struct Seen {
+    double z;
+    cv::Vec3b color;
+};
+
+/// At a place in pixels of the depth.
+Seen at(double x, double y) {
+    if (x > sky)
+        return {HUGE_VAL, {220, 120, 20}};
+    if (x > edge)
+        return {1 / (0.1 + 2e-4 * y), {30, 60, 30}};
+    return {1 / (0.4 + 1e-3 * x - 5e-4 * y), {40, 200, 230}};
+}
+
+cv::Mat depth_of(int scale = 1) {
+    cv::Mat depth(down * scale, across * scale, CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x)
+            depth.at<float>(y, x) = static_cast<float>(at((x + 0.5) / scale, (y + 0.5) / scale).z);
+    return depth;
+}
+
+cv::Mat picture_of(int scale = factor) {
+    cv::Mat color(down * scale, across * scale, CV_8UC3);
+    for (int y = 0; y < color.rows; ++y)
+        for (int x = 0; x < color.cols; ++x)
+            color.at<cv::Vec3b>(y, x) = at((x + 0.5) / scale, (y + 0.5) / scale).color;
+    return color;
+}
+
+struct Scene {
+    Folder folder;
+    std::string depth = folder / "depth.exr", picture = folder / "photo.png", camera = folder / "camera.json",
+                out = folder / "out/o.exr";
+
+    Scene() {
+        write_image(depth, depth_of());
+        REQUIRE(cv::imwrite(picture, picture_of()));
+        write(camera, R"({"encoding": "view-z", "intrinsics": {"fx": 60, "fy": 60, "cx": 32, "cy": 24}})");
+    }
+
+    cv::Mat made(const Arguments& arguments, const std::string& name = {}) const {
+        check_done(joined(arguments, {"--camera", camera, "-o", out}));
+        return name.empty() ? read_color(out) : channel(out, name);
+    }
+};
+
+/// Pixels that lie so far from the border that planes are exact there.
+bool is_inside(int x, int y) {
+    return x >= 2 * factor && y >= 2 * factor && x < (across - 2) * factor && y < (down - 2) * factor;
+}
+
+} // namespace
+
+TEST_CASE("sizes program: masks have the picture's size, and each pixel has the depth of its own surface") {
+    const Scene scene;
+    const cv::Mat coc = scene.made({"dof-masks", scene.depth, "--color", scene.picture, "--circle", "40,300"}, "coc");
+    REQUIRE(coc.size() == cv::Size(across * factor, down * factor));
+    double worst = 0;
+    for (int y = 0; y < coc.rows; ++y)
+        for (int x = 0; x < coc.cols; ++x)
+            if (is_inside(x, y)) {
+                const double z = at((x + 0.5) / factor, (y + 0.5) / factor).z;
+                // The circle's own k and g are those of the depth's pixels or of the picture's: of the picture's.
+                worst = std::max(worst, std::abs(static_cast<double>(coc.at<float>(y, x)) - (40 - 300 / z)));
+            }
+    std::printf("depth brought up 4 times: circles off by at most %.4f px of up to 120\n", worst);
+    // Colours of other surfaces count 10^-4, over 0.3 of inverse depth; the planes' own slopes bend where an edge cuts the tent.
+    CHECK(worst < 300 * 2e-3);
+}
+
+TEST_CASE("sizes program: fog lies on the picture's own pixels, and the background stays the background") {
+    const Scene scene;
+    const cv::Mat fog = scene.made({"fog", scene.depth, "--color", scene.picture, "--density", "0.2", "--fog-color",
+                                    "1,1,1", "--max-opacity", "0.9"});
+    const cv::Mat light = read_picture(scene.picture).color;
+    REQUIRE(fog.size() == light.size());
+    for (int y = 0; y < fog.rows; ++y)
+        for (int x = 0; x < fog.cols; ++x) {
+            if (!is_inside(x, y))
+                continue;
+            const double px = (x + 0.5) / factor, py = (y + 0.5) / factor, z = at(px, py).z;
+            const double distance = z * std::hypot((px - 32) / 60, (py - 24) / 60, 1.0); // fx of the depth's pixels
+            const double opacity = std::min(0.9, 1 - std::exp(-0.2 * distance));
+            const auto got = fog.at<cv::Vec3f>(y, x), was = light.at<cv::Vec3f>(y, x);
+            for (int c = 0; c < 3; ++c)
+                if (const double expected = static_cast<double>(was[c]) * (1 - opacity) + opacity;
+                    std::abs(static_cast<double>(got[c]) - expected) > 3e-3)
+                    FAIL("pixel " << x << ", " << y << ": " << got[c] << ", not " << expected);
+        }
+}
+
+TEST_CASE("sizes program: a blur is that of depth of the picture's size") {
+    const Scene scene;
+    const std::string large = scene.folder / "large.exr", camera = scene.folder / "large.json";
+    write_image(large, depth_of(factor));
+    write(camera, fmt::format(R"({{"encoding": "view-z", "width": {}, "height": {},)"
+                              R"("intrinsics": {{"fx": 240, "fy": 240, "cx": 128, "cy": 96}}}})",
+                              across * factor, down * factor));
+    const Arguments lens{"--color", scene.picture, "--focus-at", "60,90", "--f-stop", "0.02", "--sensor-mm", "36"};
+    const cv::Mat got = scene.made(joined({"dof", scene.depth}, lens));
+    check_done(joined(joined({"dof", large}, lens), {"--camera", camera, "-o", scene.out}));
+    const cv::Mat expected = read_color(scene.out), plain = read_picture(scene.picture).color;
+    REQUIRE(got.size() == expected.size());
+    const auto rms = [&](const cv::Mat& a, const cv::Mat& b) {
+        return cv::norm(a, b, cv::NORM_L2) / std::sqrt(static_cast<double>(a.total()) * 3);
+    };
+    std::printf("dof of depth a quarter as wide: rms %.5f of a blur of %.4f\n", rms(got, expected),
+                rms(plain, expected));
+    CHECK(rms(plain, expected) > 0.02);
+    CHECK(rms(got, expected) < 0.1 * rms(plain, expected));
+    // The camera may be that of the picture.
+    check_done(joined(joined({"dof", scene.depth}, lens), {"--camera", camera, "-o", scene.out}));
+    CHECK(same(read_color(scene.out), got));
+}
+
+TEST_CASE("sizes program: points have the mean colour of their part of a larger picture") {
+    const Scene scene;
+    cv::Mat noise(down * factor, across * factor, CV_8UC3);
+    cv::randu(noise, 0, 256);
+    REQUIRE(cv::imwrite(scene.picture, noise));
+    const std::string ply = scene.folder / "out/points.ply";
+    check_done({"unproject", scene.depth, "--camera", scene.camera, "--color", scene.picture, "-o", ply});
+    const std::string bytes = content(ply), end = "end_header\n";
+    const std::size_t begin = bytes.find(end) + end.size();
+    const cv::Mat light = read_picture(scene.picture).color;
+    std::size_t point = 0;
+    int worst = 0;
+    for (int y = 0; y < down; ++y)
+        for (int x = 0; x < across; ++x) {
+            if (std::isinf(at(x + 0.5, y + 0.5).z))
+                continue;
+            const auto* rgb = reinterpret_cast<const unsigned char*>(bytes.data() + begin + 15 * point++ + 12);
+            for (int c = 0; c < 3; ++c) {
+                double sum = 0;
+                for (int j = 0; j < factor; ++j)
+                    for (int i = 0; i < factor; ++i)
+                        sum += static_cast<double>(light.at<cv::Vec3f>(y * factor + j, x * factor + i)[2 - c]);
+                const double mean = sum / (factor * factor);
+                const double code = 255 * (mean <= 0.0031308 ? 12.92 * mean : 1.055 * std::pow(mean, 1 / 2.4) - 0.055);
+                worst = std::max(worst, std::abs(static_cast<int>(rgb[c]) - static_cast<int>(std::lround(code))));
+            }
+        }
+    CHECK(bytes.size() == begin + 15 * point);
+    CHECK(worst <= 1);
+}
+
+TEST_CASE("sizes program: other ratios of width to height are refused, a pixel's rounding is not") {
+    const Scene scene;
+    const auto with = [&](int columns, int rows) {
+        const std::string other = scene.folder / "other.png";
+        REQUIRE(cv::imwrite(other, cv::Mat(rows, columns, CV_8UC3, cv::Scalar(9, 90, 200))));
+        return run({"fog", scene.depth, "--color", other, "--density", "0.1", "--camera", scene.camera, "-o",
+                    scene.folder / "out/other.exr"});
+    };
+    check_done(with(256, 190)); // of 64 × 47.5 pixels
+    check_done(with(32, 24));
+    check_refused(with(256, 186), 1, "same ratio of width to height"); // 46.5
+    check_refused(with(48, 64), 1, "other.png: is 48 × 64");
+    REQUIRE(cv::imwrite(scene.folder / "plate.png", picture_of()));
+    check_refused(
+        run({"dof", scene.depth, "--color", scene.picture, "--clean-plate", scene.folder / "plate.png",
+             "--clean-plate-depth", scene.depth, "--circle", "20,100", "--camera", scene.camera, "-o", scene.out}),
+        1, "a clean plate is given");
+}
