@@ -134,7 +134,8 @@ void Steps::load(Work& work) const {
 }
 
 ReadOptions Steps::read_options(const Work& work) const {
-    return {.channel = options_.channel, .packing = work.camera.packing, .overscan = takes_overscan(work.frame)};
+    return {.channel = options_.channel, .packing = work.camera.packing, .overscan = takes_overscan(work.frame),
+            .memory = options_.memory};
 }
 
 // Looks at what was read, while other inputs are computed: the device need not wait for the host's part of it.
