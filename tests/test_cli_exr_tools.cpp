@@ -131,7 +131,7 @@ TEST_CASE("exr tools: oiiotool reads every result by the names that other progra
     }
     const Folder folder;
     const std::string camera = folder / "camera.json", file = folder / "a.exr", picture = folder / "out/seen.tif";
-    write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "view-z"})");
+    write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "inverse", "scale": 10})");
     printed("oiiotool --pattern fill:topleft=2,0,0,1,1:topright=3,1,0,0,1:bottomleft=4,0,1,0,1:bottomright=5,1,1,1,1 "
             "24x16 5 --chnames Z,R,G,B,A -o '" +
             file + "'");

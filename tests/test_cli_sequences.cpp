@@ -232,7 +232,7 @@ TEST_CASE("sequences: frames between two lines have a value between theirs") {
                        shot.alone({"dof-masks", "--" + option, value}, shot.file(frame), shot.camera(), "coc")));
     };
     check("1,1\n3,1.5\n5,inf\n", "focus", {{1, "1"}, {2, "1.25"}, {3, "1.5"}, {5, "inf"}});
-    check("0,0\n5,1\n", "focus", {{1, "0.2"}, {2, "0.4"}, {3, "0.6"}, {5, "1"}});
+    check("0,1\n5,1.25\n", "focus", {{1, "1.05"}, {2, "1.1"}, {3, "1.15"}, {5, "1.25"}});
     check("1,\"4,8\"\n5,\"8,28\"\n", "focus-at", {{2, "5,13"}, {3, "6,18"}});
 }
 

@@ -570,6 +570,98 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
     damaged(saved(none), "image_width: 640", "image_width: -640", {"width", "whole number"});
 }
 
+TEST_CASE("cameras: Open3D's intrinsics and parameters, column by column", "[io][cameras]") {
+    const TempFolder folder;
+    World world(21);
+    const std::string lens =
+        R"("width": 640, "height": 480, "intrinsic_matrix": [500, 0, 0, 0, 510, 0, 321.5, 237.5, 1])";
+    std::string columns;
+    for (int i = 0; i < 16; ++i)
+        columns += (i ? ", " : "") + number(world.to_camera(i % 4, i / 4));
+    const auto pixel = [](const Vector3d& p) { // of which the first one's centre is at 0, 0
+        return Vector2d(500 * p.x() / p.z() + 321.5 + 0.5, 510 * p.y() / p.z() + 237.5 + 0.5);
+    };
+    const fs::path file =
+        put(folder / "parameters.json", R"({"class_name": "PinholeCameraParameters", "extrinsic": [)" + columns +
+                                            R"(], "intrinsic": {)" + lens + "}}");
+    check_sees(camera_for(reread(folder, import_camera(file, {.preset = "kinect"})), 640, 480), world.points(pixel),
+               doubles);
+    const ImportedCamera alone = import_camera(put(folder / "intrinsic.json", "{" + lens + "}"), {.preset = "kinect"});
+    World unmoved(22);
+    unmoved.to_camera.setIdentity();
+    check_sees(camera_for(alone, 640, 480), unmoved.points(pixel), doubles);
+    CHECK(alone.camera.scale == 0.001);
+    const auto refused = [&](const std::string& text, const std::string& said, const std::string& preset = "kinect") {
+        check_says([&] { import_camera(put(folder / "bad.json", text), {.preset = preset}); }, {"bad.json: ", said});
+    };
+    refused("{" + lens + "}", "does not say what the values of the depth mean; name its source", "");
+    refused(R"({"intrinsic_matrix": [500, 0, 321.5, 0, 510, 237.5, 0, 0, 1]})", "is it transposed?");
+    refused(R"({"intrinsic_matrix": [500, 0, 0]})", "must be a list of 9 numbers");
+    refused(R"({"intrinsic_matrix": [500, 0, 0, 0, 510, 0, 321.5, "x", 1]})", "must be a list of 9 numbers");
+    refused(R"({"intrinsic": {)" + lens + R"(}, "extrinsic": [1]})", "\"extrinsic\": [1] must be a list of 16 numbers");
+}
+
+TEST_CASE("cameras: a scene and a camera of BOP", "[io][cameras]") {
+    const TempFolder folder;
+    World world(23);
+    const auto rows = [&](const Matrix4d& m) {
+        std::string all;
+        for (int i = 0; i < 9; ++i)
+            all += (i ? ", " : "") + number(m(i / 3, i % 3));
+        return all;
+    };
+    const Vector3d place = 1000 * world.to_camera.topRightCorner<3, 1>(); // in millimetres
+    const std::string first = R"({"cam_K": [900, 0, 300, 0, 900, 200, 0, 0, 1], "depth_scale": 1.0})",
+                      moved =
+                          R"({"cam_K": [500, 0, 321.5, 0, 510, 237.5, 0, 0, 1], "depth_scale": 0.1, "cam_R_w2c": [)" +
+                          rows(world.to_camera) + R"(], "cam_t_w2c": [)" + number(place.x()) + ", " +
+                          number(place.y()) + ", " + number(place.z()) + "]}";
+    const fs::path file = put(folder / "scene_camera.json", R"({"0": )" + first + R"(, "12": )" + moved + "}");
+    const auto pixel = [](const Vector3d& p) {
+        return Vector2d(500 * p.x() / p.z() + 321.5 + 0.5, 510 * p.y() / p.z() + 237.5 + 0.5);
+    };
+    constexpr double through_millimetres = doubles + 4 * 0x1p-53;
+    for (const ImportOptions& options :
+         {ImportOptions{.image = "12"}, {.image = "000012"}, {.depth = "depth/000012.png"}}) {
+        const ImportedCamera camera = reread(folder, import_camera(file, options));
+        check_sees(camera_for(camera, 640, 480), world.points(pixel), through_millimetres);
+        CHECK(camera.camera.scale == Approx(0.0001).epsilon(1e-15)); // a code is a tenth of a millimetre
+        CHECK(camera.camera.missing == 0.0);
+    }
+    CHECK(camera_for(import_camera(file, {.image = "0"}), 640, 480).scale == 0.001);
+    check_says([&] { import_camera(file, {}); }, {"has 2 images; say which with --image: 000000, 000012"});
+    check_says([&] { import_camera(file, {.image = "7"}); }, {"has no image \"000007\""});
+    const ImportedCamera whole = import_camera(
+        put(folder / "camera.json",
+            R"({"cx": 321.5, "cy": 237.5, "depth_scale": 0.5, "fx": 500, "fy": 510, "height": 480, "width": 640})"),
+        {});
+    World unmoved(24);
+    unmoved.to_camera.setIdentity();
+    check_sees(camera_for(whole, 640, 480), unmoved.points(pixel), doubles);
+    CHECK(whole.camera.scale == 0.0005);
+}
+
+TEST_CASE("cameras: a camera matrix in a text, as ScanNet has it", "[io][cameras]") {
+    const TempFolder folder;
+    World world(25);
+    world.to_camera.setIdentity();
+    const auto pixel = [](const Vector3d& p) {
+        return Vector2d(500 * p.x() / p.z() + 321.5 + 0.5, 510 * p.y() / p.z() + 237.5 + 0.5);
+    };
+    for (const char* text : {"500.0 0.0 321.5 0.0\n0.0 510.0 237.5 0.0\n0.0 0.0 1.0 0.0\n0.0 0.0 0.0 1.0\n",
+                             "5e2 0 321.5\r\n0 510 237.5\r\n0 0 1"})
+        check_sees(
+            camera_for(reread(folder, import_camera(put(folder / "k.txt", text), {.preset = "scannet"})), 640, 480),
+            world.points(pixel), doubles);
+    const auto refused = [&](const std::string& text, const std::string& said) {
+        check_says([&] { import_camera(put(folder / "bad.txt", text), {.preset = "scannet"}); }, {"bad.txt: ", said});
+    };
+    refused("0.9 -0.1 0.4 1\n0.1 0.9 0.1 2\n-0.4 0 0.9 3\n0 0 0 1\n", "is it the camera's place?");
+    refused("500 0 0\n0 510 0\n321.5 237.5 1\n", "is it transposed?");
+    refused("500 0 321.5 0 510 237.5 0 0", "holds no camera that Fathom knows");
+    refused("500 0 321.5 0 510 237.5 0 0 nan", "holds no camera that Fathom knows");
+}
+
 TEST_CASE("cameras: COLMAP's binary and text files", "[io][cameras]") {
     const TempFolder folder;
     World world(8);

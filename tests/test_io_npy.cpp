@@ -4,6 +4,8 @@
 
 #include <fathom/io.hpp>
 
+#include <zlib.h>
+
 using namespace fathom;
 using namespace fathom::test;
 
@@ -94,6 +96,54 @@ void check_picture(const TempFolder& folder, const std::string& type, float larg
                     }
         }
 }
+
+/// An archive as APPNOTE.TXT of PKWARE has it, with the members' names and bytes.
+struct Zip {
+    bool deflated = false, wide = false; ///< with sizes of 8 bytes, as Python's force_zip64 makes them
+    std::map<std::string, std::string> members = {};
+
+    static std::string number(std::uint64_t value, int count) {
+        std::string bytes;
+        for (int i = 0; i < count; ++i, value >>= 8)
+            bytes += static_cast<char>(value & 0xff);
+        return bytes;
+    }
+
+    static std::string raw_deflate(const std::string& text) {
+        std::string packed(compressBound(text.size()), '\0');
+        z_stream stream{};
+        REQUIRE(deflateInit2(&stream, 9, Z_DEFLATED, -15, 8, Z_DEFAULT_STRATEGY) == Z_OK);
+        stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
+        stream.avail_in = static_cast<uInt>(text.size());
+        stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+        stream.avail_out = static_cast<uInt>(packed.size());
+        REQUIRE(deflate(&stream, Z_FINISH) == Z_STREAM_END);
+        packed.resize(stream.total_out);
+        deflateEnd(&stream);
+        return packed;
+    }
+
+    std::string bytes() const {
+        std::string all, directory;
+        for (const auto& [name, text] : members) {
+            const std::string packed = deflated ? raw_deflate(text) : text;
+            const auto sum = crc32(0, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size()));
+            const std::string sizes = number(packed.size(), 8) + number(text.size(), 8),
+                              method = number(deflated ? 8 : 0, 2) + number(0, 4) + number(sum, 4);
+            const std::string extra =
+                wide ? number(1, 2) + number(16, 2) + number(text.size(), 8) + number(packed.size(), 8) : "";
+            const std::string two = wide ? number(0xffffffff, 4) + number(0xffffffff, 4)
+                                         : number(packed.size(), 4) + number(text.size(), 4);
+            directory += "PK\x01\x02" + number(45, 2) + number(45, 2) + number(0, 2) + method + two +
+                         number(name.size(), 2) + number(extra.size(), 2) + number(0, 2 + 2 + 2 + 4) +
+                         number(all.size(), 4) + name + extra;
+            all += "PK\x03\x04" + number(45, 2) + number(0, 2) + method + two + number(name.size(), 2) +
+                   number(extra.size(), 2) + name + extra + packed;
+        }
+        return all + directory + "PK\x05\x06" + number(0, 4) + number(members.size(), 2) + number(members.size(), 2) +
+               number(directory.size(), 4) + number(all.size(), 4) + number(0, 2);
+    }
+};
 
 } // namespace
 
@@ -253,4 +303,150 @@ TEST_CASE("npy: the program reads and writes arrays", "[io]") {
     const cv::Mat z = channel(folder / "out/l.npy");
     REQUIRE(z.size() == cv::Size(cols, rows));
     CHECK(z.at<float>(2, 4) == static_cast<float>(truth(2, 4, 0)));
+}
+
+TEST_CASE("npz: one array, or one that is named, stored and deflated", "[io]") {
+    const TempFolder folder;
+    const std::string depth = array<float>("f4", false, false), other = array<std::uint16_t>("u2", false, true);
+    for (const bool deflated : {false, true})
+        for (const bool wide : {false, true}) {
+            const fs::path one = put(folder / "one.npz",
+                                     Zip{deflated, wide, {{"depth.npy", depth}, {"note.txt", "x"}}}.bytes()),
+                           two = put(folder / "two.npz",
+                                     Zip{deflated, wide, {{"a/../depth.npy", depth}, {"mask.npy", other}}}.bytes());
+            const cv::Mat truth = read_depth(put(folder / "a.npy", depth)).values;
+            const DepthFile found = read_depth(one);
+            CHECK(found.storage == Storage::float32);
+            CHECK(found.channel.empty());
+            CHECK(same(found.values, truth));
+            CHECK(same(read_depth(one, {.channel = "depth"}).values, truth));
+            CHECK(same(read_depth(two, {.channel = "a/../depth"}).values, truth)); // a name, and never a path
+            CHECK(read_depth(two, {.channel = "mask"}).storage == Storage::uint16);
+            check_says([&] { read_depth(two); }, {"two.npz: holds several arrays", "--channel", "a/../depth, mask"});
+            check_says([&] { read_depth(two, {.channel = "dept"}); }, {"has no array \"dept\"", "mask"});
+            CHECK(same(read_relative(put(folder / "r.npz", Zip{deflated, wide, {{"r.npy", other}}}.bytes())).values,
+                       read_relative(put(folder / "r.npy", other)).values));
+        }
+}
+
+TEST_CASE("npz: without a name the only image is taken, or the one that is called depth", "[io]") {
+    const TempFolder folder;
+    const auto of = [](float value) {
+        std::string bytes = header("<f4", false, "(6, 7)");
+        for (int i = 0; i < 42; ++i)
+            append(bytes, value, false);
+        return bytes;
+    };
+    std::string focal = header("<f4", false, "()"), matrix = header("<f8", false, "(4, 4)");
+    append(focal, 500.f, false);
+    matrix += std::string(128, 'x');
+    const std::map<std::string, std::string> beside{
+        {"K.npy", matrix}, {"focallength_px.npy", focal}, {"names.npy", header("|O", false, "(6, 7)")}};
+    const auto value = [&](std::map<std::string, std::string> members) {
+        members.insert(beside.begin(), beside.end());
+        return read_depth(put(folder / "a.npz", Zip{true, true, members}.bytes())).values.at<float>(3, 3);
+    };
+    CHECK(value({{"z.npy", of(3)}}) == 3);
+    CHECK(value({{"confidence.npy", of(1)}, {"depth.npy", of(4)}}) == 4);
+    CHECK(value({{"Depth.npy", of(5)}, {"rgb.npy", of(1)}}) == 5);
+    check_says([&] { value({{"a.npy", of(1)}, {"b.npy", of(2)}}); }, {"holds several arrays", "a, b, focallength_px"});
+    check_says([&] { value({}); }, {"holds several arrays"});
+}
+
+TEST_CASE("npz: what is damaged, lies about its size or takes too much is refused before it is unpacked", "[io]") {
+    const TempFolder folder;
+    const auto check = [&](const std::string& bytes, const std::string& said, std::size_t memory = 0) {
+        check_says([&] { read_depth(put(folder / "a.npz", bytes), {.memory = memory}); }, {"a.npz: ", said});
+    };
+    const std::string depth = array<float>("f4", false, false);
+    for (const bool deflated : {false, true}) {
+        const std::string good = Zip{deflated, false, {{"depth.npy", depth}}}.bytes();
+        const cv::Mat truth = read_depth(put(folder / "good.npz", good)).values;
+        for (std::size_t length = 5; length < good.size(); ++length)
+            CHECK_THROWS_AS(read_depth(put(folder / "a.npz", good.substr(0, length))), Error);
+        for (std::size_t i = 4; i < good.size(); ++i) { // no bit is read as if it were right but names and dates
+            std::string bad = good;
+            bad[i] = static_cast<char>(bad[i] ^ 0x10);
+            cv::Mat found;
+            try {
+                found = read_depth(put(folder / "a.npz", bad)).values;
+            } catch (const Error&) {
+                continue;
+            }
+            CHECK(same(found, truth));
+        }
+        Zip lying{deflated, false, {{"depth.npy", header("<f4", false, "(30000, 30000)") + std::string(60, 'x')}}};
+        check(lying.bytes(), "by its header, and has ");
+        check(Zip{deflated, false, {{"depth.npy", header("|O", false, "(3, 5)")}}}.bytes(), "is a NumPy array of '|O'");
+        check(Zip{deflated, false, {{"depth.npy", "no array"}}}.bytes(), "holds no NumPy array");
+        check(Zip{deflated, false, {{"depth.txt", "no array"}}}.bytes(), "is an archive without a NumPy array");
+        check(good, "may be taken; raise --memory", 64);
+    }
+    Zip large{
+        true, false, {{"depth.npy", header("<f4", false, "(2048, 2048)") + std::string(std::size_t{16} << 20, '\0')}}};
+    CHECK(read_depth(put(folder / "l.npz", large.bytes())).values.rows == 2048);
+    check(large.bytes(), "array \"depth\" takes 16 MiB, and 8 may be taken", std::size_t{8} << 20);
+    std::string bomb = large.bytes(); // its size is said to be far beyond what its bytes can hold
+    const std::size_t at = bomb.find("PK\x01\x02") + 24;
+    bomb.replace(at, 4, Zip::number(0x7fffffff, 4));
+    check(bomb, "is a damaged or truncated archive");
+}
+
+TEST_CASE("npy: COLMAP's maps of depth and normals", "[io]") {
+    const TempFolder folder;
+    const auto map = [&](int channels) {
+        std::string bytes = std::to_string(cols) + "&" + std::to_string(rows) + "&" + std::to_string(channels) + "&";
+        for (int c = 0; c < channels; ++c)
+            for (int y = 0; y < rows; ++y)
+                for (int x = 0; x < cols; ++x)
+                    append(bytes, channels == 1 ? static_cast<float>(truth(y, x, c)) : c == 2 ? 1.0f : 0.0f, false);
+        return bytes;
+    };
+    const cv::Mat depth = read_depth(put(folder / "left.jpg.geometric.bin", map(1))).values;
+    REQUIRE(depth.size() == cv::Size(cols, rows));
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < cols; ++x)
+            CHECK(depth.at<float>(y, x) == static_cast<float>(truth(y, x, 0)));
+    CHECK(read_normals(put(folder / "n.bin", map(3))).at<cv::Vec3f>(1, 2) == cv::Vec3f(0, 0, 1));
+    const std::string good = map(1);
+    for (std::size_t length = 1; length < good.size(); ++length)
+        CHECK_THROWS_AS(read_depth(put(folder / "a.bin", good.substr(0, length))), Error);
+    for (const char* bad : {"5&3&2&", "5&-3&1&", "0&3&1&", "99999999999&9999999999&1&", "5&3&1", "5&3&x&", "&&&"})
+        CHECK_THROWS_AS(read_depth(put(folder / "a.bin", std::string(bad) + std::string(60, '\0'))), Error);
+}
+
+TEST_CASE("npy: equal channels of 16 bits or floats are one, and colours are refused", "[io]") {
+    const TempFolder folder;
+    for (const char* name : {"a.tif", "a.pfm", "a.npy"}) {
+        cv::Mat grey(rows, cols, CV_32FC1), colors;
+        cv::randu(grey, 1, 2);
+        cv::merge(std::vector<cv::Mat>(3, grey), colors);
+        write_image(folder / name, colors);
+        CHECK(same(read_depth(folder / name).values, grey));
+        colors.at<cv::Vec3f>(2, 3)[1] += 0.25f;
+        write_image(folder / name, colors);
+        check_says([&] { read_depth(folder / name); }, {"has colours, as at pixel (3, 2)"});
+    }
+    cv::Mat codes(rows, cols, CV_16UC1), colors;
+    cv::randu(codes, 0, 65535);
+    cv::merge(std::vector<cv::Mat>(3, codes), colors);
+    for (const char* name : {"c.png", "c.tif"}) {
+        cv::imwrite((folder / name).string(), colors);
+        const DepthFile found = read_depth(folder / name);
+        CHECK(found.storage == Storage::uint16);
+        CHECK(same(found.values, codes));
+    }
+}
+
+TEST_CASE("npy: a grey map may be a text", "[io]") {
+    const TempFolder folder;
+    const std::string codes = "# by hand\n0 1 2\n65535 40000\r\n7 # the last\n";
+    const DepthFile depth = read_depth(put(folder / "a.pgm", "P2\n# text\n3 2\n65535\n" + codes));
+    CHECK(depth.storage == Storage::uint16);
+    CHECK(same(depth.values, (cv::Mat_<std::uint16_t>(2, 3) << 0, 1, 2, 65535, 40000, 7)));
+    CHECK(same(read_depth(put(folder / "b.pgm", std::string("P2 2 1 255 0 200 ")), {.packing = Packing::uint8}).values,
+               (cv::Mat_<std::uint8_t>(1, 2) << 0, 200)));
+    for (const char* bad : {"P2 3 2 65535 0 1 2 3 4", "P2 2 1 255 0 256", "P2 2 1 65535 0 -1", "P2 2 1 65535 0 x",
+                            "P2 30000 30000 65535 0 1", "P2 2 1 65535"})
+        check_says([&] { read_depth(put(folder / "bad.pgm", std::string(bad))); }, {"bad.pgm: "});
 }

@@ -27,10 +27,12 @@ struct DepthFile {
 };
 
 struct ReadOptions {
-    std::string channel = {}; ///< EXR channel to take, or PART.CHANNEL; empty: the one that is named like depth
+    /// EXR channel to take, or PART.CHANNEL; empty: the one that is named like depth. Of an NPZ the array; empty: the only one.
+    std::string channel = {};
     std::optional<Packing> packing = {}; ///< what the camera file's `packing` says
     /// Of OpenEXR, read the data window instead of the display window: `cropped` makes its camera.
     bool overscan = false;
+    std::size_t memory = 0; ///< bytes that an array of an NPZ may take; 0: what the machine or its control group has
 };
 
 /// Reads a depth image. The content decides what it is, not the extension.
@@ -41,7 +43,8 @@ struct ReadOptions {
 /// channel of 16-bit or 32-bit integers, half or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit
 /// grey, R, G, B (and an alpha that is left out) and R, G, B, A with the packing that says so: R, G, B come back in B, G, R
 /// order, with the bgr8_ storage of that packing, and R, G, B, A as floats from 0 to 1. NPY (NumPy): rows and columns of floats
-/// or integers, of any byte order; what has 64 bits is rounded to 32. Codes of more than 24 bits are refused, unless they are
+/// or integers, of any byte order; what has 64 bits is rounded to 32. NPZ: an array of these. COLMAP's depth maps. R = G = B of
+/// 16 bits or floats count as one channel. Codes of more than 24 bits are refused, unless they are
 /// said to lie in the high bits.
 /// Throws: Error for a file that is missing, empty, a folder, damaged, cut short, incomplete, deep, or of any other type.
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options = {});

@@ -124,6 +124,19 @@ std::string shown_number(double value) {
     return text.str();
 }
 
+json intrinsics_of(const fs::path& file, const std::vector<double>& matrix, std::size_t columns,
+                   const std::string& name) {
+    const auto at = [&](std::size_t row, std::size_t column) { return matrix[row * columns + column]; };
+    if (!(at(0, 0) > 0 && at(1, 1) > 0))
+        refuse(file, "\"" + name + "\": is not calibrated, its focal lengths are not above 0; calibrate the camera");
+    if (at(0, 1) != 0)
+        refuse(file, "\"" + name +
+                         "\": has a skew, which neither OpenCV nor ROS applies; set it to 0 if they made the image");
+    if (at(1, 0) != 0 || at(2, 0) != 0 || at(2, 1) != 0 || at(2, 2) != 1)
+        refuse(file, "\"" + name + "\": must have the rows [fx, 0, cx], [0, fy, cy], [0, 0, 1]; is it transposed?");
+    return {{"fx", at(0, 0)}, {"fy", at(1, 1)}, {"cx", at(0, 2)}, {"cy", at(1, 2)}, {"pixel_origin", "centre"}};
+}
+
 json rows_of(const Eigen::Matrix4d& matrix) {
     json rows = json::array();
     for (Eigen::Index r = 0; r < 4; ++r)
@@ -190,16 +203,18 @@ ImportedCamera completed(const fs::path& file, Imported imported, const ImportOp
 }
 
 Imported import_parsed(const fs::path& file, json json, const ImportOptions& options) {
-    const bool gltf = is_gltf(json), transforms = !gltf && is_transforms(json);
+    const bool gltf = is_gltf(json), transforms = !gltf && is_transforms(json), bop = is_bop(json);
     if (!options.node.empty() && !gltf)
         refuse(file, "has no nodes, so leave out --node; that is for glTF");
-    if (!options.image.empty() && !transforms)
-        refuse(file, "has no images, so leave out --image; that is for COLMAP and transforms.json");
+    if (!options.image.empty() && !transforms && !bop)
+        refuse(file, "has no images, so leave out --image; that is for COLMAP, transforms.json and BOP");
     if (options.undistorted)
         refuse(file, "is no calibration of OpenCV or ROS, which --undistorted is for; leave it out");
-    return gltf         ? import_gltf(file, json, options)
-           : transforms ? import_transforms(file, json, options)
-                        : Imported{.keys = std::move(json)};
+    return gltf              ? import_gltf(file, json, options)
+           : transforms      ? import_transforms(file, json, options)
+           : bop             ? import_bop(file, json, options)
+           : is_open3d(json) ? import_open3d(file, json)
+                             : Imported{.keys = std::move(json)};
 }
 
 } // namespace fathom::io

@@ -37,6 +37,10 @@ Imported import_parsed(const std::filesystem::path& file, nlohmann::json json, c
 
 bool is_gltf(const nlohmann::json& json);
 bool is_transforms(const nlohmann::json& json);
+bool is_open3d(const nlohmann::json& json);
+bool is_bop(const nlohmann::json& json);
+Imported import_open3d(const std::filesystem::path& file, const nlohmann::json& json);
+Imported import_bop(const std::filesystem::path& file, const nlohmann::json& json, const ImportOptions& options);
 Imported import_gltf(const std::filesystem::path& file, const nlohmann::json& gltf, const ImportOptions& options);
 Imported import_transforms(const std::filesystem::path& file, const nlohmann::json& json, const ImportOptions& options);
 
@@ -52,6 +56,10 @@ std::optional<double> number_at(const std::filesystem::path& file, const nlohman
 /// kind of things.
 std::size_t chosen(const std::filesystem::path& file, const std::vector<std::string>& names, const std::string& wanted,
                    const std::filesystem::path& depth, const std::string& what, const std::string& option);
+
+/// The camera file's keys for a camera matrix, whose rows have `columns` numbers.
+nlohmann::json intrinsics_of(const std::filesystem::path& file, const std::vector<double>& matrix, std::size_t columns,
+                             const std::string& name);
 
 /// Four rows of four, as the camera file has a matrix.
 nlohmann::json rows_of(const Eigen::Matrix4d& matrix);

@@ -3,6 +3,7 @@
 #include "rows.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -53,7 +54,7 @@ std::uint64_t most_bytes(const std::string& head) {
     };
     double width = 0, height = 0, channels = 1;
     const std::size_t shape = head.starts_with("\x93NUMPY") ? head.find('(') : std::string::npos;
-    if (head.starts_with("II") || head.starts_with("MM"))
+    if (head.starts_with("II") || head.starts_with("MM") || head.starts_with("PK"))
         return unknown;
     if (head.starts_with("\xff\xd8\xff") || head.starts_with("#?"))
         return jpeg;
@@ -66,6 +67,9 @@ std::uint64_t most_bytes(const std::string& head) {
     } else if (head.starts_with('P')) {
         if (std::sscanf(head.c_str(), "P%*c%lf%lf", &width, &height) < 2) // comments may stand between them
             return unknown;
+    } else if (std::isdigit(static_cast<unsigned char>(head.empty() ? '?' : head.front()))) {
+        if (std::sscanf(head.c_str(), "%lf&%lf&%lf&", &width, &height, &channels) < 3)
+            return 0;
     } else {
         return 0;
     }
@@ -89,7 +93,16 @@ std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::
 }
 
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes) {
-    for (const auto read : {read_png, read_tiff, read_netpbm, read_npy})
+    return read_plain_depth(file, bytes, {}, 0);
+}
+
+std::optional<cv::Mat> read_plain_depth(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
+                                        std::size_t memory) {
+    if (auto array = read_npz(file, bytes, name, memory))
+        return array;
+    if (!name.empty())
+        refuse(file, "is no OpenEXR file and has no channel \"" + name + "\"; leave --channel out");
+    for (const auto read : {read_png, read_tiff, read_netpbm, read_npy, read_colmap_map})
         if (auto image = read(file, bytes))
             return image;
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 6));

@@ -74,11 +74,26 @@ std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& 
 std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes);
+/// An array of an archive; the only one without a name. `memory`: bytes that it may take, 0: what this process may.
+std::optional<cv::Mat> read_npz(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
+                                std::size_t memory);
+bool is_npz(const Bytes& head);
+/// Of a NumPy array by its header, which is among its bytes.
+struct ArraySize {
+    std::uint64_t bytes, pixels;
+};
+ArraySize npy_size(const std::filesystem::path& file, const Bytes& head);
+/// A depth or normal map of COLMAP.
+std::optional<cv::Mat> read_colmap_map(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_radiance(const std::filesystem::path& file, const Bytes& bytes);
 
-/// The image of a file of any of the first four. Refuses a layer, which only OpenEXR has.
+/// The image of a file of any of the formats before. Refuses a layer, which only OpenEXR has.
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer = {});
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes);
+
+/// The same of depth, which may be one of several arrays. Refuses a name where there is but one image.
+std::optional<cv::Mat> read_plain_depth(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
+                                        std::size_t memory);
 
 /// The bytes for `read_plain`; only the first ones if no image begins so. A file that is far longer than its image is refused.
 Bytes read_image_file(const std::filesystem::path& file);

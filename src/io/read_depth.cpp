@@ -187,6 +187,8 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
         colors.add(image, bgr, *storage);
         return {bgr, *storage, {}};
     }
+    if (!packing && image.channels() >= 3 && image.depth() != CV_8U) // some programs write R = G = B
+        return interpreted(file, io::only_channel(file, image), packing, greys, first_row);
     if (image.channels() == 1) {
         if (packing && image.type() != CV_32SC1)
             refuse_packing("32-bit integers");
@@ -244,8 +246,8 @@ std::unique_ptr<io::DepthRows> io::depth_rows(const std::filesystem::path& file,
     if (begins_like_exr(file))
         return std::make_unique<DepthRows>(
             file, options, exr_rows(file, {options.channel}, {.overscan = options.overscan}, most), nullptr);
-    if (!options.channel.empty())
-        refuse(file, "is no OpenEXR file and has no channel \"" + options.channel + "\"; leave --channel out");
+    if (!options.channel.empty()) // an array's: read_plain_depth refuses that of other files
+        return nullptr;
     auto rows = tiff_rows(file, most);
     const bool colors = rows && options.packing == Packing::uint8 && rows->type() != CV_8UC1; // where they must be grey
     return rows && !colors ? std::make_unique<DepthRows>(file, options, nullptr, std::move(rows)) : nullptr;
@@ -260,10 +262,10 @@ DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& optio
     if (const auto rows = io::depth_rows(file, options, io::most_pixels))
         return io::whole(file, *rows);
     return io::within_memory(file, [&] {
-        const auto image = io::read_plain(file);
+        const auto image = io::read_plain_depth(file, io::read_image_file(file), options.channel, options.memory);
         if (!image)
-            refuse(file, "is no image that holds depth, or its beginning is damaged; "
-                         "depth is read from .exr, .tif, .pfm, .npy, 16-bit .png and 16-bit .pgm");
+            refuse(file, "is no image that holds depth, or its beginning is damaged; depth is read from .exr, .tif, "
+                         ".pfm, .npy, .npz, COLMAP's .bin, 16-bit .png and 16-bit .pgm");
         Colors colors;
         DepthFile depth = interpreted(file, *image, options.packing, colors);
         colors.check(file);

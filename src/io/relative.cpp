@@ -66,16 +66,14 @@ std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& f
         const DepthFile depth = io::read_exr(file, {channel}, {}).front();
         return {depth.values, depth.channel};
     }
-    if (!channel.empty())
-        refuse(file, "is no OpenEXR file and has no channel \"" + channel + "\"; leave --channel out");
     const io::Bytes bytes = io::read_image_file(file);
     if (const auto jpeg = io::read_jpeg(file, bytes))
         return {jpeg->image, ""};
-    if (const auto image = io::read_plain(file, bytes))
+    if (const auto image = io::read_plain_depth(file, bytes, channel, 0))
         return {*image, ""};
     refuse(
         file,
-        "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy and .exr");
+        "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy, .npz and .exr");
 }
 
 /// What a file stores, as floats.

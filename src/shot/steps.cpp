@@ -183,7 +183,8 @@ void Steps::bring_up(Work& work) const {
 }
 
 ReadOptions Steps::read_options(const Work& work) const {
-    return {.channel = options_.channel, .packing = work.camera.packing, .overscan = takes_overscan(work.frame)};
+    return {.channel = options_.channel, .packing = work.camera.packing, .overscan = takes_overscan(work.frame),
+            .memory = options_.memory};
 }
 
 // The mask of pixels that do not count, from the first row on; nothing without one.

@@ -9,7 +9,9 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <charconv>
 #include <cmath>
+#include <sstream>
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -75,20 +77,6 @@ int count(const fs::path& file, const YAML::Node& node, const std::string& name)
 
 bool is_zero(const std::vector<double>& all) {
     return std::ranges::all_of(all, [](double each) { return each == 0; });
-}
-
-/// The four numbers of a camera matrix of three rows and `columns` columns.
-json intrinsics_of(const fs::path& file, const std::vector<double>& matrix, std::size_t columns,
-                   const std::string& name) {
-    const auto at = [&](std::size_t row, std::size_t column) { return matrix[row * columns + column]; };
-    if (!(at(0, 0) > 0 && at(1, 1) > 0))
-        refuse(file, "\"" + name + "\": is not calibrated, its focal lengths are not above 0; calibrate the camera");
-    if (at(0, 1) != 0)
-        refuse(file, "\"" + name +
-                         "\": has a skew, which neither OpenCV nor ROS applies; set it to 0 if they made the image");
-    if (at(1, 0) != 0 || at(2, 0) != 0 || at(2, 1) != 0 || at(2, 2) != 1)
-        refuse(file, "\"" + name + "\": must have the rows [fx, 0, cx], [0, fy, cy], [0, 0, 1]; is it transposed?");
-    return {{"fx", at(0, 0)}, {"fy", at(1, 1)}, {"cx", at(0, 2)}, {"cy", at(1, 2)}, {"pixel_origin", "centre"}};
 }
 
 /// What OpenCV undoes a distortion with. Depths must not be mixed.
@@ -189,15 +177,42 @@ std::string keys_of(const YAML::Node& map) {
     return named(keys);
 }
 
+/// The numbers of a text that holds a matrix of 3 × 3 or 4 × 4, and nothing else.
+std::optional<std::vector<double>> matrix_in(const std::string& text) {
+    std::vector<double> numbers;
+    std::istringstream words(text);
+    for (std::string word; words >> word && numbers.size() <= 16;) {
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), numbers.emplace_back());
+        if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(numbers.back()))
+            return std::nullopt;
+    }
+    return numbers.size() == 9 || numbers.size() == 16 ? std::optional(numbers) : std::nullopt;
+}
+
+/// A camera matrix in a text, as ScanNet and many datasets have it: of 4 × 4 the last row and column say nothing.
+Imported import_matrix(const fs::path& file, const std::vector<double>& matrix) {
+    const std::size_t size = matrix.size() == 16 ? 4 : 3;
+    for (std::size_t i = 0; size == 4 && i < 4; ++i)
+        if (matrix[4 * i + 3] != (i == 3 ? 1 : 0) || matrix[12 + i] != (i == 3 ? 1 : 0))
+            refuse(file, "is a matrix of 4 x 4, but no camera matrix; is it the camera's place? Give the file of the "
+                         "intrinsics, such as intrinsic_depth.txt");
+    return {.keys = {{"view_axes", "opencv"}, {"intrinsics", intrinsics_of(file, matrix, size, "matrix")}},
+            .cure = "name its source or give the keys: --preset scannet, or --preset encoding=view-z,scale=0.001"};
+}
+
 Imported imported(const fs::path& file, const ImportOptions& options) {
     constexpr std::uint64_t most = 1 << 20; // YAML takes some two hundred times its bytes; calibrations have thousands
     const Bytes bytes = read_file(file, most);
     std::string text(bytes.begin(), bytes.end());
     if (text.starts_with("%YAML:")) // cv::FileStorage's directive, which YAML does not know
         text.erase(0, std::min(text.find('\n'), text.size()));
+    if (const auto matrix = matrix_in(text))
+        return import_matrix(file, *matrix);
     const YAML::Node map = YAML::Load(text); // of a printed topic the first message
     if (!map.IsMap())
-        refuse(file, "holds no camera that Fathom knows: JSON, glTF, OpenEXR, or YAML of OpenCV or ROS");
+        refuse(file,
+               "holds no camera that Fathom knows: JSON, glTF, OpenEXR, YAML of OpenCV or ROS, or the numbers of a "
+               "camera matrix");
     const bool ros = value(map, {"distortion_model", "projection_matrix", "k", "K"}).IsDefined();
     if (!ros && !map["camera_matrix"])
         refuse(file, "has neither OpenCV's \"camera_matrix\" nor \"K\" of ROS; it has " + keys_of(map));

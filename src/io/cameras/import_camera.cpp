@@ -52,7 +52,7 @@ Imported imported_by_format(const fs::path& file, const ImportOptions& options) 
     if (!exr && first == '<')
         refuse(file, "is XML, or a page; write OpenCV's calibrations as .yml");
     refuse_choice(file, options.node, "--node", "glTF");
-    refuse_choice(file, options.image, "--image", "COLMAP and transforms.json");
+    refuse_choice(file, options.image, "--image", "COLMAP, transforms.json and BOP");
     if (exr && options.undistorted)
         refuse(file, "is no calibration of OpenCV or ROS, which --undistorted is for; leave it out");
     return exr ? import_exr(file) : import_calibration(file, options);

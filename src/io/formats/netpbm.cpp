@@ -46,6 +46,22 @@ void swap_bytes(unsigned char* row, std::size_t elements, std::size_t size) {
         std::reverse(row + i * size, row + (i + 1) * size);
 }
 
+/// The codes of a grey map that is a text.
+cv::Mat codes_in(const std::filesystem::path& file, std::string_view text, cv::Size size, double largest) {
+    check_holds(file, size, 2, text.size(), 1); // a figure and a blank each
+    cv::Mat codes(size, CV_16UC1);
+    std::size_t at = 0;
+    for (std::uint16_t& code : cv::Mat_<std::uint16_t>(codes)) {
+        const auto found = number<unsigned>(file, word(text, at));
+        if (found > largest)
+            refuse(file, "is damaged: a code is " + std::to_string(found) + ", beyond the largest; write it again");
+        code = static_cast<std::uint16_t>(found);
+    }
+    if (largest <= 255)
+        codes.convertTo(codes, CV_8U);
+    return codes;
+}
+
 } // namespace
 
 std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes) {
@@ -53,11 +69,11 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
     std::size_t at = 0;
     const auto magic = text.substr(0, 3);
     if (magic.size() < 3 || !is_space(magic[2]) ||
-        (!magic.starts_with("Pf") && !magic.starts_with("PF") && !magic.starts_with("P5")))
+        (!magic.starts_with("Pf") && !magic.starts_with("PF") && !magic.starts_with("P5") && !magic.starts_with("P2")))
         return std::nullopt;
 
     at = 2;
-    const bool floats = magic[1] != '5';
+    const bool floats = magic[1] != '5' && magic[1] != '2';
     const auto width = number<long long>(file, word(text, at));
     const auto height = number<long long>(file, word(text, at));
     check_size(file, width, height);
@@ -68,6 +84,8 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
     if (!floats && !(scale >= 255)) // or no number
         refuse(file, "counts to " + std::to_string(static_cast<long long>(scale > 0 ? scale : 0)) +
                          ", but 8-bit codes are taken to count to 255; stretch them to that range");
+    if (magic[1] == '2')
+        return codes_in(file, text.substr(at), {static_cast<int>(width), static_cast<int>(height)}, scale);
     ++at; // exactly one space ends the header
 
     const int type = floats ? CV_32FC(magic[1] == 'F' ? 3 : 1) : scale > 255 ? CV_16UC1 : CV_8UC1;

@@ -156,12 +156,9 @@ void read_type(const std::filesystem::path& file, std::string_view text, Layout&
     layout.little_endian = text[1] == '<' || (text[1] != '>' && is_little_endian);
 }
 
-} // namespace
-
-std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes) {
+/// The layout of an array, and where its data begin. `bytes`: at least its header.
+std::pair<Layout, std::size_t> layout_of(const std::filesystem::path& file, const Bytes& bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    if (!text.starts_with(magic))
-        return std::nullopt;
     const auto byte = [&](std::size_t at) { return at < bytes.size() ? std::size_t{bytes[at]} : 0; };
     const std::size_t version = byte(magic.size());
     if (version < 1 || version > 3)
@@ -179,9 +176,32 @@ std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& 
     read_type(file, value_of(file, header, "descr"), layout);
     read_shape(file, value_of(file, header, "shape"), layout);
     layout.columns_first = value_of(file, header, "fortran_order").starts_with("True");
-    at += length;
-    const auto needed = layout.place(layout.rows - 1, layout.cols - 1, layout.channels - 1) + 1;
-    if ((bytes.size() - at) / layout.type->bytes() < needed)
+    return {layout, at + length};
+}
+
+/// Elements of an array.
+std::size_t elements(const Layout& layout) {
+    return layout.place(layout.rows - 1, layout.cols - 1, layout.channels - 1) + 1;
+}
+
+bool is_npy(const Bytes& bytes) {
+    return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).starts_with(magic);
+}
+
+} // namespace
+
+ArraySize npy_size(const std::filesystem::path& file, const Bytes& head) {
+    if (!is_npy(head))
+        refuse(file, "holds no NumPy array under this name; it is damaged, save it again");
+    const auto [layout, at] = layout_of(file, head);
+    return {at + elements(layout) * layout.type->bytes(), elements(layout)};
+}
+
+std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes) {
+    if (!is_npy(bytes))
+        return std::nullopt;
+    const auto [layout, at] = layout_of(file, bytes);
+    if ((bytes.size() - at) / layout.type->bytes() < elements(layout))
         refuse(file, "ends too early: " + described(cv::Size(layout.cols, layout.rows)) + " pixels do not fit into " +
                          std::to_string(bytes.size()) + " bytes; write or copy it again");
     return layout.type->read(file, layout, bytes.data() + at);

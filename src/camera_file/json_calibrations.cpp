@@ -1,0 +1,126 @@
+// Calibrations in JSON: Open3D's intrinsics and camera parameters, and the cameras of a scene of the BOP benchmark.
+//   x = fx X/Z + cx, y = fy Y/Z + cy, pixels counted from the centre of the first one; x right, y down, z ahead
+// Open3D, PinholeCameraIntrinsic: matrices column by column; the extrinsic one takes the world to the camera.
+// BOP toolkit, docs/bop_datasets_format.md: cam_K row by row, lengths in mm, and depth_scale from codes to mm.
+#include "imported.hpp"
+
+#include "file.hpp"
+#include "json_object.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <iterator>
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace fathom::io {
+namespace {
+
+std::vector<double> list_at(const fs::path& file, const json& object, const std::string& key, std::size_t count,
+                            const std::string& path) {
+    const json list = object.value(key, json());
+    const bool fits = list.is_array() && list.size() == count &&
+                      std::ranges::all_of(list, [](const json& each) { return each.is_number(); });
+    if (!fits)
+        refuse(file,
+               "\"" + path + key + "\": " + shown(list) + " must be a list of " + std::to_string(count) + " numbers");
+    return list.get<std::vector<double>>();
+}
+
+std::vector<double> transposed(const std::vector<double>& matrix, std::size_t size) {
+    std::vector<double> turned(matrix.size());
+    for (std::size_t i = 0; i < matrix.size(); ++i)
+        turned[i % size * size + i / size] = matrix[i];
+    return turned;
+}
+
+void add_pixels(const fs::path& file, const json& object, const std::string& path, json& keys) {
+    for (const char* key : {"width", "height"})
+        if (const auto pixels = number_at(file, object, key, path))
+            keys[key] = object[key];
+}
+
+constexpr const char* no_values = "name its source or give the keys: --preset kinect, or --preset "
+                                  "encoding=view-z,scale=0.001";
+
+bool is_scene(const json& object) {
+    const auto is_frame = [](const auto& item) {
+        return std::ranges::all_of(item.key(), [](unsigned char c) { return std::isdigit(c) != 0; }) &&
+               item.value().is_object() && item.value().contains("cam_K");
+    };
+    const auto items = object.items();
+    return !object.empty() && std::all_of(items.begin(), items.end(), is_frame);
+}
+
+/// Millimetres of codes, and metres of the scene.
+json values_by(const fs::path& file, const json& object, const std::string& path) {
+    return {{"encoding", "view-z"},
+            {"scale", 0.001 * number_at(file, object, "depth_scale", path).value_or(1)},
+            {"missing", 0}};
+}
+
+} // namespace
+
+bool is_open3d(const json& object) {
+    return object.is_object() &&
+           (object.contains("intrinsic_matrix") || (object.contains("intrinsic") && object["intrinsic"].is_object() &&
+                                                    object["intrinsic"].contains("intrinsic_matrix")));
+}
+
+Imported import_open3d(const fs::path& file, const json& object) {
+    const bool has_place = !object.contains("intrinsic_matrix");
+    const json& camera = has_place ? object["intrinsic"] : object;
+    const std::string path = has_place ? "intrinsic." : "";
+    Imported imported{.keys = {{"view_axes", "opencv"}}, .cure = no_values};
+    add_pixels(file, camera, path, imported.keys);
+    imported.keys["intrinsics"] =
+        intrinsics_of(file, transposed(list_at(file, camera, "intrinsic_matrix", 9, path), 3), 3, "intrinsic_matrix");
+    if (has_place && object.contains("extrinsic")) {
+        const std::vector<double> place = list_at(file, object, "extrinsic", 16, "");
+        imported.keys["view"] = rows_of(Eigen::Map<const Eigen::Matrix4d>(place.data())); // column by column
+    }
+    return imported;
+}
+
+bool is_bop(const json& object) {
+    return object.is_object() &&
+           (is_scene(object) || (object.contains("depth_scale") && object.contains("fx") && object.contains("cx")));
+}
+
+Imported import_bop(const fs::path& file, const json& object, const ImportOptions& options) {
+    Imported imported{.keys = {{"view_axes", "opencv"}}};
+    if (!is_scene(object)) { // the camera of a dataset
+        json& pixels = imported.keys["intrinsics"] = {{"pixel_origin", "centre"}};
+        for (const char* key : {"fx", "fy", "cx", "cy"})
+            pixels[key] = number_at(file, object, key).value_or(0);
+        add_pixels(file, object, "", imported.keys);
+        imported.otherwise = values_by(file, object, "");
+        return imported;
+    }
+    std::vector<std::string> numbers, names; // frame 7 is 000007.png
+    const auto as_named = [](const std::string& number) {
+        const bool is_number = std::ranges::all_of(number, [](unsigned char c) { return std::isdigit(c) != 0; });
+        return is_number && number.size() < 6 ? std::string(6 - number.size(), '0') + number : number;
+    };
+    for (const auto& item : object.items())
+        numbers.push_back(item.key());
+    std::ranges::transform(numbers, std::back_inserter(names), as_named);
+    const std::string wanted = options.image.empty() ? "" : as_named(options.image);
+    const std::string& number = numbers[chosen(file, names, wanted, options.depth, "image", "--image")];
+    const std::string path = number + ".";
+    const json& frame = object[number];
+    imported.keys["intrinsics"] = intrinsics_of(file, list_at(file, frame, "cam_K", 9, path), 3, path + "cam_K");
+    imported.otherwise = values_by(file, frame, path);
+    if (frame.contains("cam_R_w2c") && frame.contains("cam_t_w2c")) {
+        const std::vector<double> turn = transposed(list_at(file, frame, "cam_R_w2c", 9, path), 3),
+                                  place = list_at(file, frame, "cam_t_w2c", 3, path);
+        Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
+        view.topLeftCorner<3, 3>() = Eigen::Map<const Eigen::Matrix3d>(turn.data());
+        view.topRightCorner<3, 1>() = 0.001 * Eigen::Map<const Eigen::Vector3d>(place.data());
+        imported.keys["view"] = rows_of(view);
+    }
+    return imported;
+}
+
+} // namespace fathom::io
