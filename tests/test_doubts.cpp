@@ -42,6 +42,58 @@ std::vector<Element> image(double (*stored)(double z)) {
     return values;
 }
 
+// Surfaces that a camera sees straight on: its distance along the axis where the ray (x, y, 1) meets the first of them, y down.
+struct StraightOn {
+    struct Box {
+        Eigen::Vector3d low, high;
+    };
+    std::vector<Box> boxes;
+    double wall = std::numeric_limits<double>::infinity(), floor = wall; ///< how far ahead, and how far below
+
+    double operator()(double x, double y) const {
+        double nearest = std::min(wall, y > 0 ? floor / y : wall);
+        const Eigen::Vector3d ray(x, y, 1);
+        for (const Box& box : boxes) {
+            const Eigen::Array3d a = box.low.array() / ray.array(), b = box.high.array() / ray.array();
+            const double enters = a.min(b).maxCoeff(), leaves = a.max(b).minCoeff();
+            if (enters > 0 && enters < leaves)
+                nearest = std::min(nearest, enters);
+        }
+        return nearest;
+    }
+};
+
+StraightOn straight_on(const std::string& kind, double right, double bottom, std::mt19937& random) {
+    const auto number = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+    const double z = number(0.5, 20), width = 2 * right * z, height = 2 * bottom * z, wide = 1e3 * z;
+    StraightOn scene;
+    if (kind != "street")
+        scene.wall = z;
+    if (kind == "room" || kind == "street")
+        scene.floor = number(0.2, 0.5) * bottom * z;
+    const auto add = [&](Eigen::Vector3d low, Eigen::Vector3d high) { scene.boxes.push_back({low, high}); };
+    const int boxes = kind == "table" ? 2 : kind == "wall" ? 0 : 12;
+    if (kind == "steps")
+        for (int i = 0; i < 6; ++i)
+            add({-wide, height * (0.4 - 0.12 * i), z * (0.5 + 0.06 * i)}, {wide, wide, wide});
+    else if (kind == "shelves")
+        for (int i = 0; i < 4; ++i) {
+            const double y = height * (-0.3 + 0.25 * i);
+            add({-wide, y, 0.8 * z}, {wide, y + 0.02 * z, z});
+            for (double x = -0.5 * width; x < 0.5 * width;) {
+                const double thickness = number(0.03, 0.1) * z;
+                add({x, y - number(0.1, 0.22) * height, number(0.82, 0.9) * z}, {x + thickness, y, z});
+                x += thickness;
+            }
+        }
+    else
+        for (int i = 0; i < boxes; ++i) {
+            const double near = number(0.6, 0.95) * z, x = number(-0.5, 0.4) * width, y = number(-0.5, 0.4) * height;
+            add({x, y, near}, {x + number(0.1, 0.3) * width, y + number(0.1, 0.3) * height, z});
+        }
+    return scene;
+}
+
 // Both give one sentence with these words.
 void check_told(const Camera& camera, const HostDepth& stored, const std::string& words) {
     for (const auto& ask : {depth_doubts, depth_doubts_of_sample}) {
@@ -161,5 +213,38 @@ TEST_CASE("doubts: a sample of 1080p takes at most a millisecond", "[doubts][slo
         const double some = seconds(depth_doubts_of_sample), all = seconds(depth_doubts);
         std::cout << each.name << ", 1080p: " << 1e3 * some << " ms a sample, " << 1e3 * all << " ms all\n";
         CHECK(some <= 1e-3);
+    }
+}
+
+TEST_CASE("doubts: surfaces seen straight on tell distances along the ray from those along the axis", "[doubts]") {
+    constexpr int columns = 300, rows = 220;
+    std::mt19937 random(1);
+    std::size_t scenes = 0;
+    for (const std::string kind : {"wall", "table", "boxes", "room", "street", "steps", "shelves"}) {
+        int missed = 0;
+        for (const double fov : {45, 60, 75, 90, 110, 45, 60, 75, 90, 110}) {
+            INFO(kind << ", " << fov << " degrees, scene " << scenes++);
+            const double right = std::tan(fov * std::numbers::pi / 360), bottom = right * rows / columns;
+            const StraightOn scene = straight_on(kind, right, bottom, random);
+            std::vector<float> axis, ray;
+            for (int i = 0; i < columns * rows; ++i) {
+                const double x = right * (2 * (i % columns + 0.5) / columns - 1),
+                             y = bottom * (2 * (i / columns + 0.5) / rows - 1), z = scene(x, y);
+                axis.push_back(static_cast<float>(z));
+                ray.push_back(static_cast<float>(z * std::sqrt(1 + x * x + y * y)));
+            }
+            Camera camera = camera_of(Encoding::ray_distance, columns, rows);
+            camera.projection = perspective(2 * std::atan(bottom), static_cast<double>(columns) / rows, {0.1, 100});
+            const auto told = [&](Encoding encoding, const std::vector<float>& values) {
+                camera.encoding = encoding;
+                const std::vector<std::string> said = depth_doubts(camera, host(values, Storage::float32, columns));
+                return std::ranges::any_of(said, [](const std::string& each) { return each.starts_with("flat"); });
+            };
+            CHECK(!told(Encoding::ray_distance, ray));
+            CHECK(!told(Encoding::view_z, axis));
+            missed += !told(Encoding::view_z, ray);
+        }
+        INFO(kind);
+        CHECK(missed <= 1);
     }
 }
