@@ -248,3 +248,92 @@ TEST_CASE("doubts: surfaces seen straight on tell distances along the ray from t
         CHECK(missed <= 1);
     }
 }
+
+TEST_CASE("doubts: numbers that are no depth are told with their key, unless the camera says them", "[doubts]") {
+    constexpr int columns = 320, rows = 240;
+    Camera camera = camera_of(Encoding::view_z, columns, rows);
+    // A slanted plane that holds a number in a tenth of its pixels.
+    const auto with = [&](double number, double (*stored)(double z)) {
+        std::vector<double> values;
+        for (int i = 0; i < columns * rows; ++i)
+            values.push_back(
+                i % columns < 96 && i / columns < 80 ? number : stored(plane(i * (width * height / columns / rows))));
+        return values;
+    };
+    const auto told = [&](const std::vector<double>& values, Storage storage) {
+        std::vector<float> floats(values.begin(), values.end());
+        std::vector<std::uint16_t> codes;
+        for (const double value : values)
+            codes.push_back(static_cast<std::uint16_t>(value));
+        const HostDepth stored =
+            storage == Storage::uint16 ? host(codes, storage, columns) : host(floats, storage, columns);
+        std::string all;
+        for (const std::string& each : depth_doubts(camera, stored))
+            all += each + "\n";
+        return all;
+    };
+    const auto metres = [](double z) { return z; };
+    const auto millimetres = [](double z) { return std::round(1000 * z); };
+    const auto disparity = [](double z) { return std::round(400 / z); };
+    struct Case {
+        Encoding encoding;
+        double scale;
+        Storage storage;
+        double (*stored)(double);
+        std::vector<double> numbers, others; ///< that are told, and that are not
+    };
+    for (const Case& each :
+         {Case{Encoding::view_z,
+               1,
+               Storage::float32,
+               metres,
+               {0, 255, 10000, 65520, 32768, 9999},
+               {-9999, 11, 300, 12345}},
+          {Encoding::view_z, 0.001, Storage::uint16, millimetres, {0, 65535, 65520, 32767}, {9999, 10000, 12000}},
+          {Encoding::ray_distance, 1, Storage::float32, metres, {1000, 1e6}, {100}},
+          {Encoding::inverse, 400, Storage::uint16, disparity, {0, 65520, 65535, 4095}, {260}},
+          {Encoding::inverse, 400, Storage::float32, disparity, {65535}, {0}}})
+        for (const bool is_number : {true, false})
+            for (const double number : is_number ? each.numbers : each.others) {
+                camera.encoding = each.encoding;
+                camera.scale = each.scale;
+                camera.missing.reset();
+                camera.background.reset();
+                const std::vector<double> values = with(number, each.stored);
+                const std::string said = told(values, each.storage);
+                INFO(to_string(each.encoding) << ", " << number << ": " << said);
+                CHECK((said.find("stands apart") != std::string::npos) == is_number);
+                CHECK((said.find("\"missing\": ") != std::string::npos) == is_number);
+                camera.missing = number;
+                CHECK(told(values, each.storage).find("stands apart") == std::string::npos);
+                camera.missing.reset();
+                camera.background = number;
+                CHECK(told(values, each.storage).find("stands apart") == std::string::npos);
+            }
+    camera = camera_of(Encoding::view_z, columns, rows);
+    camera.scale = 0.001;
+    auto wall = with(10000, [](double) { return 2000.0; }); // a wall and a box, seen straight on
+    CHECK(told(wall, Storage::uint16) == "");
+    CHECK(told(std::vector(wall.size(), 1000.0), Storage::uint16) == "");
+    CHECK(told(with(2047, [](double z) { return std::round(300 + 70 * z); }), Storage::uint16)
+              .find("\"scale\": -351.3, \"offset\": -1092.5") != std::string::npos);
+
+    auto filtered = with(0, millimetres);
+    camera.missing = 0;
+    CHECK(told(filtered, Storage::uint16) == "");
+    for (std::size_t i = filtered.size() - 1; i > 0; --i)
+        filtered[i] = std::round((filtered[i] + filtered[i - 1]) / 2);
+    CHECK(told(filtered, Storage::uint16).find("it was filtered or resized") != std::string::npos);
+
+    camera.scale = 1;
+    camera.near_plane = 1;
+    camera.far_plane = 60;
+    camera.missing.reset();
+    const auto white_near = [](double z) { return std::round((60 - z) / 59 * 65535); };
+    camera.encoding = Encoding::linear;
+    CHECK(told(with(0, white_near), Storage::uint16).find("near is white: exchange \"near\" and \"far\"") !=
+          std::string::npos);
+    camera.near_plane = 60;
+    camera.far_plane = 1;
+    CHECK(told(with(0, white_near), Storage::uint16) == "");
+}

@@ -85,7 +85,8 @@ void ValueChanges::add(const HostDepth& row) {
     });
 }
 
-Subject::Subject(const Camera& seen, Storage stored_as, int most) : camera(seen), storage(stored_as) {
+Subject::Subject(const Camera& seen, Storage stored_as, int most)
+    : camera(seen), storage(stored_as), numbers(seen, stored_as) {
     // Large crosses see the curvature of values that are rounded or noisy, and small ones lie between the edges of narrow surfaces.
     const int side = std::min(seen.width, seen.height), margin = 2 * std::max(1, side / 40);
     const auto place = [&](int distance, int across, int down) {
@@ -103,6 +104,11 @@ Subject::Subject(const Camera& seen, Storage stored_as, int most) : camera(seen)
     place(std::max(1, side / 160), 2 * across, 2 * down);
 }
 
+void Subject::add_row(const HostDepth& row) {
+    changes.add(row);
+    numbers.add(row);
+}
+
 void Subject::add(const HostDepth& values, const HostFloats& z) {
     look.add(z);
     for (Cross& cross : crosses)
@@ -116,7 +122,7 @@ void Subject::add(const HostDepth& values, const HostFloats& z) {
     constexpr int most_rows = 128;
     for (int y = 0; y < values.height; ++y)
         if ((rows_ + y) % (1 + camera.height / most_rows) == 0)
-            changes.add(part_of(values, 0, y, values.width, 1));
+            add_row(part_of(values, 0, y, values.width, 1));
     rows_ += values.height;
 }
 

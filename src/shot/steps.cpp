@@ -98,6 +98,17 @@ bool Steps::is_finished(Work& work) const {
     return records_->is_finished(*work.record, work.frame);
 }
 
+void settle_sky(Camera& camera, const cv::Mat& values) {
+    if (!camera.background_from_largest_half || values.type() != CV_32FC1)
+        return;
+    const bool has_farther = std::any_of(values.begin<float>(), values.end<float>(),
+                                         [](float value) { return value > 65504 && value < 1e10f; });
+    if (has_farther) {
+        camera.background_from_largest_half = false;
+        camera.background_from = 1e10;
+    }
+}
+
 void Steps::load(Work& work) const {
     Loaded& frame = work.frame;
     if (is_relative()) {
@@ -121,6 +132,7 @@ void Steps::load(Work& work) const {
     frame.windows = depth.windows;
     work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *options_.relative.order)
                               : camera_of(work.camera, depth.windows);
+    settle_sky(work.seen, depth.values);
     work.source = source_of(more_, frame, depth);
     check_append(work);
     if (!is_relative())
